@@ -500,16 +500,16 @@ module toliman
         ! UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each
         type(c_funptr) :: frames = c_null_funptr
         type(c_ptr) :: frames_data = c_null_ptr
-        integer(c_int64_t) :: frame_count = 0 ! UNSUPERVISED: number of frames, at least 2
+        integer(c_size_t) :: frame_count = 0 ! UNSUPERVISED: number of frames, at least 2
         ! UNSUPERVISED: number of frames held out, chosen by the seed; 0 = a tenth, rounded to nearest, at least 1
-        integer(c_int64_t) :: validation = 0
+        integer(c_size_t) :: validation = 0
         integer(c_int32_t) :: batch = 0 ! UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16
         ! UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number
         integer(c_int32_t) :: threads = 0
         ! [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1
         type(c_ptr) :: losses = c_null_ptr
         ! elements of losses. Losses of later steps, and of steps before a training was resumed, are not written
-        integer(c_int64_t) :: loss_count = 0
+        integer(c_size_t) :: loss_count = 0
         ! UNSUPERVISED: may be NULL. If given, the validation frames are requested and reconstructed again after each
         ! epoch
         type(c_funptr) :: epoch = c_null_funptr
@@ -595,8 +595,7 @@ module toliman
         integer(c_int64_t) :: cols = 0
         integer(c_int32_t) :: taps = 0 ! samples per axis that interpolate a pixel of a model image
         integer(c_int32_t) :: images = 0 ! model images in memory
-        integer(c_int32_t) :: parameters = 0 ! number of parameters
-        integer(c_int32_t) :: reserved = 0
+        integer(c_int64_t) :: parameters = 0 ! number of parameters
         ! predicted error of the interpolation, relative to the peak of the model image
         real(c_double) :: image_error = 0.0_c_double
         real(c_double) :: capture_px = 0.0_c_double ! as in the options
@@ -677,10 +676,11 @@ module toliman
 
     ! Predicted size and cost of a bank.
     type, bind(C), public :: toliman_bank_plan_info
-        integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_bank_plan_info)
-        integer(c_int32_t) :: dates = 0 ! dates along the orbit, 1 for a scene whose stars do not move
-        integer(c_int32_t) :: places = 0 ! sub-pixel places at each date: the square of toliman_bank_options.places
-        integer(c_int32_t) :: networks = 0 ! dates times places
+        integer(c_int32_t) :: struct_size = 72 ! in: sizeof(toliman_bank_plan_info)
+        integer(c_int32_t) :: reserved = 0 ! 0
+        integer(c_int64_t) :: dates = 0 ! dates along the orbit, 1 for a scene whose stars do not move
+        integer(c_int64_t) :: places = 0 ! sub-pixel places at each date: the square of toliman_bank_options.places
+        integer(c_int64_t) :: networks = 0 ! dates times places
         real(c_double) :: first_days = 0.0_c_double ! dates covered, days of scene time
         real(c_double) :: last_days = 0.0_c_double
         integer(c_int64_t) :: bytes_float32 = 0 ! size of the weights when saved, before compression
@@ -701,12 +701,12 @@ module toliman
 
     ! Properties of a bank.
     type, bind(C), public :: toliman_bank_info
-        integer(c_int32_t) :: struct_size = 96 ! in: sizeof(toliman_bank_info)
-        integer(c_int32_t) :: networks = 0 ! dates times places
-        integer(c_int32_t) :: trained_networks = 0 ! number of them that are trained
-        integer(c_int32_t) :: dates = 0 ! as in toliman_bank_plan_info
-        integer(c_int32_t) :: places = 0
+        integer(c_int32_t) :: struct_size = 112 ! in: sizeof(toliman_bank_info)
         integer(c_int32_t) :: steps = 0 ! steps of the training of each network
+        integer(c_int64_t) :: networks = 0 ! dates times places
+        integer(c_int64_t) :: trained_networks = 0 ! number of them that are trained
+        integer(c_int64_t) :: dates = 0 ! as in toliman_bank_plan_info
+        integer(c_int64_t) :: places = 0
         real(c_double) :: first_days = 0.0_c_double ! dates covered, days of scene time
         real(c_double) :: last_days = 0.0_c_double
         real(c_double) :: spacing_px = 0.0_c_double ! as in the options, default resolved
@@ -754,13 +754,12 @@ module toliman
         ! distance between the stars' places in the frame and those of the network: root sum of squares of the change
         ! of the place of B relative to A, and of the sub-pixel part of the displacement of both
         real(c_double) :: distance_px = 0.0_c_double
-        integer(c_int32_t) :: network = 0 ! index of the network with the smallest distance_px, -1 if not fitted
+        integer(c_int64_t) :: network = 0 ! index of the network with the smallest distance_px, -1 if not fitted
         integer(c_int32_t) :: goodness = 0 ! verdict on chi_square, TOLIMAN_GOODNESS_...; UNKNOWN if not fitted
+        integer(c_int32_t) :: bad_pixels = 0 ! left out by the fit and by the network
         real(c_double) :: chi_square = 0.0_c_double ! of the fit, as in toliman_fit_result
         real(c_double) :: chi_square_sigma = 0.0_c_double
         real(c_double) :: largest_residual = 0.0_c_double
-        integer(c_int32_t) :: bad_pixels = 0 ! left out by the fit and by the network
-        integer(c_int32_t) :: reserved = 0
     end type
 
     ! Options of a budget.
@@ -929,16 +928,16 @@ module toliman
 
     ! Summary of a calibration.
     type, bind(C), public :: toliman_calibration_info
-        integer(c_int32_t) :: struct_size = 168 ! in: sizeof(toliman_calibration_info)
+        integer(c_int32_t) :: struct_size = 184 ! in: sizeof(toliman_calibration_info)
         ! TOLIMAN_CALIBRATION_..., the verdict; 0: converged, and the model is complete
         integer(c_int32_t) :: flags = 0
         integer(c_int64_t) :: frames = 0 ! frames that were calibrated
         integer(c_int64_t) :: rows = 0 ! shape of the frames
         integer(c_int64_t) :: cols = 0
         integer(c_int64_t) :: cells = 0 ! pupil cells per axis, N
-        integer(c_int32_t) :: parameters = 0 ! number of parameters of the instrument, at the start of each window
+        integer(c_int64_t) :: parameters = 0 ! number of parameters of the instrument, at the start of each window
         ! number of windows; the last one may have no frames: it starts at the end of one that has
-        integer(c_int32_t) :: windows = 0
+        integer(c_int64_t) :: windows = 0
         integer(c_int32_t) :: iterations = 0 ! of the parameters, the rejected ones included
         integer(c_int32_t) :: map_iterations = 0
         ! sum of squared residuals over their variances, per degree of freedom: pixels minus parameters,
@@ -967,9 +966,9 @@ module toliman
         integer(c_int32_t) :: goodness = 0
         integer(c_int32_t) :: lacks = 0 ! with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need
         integer(c_int32_t) :: changes = 0 ! TOLIMAN_CALIBRATION_CHANGE_... that were kept
-        integer(c_int32_t) :: attempts = 0 ! number of changes that were tried
-        integer(c_int32_t) :: left_out = 0 ! number of default parameters that the scene does not have
         integer(c_int32_t) :: reserved = 0 ! 0
+        integer(c_int64_t) :: attempts = 0 ! number of changes that were tried
+        integer(c_int64_t) :: left_out = 0 ! number of default parameters that the scene does not have
         ! expected error of the pupil cells, relative to the peak: toliman_sim_plan_info
         real(c_double) :: pupil_error = 0.0_c_double
         ! photon noise of the brightest pixel in all frames together, relative. A larger pupil_error may make the
@@ -1349,10 +1348,10 @@ module toliman
         ! Places of the stars for which the mask is designed, at most one of the two lists; without, that of the
         ! scene. [date_count] Julian years; the scene must give the places by binary.orbit
         type(c_ptr) :: dates = c_null_ptr
-        integer(c_int64_t) :: date_count = 0 ! at most 64
+        integer(c_size_t) :: date_count = 0 ! at most 64
         ! [position_angle_count] of B from A; the scene must have binary.position_angle_deg
         type(c_ptr) :: position_angles_deg = c_null_ptr
-        integer(c_int64_t) :: position_angle_count = 0 ! at most 64
+        integer(c_size_t) :: position_angle_count = 0 ! at most 64
         ! largest peak-to-mean ratio at every place, above 1; 0 = that of the scene's mask there
         real(c_double) :: peak_to_mean = 0.0_c_double
         ! smallest fraction of the light, in [0, 1); 0 = 0.875, or no limit in a scene that gives peak_photons. Most
@@ -2650,11 +2649,17 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Returns the name of a stage, a physical effect that a scene may include: stage 0, 1, ... ("photon noise"),
-        ! NULL after the last one.
-        function toliman_sim_stage_name(stage) bind(C) result(answer)
+        ! Returns the number of stages, physical effects that a scene may include.
+        function toliman_sim_stage_count() bind(C) result(answer)
             import
-            integer(c_int32_t), value :: stage
+            integer(c_int64_t) :: answer
+        end function
+
+        ! Returns the name of stage number `index` ("photon noise"), 0 <= index < toliman_sim_stage_count(); "?" for
+        ! any other index.
+        function toliman_sim_stage_name(index) bind(C) result(answer)
+            import
+            integer(c_int64_t), value :: index
             type(c_ptr) :: answer
         end function
 
@@ -2958,14 +2963,14 @@ module toliman
         ! Returns the number of parameters.
         function toliman_sim_parameter_count() bind(C) result(answer)
             import
-            integer(c_int32_t) :: answer
+            integer(c_int64_t) :: answer
         end function
 
         ! Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must
         ! be set.
         function toliman_sim_get_parameter(index, out) bind(C) result(answer)
             import
-            integer(c_int32_t), value :: index
+            integer(c_int64_t), value :: index
             type(toliman_sim_parameter), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
@@ -3031,7 +3036,7 @@ module toliman
         function toliman_fit_parameter_count(fit) bind(C) result(answer)
             import
             type(c_ptr), value :: fit
-            integer(c_int32_t) :: answer
+            integer(c_int64_t) :: answer
         end function
 
         ! Writes parameter number `index`, 0 <= index < toliman_fit_parameter_count(), to *out, whose struct_size must
@@ -3039,7 +3044,7 @@ module toliman
         function toliman_fit_get_parameter(fit, index, out) bind(C) result(answer)
             import
             type(c_ptr), value :: fit
-            integer(c_int32_t), value :: index
+            integer(c_int64_t), value :: index
             type(toliman_sim_parameter), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
@@ -3332,7 +3337,7 @@ module toliman
         function toliman_calibration_get_attempt(calibration, index, out) bind(C) result(answer)
             import
             type(c_ptr), value :: calibration
-            integer(c_int32_t), value :: index
+            integer(c_int64_t), value :: index
             type(toliman_calibration_attempt), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
@@ -3341,7 +3346,7 @@ module toliman
         function toliman_calibration_get_left_out(calibration, index, out) bind(C) result(answer)
             import
             type(c_ptr), value :: calibration
-            integer(c_int32_t), value :: index
+            integer(c_int64_t), value :: index
             type(toliman_calibration_left_out), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
@@ -3350,8 +3355,7 @@ module toliman
         function toliman_calibration_get_value(calibration, window, index, out) bind(C) result(answer)
             import
             type(c_ptr), value :: calibration
-            integer(c_int64_t), value :: window
-            integer(c_int32_t), value :: index
+            integer(c_int64_t), value :: window, index
             type(toliman_calibration_value), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
@@ -3495,7 +3499,7 @@ module toliman
         function toliman_components_get_series(components, component, values, share) bind(C) result(answer)
             import
             type(c_ptr), value :: components
-            integer(c_int32_t), value :: component
+            integer(c_int64_t), value :: component
             real(c_double), intent(out), optional :: values(*), share
             integer(c_int32_t) :: answer
         end function
@@ -4718,6 +4722,7 @@ module toliman
     public :: toliman_sim_get_bounds
     public :: toliman_sim_plan_file
     public :: toliman_sim_plan_json
+    public :: toliman_sim_stage_count
     public :: toliman_sim_stage_name
     public :: toliman_sim_get_stage
     public :: toliman_sim_get_plan
@@ -4952,6 +4957,7 @@ module toliman
         procedure :: get_bounds => simulator_get_bounds
         procedure, nopass :: plan_file => simulator_plan_file
         procedure, nopass :: plan_json => simulator_plan_json
+        procedure, nopass :: stage_count => simulator_stage_count
         procedure, nopass :: stage_name => simulator_stage_name
         procedure, nopass :: get_stage => simulator_get_stage
         procedure :: get_plan => simulator_get_plan
@@ -5681,12 +5687,18 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Returns the name of a stage, a physical effect that a scene may include: stage 0, 1, ... ("photon noise"), NULL
-    ! after the last one.
-    function simulator_stage_name(stage) result(answer)
-        integer(c_int32_t), intent(in) :: stage
+    ! Returns the number of stages, physical effects that a scene may include.
+    function simulator_stage_count() result(answer)
+        integer(c_int64_t) :: answer
+        answer = toliman_sim_stage_count()
+    end function
+
+    ! Returns the name of stage number `index` ("photon noise"), 0 <= index < toliman_sim_stage_count(); "?" for any
+    ! other index.
+    function simulator_stage_name(index) result(answer)
+        integer(c_int64_t), intent(in) :: index
         character(len=:), allocatable :: answer
-        answer = toliman_text(toliman_sim_stage_name(stage))
+        answer = toliman_text(toliman_sim_stage_name(index))
     end function
 
     ! Sets *modelled to 1 if the plan models the stage with this name, else to 0.
@@ -6106,14 +6118,14 @@ contains
 
     ! Returns the number of parameters.
     function simulator_parameter_count() result(answer)
-        integer(c_int32_t) :: answer
+        integer(c_int64_t) :: answer
         answer = toliman_sim_parameter_count()
     end function
 
     ! Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must be
     ! set.
     subroutine simulator_get_parameter(index, out, stat, errmsg)
-        integer(c_int32_t), intent(in) :: index
+        integer(c_int64_t), intent(in) :: index
         type(toliman_sim_parameter), intent(inout) :: out
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -6186,7 +6198,7 @@ contains
     ! Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL and after an error.
     function frame_fit_parameter_count(self) result(answer)
         class(toliman_frame_fit), intent(in) :: self
-        integer(c_int32_t) :: answer
+        integer(c_int64_t) :: answer
         answer = toliman_fit_parameter_count(self%handle)
     end function
 
@@ -6194,7 +6206,7 @@ contains
     ! set.
     subroutine frame_fit_get_parameter(self, index, out, stat, errmsg)
         class(toliman_frame_fit), intent(in) :: self
-        integer(c_int32_t), intent(in) :: index
+        integer(c_int64_t), intent(in) :: index
         type(toliman_sim_parameter), intent(inout) :: out
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -6557,7 +6569,7 @@ contains
     ! Writes attempt number `index` to *out, whose struct_size must be set.
     subroutine scene_calibration_get_attempt(self, index, out, stat, errmsg)
         class(toliman_scene_calibration), intent(in) :: self
-        integer(c_int32_t), intent(in) :: index
+        integer(c_int64_t), intent(in) :: index
         type(toliman_calibration_attempt), intent(inout) :: out
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -6567,7 +6579,7 @@ contains
     ! Writes number `index` of the parameters that were left out to *out, whose struct_size must be set.
     subroutine scene_calibration_get_left_out(self, index, out, stat, errmsg)
         class(toliman_scene_calibration), intent(in) :: self
-        integer(c_int32_t), intent(in) :: index
+        integer(c_int64_t), intent(in) :: index
         type(toliman_calibration_left_out), intent(inout) :: out
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -6577,8 +6589,7 @@ contains
     ! Writes parameter number `index` at the start of a window to *out, whose struct_size must be set.
     subroutine scene_calibration_get_value(self, window, index, out, stat, errmsg)
         class(toliman_scene_calibration), intent(in) :: self
-        integer(c_int64_t), intent(in) :: window
-        integer(c_int32_t), intent(in) :: index
+        integer(c_int64_t), intent(in) :: window, index
         type(toliman_calibration_value), intent(inout) :: out
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -6758,7 +6769,7 @@ contains
     ! Writes the series of a component, counted from 0. values(frames).
     subroutine component_set_get_series(self, component, values, share, stat, errmsg)
         class(toliman_component_set), intent(in) :: self
-        integer(c_int32_t), intent(in) :: component
+        integer(c_int64_t), intent(in) :: component
         real(c_double), intent(out), optional, contiguous :: values(:)
         real(c_double), intent(out), optional :: share
         integer, intent(out), optional :: stat

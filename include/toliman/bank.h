@@ -66,9 +66,10 @@ TOLIMAN_API void toliman_bank_options_init(toliman_bank_options *options, size_t
 /* Predicted size and cost of a bank. */
 typedef struct toliman_bank_plan_info {
     uint32_t struct_size;         /* in: sizeof(toliman_bank_plan_info) */
-    uint32_t dates;               /* dates along the orbit, 1 for a scene whose stars do not move */
-    uint32_t places;              /* sub-pixel places at each date: the square of toliman_bank_options.places */
-    uint32_t networks;            /* dates times places */
+    uint32_t reserved;            /* 0 */
+    int64_t dates;                /* dates along the orbit, 1 for a scene whose stars do not move */
+    int64_t places;               /* sub-pixel places at each date: the square of toliman_bank_options.places */
+    int64_t networks;             /* dates times places */
     double first_days, last_days; /* dates covered, days of scene time */
     uint64_t bytes_float32;       /* size of the weights when saved, before compression */
     uint64_t bytes_half;          /* the same as bf16 or fp16 */
@@ -124,10 +125,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_train(
 /* Properties of a bank. */
 typedef struct toliman_bank_info {
     uint32_t struct_size;         /* in: sizeof(toliman_bank_info) */
-    uint32_t networks;            /* dates times places */
-    uint32_t trained_networks;    /* number of them that are trained */
-    uint32_t dates, places;       /* as in toliman_bank_plan_info */
     uint32_t steps;               /* steps of the training of each network */
+    int64_t networks;             /* dates times places */
+    int64_t trained_networks;     /* number of them that are trained */
+    int64_t dates, places;        /* as in toliman_bank_plan_info */
     double first_days, last_days; /* dates covered, days of scene time */
     double spacing_px;            /* as in the options, default resolved */
     int64_t rows, cols;           /* shape of the frames */
@@ -177,11 +178,10 @@ typedef struct toliman_bank_result {
     double distance_px;     /* distance between the stars' places in the frame and those of the network: root sum of
                                squares of the change of the place of B relative to A, and of the sub-pixel part of
                                the displacement of both */
-    int32_t network;        /* index of the network with the smallest distance_px, -1 if not fitted */
+    int64_t network;        /* index of the network with the smallest distance_px, -1 if not fitted */
     int32_t goodness;       /* verdict on chi_square, TOLIMAN_GOODNESS_...; UNKNOWN if not fitted */
+    uint32_t bad_pixels;    /* left out by the fit and by the network */
     double chi_square, chi_square_sigma, largest_residual; /* of the fit, as in toliman_fit_result */
-    uint32_t bad_pixels;                                   /* left out by the fit and by the network */
-    uint32_t reserved;
 } toliman_bank_result;
 #define TOLIMAN_BANK_RESULT_INIT TOLIMAN_INIT(toliman_bank_result)
 

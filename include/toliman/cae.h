@@ -147,13 +147,13 @@ typedef struct toliman_cae_train_options {
     void *progress_data;
     toliman_frames_fn frames; /* UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each */
     void *frames_data;
-    uint64_t frame_count; /* UNSUPERVISED: number of frames, at least 2 */
-    uint64_t validation;  /* UNSUPERVISED: number of frames held out, chosen by the seed; 0 = a tenth, rounded to
+    size_t frame_count; /* UNSUPERVISED: number of frames, at least 2 */
+    size_t validation;  /* UNSUPERVISED: number of frames held out, chosen by the seed; 0 = a tenth, rounded to
                              nearest, at least 1 */
-    uint32_t batch;       /* UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16 */
-    uint32_t threads;     /* UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number */
-    double *losses;       /* [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1 */
-    uint64_t loss_count;  /* elements of losses. Losses of later steps, and of steps before a training was resumed, are
+    uint32_t batch;     /* UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16 */
+    uint32_t threads;   /* UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number */
+    double *losses;     /* [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1 */
+    size_t loss_count;  /* elements of losses. Losses of later steps, and of steps before a training was resumed, are
                              not written */
     toliman_epoch_fn epoch; /* UNSUPERVISED: may be NULL. If given, the validation frames are requested and
                                reconstructed again after each epoch */

@@ -187,8 +187,8 @@ typedef struct toliman_calibration_info {
     int64_t frames;       /* frames that were calibrated */
     int64_t rows, cols;   /* shape of the frames */
     int64_t cells;        /* pupil cells per axis, N */
-    uint32_t parameters;  /* number of parameters of the instrument, at the start of each window */
-    uint32_t windows;     /* number of windows; the last one may have no frames: it starts at the end of one that has */
+    int64_t parameters;   /* number of parameters of the instrument, at the start of each window */
+    int64_t windows;      /* number of windows; the last one may have no frames: it starts at the end of one that has */
     int32_t iterations;   /* of the parameters, the rejected ones included */
     int32_t map_iterations;
     double chi_square;       /* sum of squared residuals over their variances, per degree of freedom: pixels minus
@@ -211,9 +211,9 @@ typedef struct toliman_calibration_info {
                            map_parameters: the limit below which chi_square is TOO_GOOD is lowered by this */
     uint32_t lacks;     /* with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need */
     uint32_t changes;   /* TOLIMAN_CALIBRATION_CHANGE_... that were kept */
-    int32_t attempts;   /* number of changes that were tried */
-    int32_t left_out;   /* number of default parameters that the scene does not have */
     int32_t reserved;   /* 0 */
+    int64_t attempts;   /* number of changes that were tried */
+    int64_t left_out;   /* number of default parameters that the scene does not have */
     double pupil_error; /* expected error of the pupil cells, relative to the peak: toliman_sim_plan_info */
     double peak_noise;  /* photon noise of the brightest pixel in all frames together, relative. A larger
                            pupil_error may make the model incomplete */
@@ -241,7 +241,7 @@ typedef struct toliman_calibration_attempt {
 /* Writes attempt number `index` to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless 0 <= index <
  * attempts. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_attempt(
-    const toliman_calibration *calibration, int32_t index, toliman_calibration_attempt *out) TOLIMAN_NOEXCEPT;
+    const toliman_calibration *calibration, int64_t index, toliman_calibration_attempt *out) TOLIMAN_NOEXCEPT;
 
 /* A default parameter that was not fitted, as the scene does not have it. */
 typedef struct toliman_calibration_left_out {
@@ -255,7 +255,7 @@ typedef struct toliman_calibration_left_out {
 /* Writes number `index` of the parameters that were left out to *out, whose struct_size must be set. TOLIMAN_E_RANGE
  * unless 0 <= index < left_out. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_left_out(
-    const toliman_calibration *calibration, int32_t index, toliman_calibration_left_out *out) TOLIMAN_NOEXCEPT;
+    const toliman_calibration *calibration, int64_t index, toliman_calibration_left_out *out) TOLIMAN_NOEXCEPT;
 
 /* A fitted parameter of the instrument. */
 typedef struct toliman_calibration_value {
@@ -274,7 +274,7 @@ typedef struct toliman_calibration_value {
  * unless 0 <= index < parameters and 0 <= window < windows. With a map, the values exclude the map, which adds to their
  * aberrations. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
-toliman_calibration_get_value(const toliman_calibration *calibration, int64_t window, int32_t index,
+toliman_calibration_get_value(const toliman_calibration *calibration, int64_t window, int64_t index,
                               toliman_calibration_value *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the covariance of the parameters at the start of a window, with those of the frames free, to covariance[n][n];
@@ -286,7 +286,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_covariance
 /* Writes the parameters of frame number `index`, 0 <= index < frames, to *out, whose struct_size must be set: as
  * toliman_fit_frame with the fitted scene, where the standard deviations include the uncertainty of the instrument. A
  * scene with cadence.peak_photons gives its own peak that number of photons: fluxes are then relative to the nominal
- * scene. */
+ * scene. TOLIMAN_E_RANGE for any other index. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_frame(const toliman_calibration *calibration,
                                                                             int64_t index,
                                                                             toliman_fit_result *out) TOLIMAN_NOEXCEPT;
@@ -328,7 +328,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_residual(c
 
 /* Saves the fitted scene at the start of a window at `path`, a name that ends in ".json", and its map, if there is one,
  * in the same folder as <name>.opd.npy. Relative file names are rewritten relative to this folder. Replaces the files
- * atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE. */
+ * atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_RANGE for another window;
+ * TOLIMAN_E_WRITE. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_save_file(const toliman_calibration *calibration,
                                                                             int64_t window,
                                                                             const char *path) TOLIMAN_NOEXCEPT;

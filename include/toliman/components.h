@@ -125,7 +125,7 @@ toliman_components_train(toliman_components *components, const toliman_component
  *           not add up to 1, because atoms are not orthogonal. May be NULL
  * Errors: TOLIMAN_E_STATE before training; TOLIMAN_E_RANGE for a component that was not trained. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_get_series(const toliman_components *components,
-                                                                            uint32_t component, double *values,
+                                                                            int64_t component, double *values,
                                                                             double *share) TOLIMAN_NOEXCEPT;
 
 /* Properties of a collection. */

@@ -96,11 +96,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create_windows(const t
 TOLIMAN_API void toliman_fit_destroy(toliman_fit *fit) TOLIMAN_NOEXCEPT;
 
 /* Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL and after an error. */
-TOLIMAN_API int32_t toliman_fit_parameter_count(const toliman_fit *fit) TOLIMAN_NOEXCEPT;
+TOLIMAN_API int64_t toliman_fit_parameter_count(const toliman_fit *fit) TOLIMAN_NOEXCEPT;
 
 /* Writes parameter number `index`, 0 <= index < toliman_fit_parameter_count(), to *out, whose struct_size must be set.
  * TOLIMAN_E_RANGE for any other index. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_parameter(const toliman_fit *fit, int32_t index,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_parameter(const toliman_fit *fit, int64_t index,
                                                                         toliman_sim_parameter *out) TOLIMAN_NOEXCEPT;
 
 /* Properties of a fit. */
@@ -110,11 +110,10 @@ typedef struct toliman_fit_info {
     int64_t rows, cols;    /* shape of the frames */
     uint32_t taps;         /* samples per axis that interpolate a pixel of a model image */
     uint32_t images;       /* model images in memory */
-    uint32_t parameters;   /* number of parameters */
-    uint32_t reserved;
-    double image_error; /* predicted error of the interpolation, relative to the peak of the model image */
-    double capture_px;  /* as in the options */
-    uint64_t digest;    /* FNV-1a of all that determines results: model images, detector, orbit, parameters, capture */
+    int64_t parameters;    /* number of parameters */
+    double image_error;    /* predicted error of the interpolation, relative to the peak of the model image */
+    double capture_px;     /* as in the options */
+    uint64_t digest; /* FNV-1a of all that determines results: model images, detector, orbit, parameters, capture */
 } toliman_fit_info;
 #define TOLIMAN_FIT_INFO_INIT TOLIMAN_INIT(toliman_fit_info)
 

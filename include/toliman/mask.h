@@ -43,10 +43,10 @@ typedef struct toliman_mask_design_options {
                          that the scene has */
     /* Places of the stars for which the mask is designed, at most one of the two lists; without, that of the scene. */
     const double *dates;               /* [date_count] Julian years; the scene must give the places by binary.orbit */
-    uint64_t date_count;               /* at most 64 */
+    size_t date_count;                 /* at most 64 */
     const double *position_angles_deg; /* [position_angle_count] of B from A; the scene must have
                                           binary.position_angle_deg */
-    uint64_t position_angle_count;     /* at most 64 */
+    size_t position_angle_count;       /* at most 64 */
     double peak_to_mean;    /* largest peak-to-mean ratio at every place, above 1; 0 = that of the scene's mask there */
     double light_in_frame;  /* smallest fraction of the light, in [0, 1); 0 = 0.875, or no limit
                                in a scene that gives peak_photons. Most designs meet it to 1 % */
@@ -120,8 +120,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_info(const tolima
                                                                     toliman_mask_info *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the scores at place number `place` to *out, whose struct_size must be set; improved, stopped, iterations and
- * small_features are those of the whole. TOLIMAN_E_RANGE beyond the last place. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_place(const toliman_mask *mask, uint64_t place,
+ * small_features are those of the whole. TOLIMAN_E_RANGE for any other place. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_place(const toliman_mask *mask, int64_t place,
                                                                      toliman_mask_info *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the cells of the mask to cells[side][side], 1 where it steps and 0 elsewhere, also in cells without light;

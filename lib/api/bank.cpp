@@ -107,14 +107,14 @@ toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_opti
         });
         bank::check_size(scene.detector.rows, scene.detector.cols, dates.size(), options);
         toliman_bank_plan_info info = {};
-        info.dates = static_cast<uint32_t>(dates.size());
+        info.dates = static_cast<int64_t>(dates.size());
         info.places = options.places * options.places;
         info.networks = info.dates * info.places;
         info.first_days = options.first_days;
         info.last_days = options.last_days;
-        info.bytes_float32 = info.networks * bank::weight_bytes(cae::Encoding::float32);
-        info.bytes_half = info.networks * bank::weight_bytes(cae::Encoding::fp16);
-        info.train_s = kStepSeconds * options.steps * info.networks;
+        info.bytes_float32 = static_cast<uint64_t>(info.networks) * bank::weight_bytes(cae::Encoding::float32);
+        info.bytes_half = static_cast<uint64_t>(info.networks) * bank::weight_bytes(cae::Encoding::fp16);
+        info.train_s = kStepSeconds * options.steps * static_cast<double>(info.networks);
         deliver(info, out, "out");
     });
 }
@@ -160,9 +160,9 @@ toliman_status toliman_bank_get_info(const toliman_bank *handle, toliman_bank_in
         const bank::Bank &bank = use->bank;
         const bank::Options &options = bank.options();
         toliman_bank_info info = {};
-        info.networks = static_cast<uint32_t>(bank.networks().size());
-        info.trained_networks = static_cast<uint32_t>(bank.trained());
-        info.dates = static_cast<uint32_t>(bank.dates().size());
+        info.networks = static_cast<int64_t>(bank.networks().size());
+        info.trained_networks = static_cast<int64_t>(bank.trained());
+        info.dates = static_cast<int64_t>(bank.dates().size());
         info.places = options.places * options.places;
         info.steps = options.steps;
         info.first_days = options.first_days;
@@ -182,11 +182,7 @@ toliman_status toliman_bank_get_network(const toliman_bank *handle, int64_t inde
     return guard([&] {
         const Use use(handle, "bank");
         const auto &networks = use->bank.networks();
-        const auto count = static_cast<int64_t>(networks.size());
-        if (index < 0 || index >= count)
-            fail(Status::range, "{index} = %lld: must be in [0, %lld]", static_cast<long long>(index),
-                 static_cast<long long>(count - 1));
-        const bank::Network &network = networks[static_cast<size_t>(index)];
+        const bank::Network &network = networks[required_index(index, networks.size(), "index")];
         const bank::Date &date = use->bank.dates()[network.date];
         toliman_bank_network found = {};
         found.trained = network.trained() ? 1 : 0;

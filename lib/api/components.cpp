@@ -160,20 +160,18 @@ toliman_status toliman_components_train(toliman_components *handle, const tolima
     });
 }
 
-toliman_status toliman_components_get_series(const toliman_components *handle, uint32_t component, double *values,
+toliman_status toliman_components_get_series(const toliman_components *handle, int64_t component, double *values,
                                              double *share) noexcept {
     return guard([&] {
         const Use components(handle, "components");
         const linear::Components &trained = components->trained;
         if (trained.frames == 0)
             fail(Status::state, "components: not trained, or not since the last push");
-        if (component >= trained.share.size())
-            fail(Status::range, "{component} = %u: must be below %zu, the number of trained components", component,
-                 trained.share.size());
+        const size_t at = required_index(component, trained.share.size(), "component");
         if (values != nullptr)
-            std::copy_n(&trained.series[component * trained.frames], trained.frames, values);
+            std::copy_n(&trained.series[at * trained.frames], trained.frames, values);
         if (share != nullptr)
-            *share = trained.share[component];
+            *share = trained.share[at];
     });
 }
 

@@ -199,20 +199,17 @@ void toliman_fit_destroy(toliman_fit *fit) noexcept {
     destroy(fit);
 }
 
-int32_t toliman_fit_parameter_count(const toliman_fit *fit) noexcept {
-    return value_of(fit, "fit", int32_t{0},
-                    [](const toliman_fit &one) { return static_cast<int32_t>(one.fit.parameters().size()); });
+int64_t toliman_fit_parameter_count(const toliman_fit *fit) noexcept {
+    return value_of(fit, "fit", int64_t{0},
+                    [](const toliman_fit &one) { return static_cast<int64_t>(one.fit.parameters().size()); });
 }
 
-toliman_status toliman_fit_get_parameter(const toliman_fit *handle, int32_t index,
+toliman_status toliman_fit_get_parameter(const toliman_fit *handle, int64_t index,
                                          toliman_sim_parameter *out) noexcept {
     return guard([&] {
         const Use use(handle, "fit");
         const std::vector<Parameter> &parameters = use->fit.parameters();
-        const auto count = static_cast<int32_t>(parameters.size());
-        if (index < 0 || index >= count)
-            fail(Status::range, "{index} = %d: must be in [0, %d]", index, count - 1);
-        const Parameter parameter = parameters[static_cast<size_t>(index)];
+        const Parameter parameter = parameters[required_index(index, parameters.size(), "index")];
         toliman_sim_parameter found = public_parameter(parameter);
         if (parameter.kind == Parameter::Kind::position_angle)
             found.unit = "deg";
@@ -233,7 +230,7 @@ toliman_status toliman_fit_get_info(const toliman_fit *handle, toliman_fit_info 
         info.rows = static_cast<int64_t>(fit.rows());
         info.cols = static_cast<int64_t>(fit.cols());
         info.images = static_cast<uint32_t>(fit.images());
-        info.parameters = static_cast<uint32_t>(fit.parameters().size());
+        info.parameters = static_cast<int64_t>(fit.parameters().size());
         info.capture_px = fit.capture_px();
         info.digest = fit.digest();
         deliver(info, out, "out");

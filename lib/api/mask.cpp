@@ -210,13 +210,10 @@ toliman_status toliman_mask_get_info(const toliman_mask *mask, toliman_mask_info
     });
 }
 
-toliman_status toliman_mask_get_place(const toliman_mask *mask, uint64_t place, toliman_mask_info *out) noexcept {
+toliman_status toliman_mask_get_place(const toliman_mask *mask, int64_t place, toliman_mask_info *out) noexcept {
     return guard([&] {
         const Use use(mask, "mask");
-        if (place >= use->places.size())
-            fail(Status::range, "{place} = %llu: must be below %zu, the number of places",
-                 static_cast<unsigned long long>(place), use->places.size());
-        deliver(use->places[place], out, "out");
+        deliver(use->places[required_index(place, use->places.size(), "place")], out, "out");
     });
 }
 

@@ -326,9 +326,12 @@ toliman_status toliman_sim_get_plan(const toliman_sim *sim, toliman_sim_plan_inf
     });
 }
 
-const char *toliman_sim_stage_name(int32_t stage) noexcept {
-    return stage >= 0 && static_cast<size_t>(stage) < optics::kStages ? optics::stage_name(static_cast<size_t>(stage))
-                                                                      : nullptr;
+int64_t toliman_sim_stage_count() noexcept {
+    return int64_t{optics::kStages};
+}
+
+const char *toliman_sim_stage_name(int64_t index) noexcept {
+    return index >= 0 && index < toliman_sim_stage_count() ? optics::stage_name(static_cast<size_t>(index)) : "?";
 }
 
 toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const char *name, int32_t *modelled) noexcept {

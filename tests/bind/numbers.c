@@ -47,7 +47,7 @@ static void simulate(const toliman_sim *sim, int64_t rows, int64_t cols, double 
     show("star_a", image[120 * cols + 100]);
     MUST(toliman_sim_get_derivative(sim, "jitter_xy", image, (size_t)cols));
     show("jitter_xy", image[120 * cols + 100]);
-    show("parameters", toliman_sim_parameter_count());
+    show("parameters", (double)toliman_sim_parameter_count());
     MUST(toliman_sim_frame_many(sim, NULL, 3, 5, 2, 1, images));
     show("frame_many", images[rows * cols + 130 * cols + 100]);
     MUST(toliman_sim_get_series(sim, 8, 3, times, displacements));
@@ -114,7 +114,7 @@ static void follow(const toliman_sim *sim, const double *frame, int64_t cols) {
     options.steps = 2;
     MUST(toliman_fit_create(sim, &fit_options, &fit));
     MUST(toliman_bank_plan(sim, &options, &plan));
-    show("networks", plan.networks);
+    show("networks", (double)plan.networks);
     MUST(toliman_bank_create(fit, &options, &made));
     MUST(toliman_bank_train(made, fit, NULL));
     ASKS(toliman_bank_save(made, 0, NULL, 0, &size));

@@ -180,7 +180,7 @@ contains
             call components%push(image)
         end do
         call components%train()
-        call components%get_series(0, values, share)
+        call components%get_series(0_c_int64_t, values, share)
         call show('component', values(3))
         call show('share', share)
     end subroutine

@@ -54,7 +54,7 @@ static toliman_status options_init(attempt *a) {
     return TOLIMAN_OK;
 }
 static toliman_status parameter_count(attempt *a) {
-    const int32_t count = toliman_fit_parameter_count(fitter());
+    const int64_t count = toliman_fit_parameter_count(fitter());
     memcpy(a->out, &count, sizeof count);
     return TOLIMAN_OK;
 }

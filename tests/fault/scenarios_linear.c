@@ -62,7 +62,7 @@ static uint64_t digest_components(const void *components) {
     assert_ok(toliman_components_get_info(components, &info));
     uint64_t hash = fnv1a(FNV_START, &info, sizeof info);
     for (int64_t i = 0; i < info.components; i++) {
-        assert_ok(toliman_components_get_series(components, (uint32_t)i, series, NULL));
+        assert_ok(toliman_components_get_series(components, (int64_t)i, series, NULL));
         hash = fnv1a(hash, series, (size_t)info.frames * sizeof *series);
     }
     return hash;

@@ -63,12 +63,12 @@ static inline void assert_same(const toliman_calibration *one, const toliman_cal
     static double numbers[2][PIXELS];
     assert_memory_equal(&info, &same, sizeof info);
     for (int64_t w = 0; w < info.windows; w++) {
-        for (int32_t i = 0; i < (int32_t)info.parameters; i++) {
+        for (int64_t i = 0; i < info.parameters; i++) {
             const toliman_calibration_value value = calibrate_value_of(one, w, i),
                                             equal = calibrate_value_of(other, w, i);
             assert_memory_equal(&value, &equal, sizeof value);
         }
-        const size_t size = info.parameters * info.parameters * sizeof(double);
+        const size_t size = (size_t)(info.parameters * info.parameters) * sizeof(double);
         assert_ok(toliman_calibration_get_covariance(one, w, numbers[0]));
         assert_ok(toliman_calibration_get_covariance(other, w, numbers[1]));
         assert_memory_equal(numbers[0], numbers[1], size);

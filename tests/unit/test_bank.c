@@ -102,7 +102,7 @@ static void networks_are_listed(void **state) {
     assert_true(info.dates == 5 && info.rows == SIDE && info.cols == SIDE && info.seed == 1);
     assert_string_equal(info.layout, "flight");
     double last = info.first_days;
-    for (uint32_t i = 0; i < info.networks; i++) {
+    for (int64_t i = 0; i < info.networks; i++) {
         const toliman_bank_network network = bank_network_of(many, i);
         assert_true(network.trained == 0);
         assert_close(network.cosine, 0, 0, 0);

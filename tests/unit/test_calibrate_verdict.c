@@ -168,7 +168,7 @@ static void missing_default_parameters_are_named(void **state) {
         const toliman_calibration_options options = {.struct_size = sizeof options, .most_iterations = 1};
         toliman_calibration *const made = calibrated(sim, frames, 2, &options);
         const toliman_calibration_info info = calibrate_info_of(made);
-        int32_t count = 0;
+        int64_t count = 0;
         for (; cases[i].names[count] != NULL; count++) {
             toliman_calibration_left_out left_out = TOLIMAN_CALIBRATION_LEFT_OUT_INIT;
             assert_ok(toliman_calibration_get_left_out(made, count, &left_out));

@@ -82,7 +82,7 @@ static void parameters_are_listed(void **state) {
     toliman_sim_parameter parameter = {.struct_size = sizeof parameter};
     assert_int_equal(toliman_fit_parameter_count(fit), 9);
     assert_int_equal(toliman_fit_parameter_count(NULL), 0);
-    for (int32_t i = 0; i < 9; i++) {
+    for (int64_t i = 0; i < 9; i++) {
         assert_ok(toliman_fit_get_parameter(fit, i, &parameter));
         assert_string_equal(parameter.name, expected[i][0]);
         assert_string_equal(parameter.unit, expected[i][1]);

@@ -276,7 +276,9 @@ static void errors_name_the_argument_and_change_nothing(void **state) {
     training.lambda = 0;
     double series[2] = {0};
     assert_ok(toliman_components_train(components, &training, NULL));
-    assert_fails(toliman_components_get_series(components, 1, series, NULL), TOLIMAN_E_RANGE, "component = 1");
+    assert_fails(toliman_components_get_series(components, 1, series, NULL), TOLIMAN_E_RANGE,
+                 "component = 1: must be in [0, 0]");
+    assert_fails(toliman_components_get_series(components, -1, series, NULL), TOLIMAN_E_RANGE, "component = -1");
     assert_ok(toliman_components_get_series(components, 0, series, NULL));
     assert_true(series[0] != 0); /* two frames are opposite relative to their mean */
     assert_close(series[1], -series[0], 1e-12, 0);

@@ -281,7 +281,8 @@ static void refusals(void **state) {
     mask = design(sim, options_of(1, 1, 1));
     assert_fails(toliman_mask_get_descent(mask, 0, few), TOLIMAN_E_ARGUMENT, "count = 0: must be");
     assert_fails(toliman_mask_get_cells(mask, 1, few), TOLIMAN_E_ARGUMENT, "side = 1: must be 96");
-    assert_fails(toliman_mask_get_place(mask, 1, &info), TOLIMAN_E_RANGE, "place = 1: must be below 1");
+    assert_fails(toliman_mask_get_place(mask, 1, &info), TOLIMAN_E_RANGE, "place = 1: must be in [0, 0]");
+    assert_fails(toliman_mask_get_place(mask, -1, &info), TOLIMAN_E_RANGE, "place = -1: must be in [0, 0]");
     toliman_mask_destroy(mask);
     mask = NULL;
     toliman_mask_destroy(NULL);

@@ -236,7 +236,7 @@ static void pointer_to_another_type_is_refused(void **state) {
 }
 
 static const void *read_parameter_count(const void *object) {
-    static int32_t count;
+    static int64_t count;
     count = toliman_fit_parameter_count(object);
     return count == 0 ? NULL : &count;
 }

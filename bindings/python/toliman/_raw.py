@@ -589,12 +589,12 @@ class toliman_cae_train_options(Sized):
         ("progress_data", c_void_p),
         ("frames", toliman_frames_fn),
         ("frames_data", c_void_p),
-        ("frame_count", c_uint64),
-        ("validation", c_uint64),
+        ("frame_count", c_size_t),
+        ("validation", c_size_t),
         ("batch", c_uint32),
         ("threads", c_uint32),
         ("losses", POINTER(c_double)),
-        ("loss_count", c_uint64),
+        ("loss_count", c_size_t),
         ("epoch", toliman_epoch_fn),
         ("epoch_data", c_void_p),
     ]
@@ -738,8 +738,7 @@ class toliman_fit_info(Sized):
         ("cols", c_int64),
         ("taps", c_uint32),
         ("images", c_uint32),
-        ("parameters", c_uint32),
-        ("reserved", c_uint32),
+        ("parameters", c_int64),
         ("image_error", c_double),
         ("capture_px", c_double),
         ("digest", c_uint64),
@@ -860,6 +859,7 @@ class toliman_bank_options(Sized):
 class toliman_bank_plan_info(Sized):
     """Predicted size and cost of a bank.
     struct_size: in: sizeof(toliman_bank_plan_info)
+    reserved: 0
     dates: dates along the orbit, 1 for a scene whose stars do not move
     places: sub-pixel places at each date: the square of toliman_bank_options.places
     networks: dates times places
@@ -871,9 +871,10 @@ class toliman_bank_plan_info(Sized):
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("dates", c_uint32),
-        ("places", c_uint32),
-        ("networks", c_uint32),
+        ("reserved", c_uint32),
+        ("dates", c_int64),
+        ("places", c_int64),
+        ("networks", c_int64),
         ("first_days", c_double),
         ("last_days", c_double),
         ("bytes_float32", c_uint64),
@@ -902,11 +903,11 @@ class toliman_bank_train_options(Sized):
 class toliman_bank_info(Sized):
     """Properties of a bank.
     struct_size: in: sizeof(toliman_bank_info)
+    steps: steps of the training of each network
     networks: dates times places
     trained_networks: number of them that are trained
     dates: as in toliman_bank_plan_info
     places: as in toliman_bank_plan_info
-    steps: steps of the training of each network
     first_days: dates covered, days of scene time
     last_days: dates covered, days of scene time
     spacing_px: as in the options, default resolved
@@ -920,11 +921,11 @@ class toliman_bank_info(Sized):
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("networks", c_uint32),
-        ("trained_networks", c_uint32),
-        ("dates", c_uint32),
-        ("places", c_uint32),
         ("steps", c_uint32),
+        ("networks", c_int64),
+        ("trained_networks", c_int64),
+        ("dates", c_int64),
+        ("places", c_int64),
         ("first_days", c_double),
         ("last_days", c_double),
         ("spacing_px", c_double),
@@ -981,10 +982,10 @@ class toliman_bank_result(Sized):
         the displacement of both
     network: index of the network with the smallest distance_px, -1 if not fitted
     goodness: verdict on chi_square, TOLIMAN_GOODNESS_...; UNKNOWN if not fitted
+    bad_pixels: left out by the fit and by the network
     chi_square: of the fit, as in toliman_fit_result
     chi_square_sigma: of the fit, as in toliman_fit_result
-    largest_residual: of the fit, as in toliman_fit_result
-    bad_pixels: left out by the fit and by the network"""
+    largest_residual: of the fit, as in toliman_fit_result"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -994,13 +995,12 @@ class toliman_bank_result(Sized):
         ("sigma_px", c_double),
         ("efficiency", c_double),
         ("distance_px", c_double),
-        ("network", c_int32),
+        ("network", c_int64),
         ("goodness", c_int32),
+        ("bad_pixels", c_uint32),
         ("chi_square", c_double),
         ("chi_square_sigma", c_double),
         ("largest_residual", c_double),
-        ("bad_pixels", c_uint32),
-        ("reserved", c_uint32),
     ]
 
 
@@ -1248,9 +1248,9 @@ class toliman_calibration_info(Sized):
         map_parameters: the limit below which chi_square is TOO_GOOD is lowered by this
     lacks: with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need
     changes: TOLIMAN_CALIBRATION_CHANGE_... that were kept
+    reserved: 0
     attempts: number of changes that were tried
     left_out: number of default parameters that the scene does not have
-    reserved: 0
     pupil_error: expected error of the pupil cells, relative to the peak: toliman_sim_plan_info
     peak_noise: photon noise of the brightest pixel in all frames together, relative. A larger
         pupil_error may make the model incomplete"""
@@ -1262,8 +1262,8 @@ class toliman_calibration_info(Sized):
         ("rows", c_int64),
         ("cols", c_int64),
         ("cells", c_int64),
-        ("parameters", c_uint32),
-        ("windows", c_uint32),
+        ("parameters", c_int64),
+        ("windows", c_int64),
         ("iterations", c_int32),
         ("map_iterations", c_int32),
         ("chi_square", c_double),
@@ -1278,9 +1278,9 @@ class toliman_calibration_info(Sized):
         ("goodness", c_int32),
         ("lacks", c_uint32),
         ("changes", c_uint32),
-        ("attempts", c_int32),
-        ("left_out", c_int32),
         ("reserved", c_int32),
+        ("attempts", c_int64),
+        ("left_out", c_int64),
         ("pupil_error", c_double),
         ("peak_noise", c_double),
     ]
@@ -1857,9 +1857,9 @@ class toliman_mask_design_options(Sized):
         ("seed", c_uint64),
         ("free", c_char_p),
         ("dates", POINTER(c_double)),
-        ("date_count", c_uint64),
+        ("date_count", c_size_t),
         ("position_angles_deg", POINTER(c_double)),
-        ("position_angle_count", c_uint64),
+        ("position_angle_count", c_size_t),
         ("peak_to_mean", c_double),
         ("light_in_frame", c_double),
         ("feature_cells", c_uint32),
@@ -3720,10 +3720,14 @@ counted in a coarse image.""",
         """Writes the plan of a scene in memory to *out. Arguments as toliman_sim_create_json, otherwise as
 toliman_sim_plan_file.""",
     ),
+    "toliman_sim_stage_count": (
+        c_int64, (),
+        """Returns the number of stages, physical effects that a scene may include. Later versions may append stages.""",
+    ),
     "toliman_sim_stage_name": (
-        c_char_p, (("stage", c_int32),),
-        """Returns the name of a stage, a physical effect that a scene may include: stage 0, 1, ... ("photon noise"), NULL
-after the last one. Static text. Later versions may append stages.""",
+        c_char_p, (("index", c_int64),),
+        """Returns the name of stage number `index` ("photon noise"), 0 <= index < toliman_sim_stage_count(); "?" for any other
+index. Static text.""",
     ),
     "toliman_sim_get_stage": (
         c_int32, (
@@ -3850,8 +3854,7 @@ a pixel expects more than 1e12 electrons (photons, without qe).""",
             ("images", POINTER(c_double)),
         ),
         """Simulates frames first ... first + count - 1 to images[count][rows][cols].
-  displacements_px  [count], or NULL: frames of the cadence with the scene's own signal (TOLIMAN_E_RANGE outside
-                    it)
+  displacements_px  [count], or NULL: frames of the cadence (others: TOLIMAN_E_RANGE) with the scene's own signal
   threads           worker threads, 0 = one per processor
 Errors as toliman_sim_frame. After an error, images may hold some of the frames.""",
     ),
@@ -4050,11 +4053,11 @@ checksum, and for numbers that are subnormal, above 2^100, infinite or NaN.""",
         """Loads a network from a file. Otherwise as toliman_cae_load.""",
     ),
     "toliman_sim_parameter_count": (
-        c_int32, (),
+        c_int64, (),
         """Returns the number of parameters. Later versions may append parameters.""",
     ),
     "toliman_sim_get_parameter": (
-        c_int32, (("index", c_int32), ("out", POINTER(toliman_sim_parameter))),
+        c_int32, (("index", c_int64), ("out", POINTER(toliman_sim_parameter))),
         """Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must be set.
 TOLIMAN_E_RANGE for any other index.""",
     ),
@@ -4134,11 +4137,11 @@ TOLIMAN_E_MISMATCH, naming the scene, unless detector.shape, binary and the time
         """Destroys a fit. NULL is allowed.""",
     ),
     "toliman_fit_parameter_count": (
-        c_int32, (("fit", POINTER(toliman_fit)),),
+        c_int64, (("fit", POINTER(toliman_fit)),),
         """Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL and after an error.""",
     ),
     "toliman_fit_get_parameter": (
-        c_int32, (("fit", POINTER(toliman_fit)), ("index", c_int32), ("out", POINTER(toliman_sim_parameter))),
+        c_int32, (("fit", POINTER(toliman_fit)), ("index", c_int64), ("out", POINTER(toliman_sim_parameter))),
         """Writes parameter number `index`, 0 <= index < toliman_fit_parameter_count(), to *out, whose struct_size must be set.
 TOLIMAN_E_RANGE for any other index.""",
     ),
@@ -4456,7 +4459,7 @@ Errors:
     "toliman_calibration_get_attempt": (
         c_int32, (
             ("calibration", POINTER(toliman_calibration)),
-            ("index", c_int32),
+            ("index", c_int64),
             ("out", POINTER(toliman_calibration_attempt)),
         ),
         """Writes attempt number `index` to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless 0 <= index <
@@ -4465,7 +4468,7 @@ attempts.""",
     "toliman_calibration_get_left_out": (
         c_int32, (
             ("calibration", POINTER(toliman_calibration)),
-            ("index", c_int32),
+            ("index", c_int64),
             ("out", POINTER(toliman_calibration_left_out)),
         ),
         """Writes number `index` of the parameters that were left out to *out, whose struct_size must be set. TOLIMAN_E_RANGE
@@ -4475,7 +4478,7 @@ unless 0 <= index < left_out.""",
         c_int32, (
             ("calibration", POINTER(toliman_calibration)),
             ("window", c_int64),
-            ("index", c_int32),
+            ("index", c_int64),
             ("out", POINTER(toliman_calibration_value)),
         ),
         """Writes parameter number `index` at the start of a window to *out, whose struct_size must be set. TOLIMAN_E_RANGE
@@ -4500,7 +4503,7 @@ n is the number of parameters. TOLIMAN_E_RANGE as for toliman_calibration_get_va
         """Writes the parameters of frame number `index`, 0 <= index < frames, to *out, whose struct_size must be set: as
 toliman_fit_frame with the fitted scene, where the standard deviations include the uncertainty of the instrument. A
 scene with cadence.peak_photons gives its own peak that number of photons: fluxes are then relative to the nominal
-scene.""",
+scene. TOLIMAN_E_RANGE for any other index.""",
     ),
     "toliman_calibration_get_window": (
         c_int32, (
@@ -4542,7 +4545,8 @@ values, 0 = at those from which the calibration started.""",
         c_int32, (("calibration", POINTER(toliman_calibration)), ("window", c_int64), ("path", c_char_p)),
         """Saves the fitted scene at the start of a window at `path`, a name that ends in ".json", and its map, if there is one,
 in the same folder as <name>.opd.npy. Relative file names are rewritten relative to this folder. Replaces the files
-atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE.""",
+atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_RANGE for another window;
+TOLIMAN_E_WRITE.""",
     ),
     "toliman_components_options_init": (
         None, (("options", POINTER(toliman_components_options)), ("size", c_size_t)),
@@ -4614,7 +4618,7 @@ Source: Jolliffe (2002); Mairal, Bach, Ponce, Sapiro (2009), with all frames in 
     "toliman_components_get_series": (
         c_int32, (
             ("components", POINTER(toliman_components)),
-            ("component", c_uint32),
+            ("component", c_int64),
             ("values", POINTER(c_double)),
             ("share", POINTER(c_double)),
         ),
@@ -4940,9 +4944,9 @@ engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene."
         """Writes the scores of a mask at its first place to *out, whose struct_size must be set.""",
     ),
     "toliman_mask_get_place": (
-        c_int32, (("mask", POINTER(toliman_mask)), ("place", c_uint64), ("out", POINTER(toliman_mask_info))),
+        c_int32, (("mask", POINTER(toliman_mask)), ("place", c_int64), ("out", POINTER(toliman_mask_info))),
         """Writes the scores at place number `place` to *out, whose struct_size must be set; improved, stopped, iterations and
-small_features are those of the whole. TOLIMAN_E_RANGE beyond the last place.""",
+small_features are those of the whole. TOLIMAN_E_RANGE for any other place.""",
     ),
     "toliman_mask_get_cells": (
         c_int32, (("mask", POINTER(toliman_mask)), ("side", c_size_t), ("cells", POINTER(c_double))),

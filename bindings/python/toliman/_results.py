@@ -231,11 +231,11 @@ class BankPlan(Result):
 class BankInfo(Result):
     """Properties of a bank."""
 
+    steps: int = member("steps of the training of each network")
     networks: int = member("dates times places")
     trained_networks: int = member("number of them that are trained")
     dates: int = member("as in toliman_bank_plan_info")
     places: int = member("as in toliman_bank_plan_info")
-    steps: int = member("steps of the training of each network")
     first_days: float = member("dates covered, days of scene time")
     last_days: float = member("dates covered, days of scene time")
     spacing_px: float = member("as in the options, default resolved")
@@ -271,10 +271,10 @@ class BankResult(Result):
     distance_px: float = member("distance between the stars' places in the frame and those of the network: root sum of squares of the change of the place of B relative to A, and of the sub-pixel part of the displacement of both")
     network: int = member("index of the network with the smallest distance_px, -1 if not fitted")
     goodness: str = member("verdict on chi_square, ... as a word; UNKNOWN if not fitted", words="TOLIMAN_GOODNESS")
+    bad_pixels: int = member("left out by the fit and by the network")
     chi_square: float = member("of the fit, as in toliman_fit_result")
     chi_square_sigma: float = member("of the fit, as in toliman_fit_result")
     largest_residual: float = member("of the fit, as in toliman_fit_result")
-    bad_pixels: int = member("left out by the fit and by the network")
     not_fitted: bool = member("the fit did not converge: all numbers of the result are NaN, network is -1", flag=1)
     outside: bool = member("the frame's time is outside the dates of the bank; the result is valid", flag=2)
     low_efficiency: bool = member("efficiency below 0.95", flag=4)

@@ -139,7 +139,7 @@ class Components(Handle):
         """Returns the time series of a component, one value per frame in the order of the pushes, and the component's
         share of the frames' sum of squares. Raises StateError before train()."""
         values, share = numpy.empty(self.info.frames), ctypes.c_double()
-        check(library.toliman_components_get_series(self._c, whole("component", component, 2**32), pointer(values),
+        check(library.toliman_components_get_series(self._c, whole("component", component), pointer(values),
                                                 ctypes.byref(share)))
         return values, share.value
 

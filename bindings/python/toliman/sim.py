@@ -3,7 +3,6 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import itertools
 import json
 import math
 import os
@@ -101,11 +100,8 @@ def _options(watch: Watch, threads: int, engine: str | None,
 
 
 def _stage_names() -> typing.Iterator[bytes]:
-    for stage in itertools.count():
-        name = library.toliman_sim_stage_name(stage)
-        if name is None:
-            return
-        yield name
+    for index in range(library.toliman_sim_stage_count()):
+        yield library.toliman_sim_stage_name(index)
 
 
 def _has_stage(plan: typing.Any, name: bytes) -> bool:

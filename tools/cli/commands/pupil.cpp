@@ -83,7 +83,7 @@ Design result_of(const Scene &scene, const Options &options, Progress &progress)
     const toliman::phase_mask mask = design_of(scene, options, design.free, progress);
     for (size_t place = 0; place < std::max({size_t{1}, options.dates.size(), options.angles.size()}); place++) {
         design.places.push_back(toliman::sized<toliman_mask_info>());
-        toliman::check(toliman_mask_get_place(mask.get(), place, &design.places.back()));
+        toliman::check(toliman_mask_get_place(mask.get(), static_cast<int64_t>(place), &design.places.back()));
     }
     design.descent.resize(design.places[0].iterations);
     toliman::check(toliman_mask_get_descent(mask.get(), design.descent.size(), design.descent.data()));
