@@ -263,7 +263,8 @@ module toliman
         real(c_double) :: pixel_scale_arcsec = 0.0_c_double ! size of a detector pixel on the sky
         ! FNV-1a hash of the scene text, also stored in weights trained on the scene
         integer(c_int64_t) :: scene_digest = 0
-        integer(c_int64_t) :: whole_counts = 0 ! 1 if counts are integers (photon noise only, or a bit depth), else 0
+        integer(c_int32_t) :: whole_counts = 0 ! 1 if counts are integers (photon noise only, or a bit depth), else 0
+        integer(c_int32_t) :: reserved = 0 ! 0
         real(c_double) :: peak_counts = 0.0_c_double ! brightest pixel of the expected frame, in its unit
         integer(c_int32_t) :: unit = 0 ! TOLIMAN_SIM_UNIT_..., of frames and expected images
         integer(c_int32_t) :: bit_depth = 0 ! bits per pixel of the detector; 0 = counts are not rounded
@@ -552,7 +553,7 @@ module toliman
         ! of variance, target and nuisance images: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32
         integer(c_int32_t) :: planes_encoding = 0
         ! 1: also save the training state, so that toliman_cae_train can resume; 0: do not
-        integer(c_int32_t) :: training = 0
+        integer(c_int32_t) :: with_training = 0
     end type
 
     ! Scopes of parameters: where a parameter has one value.
@@ -848,9 +849,9 @@ module toliman
     ! An iteration of a calibration.
     type, bind(C), public :: toliman_calibration_step
         integer(c_int32_t) :: struct_size = 40
-        integer(c_int32_t) :: map = 0 ! 1: of the OPD map; 0: of the parameters
+        integer(c_int32_t) :: is_map = 0 ! 1: of the OPD map; 0: of the parameters
         integer(c_int32_t) :: iteration = 0 ! 1, 2, ...; the numbers continue from the parameters to the map
-        integer(c_int32_t) :: accepted = 0 ! 0: the step was rejected
+        integer(c_int32_t) :: accepted = 0 ! 1: the step was accepted; 0: it was rejected
         ! sum of squared residuals over their variances, per degree of freedom
         real(c_double) :: chi_square = 0.0_c_double
         ! of a parameter of the instrument, in its standard deviations; of the map: rms in nm

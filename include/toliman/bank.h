@@ -147,7 +147,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_info(const tolima
 /* One network of a bank. */
 typedef struct toliman_bank_network {
     uint32_t struct_size;         /* in: sizeof(toliman_bank_network) */
-    uint32_t trained;             /* 1: trained; 0: initial weights */
+    int32_t trained;              /* 1: trained; 0: initial weights */
     double days;                  /* date for which it was made, days of scene time */
     double first_days, last_days; /* range of times for which no other date of the bank is nearer */
     double x_px, y_px;            /* shift of the scene's centre from its place in the scene, in [-0.5, 0.5) */

@@ -192,7 +192,7 @@ toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae_train_options 
 /* Properties of a network. */
 typedef struct toliman_cae_info {
     uint32_t struct_size;       /* in: sizeof(toliman_cae_info) */
-    uint32_t trained;           /* 0 or 1 */
+    int32_t trained;            /* 0 or 1 */
     const char *layout;         /* "flight" or "paper"; static text */
     uint64_t layout_hash;       /* FNV-1a hash of the tensor table of the layout */
     uint64_t scene_digest;      /* toliman_sim_info.scene_digest of the scene */
@@ -286,7 +286,7 @@ typedef struct toliman_cae_save_options {
     uint32_t struct_size;
     int32_t weights_encoding; /* of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32 */
     int32_t planes_encoding;  /* of variance, target and nuisance images: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32 */
-    uint32_t training;        /* 1: also save the training state, so that toliman_cae_train can resume; 0: do not */
+    int32_t with_training;    /* 1: also save the training state, so that toliman_cae_train can resume; 0: do not */
 } toliman_cae_save_options;
 #define TOLIMAN_CAE_SAVE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_save_options)
 

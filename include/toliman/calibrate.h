@@ -80,14 +80,14 @@ TOLIMAN_API const char *toliman_calibration_change_name(uint32_t change) TOLIMAN
 /* An iteration of a calibration. */
 typedef struct toliman_calibration_step {
     uint32_t struct_size;
-    uint32_t map;        /* 1: of the OPD map; 0: of the parameters */
+    int32_t is_map;      /* 1: of the OPD map; 0: of the parameters */
     int32_t iteration;   /* 1, 2, ...; the numbers continue from the parameters to the map */
-    uint32_t accepted;   /* 0: the step was rejected */
+    int32_t accepted;    /* 1: the step was accepted; 0: it was rejected */
     double chi_square;   /* sum of squared residuals over their variances, per degree of freedom */
     double largest_step; /* of a parameter of the instrument, in its standard deviations; of the map: rms in nm */
     uint32_t change;     /* TOLIMAN_CALIBRATION_CHANGE_... that is tried, 0 for the model as given. The numbers of the
                             iterations begin with each change */
-    uint32_t recalled;   /* 1: the iteration of an earlier call, from the journal */
+    int32_t recalled;    /* 1: the iteration of an earlier call, from the journal */
 } toliman_calibration_step;
 #define TOLIMAN_CALIBRATION_STEP_INIT TOLIMAN_INIT(toliman_calibration_step)
 
@@ -228,7 +228,7 @@ toliman_calibration_get_info(const toliman_calibration *calibration, toliman_cal
 typedef struct toliman_calibration_attempt {
     uint32_t struct_size; /* in: sizeof(toliman_calibration_attempt) */
     uint32_t change;      /* TOLIMAN_CALIBRATION_CHANGE_... */
-    uint32_t kept;        /* 1: the change was kept, and later ones build on it */
+    int32_t kept;         /* 1: the change was kept, and later ones build on it */
     uint32_t flags;       /* TOLIMAN_CALIBRATION_..., the verdict with this change */
     int64_t cells;        /* pupil cells per axis */
     double chi_square;    /* as in toliman_calibration_info, with this change */

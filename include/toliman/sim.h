@@ -190,7 +190,8 @@ typedef struct toliman_sim_info {
     double aperture_m;                               /* diameter of the aperture */
     double pixel_scale_arcsec;                       /* size of a detector pixel on the sky */
     uint64_t scene_digest;        /* FNV-1a hash of the scene text, also stored in weights trained on the scene */
-    int64_t whole_counts;         /* 1 if counts are integers (photon noise only, or a bit depth), else 0 */
+    int32_t whole_counts;         /* 1 if counts are integers (photon noise only, or a bit depth), else 0 */
+    int32_t reserved;             /* 0 */
     double peak_counts;           /* brightest pixel of the expected frame, in its unit */
     int32_t unit;                 /* TOLIMAN_SIM_UNIT_..., of frames and expected images */
     int32_t bit_depth;            /* bits per pixel of the detector; 0 = counts are not rounded */
@@ -286,8 +287,7 @@ TOLIMAN_API int64_t toliman_sim_stage_count(void) TOLIMAN_NOEXCEPT;
  * index. Static text. */
 TOLIMAN_API const char *toliman_sim_stage_name(int64_t index) TOLIMAN_NOEXCEPT;
 
-/* Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for an unknown
- * name. */
+/* Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for another name. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const char *name,
                                                                     int32_t *modelled) TOLIMAN_NOEXCEPT;
 

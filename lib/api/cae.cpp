@@ -13,6 +13,7 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
+#include "api/option.hpp"
 #include "api/output.hpp"
 #include "api/pixel_frames.hpp"
 #include "backend/file.hpp"
@@ -157,13 +158,12 @@ std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_opti
     const Use use(cae, "cae");
     const cae::Network &network = use->network;
     const toliman_cae_save_options options = accept(given, toliman_cae_save_options{}, "options");
-    if (options.training > 1)
-        fail(Status::argument, "{options->training} = %u: must be 0 or 1", options.training);
+    check_truth("options->with_training", options.with_training);
     return cae::to_blob(
         network,
         {kEncodings.to_enum_or(options.weights_encoding, cae::Encoding::float32, "options->weights_encoding"),
          kEncodings.to_enum_or(options.planes_encoding, cae::Encoding::float32, "options->planes_encoding")},
-        options.training != 0 ? training_of(*cae) : nullptr);
+        options.with_training != 0 ? training_of(*cae) : nullptr);
 }
 
 ImageView<const double> frame_of(const cae::Network &network, const double *counts, size_t stride) {
@@ -259,7 +259,7 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *ou
         const cae::Network &network = use->network;
         const cae::Preprocess &preprocess = network.preprocess();
         toliman_cae_info info = {};
-        info.trained = network.trained();
+        info.trained = network.trained() ? 1 : 0;
         info.layout = network.layout().name;
         info.layout_hash = cae::layout_hash(network.layout());
         info.input = kInputs.to_constant(preprocess.input);

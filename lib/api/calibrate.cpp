@@ -174,7 +174,7 @@ void deliver_image(const Buffer<double> &values, const calibrate::Calibration &c
 toliman_calibration_step public_step(const calibrate::Report &report) {
     toliman_calibration_step step = {};
     step.struct_size = sizeof step;
-    step.map = report.of_map ? 1 : 0;
+    step.is_map = report.of_map ? 1 : 0;
     step.iteration = report.iteration;
     step.accepted = report.accepted ? 1 : 0;
     step.chi_square = report.chi_square;
@@ -426,8 +426,7 @@ toliman_status toliman_calibration_get_residual(const toliman_calibration *handl
                                                 size_t stride) noexcept {
     return guard([&] {
         const Use use(handle, "calibration");
-        if (fitted != 0 && fitted != 1)
-            fail(Status::argument, "{fitted} = %d: must be 0 or 1", fitted);
+        check_truth("fitted", fitted);
         const calibrate::Calibration &calibration = use->calibration;
         deliver_image(fitted == 1 ? calibration.after : calibration.before, calibration, image, stride, "image");
     });

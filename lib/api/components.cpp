@@ -7,6 +7,7 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
+#include "api/option.hpp"
 #include "api/pixel_frames.hpp"
 #include "base/workers.hpp"
 #include "linear/components.hpp"
@@ -29,8 +30,7 @@ constexpr uint32_t kMostComponents = 64;
 constexpr double kLargestLambda = 1e6;
 
 linear::Preparation preparation_of(const toliman_components_options &options, int64_t cadence) {
-    if (options.raw > 1)
-        fail(Status::argument, "{options->raw} = %u: must be 0 or 1", options.raw);
+    check_truth("options->raw", options.raw);
     const int64_t capacity = options.capacity != 0 ? options.capacity : cadence;
     if (capacity < 2 || capacity > kMostFrames)
         fail(Status::argument, "{options->capacity} = %lld%s: must be in [2, %u] frames",
@@ -155,7 +155,7 @@ toliman_status toliman_components_train(toliman_components *handle, const tolima
         const linear::Components &trained = components->trained;
         if (report != nullptr)
             deliver(toliman_components_training{sizeof *report, static_cast<uint32_t>(trained.iterations),
-                                                trained.converged ? 1u : 0u, 0, trained.objective},
+                                                trained.converged ? 1 : 0, 0, trained.objective},
                     report, "report");
     });
 }

@@ -93,7 +93,7 @@ static inline uint8_t *saved_as(const toliman_cae *cae, int32_t weights, int32_t
 static inline uint8_t *saved_with_training(const toliman_cae *cae, size_t *size) {
     toliman_cae_save_options options;
     toliman_cae_save_options_init(&options, sizeof options);
-    options.training = 1;
+    options.with_training = 1;
     return saved_with(cae, options, size);
 }
 

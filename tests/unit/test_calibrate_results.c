@@ -195,7 +195,7 @@ typedef struct {
 static int32_t count_steps(const toliman_calibration *so_far, const toliman_calibration_step *step, void *user_data) {
     steps *const all = user_data;
     const toliman_calibration_info info = calibrate_info_of(so_far);
-    assert_true(step->struct_size == sizeof *step && step->map == 0 && step->accepted <= 1);
+    assert_true(step->struct_size == sizeof *step && step->is_map == 0 && step->accepted <= 1);
     assert_int_equal(step->iteration, ++all->iteration);
     assert_true(info.frames == FRAMES && info.iterations == step->iteration && step->largest_step > 0);
     if (step->accepted == 1)

@@ -270,6 +270,7 @@ class toliman_sim_info(Sized):
     pixel_scale_arcsec: size of a detector pixel on the sky
     scene_digest: FNV-1a hash of the scene text, also stored in weights trained on the scene
     whole_counts: 1 if counts are integers (photon noise only, or a bit depth), else 0
+    reserved: 0
     peak_counts: brightest pixel of the expected frame, in its unit
     unit: TOLIMAN_SIM_UNIT_..., of frames and expected images
     bit_depth: bits per pixel of the detector; 0 = counts are not rounded
@@ -301,7 +302,8 @@ class toliman_sim_info(Sized):
         ("aperture_m", c_double),
         ("pixel_scale_arcsec", c_double),
         ("scene_digest", c_uint64),
-        ("whole_counts", c_int64),
+        ("whole_counts", c_int32),
+        ("reserved", c_int32),
         ("peak_counts", c_double),
         ("unit", c_int32),
         ("bit_depth", c_int32),
@@ -623,7 +625,7 @@ class toliman_cae_info(Sized):
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("trained", c_uint32),
+        ("trained", c_int32),
         ("layout", c_char_p),
         ("layout_hash", c_uint64),
         ("scene_digest", c_uint64),
@@ -654,13 +656,13 @@ class toliman_cae_save_options(Sized):
     """Options of toliman_cae_save.
     weights_encoding: of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32
     planes_encoding: of variance, target and nuisance images: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32
-    training: 1: also save the training state, so that toliman_cae_train can resume; 0: do not"""
+    with_training: 1: also save the training state, so that toliman_cae_train can resume; 0: do not"""
 
     _fields_ = [
         ("struct_size", c_uint32),
         ("weights_encoding", c_int32),
         ("planes_encoding", c_int32),
-        ("training", c_uint32),
+        ("with_training", c_int32),
     ]
 
 
@@ -952,7 +954,7 @@ class toliman_bank_network(Sized):
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("trained", c_uint32),
+        ("trained", c_int32),
         ("days", c_double),
         ("first_days", c_double),
         ("last_days", c_double),
@@ -1127,9 +1129,9 @@ TOLIMAN_CALIBRATION_CHANGE_OPD_MAP = 8
 
 class toliman_calibration_step(Sized):
     """An iteration of a calibration.
-    map: 1: of the OPD map; 0: of the parameters
+    is_map: 1: of the OPD map; 0: of the parameters
     iteration: 1, 2, ...; the numbers continue from the parameters to the map
-    accepted: 0: the step was rejected
+    accepted: 1: the step was accepted; 0: it was rejected
     chi_square: sum of squared residuals over their variances, per degree of freedom
     largest_step: of a parameter of the instrument, in its standard deviations; of the map: rms in nm
     change: TOLIMAN_CALIBRATION_CHANGE_... that is tried, 0 for the model as given. The numbers of the
@@ -1138,13 +1140,13 @@ class toliman_calibration_step(Sized):
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("map", c_uint32),
+        ("is_map", c_int32),
         ("iteration", c_int32),
-        ("accepted", c_uint32),
+        ("accepted", c_int32),
         ("chi_square", c_double),
         ("largest_step", c_double),
         ("change", c_uint32),
-        ("recalled", c_uint32),
+        ("recalled", c_int32),
     ]
 
 
@@ -1299,7 +1301,7 @@ class toliman_calibration_attempt(Sized):
     _fields_ = [
         ("struct_size", c_uint32),
         ("change", c_uint32),
-        ("kept", c_uint32),
+        ("kept", c_int32),
         ("flags", c_uint32),
         ("cells", c_int64),
         ("chi_square", c_double),
@@ -1388,7 +1390,7 @@ class toliman_components_options(Sized):
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("raw", c_uint32),
+        ("raw", c_int32),
         ("bin", c_uint32),
         ("capacity", c_uint32),
         ("allocator", POINTER(toliman_allocator)),
@@ -1438,7 +1440,7 @@ class toliman_components_training(Sized):
     _fields_ = [
         ("struct_size", c_uint32),
         ("iterations", c_uint32),
-        ("converged", c_uint32),
+        ("converged", c_int32),
         ("reserved", c_uint32),
         ("objective", c_double),
     ]
@@ -1465,7 +1467,7 @@ class toliman_components_info(Sized):
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("raw", c_uint32),
+        ("raw", c_int32),
         ("bin", c_uint32),
         ("projected", c_uint32),
         ("capacity", c_int64),
@@ -3333,8 +3335,8 @@ class toliman_track_goodness(Sized):
         ("bad_pixels", c_int64),
         ("cleaned", c_int64),
         ("chi_limit", c_double),
-        ("is_calibrated", c_uint32),
-        ("is_complete", c_uint32),
+        ("is_calibrated", c_int32),
+        ("is_complete", c_int32),
         ("calibration_chi_square", c_double),
         ("calibration_chi_square_sigma", c_double),
         ("calibration_goodness", c_int32),
@@ -3735,8 +3737,7 @@ index. Static text.""",
             ("name", c_char_p),
             ("modelled", POINTER(c_int32)),
         ),
-        """Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for an unknown
-name.""",
+        """Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for another name.""",
     ),
     "toliman_sim_get_plan": (
         c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_plan_info))),

@@ -323,9 +323,9 @@ class BudgetRow(Result):
 class CalibrationStep(Result):
     """An iteration of a calibration."""
 
-    map: bool = member("of the OPD map; 0: of the parameters")
+    is_map: bool = member("of the OPD map; 0: of the parameters")
     iteration: int = member("1, 2, ...; the numbers continue from the parameters to the map")
-    accepted: bool = member("0: the step was rejected")
+    accepted: bool = member("the step was accepted; 0: it was rejected")
     chi_square: float = member("sum of squared residuals over their variances, per degree of freedom")
     largest_step: float = member("of a parameter of the instrument, in its standard deviations; of the map: rms in nm")
     change: int = member("change_... that is tried, 0 for the model as given. The numbers of the iterations begin with each change")

@@ -224,7 +224,7 @@ class CAE(Handle):
 
 def _save_options(weights: str, planes: str, training: bool) -> typing.Any:
     return ctypes.byref(options_of(
-        _raw.toliman_cae_save_options, library.toliman_cae_save_options_init, training=int(training),
+        _raw.toliman_cae_save_options, library.toliman_cae_save_options_init, with_training=int(training),
         weights_encoding=number("weights", weights, "TOLIMAN_CAE_ENCODING"),
         planes_encoding=number("planes", planes, "TOLIMAN_CAE_ENCODING")))
 

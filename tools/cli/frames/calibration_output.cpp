@@ -188,7 +188,7 @@ Json json_of(const toliman_calibration_step &step) {
     std::optional<std::string> change;
     if (step.change != 0)
         change = toliman_calibration_change_name(step.change);
-    return Json("change", change, "map", step.map != 0, "iteration", step.iteration, "accepted", step.accepted != 0,
+    return Json("change", change, "map", step.is_map != 0, "iteration", step.iteration, "accepted", step.accepted != 0,
                 "chi_square", step.chi_square, "largest_step", step.largest_step);
 }
 
