@@ -575,10 +575,10 @@ module toliman
     type, bind(C), public :: toliman_fit_options
         integer(c_int32_t) :: struct_size = 48
         integer(c_int32_t) :: reserved = 0 ! 0
-        ! further free parameters, names of sim_derivative.h separated by spaces: "scale focus jitter_xx jitter_yy
-        ! jitter_xy". NULL or "": none. Those that move the stars (roll, anisotropy, shear) are not available. "self"
-        ! stands for the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and zernike_5 to zernike_11
-        ! that a frame of the (first) scene determines to 5 nm and 0.02 px^2. Optics and jitter may then drift
+        ! further free parameters, a list of names of sim_derivative.h: "scale focus jitter_xx jitter_yy jitter_xy".
+        ! NULL or "": none. Those that move the stars (roll, anisotropy, shear) are not available. "self" stands for
+        ! the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and zernike_5 to zernike_11 that a
+        ! frame of the (first) scene determines to 5 nm and 0.02 px^2. Optics and jitter may then drift
         type(c_ptr) :: free = c_null_ptr
         ! largest shift of both stars from their predicted places along x or y, px; 0 = 15, at most 64. Stars that
         ! moved relative to each other are found up to about 0.5 px from the predicted separation and position angle
@@ -767,7 +767,7 @@ module toliman
     type, bind(C), public :: toliman_sim_budget_options
         integer(c_int32_t) :: struct_size = 32
         integer(c_int32_t) :: reserved = 0
-        ! names of the free parameters, separated by spaces or commas; "" = none; NULL = those of preprocess.project
+        ! list of the free parameters; "" = none; NULL = those of preprocess.project
         type(c_ptr) :: free_names = c_null_ptr
         integer(c_int64_t) :: frames = 0 ! frames that share the parameters of the instrument, 0 = 1
         real(c_double) :: earth_px = 0.0_c_double ! displacement due to an Earth, px; 0 = that of the scene
@@ -879,12 +879,12 @@ module toliman
     type, bind(C), public :: toliman_calibration_options
         integer(c_int32_t) :: struct_size = 96
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_CALIBRATION_MAP and _IMPROVE, or 0
-        ! parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3 focus
-        ! zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the parameter's unit. NULL: all
-        ! that the scene has of "focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy jitter_xy temperature_a
-        ! temperature_b spectrum_a_1-2 spectrum_b_1-2". +NAME: these and NAME, or NAME with another prior, such as
-        ! "+anisotropy +scale=1e-4". Priors without SIGMA: aberrations 100 nm, scale, anisotropy and shear 1e-2,
-        ! mask_rotation 1 deg, mask shifts 1e-4 m, jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1
+        ! list of the parameters to fit: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3 focus zernike_5-21=50
+        ! mask_rotation", with the standard deviation of the prior in the parameter's unit. NULL: all that the scene
+        ! has of "focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy jitter_xy temperature_a temperature_b
+        ! spectrum_a_1-2 spectrum_b_1-2". +NAME: these and NAME, or NAME with another prior, such as "+anisotropy
+        ! +scale=1e-4". Priors without SIGMA: aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1
+        ! deg, mask shifts 1e-4 m, jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1
         type(c_ptr) :: free = c_null_ptr
         ! scene to start from, such as the saved one of a calibration that was interrupted; NULL: the nominal scene.
         ! Priors remain around the nominal scene. With IMPROVE, its mask.edges and pupil_samples replace those of the
@@ -1343,8 +1343,8 @@ module toliman
         integer(c_int32_t) :: struct_size = 104
         integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor
         integer(c_int64_t) :: seed = 0 ! seed of the random spirals that it starts from
-        ! parameters that are fitted together with the separation, names separated by spaces or commas, of flux_a,
-        ! flux_b, shift_x, shift_y, roll, scale, focus and background; "" = none, NULL = all that the scene has
+        ! list of the parameters that are fitted together with the separation, of flux_a, flux_b, shift_x, shift_y,
+        ! roll, scale, focus and background; "" = none; NULL = all of the scene
         type(c_ptr) :: free = c_null_ptr
         ! Places of the stars for which the mask is designed, at most one of the two lists; without, that of the
         ! scene. [date_count] Julian years; the scene must give the places by binary.orbit
@@ -2257,8 +2257,8 @@ module toliman
         ! number that identifies `estimate`. If no estimator is given: the number of the estimator that wrote the
         ! ledger. Ignored with cae, linear and fit, which have their own
         integer(c_int64_t) :: estimator_id = 0
-        ! names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of 1 to 24 characters
-        ! a-z 0-9 _; columns of a new ledger. "" with cae, linear and fit
+        ! list of names ("dx dy") of additional values of `estimate`: at most 7, of 1 to 24 characters a-z 0-9 _;
+        ! columns of a new ledger. "" with cae, linear and fit
         character(kind=c_char) :: values(176) = c_null_char
         ! standard deviation of a value; 0 = Cramer-Rao bound of cae or linear, half of that of fit; required with
         ! `estimate` and without an estimator
@@ -2314,7 +2314,7 @@ module toliman
         real(c_double) :: exposure_s = 0.0_c_double
         ! Estimator that follows moving stars. The prediction of a frame is its time in the scene, (TAI -
         ! time_offset_ns) / 86400e9 days, so that time 0 of the scene is TAI time_offset_ns. The value is
-        ! displacement_px, its sigma separation_sigma_px; the columns are those of values = "separation_px,x_px,y_px".
+        ! displacement_px, its sigma separation_sigma_px; the columns are those of values = "separation_px x_px y_px".
         ! The sigma of a frame may be 0.5 to 16 times that of the scene's frame at time 0. A frame that does not
         ! converge is rejected with REASON_ESTIMATE. REBUILD with another time_offset_ns does not change values
         ! recorded before.
@@ -2323,7 +2323,7 @@ module toliman
         ! (otherwise TOLIMAN_E_MISMATCH). Each frame is encoded by toliman_bank_encode with the prediction described
         ! at `fit`. The value is displacement_px, and sigma is sigma_px of toliman_bank_result; chi_square is that of
         ! the fit. The column flags is TOLIMAN_FIT_... + TOLIMAN_TRACK_BANK_FLAGS * TOLIMAN_BANK_.... The columns are
-        ! those of values = "separation_px,x_px,y_px,fit_separation_px": the separation of the networks, the shift of
+        ! those of values = "separation_px x_px y_px fit_separation_px": the separation of the networks, the shift of
         ! the scene's centre, and the separation of the fit. The efficiency is
         ! sqrt(cov_fit_separation_px_fit_separation_px)/sigma. Each network must be trained to an efficiency of at
         ! least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A folder refuses another bank, as any other

@@ -33,6 +33,7 @@
  *     TOLIMAN_E_ARGUMENT. If the library is newer than your headers, a result may hold a constant that they do not
  *     define. Flags are uint32_t, one bit each.
  *   - Arrays belong to the caller and are in C order. Images are [row][column] with a row stride in elements.
+ *   - Lists of names in a text are separated by spaces or commas ("flux_a flux_b").
  *   - Results of unknown number are written to the arguments (..., array, capacity, count), files in memory to
  *     (..., bytes, capacity, needed). *count becomes the number of results. If capacity is smaller, the function
  *     returns TOLIMAN_E_CAPACITY and writes nothing else. To ask for the number, pass array NULL and capacity 0: the

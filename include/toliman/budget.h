@@ -31,8 +31,7 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_sim_budget_options {
     uint32_t struct_size;
     uint32_t reserved;
-    const char *free_names; /* names of the free parameters, separated by spaces or commas; "" = none; NULL = those of
-                               preprocess.project */
+    const char *free_names; /* list of the free parameters; "" = none; NULL = those of preprocess.project */
     int64_t frames;         /* frames that share the parameters of the instrument, 0 = 1 */
     double earth_px;        /* displacement due to an Earth, px; 0 = that of the scene */
 } toliman_sim_budget_options;

@@ -100,8 +100,8 @@ typedef int32_t (*toliman_calibration_step_fn)(const toliman_calibration *so_far
 /* Options of a calibration. */
 typedef struct toliman_calibration_options {
     uint32_t struct_size;
-    uint32_t flags;   /* TOLIMAN_CALIBRATION_MAP and _IMPROVE, or 0 */
-    const char *free; /* parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
+    uint32_t flags;           /* TOLIMAN_CALIBRATION_MAP and _IMPROVE, or 0 */
+    const char *free;         /* list of the parameters to fit: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
                          focus zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the
                          parameter's unit. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation
                          jitter_xx jitter_yy jitter_xy temperature_a temperature_b spectrum_a_1-2 spectrum_b_1-2".

@@ -44,7 +44,7 @@ typedef struct toliman_fit toliman_fit;
 typedef struct toliman_fit_options {
     uint32_t struct_size;
     uint32_t reserved;                  /* 0 */
-    const char *free;                   /* further free parameters, names of sim_derivative.h separated by spaces:
+    const char *free;                   /* further free parameters, a list of names of sim_derivative.h:
                                            "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that
                                            move the stars (roll, anisotropy, shear) are not available. "self" stands
                                            for the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and

@@ -38,9 +38,8 @@ typedef struct toliman_mask_design_options {
     uint32_t struct_size;
     uint32_t threads; /* worker threads, 0 = one per processor */
     uint64_t seed;    /* seed of the random spirals that it starts from */
-    const char *free; /* parameters that are fitted together with the separation, names separated by spaces or commas,
-                         of flux_a, flux_b, shift_x, shift_y, roll, scale, focus and background; "" = none, NULL = all
-                         that the scene has */
+    const char *free; /* list of the parameters that are fitted together with the separation, of flux_a, flux_b,
+                         shift_x, shift_y, roll, scale, focus and background; "" = none; NULL = all of the scene */
     /* Places of the stars for which the mask is designed, at most one of the two lists; without, that of the scene. */
     const double *dates;               /* [date_count] Julian years; the scene must give the places by binary.orbit */
     size_t date_count;                 /* at most 64 */

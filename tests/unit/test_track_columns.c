@@ -164,7 +164,7 @@ static void columns_hold_the_given_values(void **unused) {
     toliman_track_options options; /* unsaved, as after a crash, and opened with options that do not name the values */
     toliman_track_options_init(&options, sizeof options);
     assert_ok(toliman_track_load_options(folder, &options));
-    assert_string_equal(options.values, "dx,flux_2");
+    assert_string_equal(options.values, "dx flux_2");
     toliman_track *track = make_track(&options);
     const int64_t lines = info_of(track).records;
     toliman_track_destroy(track);
@@ -273,7 +273,7 @@ static void impossible_exposures_are_refused(void **unused) {
     assert_int_equal(info_of(track).received, 0);
     toliman_track_destroy(track);
     static const char *const names[] = {
-        "dx,dx", "Dx", "value", "cov_x", "flags", ",", "dx,", "a,b,c,d,e,f,g,h", "abcdefghijklmnopqrstuvwxy"};
+        "dx,dx", "Dx", "value", "cov_x", "flags", "a;b", "dx dx", "a,b,c,d,e,f,g,h", "abcdefghijklmnopqrstuvwxy"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         strcpy(options.values, names[i]);
         track = NULL;
@@ -296,7 +296,7 @@ static void columns_are_merged(void **unused) {
     toliman_track_destroy(track);
     strcpy(options.values, "dx");
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH,
-                 "values \"dx,flux_2\", this tracker has \"dx\"");
+                 "values \"dx flux_2\", this tracker has \"dx\"");
     options.folder = NULL;
     track = make_track(&options);
     assert_fails(toliman_track_merge(track, shard, 0, NULL), TOLIMAN_E_MISMATCH, "the column flux_2");
@@ -443,7 +443,7 @@ static void options_in_force(void **unused) {
     assert_string_equal(reported.folder, folder);
     assert_int_equal(reported.clock_points, 2);
     assert_memory_equal(reported.clock, clock, sizeof clock);
-    assert_string_equal(reported.values, "dx,flux_2");
+    assert_string_equal(reported.values, "dx flux_2");
     assert_true(reported.flags == TOLIMAN_TRACK_ALLOW_ZERO_RUNS && reported.zero_run_bytes == 0 && reported.group == 7);
     assert_true(reported.sync == TOLIMAN_TRACK_SYNC_NONE && reported.capacity == rich.capacity &&
                 reported.nf == FREQUENCIES);

@@ -697,7 +697,7 @@ TOLIMAN_FIT_MAX_PARAMETERS = 32
 class toliman_fit_options(Sized):
     """Options of a fit.
     reserved: 0
-    free: further free parameters, names of sim_derivative.h separated by spaces:
+    free: further free parameters, a list of names of sim_derivative.h:
         "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that
         move the stars (roll, anisotropy, shear) are not available. "self" stands
         for the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and
@@ -1008,8 +1008,7 @@ class toliman_bank_result(Sized):
 
 class toliman_sim_budget_options(Sized):
     """Options of a budget.
-    free_names: names of the free parameters, separated by spaces or commas; "" = none; NULL = those of
-        preprocess.project
+    free_names: list of the free parameters; "" = none; NULL = those of preprocess.project
     frames: frames that share the parameters of the instrument, 0 = 1
     earth_px: displacement due to an Earth, px; 0 = that of the scene"""
 
@@ -1160,7 +1159,7 @@ toliman_calibration_step_fn = CFUNCTYPE(c_int32, POINTER(toliman_calibration), P
 class toliman_calibration_options(Sized):
     """Options of a calibration.
     flags: TOLIMAN_CALIBRATION_MAP and _IMPROVE, or 0
-    free: parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
+    free: list of the parameters to fit: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
         focus zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the
         parameter's unit. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation
         jitter_xx jitter_yy jitter_xy temperature_a temperature_b spectrum_a_1-2 spectrum_b_1-2".
@@ -1833,9 +1832,8 @@ class toliman_mask_design_options(Sized):
     """Options of a design.
     threads: worker threads, 0 = one per processor
     seed: seed of the random spirals that it starts from
-    free: parameters that are fitted together with the separation, names separated by spaces or commas,
-        of flux_a, flux_b, shift_x, shift_y, roll, scale, focus and background; "" = none, NULL = all
-        that the scene has
+    free: list of the parameters that are fitted together with the separation, of flux_a, flux_b,
+        shift_x, shift_y, roll, scale, focus and background; "" = none; NULL = all of the scene
     dates: Places of the stars for which the mask is designed, at most one of the two lists; without, that of the scene.
         [date_count] Julian years; the scene must give the places by binary.orbit
     date_count: at most 64
@@ -3078,8 +3076,8 @@ class toliman_track_options(Sized):
         a network must not be trained meanwhile.
     estimator_id: number that identifies `estimate`. If no estimator is given: the number of the estimator
         that wrote the ledger. Ignored with cae, linear and fit, which have their own
-    values: names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of
-        1 to 24 characters a-z 0-9 _; columns of a new ledger. "" with cae, linear and fit
+    values: list of names ("dx dy") of additional values of `estimate`: at most 7, of 1 to 24
+        characters a-z 0-9 _; columns of a new ledger. "" with cae, linear and fit
     sigma: standard deviation of a value; 0 = Cramer-Rao bound of cae or linear, half of that of fit;
         required with `estimate` and without an estimator
     value_limit: a frame with |value| above it is an outlier; 0 = 10,000 sigma
@@ -3139,14 +3137,14 @@ class toliman_track_options(Sized):
     exposure_s: length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown
     fit: Estimator that follows moving stars. The prediction of a frame is its time in the scene, (TAI - time_offset_ns) /
         86400e9 days, so that time 0 of the scene is TAI time_offset_ns. The value is displacement_px, its sigma
-        separation_sigma_px; the columns are those of values = "separation_px,x_px,y_px". The sigma of a frame may be 0.5
+        separation_sigma_px; the columns are those of values = "separation_px x_px y_px". The sigma of a frame may be 0.5
         to 16 times that of the scene's frame at time 0. A frame that does not converge is rejected with REASON_ESTIMATE.
         REBUILD with another time_offset_ns does not change values recorded before.
     bank: NULL, or the networks that estimate the separation. Requires `fit`, for which the bank must have been made
         (otherwise TOLIMAN_E_MISMATCH). Each frame is encoded by toliman_bank_encode with the prediction described at
         `fit`. The value is displacement_px, and sigma is sigma_px of toliman_bank_result; chi_square is that of the fit.
         The column flags is TOLIMAN_FIT_... + TOLIMAN_TRACK_BANK_FLAGS * TOLIMAN_BANK_.... The columns are those of
-        values = "separation_px,x_px,y_px,fit_separation_px": the separation of the networks, the shift of the scene's
+        values = "separation_px x_px y_px fit_separation_px": the separation of the networks, the shift of the scene's
         centre, and the separation of the fit. The efficiency is sqrt(cov_fit_separation_px_fit_separation_px)/sigma.
         Each network must be trained to an efficiency of at least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A
         folder refuses another bank, as any other estimator. The bank must outlive the tracker.

@@ -295,7 +295,7 @@ class Tracker(Handle):
         options = {name: getattr(struct, name) for name, kind in struct._fields_
                    if kind in (ctypes.c_double, ctypes.c_int32, ctypes.c_int64, ctypes.c_uint32, ctypes.c_uint64)}
         del options["struct_size"]
-        options["values"] = tuple(filter(None, struct.values.decode().split(",")))
+        options["values"] = tuple(filter(None, struct.values.decode().split()))
         options["folder"] = None if struct.folder is None else os.fsdecode(struct.folder)
         options["sync"] = words("TOLIMAN_TRACK_SYNC")[struct.sync]
         options["stamp"] = words("TOLIMAN_FRAME_STAMP")[struct.stamp]
@@ -473,8 +473,8 @@ def _chi_limit_of(chi_limit: float | str | None) -> float:
 
 
 def _names(values: typing.Sequence[str]) -> bytes:
-    """Joins names of values, which C takes as one comma-separated string."""
-    names = text("values", ",".join([values] if isinstance(values, str) else values))
+    """Joins names of values, which C takes as one text."""
+    names = text("values", " ".join([values] if isinstance(values, str) else values))
     if len(names) >= _raw.toliman_track_options.values.size:
         raise ValueError(f"values has {len(names)} characters: must be at most "
                          f"{_raw.toliman_track_options.values.size - 1}")
