@@ -130,7 +130,8 @@ module toliman
     ! Options of the toliman_X_load functions.
     type, bind(C), public :: toliman_load_options
         integer(c_int32_t) :: struct_size = 16
-        integer(c_int32_t) :: reserved = 0 ! 0
+        ! of the object: worker threads, 0 = one per processor. A periodogram has none
+        integer(c_int32_t) :: threads = 0
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
     end type
 
@@ -417,12 +418,12 @@ module toliman
         integer(c_int32_t) :: struct_size = 48
         integer(c_int32_t) :: layout = 0 ! TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT
         integer(c_int32_t) :: input = 0 ! TOLIMAN_CAE_INPUT_..., 0 = WHITENED
-        integer(c_int32_t) :: reserved = 0 ! 0
+        integer(c_int32_t) :: threads = 0 ! worker threads of toliman_cae_encode_many, 0 = one per processor
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
         type(c_funptr) :: log = c_null_funptr ! receives warnings about preprocess.project; may be NULL
         type(c_ptr) :: log_data = c_null_ptr
         integer(c_int32_t) :: centre = 0 ! TOLIMAN_CAE_CENTRE_..., 0 = SCENE
-        integer(c_int32_t) :: reserved_2 = 0 ! 0
+        integer(c_int32_t) :: reserved = 0 ! 0
     end type
 
     ! Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
@@ -574,7 +575,7 @@ module toliman
     ! Options of a fit.
     type, bind(C), public :: toliman_fit_options
         integer(c_int32_t) :: struct_size = 48
-        integer(c_int32_t) :: reserved = 0 ! 0
+        integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor
         ! further free parameters, a list of names of sim_derivative.h: "scale focus jitter_xx jitter_yy jitter_xy".
         ! NULL or "": none. Those that move the stars (roll, anisotropy, shear) are not available. "self" stands for
         ! the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and zernike_5 to zernike_11 that a
@@ -661,7 +662,7 @@ module toliman
 
     ! Options of a bank.
     type, bind(C), public :: toliman_bank_options
-        integer(c_int32_t) :: struct_size = 56
+        integer(c_int32_t) :: struct_size = 64
         integer(c_int32_t) :: layout = 0 ! TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT
         ! range of the frames' times (toliman_fit_prediction.time_days), days, in [-1e6, 1e6]; both 0: 0 to the last
         ! frame of the scene
@@ -673,6 +674,8 @@ module toliman
         integer(c_int32_t) :: steps = 0 ! steps of the training of each network, at most 1e6; 0 = 600
         integer(c_int64_t) :: seed = 0 ! seed of the initial weights; 0 = 1
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+        integer(c_int32_t) :: threads = 0 ! worker threads of toliman_bank_encode_many, 0 = one per processor
+        integer(c_int32_t) :: reserved = 0 ! 0
     end type
 
     ! Predicted size and cost of a bank.
@@ -1326,7 +1329,7 @@ module toliman
     ! Options of an estimator.
     type, bind(C), public :: toliman_linear_options
         integer(c_int32_t) :: struct_size = 32
-        integer(c_int32_t) :: reserved = 0 ! 0
+        integer(c_int32_t) :: threads = 0 ! worker threads of toliman_linear_encode_many, 0 = one per processor
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
         type(c_funptr) :: log = c_null_funptr ! receives warnings about preprocess.project; may be NULL
         type(c_ptr) :: log_data = c_null_ptr
@@ -2789,14 +2792,13 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Simulates frames first ... first + count - 1 to images[count][rows][cols].
-        function toliman_sim_frame_many(sim, displacements_px, seed, first, count, threads, &
-            images) bind(C) result(answer)
+        ! Simulates frames first ... first + count - 1 to images[count][rows][cols], on the threads of the simulator's
+        ! options.
+        function toliman_sim_frame_many(sim, displacements_px, seed, first, count, images) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
             integer(c_int64_t), value :: seed, first
             integer(c_size_t), value :: count
-            integer(c_int32_t), value :: threads
             real(c_double), intent(in), optional :: displacements_px(*)
             real(c_double), intent(out) :: images(*)
             integer(c_int32_t) :: answer
@@ -2870,12 +2872,11 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Encodes `count` frames of image.
-        function toliman_cae_encode_many(cae, image, count, threads, latents_px, goodness) bind(C) result(answer)
+        ! Encodes `count` frames of image, on the threads of the network's options.
+        function toliman_cae_encode_many(cae, image, count, latents_px, goodness) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
             integer(c_size_t), value :: count
-            integer(c_int32_t), value :: threads
             type(toliman_image), intent(in) :: image
             real(c_double), intent(out) :: latents_px(*)
             type(toliman_frame_goodness), intent(inout), optional :: goodness(*)
@@ -3006,7 +3007,7 @@ module toliman
             type(toliman_fit_options), intent(inout) :: options
         end subroutine
 
-        ! Creates the fit of a scene, on as many threads as the simulator has.
+        ! Creates the fit of a scene.
         function toliman_fit_create(sim, options, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -3071,12 +3072,11 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fits `count` frames of image.
-        function toliman_fit_frames(fit, image, count, predictions, threads, results) bind(C) result(answer)
+        ! Fits `count` frames of image, on the threads of the fit's options.
+        function toliman_fit_frames(fit, image, count, predictions, results) bind(C) result(answer)
             import
             type(c_ptr), value :: fit
             integer(c_size_t), value :: count
-            integer(c_int32_t), value :: threads
             type(toliman_image), intent(in) :: image
             type(toliman_fit_prediction), intent(in), optional :: predictions(*)
             type(toliman_fit_result), intent(inout) :: results(*)
@@ -3171,13 +3171,12 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Encodes `count` frames of image.
-        function toliman_bank_encode_many(bank, fit, image, count, predictions, threads, results, &
+        ! Encodes `count` frames of image, on the threads of the bank's options.
+        function toliman_bank_encode_many(bank, fit, image, count, predictions, results, &
             fitted) bind(C) result(answer)
             import
             type(c_ptr), value :: bank, fit
             integer(c_size_t), value :: count
-            integer(c_int32_t), value :: threads
             type(toliman_image), intent(in) :: image
             type(toliman_fit_prediction), intent(in), optional :: predictions(*)
             type(toliman_bank_result), intent(inout) :: results(*)
@@ -3695,13 +3694,11 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Estimates the displacements of `count` frames of image.
-        function toliman_linear_encode_many(linear, image, count, threads, values_px, &
-            goodness) bind(C) result(answer)
+        ! Estimates the displacements of `count` frames of image, on the threads of the estimator's options.
+        function toliman_linear_encode_many(linear, image, count, values_px, goodness) bind(C) result(answer)
             import
             type(c_ptr), value :: linear
             integer(c_size_t), value :: count
-            integer(c_int32_t), value :: threads
             type(toliman_image), intent(in) :: image
             real(c_double), intent(out) :: values_px(*)
             type(toliman_frame_goodness), intent(inout), optional :: goodness(*)
@@ -5905,13 +5902,12 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Simulates frames first ... first + count - 1 to images[count][rows][cols]. displacements_px(count), images(cols,
-    ! rows, count).
-    subroutine simulator_frame_many(self, seed, first, threads, images, displacements_px, stat, errmsg)
+    ! Simulates frames first ... first + count - 1 to images[count][rows][cols], on the threads of the simulator's
+    ! options. displacements_px(count), images(cols, rows, count).
+    subroutine simulator_frame_many(self, seed, first, images, displacements_px, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(in), optional, contiguous :: displacements_px(:)
         integer(c_int64_t), intent(in) :: seed, first
-        integer(c_int32_t), intent(in) :: threads
         real(c_double), intent(out), contiguous :: images(:, :, :)
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -5924,7 +5920,7 @@ contains
         end if
         if (.not. fits(size(images, 1, c_size_t), self%cols, 'images', 1, stat, errmsg)) return
         if (.not. fits(size(images, 2, c_size_t), self%rows, 'images', 2, stat, errmsg)) return
-        status = toliman_sim_frame_many(self%handle, displacements_px, seed, first, of_count, threads, images)
+        status = toliman_sim_frame_many(self%handle, displacements_px, seed, first, of_count, images)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -5994,11 +5990,10 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Encodes `count` frames of image. latents_px(count), goodness(count).
-    subroutine autoencoder_encode_many(self, image, threads, latents_px, goodness, stat, errmsg)
+    ! Encodes `count` frames of image, on the threads of the network's options. latents_px(count), goodness(count).
+    subroutine autoencoder_encode_many(self, image, latents_px, goodness, stat, errmsg)
         class(toliman_autoencoder), intent(in) :: self
         type(toliman_image), intent(in) :: image
-        integer(c_int32_t), intent(in) :: threads
         real(c_double), intent(out), contiguous :: latents_px(:)
         type(toliman_frame_goodness), intent(inout), optional, contiguous :: goodness(:)
         integer, intent(out), optional :: stat
@@ -6009,7 +6004,7 @@ contains
         if (present(goodness)) then
             if (.not. fits(size(goodness, 1, c_size_t), of_count, 'goodness', 1, stat, errmsg)) return
         end if
-        status = toliman_cae_encode_many(self%handle, image, of_count, threads, latents_px, goodness)
+        status = toliman_cae_encode_many(self%handle, image, of_count, latents_px, goodness)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -6177,7 +6172,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Creates the fit of a scene, on as many threads as the simulator has.
+    ! Creates the fit of a scene.
     subroutine frame_fit_create(self, sim, options, stat, errmsg)
         class(toliman_frame_fit), intent(inout) :: self
         type(toliman_simulator), intent(in) :: sim
@@ -6257,12 +6252,11 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Fits `count` frames of image. predictions(count), results(count).
-    subroutine frame_fit_frames(self, image, threads, results, predictions, stat, errmsg)
+    ! Fits `count` frames of image, on the threads of the fit's options. predictions(count), results(count).
+    subroutine frame_fit_frames(self, image, results, predictions, stat, errmsg)
         class(toliman_frame_fit), intent(in) :: self
         type(toliman_image), intent(in) :: image
         type(toliman_fit_prediction), intent(in), optional, contiguous :: predictions(:)
-        integer(c_int32_t), intent(in) :: threads
         type(toliman_fit_result), intent(inout), contiguous :: results(:)
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -6272,7 +6266,7 @@ contains
         if (present(predictions)) then
             if (.not. fits(size(predictions, 1, c_size_t), of_count, 'predictions', 1, stat, errmsg)) return
         end if
-        status = toliman_fit_frames(self%handle, image, of_count, predictions, threads, results)
+        status = toliman_fit_frames(self%handle, image, of_count, predictions, results)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -6391,13 +6385,13 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Encodes `count` frames of image. predictions(count), results(count), fitted(count).
-    subroutine network_bank_encode_many(self, fit, image, threads, results, predictions, fitted, stat, errmsg)
+    ! Encodes `count` frames of image, on the threads of the bank's options. predictions(count), results(count),
+    ! fitted(count).
+    subroutine network_bank_encode_many(self, fit, image, results, predictions, fitted, stat, errmsg)
         class(toliman_network_bank), intent(in) :: self
         type(toliman_frame_fit), intent(in) :: fit
         type(toliman_image), intent(in) :: image
         type(toliman_fit_prediction), intent(in), optional, contiguous :: predictions(:)
-        integer(c_int32_t), intent(in) :: threads
         type(toliman_bank_result), intent(inout), contiguous :: results(:)
         type(toliman_fit_result), intent(inout), optional, contiguous :: fitted(:)
         integer, intent(out), optional :: stat
@@ -6411,8 +6405,7 @@ contains
         if (present(fitted)) then
             if (.not. fits(size(fitted, 1, c_size_t), of_count, 'fitted', 1, stat, errmsg)) return
         end if
-        status = toliman_bank_encode_many(self%handle, fit%handle, image, of_count, predictions, threads, &
-            results, fitted)
+        status = toliman_bank_encode_many(self%handle, fit%handle, image, of_count, predictions, results, fitted)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -7030,11 +7023,11 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Estimates the displacements of `count` frames of image. values_px(count), goodness(count).
-    subroutine linear_estimator_encode_many(self, image, threads, values_px, goodness, stat, errmsg)
+    ! Estimates the displacements of `count` frames of image, on the threads of the estimator's options.
+    ! values_px(count), goodness(count).
+    subroutine linear_estimator_encode_many(self, image, values_px, goodness, stat, errmsg)
         class(toliman_linear_estimator), intent(in) :: self
         type(toliman_image), intent(in) :: image
-        integer(c_int32_t), intent(in) :: threads
         real(c_double), intent(out), contiguous :: values_px(:)
         type(toliman_frame_goodness), intent(inout), optional, contiguous :: goodness(:)
         integer, intent(out), optional :: stat
@@ -7045,7 +7038,7 @@ contains
         if (present(goodness)) then
             if (.not. fits(size(goodness, 1, c_size_t), of_count, 'goodness', 1, stat, errmsg)) return
         end if
-        status = toliman_linear_encode_many(self%handle, image, of_count, threads, values_px, goodness)
+        status = toliman_linear_encode_many(self%handle, image, of_count, values_px, goodness)
         call conclude(status, stat, errmsg)
     end subroutine
 

@@ -57,6 +57,8 @@ typedef struct toliman_bank_options {
     uint32_t steps;                     /* steps of the training of each network, at most 1e6; 0 = 600 */
     uint64_t seed;                      /* seed of the initial weights; 0 = 1 */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
+    uint32_t threads;                   /* worker threads of toliman_bank_encode_many, 0 = one per processor */
+    uint32_t reserved;                  /* 0 */
 } toliman_bank_options;
 #define TOLIMAN_BANK_OPTIONS_INIT TOLIMAN_INIT(toliman_bank_options)
 
@@ -200,16 +202,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_encode(const toliman_
                                                                   toliman_bank_result *result,
                                                                   toliman_fit_result *fitted) TOLIMAN_NOEXCEPT;
 
-/* Encodes `count` frames of image. Each result is bit-identical to that of toliman_bank_encode.
+/* Encodes `count` frames of image, on the threads of the bank's options. Each result is bit-identical to that of
+ * toliman_bank_encode.
  *   predictions  [count]; NULL: time 0, no shift
- *   threads      worker threads, 0 = one per processor
  *   results      [count]; struct_size of the first must be set
  *   fitted       [count], results of the fits; struct_size of the first must be set; or NULL
  * Errors: as toliman_bank_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_encode_many(const toliman_bank *bank, const toliman_fit *fit,
                                                                        const toliman_image *image, size_t count,
                                                                        const toliman_fit_prediction *predictions,
-                                                                       uint32_t threads, toliman_bank_result *results,
+                                                                       toliman_bank_result *results,
                                                                        toliman_fit_result *fitted) TOLIMAN_NOEXCEPT;
 
 /* Writes the result of a frame without noise, with the stars at the places of the prediction (NULL: time 0, no shift),

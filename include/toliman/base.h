@@ -42,6 +42,9 @@
  *     object may run on one object from several threads. Other functions need exclusive use: while one runs, every
  *     other call on the same object, const or not, returns TOLIMAN_E_STATE at once and changes nothing. This includes
  *     calls from its own callbacks. Such a function also fails while const calls run on its object.
+ *   - Worker threads. A function that uses several takes their number from the member `threads` of its options struct
+ *     or, without one, of the options with which its object was created or loaded; 0 = one per processor. Results do
+ *     not depend on the number unless a comment says so.
  *   - Invalid handles. A pointer to a destroyed object, or to an object of another type, is refused with
  *     TOLIMAN_E_ARGUMENT as long as its memory has not been reused. This helps debugging; do not rely on it.
  *   - Functions without a status. toliman_fit_parameter_count, toliman_mask_get_json, toliman_period_count and
@@ -157,7 +160,7 @@ typedef struct toliman_allocator {
 /* Options of the toliman_X_load functions. */
 typedef struct toliman_load_options {
     uint32_t struct_size;
-    uint32_t reserved;                  /* 0 */
+    uint32_t threads; /* of the object: worker threads, 0 = one per processor. A periodogram has none */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
 } toliman_load_options;
 #define TOLIMAN_LOAD_OPTIONS_INIT TOLIMAN_INIT(toliman_load_options)

@@ -60,12 +60,12 @@ typedef struct toliman_cae_options {
     uint32_t struct_size;
     int32_t layout;                     /* TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT */
     int32_t input;                      /* TOLIMAN_CAE_INPUT_..., 0 = WHITENED */
-    uint32_t reserved;                  /* 0 */
+    uint32_t threads;                   /* worker threads of toliman_cae_encode_many, 0 = one per processor */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL */
     void *log_data;
-    int32_t centre;      /* TOLIMAN_CAE_CENTRE_..., 0 = SCENE */
-    uint32_t reserved_2; /* 0 */
+    int32_t centre;    /* TOLIMAN_CAE_CENTRE_..., 0 = SCENE */
+    uint32_t reserved; /* 0 */
 } toliman_cae_options;
 #define TOLIMAN_CAE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_options)
 
@@ -236,15 +236,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_c
                                                                  size_t stride, double *latent_px,
                                                                  toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
-/* Encodes `count` frames of image. Each latent is bit-identical to that of toliman_cae_encode.
- *   threads     worker threads, 0 = one per processor
+/* Encodes `count` frames of image, on the threads of the network's options. Each latent is bit-identical to that of
+ * toliman_cae_encode.
  *   latents_px  [count]
  *   goodness    [count], or NULL; struct_size of the first must be set
  * Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
  * larger than the address space. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
-toliman_cae_encode_many(const toliman_cae *cae, const toliman_image *image, size_t count, uint32_t threads,
-                        double *latents_px, toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
+toliman_cae_encode_many(const toliman_cae *cae, const toliman_image *image, size_t count, double *latents_px,
+                        toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
 /* Decodes a latent: writes the decoder output to image[256][stride]. With input WHITENED, the output is the whitened
  * residual, in standard deviations of each pixel; it is linear in the latent up to 1 px. With the other inputs, the

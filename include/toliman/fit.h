@@ -43,7 +43,7 @@ typedef struct toliman_fit toliman_fit;
 /* Options of a fit. */
 typedef struct toliman_fit_options {
     uint32_t struct_size;
-    uint32_t reserved;                  /* 0 */
+    uint32_t threads;                   /* worker threads, 0 = one per processor */
     const char *free;                   /* further free parameters, a list of names of sim_derivative.h:
                                            "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that
                                            move the stars (roll, anisotropy, shear) are not available. "self" stands
@@ -62,8 +62,8 @@ typedef struct toliman_fit_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_fit_options_init(toliman_fit_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Creates the fit of a scene, on as many threads as the simulator has. The simulator is not needed afterwards. options
- * may be NULL. The caller destroys *out. The model images cover the scene's orbit over its cadence, plus capture_px.
+/* Creates the fit of a scene. The simulator is not needed afterwards. options may be NULL. The caller destroys *out.
+ * The model images cover the scene's orbit over its cadence, plus capture_px.
  * Errors:
  *   - TOLIMAN_E_ARGUMENT for an unknown parameter, or one that is named twice or always free;
  *   - TOLIMAN_E_SCENE if the scene's frame does not determine the parameters: it has too few pixels, a parameter is a
@@ -179,15 +179,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frame(const toliman_fi
                                                                 toliman_fit_result *result, double *values,
                                                                 double *covariance) TOLIMAN_NOEXCEPT;
 
-/* Fits `count` frames of image. Each result is bit-identical to that of toliman_fit_frame.
+/* Fits `count` frames of image, on the threads of the fit's options. Each result is bit-identical to that of
+ * toliman_fit_frame.
  *   predictions  [count]; NULL: time 0, no shift
- *   threads      worker threads, 0 = one per processor
  *   results      [count]; struct_size of the first must be set
  * Errors: as toliman_fit_frame, naming the frame; TOLIMAN_E_ARGUMENT for another shape. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frames(const toliman_fit *fit, const toliman_image *image,
                                                                  size_t count,
                                                                  const toliman_fit_prediction *predictions,
-                                                                 uint32_t threads,
                                                                  toliman_fit_result *results) TOLIMAN_NOEXCEPT;
 
 /* Writes what a fit of an undisturbed frame with this prediction would return: the expected frame to

@@ -287,7 +287,8 @@ TOLIMAN_API int64_t toliman_sim_stage_count(void) TOLIMAN_NOEXCEPT;
  * index. Static text. */
 TOLIMAN_API const char *toliman_sim_stage_name(int64_t index) TOLIMAN_NOEXCEPT;
 
-/* Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for another name. */
+/* Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for an unknown
+ * name. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const char *name,
                                                                     int32_t *modelled) TOLIMAN_NOEXCEPT;
 
@@ -386,13 +387,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_si
                                                                 uint64_t seed, int64_t k, double *image,
                                                                 size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Simulates frames first ... first + count - 1 to images[count][rows][cols].
+/* Simulates frames first ... first + count - 1 to images[count][rows][cols], on the threads of the simulator's options.
  *   displacements_px  [count], or NULL: frames of the cadence (others: TOLIMAN_E_RANGE) with the scene's own signal
- *   threads           worker threads, 0 = one per processor
  * Errors as toliman_sim_frame. After an error, images may hold some of the frames. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame_many(const toliman_sim *sim,
                                                                      const double *displacements_px, uint64_t seed,
-                                                                     int64_t first, size_t count, uint32_t threads,
+                                                                     int64_t first, size_t count,
                                                                      double *images) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS

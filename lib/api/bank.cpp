@@ -128,7 +128,10 @@ toliman_status toliman_bank_create(const toliman_fit *fit, const toliman_bank_op
         toliman_bank *&made = required(out, "out");
         check_single(*fit, "fit");
         const fit::Fit &single = use->fit.first();
-        made = new toliman_bank{{}, bank::Bank(single, options_of(known, single.last_days())), bank_source};
+        if (known.reserved != 0)
+            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
+        made =
+            new toliman_bank{{}, bank::Bank(single, options_of(known, single.last_days())), known.threads, bank_source};
     });
 }
 
@@ -219,7 +222,7 @@ toliman_status toliman_bank_encode(const toliman_bank *handle, const toliman_fit
 }
 
 toliman_status toliman_bank_encode_many(const toliman_bank *handle, const toliman_fit *fit, const toliman_image *image,
-                                        size_t count, const toliman_fit_prediction *predictions, uint32_t threads,
+                                        size_t count, const toliman_fit_prediction *predictions,
                                         toliman_bank_result *results, toliman_fit_result *fitted) noexcept {
     return guard([&] {
         const Use use(handle, "bank");
@@ -244,7 +247,7 @@ toliman_status toliman_bank_encode_many(const toliman_bank *handle, const tolima
             WorkPool<bank::BankWork>::Lease of_bank;
         };
         for_groups(
-            frames, count, 1, threads, [&] { return Work(*fit, *handle); },
+            frames, count, 1, use->threads, [&] { return Work(*fit, *handle); },
             [&](const ImageView<const double> *frame, size_t i, size_t, Work &work) {
                 found[i] = public_result(bank.estimate(
                     model->fit.first(), *frame, given ? prediction_of(given->get(i), "prediction") : fit::Prediction(),
@@ -299,7 +302,7 @@ toliman_status toliman_bank_load(const void *bytes, size_t size, const toliman_l
         const MemoryScope scope(memory_of(options));
         required(bytes, "bytes");
         toliman_bank *&made = required(out, "out");
-        made = new toliman_bank{{}, bank::from_bytes(bytes, size), bank_source};
+        made = new toliman_bank{{}, bank::from_bytes(bytes, size), threads_of(options), bank_source};
     });
 }
 
@@ -317,6 +320,8 @@ toliman_status toliman_bank_load_file(const char *path, const toliman_load_optio
         required(path, "path");
         toliman_bank *&made = required(out, "out");
         const std::vector<uint8_t> bytes = file::read(path, bank::most_bytes());
-        in_file(path, [&] { made = new toliman_bank{{}, bank::from_bytes(bytes.data(), bytes.size()), bank_source}; });
+        in_file(path, [&] {
+            made = new toliman_bank{{}, bank::from_bytes(bytes.data(), bytes.size()), threads_of(options), bank_source};
+        });
     });
 }

@@ -139,7 +139,7 @@ toliman_cae_training train_unsupervised(toliman_cae &cae, const toliman_cae_trai
     toliman_cae_training result = {};
     if (options.epoch != nullptr)
         known.epoch = [&](const cae::Training &state) {
-            const toliman_cae so_far = {{}, cae::trained_network(cae.network, state), state};
+            const toliman_cae so_far = {{}, cae::trained_network(cae.network, state), state, cae.threads};
             result = result_of(state, quality_of(so_far.network));
             if (in_callback("epoch", [&] { return options.epoch(&so_far, &result, options.epoch_data); }) != 0)
                 fail(Status::cancelled, "epoch %u: cancelled by the epoch callback", state.done);
@@ -176,8 +176,8 @@ void copy_image(const Buffer<double> &from, double *image, size_t stride) {
         std::copy_n(&from[r * cae::kSide], cae::kSide, image + r * stride);
 }
 
-void store_network(cae::Blob &&blob, toliman_cae **out) {
-    *out = new toliman_cae{{}, std::move(blob.network), std::move(blob.training)};
+void store_network(cae::Blob &&blob, uint32_t threads, toliman_cae **out) {
+    *out = new toliman_cae{{}, std::move(blob.network), std::move(blob.training), threads};
 }
 
 } // namespace
@@ -195,9 +195,8 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
         const auto &simulator = use->simulator;
         const toliman_cae_options known = accept(options, toliman_cae_options{}, "options");
         const cae::Layout &layout = layout_of(known.layout);
-        for (const uint32_t reserved : {known.reserved, known.reserved_2})
-            if (reserved != 0)
-                fail(Status::argument, "{options->reserved} = %u: must be 0", reserved);
+        if (known.reserved != 0)
+            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
         required(out, "out");
         const MemoryScope scope(memory_of(known.allocator));
         store_network(
@@ -208,7 +207,7 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
                                              kCentres.to_enum_or(known.centre, cae::Centre::scene, "options->centre")),
                  seed),
              std::nullopt},
-            out);
+            known.threads, out);
     });
 }
 
@@ -294,8 +293,7 @@ toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts, 
 }
 
 toliman_status toliman_cae_encode_many(const toliman_cae *cae, const toliman_image *image, size_t count,
-                                       uint32_t threads, double *latents_px,
-                                       toliman_frame_goodness *goodness) noexcept {
+                                       double *latents_px, toliman_frame_goodness *goodness) noexcept {
     return guard([&] {
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
@@ -305,7 +303,7 @@ toliman_status toliman_cae_encode_many(const toliman_cae *cae, const toliman_ima
         const PixelFrames frames = frames_of(image, count, preprocess.rows, preprocess.cols);
         double &latents = required(latents_px, "latents_px");
         FramesGoodness out(goodness, count);
-        network.encode_many(frames, count, threads, &latents, out.found());
+        network.encode_many(frames, count, use->threads, &latents, out.found());
         out.deliver();
     });
 }
@@ -366,7 +364,7 @@ toliman_status toliman_cae_load(const void *bytes, size_t size, const toliman_lo
         const MemoryScope scope(memory_of(options));
         required(bytes, "bytes");
         required(out, "out");
-        store_network(cae::from_blob(bytes, size), out);
+        store_network(cae::from_blob(bytes, size), threads_of(options), out);
     });
 }
 
@@ -385,7 +383,7 @@ toliman_status toliman_cae_load_file(const char *path, const toliman_load_option
         required(path, "path");
         required(out, "out");
         const std::vector<uint8_t> bytes = file::read(path, cae::kMaxBlob);
-        in_file(path, [&] { store_network(cae::from_blob(bytes.data(), bytes.size()), out); });
+        in_file(path, [&] { store_network(cae::from_blob(bytes.data(), bytes.size()), threads_of(options), out); });
     });
 }
 

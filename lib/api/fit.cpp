@@ -22,6 +22,7 @@
 #include "api/track_estimators.hpp"
 #include "base/estimates.hpp"
 #include "base/text.hpp"
+#include "base/workers.hpp"
 #include "fit/self.hpp"
 
 using namespace toliman;
@@ -44,8 +45,7 @@ double capture_of(const toliman_fit_options &options) {
 struct FitSettings {
     explicit FitSettings(const toliman_fit_options *options) {
         const toliman_fit_options known = accept(options, toliman_fit_options{}, "options");
-        if (known.reserved != 0)
-            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
+        threads = known.threads;
         free = parameters_of(known.free, "options->free", &self);
         capture_px = capture_of(known);
         memory = memory_of(known.allocator);
@@ -55,10 +55,11 @@ struct FitSettings {
     std::vector<Parameter> free_of(const optics::Simulator &simulator) const {
         std::vector<Parameter> all = free;
         if (self)
-            for (const Parameter parameter : fit::self_parameters(simulator, free))
+            for (const Parameter parameter : fit::self_parameters(simulator, free, worker_count(threads)))
                 all.push_back(parameter);
         return all;
     }
+    uint32_t threads;            // as given
     std::vector<Parameter> free; // those that are named
     bool self = false;
     double capture_px;
@@ -91,11 +92,12 @@ toliman_fit *make_fit(const std::vector<const optics::Simulator *> &simulators, 
     std::vector<optics::AtlasPlan> atlases;
     for (const optics::Simulator *simulator : simulators)
         atlases.push_back(simulator->plan().atlas);
-    return new toliman_fit{
-        {},
-        fit::Windows(simulators, first_days, settings.free_of(*simulators[0]), settings.capture_px, settings.progress),
-        std::move(atlases),
-        fit_source};
+    return new toliman_fit{{},
+                           fit::Windows(simulators, first_days, settings.free_of(*simulators[0]), settings.capture_px,
+                                        worker_count(settings.threads), settings.progress),
+                           std::move(atlases),
+                           settings.threads,
+                           fit_source};
 }
 
 // The numbers of a frame that was not fitted are NaN.
@@ -254,8 +256,7 @@ toliman_status toliman_fit_frame(const toliman_fit *handle, const double *counts
 }
 
 toliman_status toliman_fit_frames(const toliman_fit *handle, const toliman_image *image, size_t count,
-                                  const toliman_fit_prediction *predictions, uint32_t threads,
-                                  toliman_fit_result *results) noexcept {
+                                  const toliman_fit_prediction *predictions, toliman_fit_result *results) noexcept {
     return guard([&] {
         const Use use(handle, "fit");
         const fit::Windows &fit = use->fit;
@@ -268,7 +269,7 @@ toliman_status toliman_fit_frames(const toliman_fit *handle, const toliman_image
             given.emplace(predictions, "predictions");
         Buffer<toliman_fit_result> found(count); // so that nothing is written if a frame fails
         for_groups(
-            frames, count, 1, threads, [&] { return fit.work(); },
+            frames, count, 1, use->threads, [&] { return fit.work(); },
             [&](const ImageView<const double> *frame, size_t i, size_t, fit::FitWork &work) {
                 fit::Result result;
                 fit.frame(*frame, given ? prediction_of(given->get(i), "prediction") : fit::Prediction(), work, result);

@@ -48,7 +48,7 @@ static void simulate(const toliman_sim *sim, int64_t rows, int64_t cols, double 
     MUST(toliman_sim_get_derivative(sim, "jitter_xy", image, (size_t)cols));
     show("jitter_xy", image[120 * cols + 100]);
     show("parameters", (double)toliman_sim_parameter_count());
-    MUST(toliman_sim_frame_many(sim, NULL, 3, 5, 2, 1, images));
+    MUST(toliman_sim_frame_many(sim, NULL, 3, 5, 2, images));
     show("frame_many", images[rows * cols + 130 * cols + 100]);
     MUST(toliman_sim_get_series(sim, 8, 3, times, displacements));
     show("time", times[2]);
@@ -85,7 +85,7 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     MUST(toliman_cae_encode(cae, frame, (size_t)cols, &latent, NULL));
     show("latent", latent);
     const toliman_image many = {.struct_size = sizeof many, .pixels = frame};
-    MUST(toliman_cae_encode_many(cae, &many, 1, 1, &latent, &goodness));
+    MUST(toliman_cae_encode_many(cae, &many, 1, &latent, &goodness));
     show("latent_of_many", latent);
     show("chi_square", goodness.chi_square);
     MUST(toliman_cae_decode(cae, 1e-3, image, 256));
@@ -128,7 +128,7 @@ static void follow(const toliman_sim *sim, const double *frame, int64_t cols) {
     show("bank_displacement", result.displacement_px);
     show("bank_sigma", result.sigma_px);
     show("fitted", fitted.displacement_px);
-    MUST(toliman_bank_encode_many(bank, fit, &image, 1, NULL, 1, &result, &fitted));
+    MUST(toliman_bank_encode_many(bank, fit, &image, 1, NULL, &result, &fitted));
     show("bank_of_many", result.displacement_px);
     MUST(toliman_bank_predict(bank, fit, NULL, &result));
     show("bank_efficiency", result.efficiency);

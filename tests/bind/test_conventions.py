@@ -39,7 +39,7 @@ SCENE = {**json.loads((ROOT / "examples" / "scenes" / "chapter.json").read_text(
 # Functions that Python provides in another way.
 NOT_NEEDED = {"toliman_last_error_copy", "toliman_goodness_name", "toliman_period_interval_name", "toliman_sky_cause_name", "toliman_mask_get_info", "toliman_version_number", "toliman_track_reason_name", "toliman_track_verdict_name",
               "toliman_cae_get_train_options", "toliman_cae_encode", "toliman_linear_encode",
-              "toliman_components_push", "toliman_load_options_init",
+              "toliman_components_push",
               "toliman_sim_image_name", "toliman_period_push", "toliman_period_push_samples", "toliman_period_retract",
               "toliman_period_retract_samples", "toliman_period_query_fit",
               "toliman_ingest_read_leap_seconds", "toliman_ingest_last_utc_day", "toliman_ingest_reason_name", "toliman_sky_observer_name",
@@ -243,7 +243,7 @@ class Cancellation(unittest.TestCase):
         frames = [None] * 4
 
         def make(place):
-            frames[place] = self.simulator.frames(0, 20, threads=1)
+            frames[place] = self.simulator.frames(0, 20)
         threads = [threading.Thread(target=make, args=(place,)) for place in range(4)]
         for thread in threads:
             thread.start()

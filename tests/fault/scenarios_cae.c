@@ -11,6 +11,7 @@ static toliman_status create_with(int32_t layout, int32_t input, void **made) {
     toliman_cae_options_init(&options, sizeof options);
     options.layout = layout;
     options.input = input;
+    options.threads = 3;
     return toliman_cae_create(large_sim(), 3, &options, (toliman_cae **)made);
 }
 
@@ -217,7 +218,7 @@ static toliman_status encode(attempt *a) {
     return toliman_cae_encode(network(), large_frames(), LARGE, (double *)a->out, NULL);
 }
 static toliman_status encode_many(attempt *a) {
-    return toliman_cae_encode_many(network(), PLAIN_IMAGE(large_frames()), FRAMES, 3, (double *)a->out, NULL);
+    return toliman_cae_encode_many(network(), PLAIN_IMAGE(large_frames()), FRAMES, (double *)a->out, NULL);
 }
 static toliman_status reconstruct(attempt *a) {
     double *const out = (double *)a->out;

@@ -6,8 +6,9 @@
 enum { PIXELS = SMALL * SMALL };
 
 static void *make(void) {
+    const toliman_linear_options options = {.struct_size = sizeof options, .threads = 3};
     toliman_linear *linear = NULL;
-    assert_ok(toliman_linear_create(small_sim(), NULL, &linear));
+    assert_ok(toliman_linear_create(small_sim(), &options, &linear));
     return linear;
 }
 
@@ -84,8 +85,7 @@ static toliman_status encode(attempt *a) {
 static toliman_status encode_many(attempt *a) {
     double *const out = (double *)a->out;
     toliman_frame_goodness fits[FRAMES] = {TOLIMAN_FRAME_GOODNESS_INIT};
-    const toliman_status status =
-        toliman_linear_encode_many(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, 3, out, fits);
+    const toliman_status status = toliman_linear_encode_many(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, out, fits);
     if (status == TOLIMAN_OK)
         memcpy(out + FRAMES, fits, sizeof fits);
     return status;

@@ -79,7 +79,7 @@ static void put_files(void) {
 }
 
 static toliman_sim *made_of(char *text) {
-    toliman_sim *const sim = sim_of(text);
+    toliman_sim *const sim = sim_on_threads(text, 3);
     free(text);
     return sim;
 }
@@ -96,7 +96,7 @@ toliman_sim *large_sim(void) {
 
 static const double *frames_of(const toliman_sim *sim, size_t pixels) {
     double *const frames = new_image(FRAMES * pixels);
-    assert_ok(toliman_sim_frame_many(sim, NULL, 1, 0, FRAMES, 1, frames));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 1, 0, FRAMES, frames));
     return frames;
 }
 
@@ -227,7 +227,7 @@ static toliman_status late_frame(attempt *a) {
     return toliman_sim_frame(a->object, 1e-3, 2, 19000, (double *)a->out, SMALL);
 }
 static toliman_status frame_many(attempt *a) {
-    return toliman_sim_frame_many(small_sim(), NULL, 2, 0, FRAMES, 3, (double *)a->out);
+    return toliman_sim_frame_many(small_sim(), NULL, 2, 0, FRAMES, (double *)a->out);
 }
 static toliman_status get_image(attempt *a) {
     return toliman_sim_get_image(small_sim(), TOLIMAN_SIM_IMAGE_FOCUS, (double *)a->out, SMALL);

@@ -47,7 +47,7 @@ static void values_of_noise_free_frames_are_exact(void **state) {
     char *const text = replaced_again(calibrate_text(&kTrueChange), "\"photon\": true, \"read_e\": 1.3",
                                       "\"photon\": false, \"read_e\": 0");
     toliman_sim *const noiseless = sim_of(text);
-    assert_ok(toliman_sim_frame_many(noiseless, NULL, 3, 0, 3, 0, exact));
+    assert_ok(toliman_sim_frame_many(noiseless, NULL, 3, 0, 3, exact));
     const toliman_calibration_options options = {.struct_size = sizeof options, .free = kKnown};
     toliman_calibration *const made = calibrated(nominal, exact, 3, &options);
     double worst = 0;
@@ -167,7 +167,7 @@ static void photons_may_be_relative_to_the_peak(void **state) {
         sims[i] = sim_of(text);
         free(text);
     }
-    assert_ok(toliman_sim_frame_many(sims[1], NULL, 3, 0, 2, 0, of_peak));
+    assert_ok(toliman_sim_frame_many(sims[1], NULL, 3, 0, 2, of_peak));
     const toliman_calibration_options options = {
         .struct_size = sizeof options,
         .free = "focus zernike_5-11 scale mask_rotation jitter_xx jitter_yy jitter_xy temperature_a"};
@@ -272,7 +272,7 @@ static void priors_that_hold_are_reported(void **state) {
     (void)state;
     const toliman_calibration_options options = {.struct_size = sizeof options, .free = "focus=1e-5 zernike_5-6=50"};
     static double exact[2 * PIXELS];
-    assert_ok(toliman_sim_frame_many(nominal, NULL, 3, 0, 2, 0, exact));
+    assert_ok(toliman_sim_frame_many(nominal, NULL, 3, 0, 2, exact));
     toliman_calibration *const made = calibrated(nominal, exact, 2, &options);
     assert_int_equal(calibrate_info_of(made).flags, TOLIMAN_CALIBRATION_HELD);
     assert_int_equal(calibrate_value_of(made, 0, 0).flags, TOLIMAN_CALIBRATION_HELD);
@@ -296,7 +296,7 @@ static void signs_that_have_no_effect_are_reported(void **state) {
             .telescope = negative ? ", \"aberrations\": {\"zernike_rms_nm\": {\"4\": -9, \"7\": 8}}"
                                   : ", \"aberrations\": {\"zernike_rms_nm\": {\"4\": 9, \"7\": -8}}"};
         toliman_sim *const other = calibrate_sim(&change);
-        assert_ok(toliman_sim_frame_many(other, NULL, 3, 0, 2, 0, both[negative]));
+        assert_ok(toliman_sim_frame_many(other, NULL, 3, 0, 2, both[negative]));
         const toliman_calibration_options options = {.struct_size = sizeof options, .free = "focus zernike_7"};
         toliman_calibration *const made = calibrated(open, both[negative], 2, &options);
         const toliman_calibration_value focus = calibrate_value_of(made, 0, 0), coma = calibrate_value_of(made, 0, 1);
@@ -336,7 +336,7 @@ static void parameters_may_change_between_windows(void **state) {
         snprintf(text, sizeof text, ", \"aberrations\": {\"zernike_rms_nm\": {\"4\": %.17g, \"7\": 10}}", focus);
         const calibrate_change change = {.telescope = text};
         toliman_sim *const other = calibrate_sim(&change);
-        assert_ok(toliman_sim_frame_many(other, NULL, 3, (int64_t)k, 1, 0, drifting + k * PIXELS));
+        assert_ok(toliman_sim_frame_many(other, NULL, 3, (int64_t)k, 1, drifting + k * PIXELS));
         toliman_sim_destroy(other);
     }
     toliman_calibration_options options = {

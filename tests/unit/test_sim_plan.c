@@ -371,7 +371,7 @@ static void far_signals_are_interpolated(void **state) {
     double at;
     assert_ok(toliman_sim_get_series(propagated, 5, 1, NULL, &at));
     assert_true(fabs(at) > 1);
-    assert_ok(toliman_sim_frame_many(propagated, NULL, 1, 5, 1, 1, frame));
+    assert_ok(toliman_sim_frame_many(propagated, NULL, 1, 5, 1, frame));
     assert_ok(toliman_sim_propagate(propagated, at, exact, 64));
     assert_memory_equal(frame, exact, 64 * 64 * sizeof *frame);
     assert_fails(toliman_sim_expect(sim, at, frame, 64), TOLIMAN_E_RANGE, "0.1");

@@ -44,7 +44,7 @@ static int set_up(void **unused) {
     sim = sim_of(text);
     free(text);
     assert_ok(toliman_fit_create(sim, NULL, &fit));
-    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, FRAMES, 1, frames));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, FRAMES, frames));
     bank = trained(100);
     weak = trained(30);
     return 0;

@@ -12,7 +12,8 @@ import typing
 import numpy
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import check, check_asked
+from . import _raw
+from ._library import check, check_asked, library
 
 Doubles = NDArray[numpy.float64]
 doubles = ctypes.POINTER(ctypes.c_double)
@@ -143,6 +144,12 @@ def options_of(kind: type, initialise: typing.Any, **members: typing.Any) -> typ
     for name, value in members.items():
         setattr(options, name, value)
     return options
+
+
+def load_options(threads: int) -> typing.Any:
+    """Returns the options of a load function."""
+    return ctypes.byref(options_of(_raw.toliman_load_options, library.toliman_load_options_init,
+                                   threads=whole("threads", threads, 2**32)))
 
 
 def saved(save: typing.Any) -> bytes:

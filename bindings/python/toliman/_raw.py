@@ -90,12 +90,12 @@ class toliman_allocator(Sized):
 
 class toliman_load_options(Sized):
     """Options of the toliman_X_load functions.
-    reserved: 0
+    threads: of the object: worker threads, 0 = one per processor. A periodogram has none
     allocator: for the large arrays of the object; NULL = malloc"""
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("reserved", c_uint32),
+        ("threads", c_uint32),
         ("allocator", POINTER(toliman_allocator)),
     ]
 
@@ -483,22 +483,22 @@ class toliman_cae_options(Sized):
     """Network options.
     layout: TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT
     input: TOLIMAN_CAE_INPUT_..., 0 = WHITENED
-    reserved: 0
+    threads: worker threads of toliman_cae_encode_many, 0 = one per processor
     allocator: for the large arrays of the object; NULL = malloc
     log: receives warnings about preprocess.project; may be NULL
     centre: TOLIMAN_CAE_CENTRE_..., 0 = SCENE
-    reserved_2: 0"""
+    reserved: 0"""
 
     _fields_ = [
         ("struct_size", c_uint32),
         ("layout", c_int32),
         ("input", c_int32),
-        ("reserved", c_uint32),
+        ("threads", c_uint32),
         ("allocator", POINTER(toliman_allocator)),
         ("log", toliman_log_fn),
         ("log_data", c_void_p),
         ("centre", c_int32),
-        ("reserved_2", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -696,7 +696,7 @@ TOLIMAN_FIT_MAX_PARAMETERS = 32
 
 class toliman_fit_options(Sized):
     """Options of a fit.
-    reserved: 0
+    threads: worker threads, 0 = one per processor
     free: further free parameters, a list of names of sim_derivative.h:
         "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that
         move the stars (roll, anisotropy, shear) are not available. "self" stands
@@ -711,7 +711,7 @@ class toliman_fit_options(Sized):
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("reserved", c_uint32),
+        ("threads", c_uint32),
         ("free", c_char_p),
         ("capture_px", c_double),
         ("allocator", POINTER(toliman_allocator)),
@@ -843,7 +843,9 @@ class toliman_bank_options(Sized):
     places: sub-pixel places per axis, at most 8; 0 = 3
     steps: steps of the training of each network, at most 1e6; 0 = 600
     seed: seed of the initial weights; 0 = 1
-    allocator: for the large arrays of the object; NULL = malloc"""
+    allocator: for the large arrays of the object; NULL = malloc
+    threads: worker threads of toliman_bank_encode_many, 0 = one per processor
+    reserved: 0"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -855,6 +857,8 @@ class toliman_bank_options(Sized):
         ("steps", c_uint32),
         ("seed", c_uint64),
         ("allocator", POINTER(toliman_allocator)),
+        ("threads", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -1805,13 +1809,13 @@ class toliman_linear(Structure):
 
 class toliman_linear_options(Sized):
     """Options of an estimator.
-    reserved: 0
+    threads: worker threads of toliman_linear_encode_many, 0 = one per processor
     allocator: for the large arrays of the object; NULL = malloc
     log: receives warnings about preprocess.project; may be NULL"""
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("reserved", c_uint32),
+        ("threads", c_uint32),
         ("allocator", POINTER(toliman_allocator)),
         ("log", toliman_log_fn),
         ("log_data", c_void_p),
@@ -3735,7 +3739,8 @@ index. Static text.""",
             ("name", c_char_p),
             ("modelled", POINTER(c_int32)),
         ),
-        """Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for another name.""",
+        """Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for an unknown
+name.""",
     ),
     "toliman_sim_get_plan": (
         c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_plan_info))),
@@ -3849,12 +3854,10 @@ a pixel expects more than 1e12 electrons (photons, without qe).""",
             ("seed", c_uint64),
             ("first", c_int64),
             ("count", c_size_t),
-            ("threads", c_uint32),
             ("images", POINTER(c_double)),
         ),
-        """Simulates frames first ... first + count - 1 to images[count][rows][cols].
+        """Simulates frames first ... first + count - 1 to images[count][rows][cols], on the threads of the simulator's options.
   displacements_px  [count], or NULL: frames of the cadence (others: TOLIMAN_E_RANGE) with the scene's own signal
-  threads           worker threads, 0 = one per processor
 Errors as toliman_sim_frame. After an error, images may hold some of the frames.""",
     ),
     "toliman_cae_options_init": (
@@ -3956,12 +3959,11 @@ counts are so far from the scene that the latent overflows.""",
             ("cae", POINTER(toliman_cae)),
             ("image", POINTER(toliman_image)),
             ("count", c_size_t),
-            ("threads", c_uint32),
             ("latents_px", POINTER(c_double)),
             ("goodness", POINTER(toliman_frame_goodness)),
         ),
-        """Encodes `count` frames of image. Each latent is bit-identical to that of toliman_cae_encode.
-  threads     worker threads, 0 = one per processor
+        """Encodes `count` frames of image, on the threads of the network's options. Each latent is bit-identical to that of
+toliman_cae_encode.
   latents_px  [count]
   goodness    [count], or NULL; struct_size of the first must be set
 Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
@@ -4100,8 +4102,8 @@ PADDED_FFT.""",
             ("options", POINTER(toliman_fit_options)),
             ("out", POINTER(POINTER(toliman_fit))),
         ),
-        """Creates the fit of a scene, on as many threads as the simulator has. The simulator is not needed afterwards. options
-may be NULL. The caller destroys *out. The model images cover the scene's orbit over its cadence, plus capture_px.
+        """Creates the fit of a scene. The simulator is not needed afterwards. options may be NULL. The caller destroys *out.
+The model images cover the scene's orbit over its cadence, plus capture_px.
 Errors:
   - TOLIMAN_E_ARGUMENT for an unknown parameter, or one that is named twice or always free;
   - TOLIMAN_E_SCENE if the scene's frame does not determine the parameters: it has too few pixels, a parameter is a
@@ -4174,12 +4176,11 @@ column, for a prediction that is not finite or outside the range of the model im
             ("image", POINTER(toliman_image)),
             ("count", c_size_t),
             ("predictions", POINTER(toliman_fit_prediction)),
-            ("threads", c_uint32),
             ("results", POINTER(toliman_fit_result)),
         ),
-        """Fits `count` frames of image. Each result is bit-identical to that of toliman_fit_frame.
+        """Fits `count` frames of image, on the threads of the fit's options. Each result is bit-identical to that of
+toliman_fit_frame.
   predictions  [count]; NULL: time 0, no shift
-  threads      worker threads, 0 = one per processor
   results      [count]; struct_size of the first must be set
 Errors: as toliman_fit_frame, naming the frame; TOLIMAN_E_ARGUMENT for another shape.""",
     ),
@@ -4285,13 +4286,12 @@ others as toliman_fit_frame.""",
             ("image", POINTER(toliman_image)),
             ("count", c_size_t),
             ("predictions", POINTER(toliman_fit_prediction)),
-            ("threads", c_uint32),
             ("results", POINTER(toliman_bank_result)),
             ("fitted", POINTER(toliman_fit_result)),
         ),
-        """Encodes `count` frames of image. Each result is bit-identical to that of toliman_bank_encode.
+        """Encodes `count` frames of image, on the threads of the bank's options. Each result is bit-identical to that of
+toliman_bank_encode.
   predictions  [count]; NULL: time 0, no shift
-  threads      worker threads, 0 = one per processor
   results      [count]; struct_size of the first must be set
   fitted       [count], results of the fits; struct_size of the first must be set; or NULL
 Errors: as toliman_bank_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape.""",
@@ -4894,13 +4894,11 @@ TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column.""",
             ("linear", POINTER(toliman_linear)),
             ("image", POINTER(toliman_image)),
             ("count", c_size_t),
-            ("threads", c_uint32),
             ("values_px", POINTER(c_double)),
             ("goodness", POINTER(toliman_frame_goodness)),
         ),
-        """Estimates the displacements of `count` frames of image. Each value is bit-identical to that of
-toliman_linear_encode.
-  threads    worker threads, 0 = one per processor
+        """Estimates the displacements of `count` frames of image, on the threads of the estimator's options. Each value is
+bit-identical to that of toliman_linear_encode.
   values_px  [count]
   goodness   [count], or NULL; struct_size of the first must be set
 Errors: as toliman_linear_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an

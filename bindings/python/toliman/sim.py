@@ -297,10 +297,10 @@ class Simulator(Handle):
         return self._image(library.toliman_sim_frame, moved, self._seed(seed), k)
 
     def frames(self, first: int = 0, count: int | None = None, *, displacements: ArrayLike | None = None,
-               seed: int | None = None, threads: int = 0, progress: Progress | bool | None = None) -> NDArray:
+               seed: int | None = None, progress: Progress | bool | None = None) -> NDArray:
         """Simulates frames first ... first + count - 1, [frame][row][column]; by default all from `first`.
 
-        displacements: one value (px) per frame instead of the scene's signal. seed, threads, progress: as above. Raises
+        displacements: one value (px) per frame instead of the scene's signal. seed, progress: as above. Raises
         InputError outside the scene's cadence unless displacements are given.
         """
         if displacements is not None:
@@ -313,7 +313,7 @@ class Simulator(Handle):
                 part = images[start:start + _FRAMES_PER_CALL]
                 moved = None if displacements is None else displacements[start:start + len(part)]
                 watch.check(library.toliman_sim_frame_many(self._c, pointer(moved), seed, first + start, len(part),
-                                                           whole("threads", threads, 2**32), pointer(part)))
+                                                           pointer(part)))
                 watch.step("frames", (start + len(part)) / count)
         return images
 

@@ -173,7 +173,7 @@ struct Frames {
         const StopLimit limit;
         const auto &frames = *static_cast<const Frames *>(user_data);
         return toliman_sim_frame_many(frames.scene.sim.get(), nullptr, frames.seed, static_cast<int64_t>(first), count,
-                                      0, counts);
+                                      counts);
     }
 };
 
