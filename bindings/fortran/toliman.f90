@@ -68,7 +68,7 @@ module toliman
         !             loss 0.9"); valid during the callback
         !   fraction  completed fraction, from 0 to 1
         ! Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED, except
-        ! toliman_mask_design, which returns the mask so far; its object stays usable.
+        ! toliman_mask_create, which returns the mask so far; its object stays usable.
         function toliman_progress_fn(stage, fraction, user_data) bind(C) result(answer)
             import
             type(c_ptr), value :: stage, user_data
@@ -1342,7 +1342,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_MASK_SYMMETRY_ODD = 843
 
     ! Options of a design.
-    type, bind(C), public :: toliman_mask_design_options
+    type, bind(C), public :: toliman_mask_options
         integer(c_int32_t) :: struct_size = 104
         integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor
         integer(c_int64_t) :: seed = 0 ! seed of the random spirals that it starts from
@@ -3073,7 +3073,7 @@ module toliman
         end function
 
         ! Fits `count` frames of image, on the threads of the fit's options.
-        function toliman_fit_frames(fit, image, count, predictions, results) bind(C) result(answer)
+        function toliman_fit_frame_many(fit, image, count, predictions, results) bind(C) result(answer)
             import
             type(c_ptr), value :: fit
             integer(c_size_t), value :: count
@@ -3307,8 +3307,8 @@ module toliman
             type(toliman_calibration_options), intent(inout) :: options
         end subroutine
 
-        ! Calibrates a scene with `count` frames of image, and writes the result to *out, which the caller destroys.
-        function toliman_calibrate(sim, image, count, predictions, options, out) bind(C) result(answer)
+        ! Creates a calibration of a scene: fits its parameters to `count` frames of image.
+        function toliman_calibration_create(sim, image, count, predictions, options, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
             integer(c_size_t), value :: count
@@ -3715,19 +3715,19 @@ module toliman
         end function
 
         ! Sets *options, a struct of `size` bytes, to the defaults.
-        subroutine toliman_mask_design_options_init(options, size) bind(C)
+        subroutine toliman_mask_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
-            type(toliman_mask_design_options), intent(inout) :: options
+            type(toliman_mask_options), intent(inout) :: options
         end subroutine
 
-        ! Designs a mask of steps on the cells of the pupil (see Data flow above): from the best of iterations/2
+        ! Creates a mask: designs steps on the cells of the pupil (see Data flow above): from the best of iterations/2
         ! random spirals, at most 125, Adam descends on the logarithm of the bound and penalties for pixels above the
         ! peak and for light lost.
-        function toliman_mask_design(sim, options, out) bind(C) result(answer)
+        function toliman_mask_create(sim, options, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
-            type(toliman_mask_design_options), intent(in), optional :: options
+            type(toliman_mask_options), intent(in), optional :: options
             type(c_ptr), intent(out) :: out
             integer(c_int32_t) :: answer
         end function
@@ -4765,7 +4765,7 @@ module toliman
     public :: toliman_fit_get_parameter
     public :: toliman_fit_get_info
     public :: toliman_fit_frame
-    public :: toliman_fit_frames
+    public :: toliman_fit_frame_many
     public :: toliman_fit_predict
     public :: toliman_bank_options_init
     public :: toliman_bank_plan
@@ -4790,7 +4790,7 @@ module toliman
     public :: toliman_sim_get_budget_correlations
     public :: toliman_calibration_change_name
     public :: toliman_calibration_options_init
-    public :: toliman_calibrate
+    public :: toliman_calibration_create
     public :: toliman_calibration_destroy
     public :: toliman_calibration_get_info
     public :: toliman_calibration_get_attempt
@@ -4835,8 +4835,8 @@ module toliman
     public :: toliman_linear_encode
     public :: toliman_linear_encode_many
     public :: toliman_linear_get_sigma
-    public :: toliman_mask_design_options_init
-    public :: toliman_mask_design
+    public :: toliman_mask_options_init
+    public :: toliman_mask_create
     public :: toliman_mask_destroy
     public :: toliman_mask_get_info
     public :: toliman_mask_get_place
@@ -5021,7 +5021,7 @@ module toliman
         procedure :: get_parameter => frame_fit_get_parameter
         procedure :: get_info => frame_fit_get_info
         procedure :: frame => frame_fit_frame
-        procedure :: frames => frame_fit_frames
+        procedure :: frame_many => frame_fit_frame_many
         procedure :: predict => frame_fit_predict
         procedure :: destroy => frame_fit_destroy
         procedure, private :: frame_fit_assign
@@ -5059,7 +5059,7 @@ module toliman
         integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
     contains
         procedure, nopass :: change_name => scene_calibration_change_name
-        procedure :: calibrate => scene_calibration_calibrate
+        procedure :: create => scene_calibration_create
         procedure :: get_info => scene_calibration_get_info
         procedure :: get_attempt => scene_calibration_get_attempt
         procedure :: get_left_out => scene_calibration_get_left_out
@@ -5143,7 +5143,7 @@ module toliman
     type, public :: toliman_phase_mask
         type(c_ptr) :: handle = c_null_ptr
     contains
-        procedure :: design => phase_mask_design
+        procedure :: create => phase_mask_create
         procedure :: get_info => phase_mask_get_info
         procedure :: get_place => phase_mask_get_place
         procedure :: get_cells => phase_mask_get_cells
@@ -5450,7 +5450,7 @@ contains
 
     ! Calibrates a scene with `count` frames of image. predictions(count): times and expected places of the stars; if
     ! absent, the times of the scene's frames, no shift.
-    subroutine scene_calibration_calibrate(self, sim, image, count, predictions, options, stat, errmsg)
+    subroutine scene_calibration_create(self, sim, image, count, predictions, options, stat, errmsg)
         class(toliman_scene_calibration), intent(inout) :: self
         type(toliman_simulator), intent(in) :: sim
         type(toliman_image), intent(in) :: image
@@ -5464,7 +5464,7 @@ contains
         if (present(predictions)) then
             if (.not. fits(size(predictions, 1, c_size_t), count, 'predictions', 1, stat, errmsg)) return
         end if
-        status = toliman_calibrate(sim%handle, image, count, predictions, options, made)
+        status = toliman_calibration_create(sim%handle, image, count, predictions, options, made)
         if (status == TOLIMAN_OK) then
             call self%destroy()
             self%handle = made
@@ -6253,7 +6253,7 @@ contains
     end subroutine
 
     ! Fits `count` frames of image, on the threads of the fit's options. predictions(count), results(count).
-    subroutine frame_fit_frames(self, image, results, predictions, stat, errmsg)
+    subroutine frame_fit_frame_many(self, image, results, predictions, stat, errmsg)
         class(toliman_frame_fit), intent(in) :: self
         type(toliman_image), intent(in) :: image
         type(toliman_fit_prediction), intent(in), optional, contiguous :: predictions(:)
@@ -6266,7 +6266,7 @@ contains
         if (present(predictions)) then
             if (.not. fits(size(predictions, 1, c_size_t), of_count, 'predictions', 1, stat, errmsg)) return
         end if
-        status = toliman_fit_frames(self%handle, image, of_count, predictions, results)
+        status = toliman_fit_frame_many(self%handle, image, of_count, predictions, results)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -7052,18 +7052,18 @@ contains
         call conclude(toliman_linear_get_sigma(self%handle, sigma_px), stat, errmsg)
     end subroutine
 
-    ! Designs a mask of steps on the cells of the pupil (see Data flow above): from the best of iterations/2 random
-    ! spirals, at most 125, Adam descends on the logarithm of the bound and penalties for pixels above the peak and
-    ! for light lost.
-    subroutine phase_mask_design(self, sim, options, stat, errmsg)
+    ! Creates a mask: designs steps on the cells of the pupil (see Data flow above): from the best of iterations/2
+    ! random spirals, at most 125, Adam descends on the logarithm of the bound and penalties for pixels above the peak
+    ! and for light lost.
+    subroutine phase_mask_create(self, sim, options, stat, errmsg)
         class(toliman_phase_mask), intent(inout) :: self
         type(toliman_simulator), intent(in) :: sim
-        type(toliman_mask_design_options), intent(in), optional :: options
+        type(toliman_mask_options), intent(in), optional :: options
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         type(c_ptr) :: made
         integer(c_int32_t) :: status
-        status = toliman_mask_design(sim%handle, options, made)
+        status = toliman_mask_create(sim%handle, options, made)
         if (status == TOLIMAN_OK) then
             call self%destroy()
             self%handle = made

@@ -19,7 +19,7 @@ static int fit_frames(const toliman_sim *sim, const toliman_fit *fit, toliman_pe
     for (int i = 0; i < FRAMES; i++)
         predictions[i].time_days = times[i];
     if (status == TOLIMAN_OK)
-        status = toliman_fit_frames(fit, &image, FRAMES, predictions, results);
+        status = toliman_fit_frame_many(fit, &image, FRAMES, predictions, results);
     for (int i = 0; status == TOLIMAN_OK && i < FRAMES; i++)
         if ((results[i].flags & TOLIMAN_FIT_NOT_CONVERGED) == 0)
             status = toliman_period_push(period, times[i], results[i].displacement_px, results[i].separation_sigma_px);

@@ -126,7 +126,7 @@ TOLIMAN_API const char *toliman_last_error_field(void) TOLIMAN_NOEXCEPT;
  *             loss 0.9"); valid during the callback
  *   fraction  completed fraction, from 0 to 1
  * Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED, except
- * toliman_mask_design, which returns the mask so far; its object stays usable. */
+ * toliman_mask_create, which returns the mask so far; its object stays usable. */
 typedef int32_t (*toliman_progress_fn)(const char *stage, double fraction, void *user_data);
 
 /* Levels of diagnostic messages. */

@@ -6,8 +6,8 @@
  *
  * Data flow (functions toliman_calibration_...)
  *
- *   toliman_sim (nominal scene), frames, times -> toliman_calibrate -> toliman_calibration
- *                                                  (options_init)          |
+ *   toliman_sim (nominal scene), frames, times -> create -> toliman_calibration
+ *                                              (options_init)       |
  *   values, errors, verdict              get_info, get_value, get_covariance, get_frame
  *   what the model lacks                 get_attempt, change_name, get_left_out
  *   images                               get_opd, get_chi_map, get_residual
@@ -135,7 +135,7 @@ typedef struct toliman_calibration_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_calibration_options_init(toliman_calibration_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Calibrates a scene with `count` frames of image, and writes the result to *out, which the caller destroys.
+/* Creates a calibration of a scene: fits its parameters to `count` frames of image. The caller destroys *out.
  *   sim          nominal scene, not needed afterwards
  *   image        frames in the unit of the scene's frames (photons, electrons or DN); variances are those of the
  *                scene's detector and noise
@@ -157,10 +157,11 @@ TOLIMAN_API void toliman_calibration_options_init(toliman_calibration_options *o
  *   - TOLIMAN_E_FORMAT for any other file, TOLIMAN_E_STATE if another process writes to the journal, TOLIMAN_E_WRITE if
  *     it cannot be written or read: what it holds remains;
  *   - TOLIMAN_E_CANCELLED if step returned a nonzero value. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *image,
-                                                                size_t count, const toliman_fit_prediction *predictions,
-                                                                const toliman_calibration_options *options,
-                                                                toliman_calibration **out) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_create(const toliman_sim *sim,
+                                                                         const toliman_image *image, size_t count,
+                                                                         const toliman_fit_prediction *predictions,
+                                                                         const toliman_calibration_options *options,
+                                                                         toliman_calibration **out) TOLIMAN_NOEXCEPT;
 
 /* Destroys a calibration. NULL is allowed. */
 TOLIMAN_API void toliman_calibration_destroy(toliman_calibration *calibration) TOLIMAN_NOEXCEPT;

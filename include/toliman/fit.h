@@ -4,7 +4,7 @@
  *
  * Data flow (functions toliman_fit_...)
  *
- *   toliman_sim -> create -> toliman_fit -> frame, frames -> toliman_fit_result -> displacement, px -> period.h
+ *   toliman_sim -> create -> toliman_fit -> frame, frame_many -> toliman_fit_result -> displacement, px -> period.h
  *  (options_init, create_windows)   |   predict -> places of the stars, standard deviations
  *   time of the frame, pointing ^   parameter_count, get_parameter, get_info
  *  (toliman_fit_prediction)  destroy
@@ -184,10 +184,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frame(const toliman_fi
  *   predictions  [count]; NULL: time 0, no shift
  *   results      [count]; struct_size of the first must be set
  * Errors: as toliman_fit_frame, naming the frame; TOLIMAN_E_ARGUMENT for another shape. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frames(const toliman_fit *fit, const toliman_image *image,
-                                                                 size_t count,
-                                                                 const toliman_fit_prediction *predictions,
-                                                                 toliman_fit_result *results) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frame_many(const toliman_fit *fit, const toliman_image *image,
+                                                                     size_t count,
+                                                                     const toliman_fit_prediction *predictions,
+                                                                     toliman_fit_result *results) TOLIMAN_NOEXCEPT;
 
 /* Writes what a fit of an undisturbed frame with this prediction would return: the expected frame to
  * image[rows][stride] (NULL: not computed), the parameters to values[n] and their covariance, the Cramer-Rao bound, to

@@ -2,8 +2,8 @@
  *
  * Data flow (functions toliman_mask_...)
  *
- *   toliman_sim -> design -> toliman_mask -> get_info, get_place   scores of the designed mask and of the scene's own
- *    (design_options_init)        |       -> get_cells             the cells of the mask
+ *   toliman_sim -> create -> toliman_mask -> get_info, get_place   scores of the designed mask and of the scene's own
+ *     (options_init)              |       -> get_cells             the cells of the mask
  *                                 |       -> get_json              the mask, for a scene file -> sim.h
  *                              destroy    -> get_descent           the bound in each iteration
  *
@@ -34,7 +34,7 @@ typedef struct toliman_mask toliman_mask;
 #define TOLIMAN_MASK_SYMMETRY_ODD 843  /* the mask is its complement, as spirals of odd m are */
 
 /* Options of a design. */
-typedef struct toliman_mask_design_options {
+typedef struct toliman_mask_options {
     uint32_t struct_size;
     uint32_t threads; /* worker threads, 0 = one per processor */
     uint64_t seed;    /* seed of the random spirals that it starts from */
@@ -57,13 +57,13 @@ typedef struct toliman_mask_design_options {
                                      ("polish: bound 1.8e-06 px"). A nonzero value ends the design: its result is the
                                      mask so far, not TOLIMAN_E_CANCELLED. May be NULL */
     void *progress_data;
-} toliman_mask_design_options;
-#define TOLIMAN_MASK_DESIGN_OPTIONS_INIT TOLIMAN_INIT(toliman_mask_design_options)
+} toliman_mask_options;
+#define TOLIMAN_MASK_OPTIONS_INIT TOLIMAN_INIT(toliman_mask_options)
 
 /* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_mask_design_options_init(toliman_mask_design_options *options, size_t size) TOLIMAN_NOEXCEPT;
+TOLIMAN_API void toliman_mask_options_init(toliman_mask_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Designs a mask of steps on the cells of the pupil (see Data flow above): from the best of iterations/2 random
+/* Creates a mask: designs steps on the cells of the pupil (see Data flow above): from the best of iterations/2 random
  * spirals, at most 125, Adam descends on the logarithm of the bound and penalties for pixels above the peak and for
  * light lost. The descent uses sketches: at most 128 cells per axis, the middle of the frame, and the wavelengths that
  * an accuracy of 1e-6 needs. Small features are then removed, and the scenes of all places judge the mask. The step is
@@ -75,8 +75,8 @@ TOLIMAN_API void toliman_mask_design_options_init(toliman_mask_design_options *o
  * Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation
  * has no bound with these parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the
  * engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_design(const toliman_sim *sim,
-                                                                  const toliman_mask_design_options *options,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_create(const toliman_sim *sim,
+                                                                  const toliman_mask_options *options,
                                                                   toliman_mask **out) TOLIMAN_NOEXCEPT;
 
 /* Destroys a mask. NULL is allowed. */

@@ -255,8 +255,8 @@ toliman_status toliman_fit_frame(const toliman_fit *handle, const double *counts
     });
 }
 
-toliman_status toliman_fit_frames(const toliman_fit *handle, const toliman_image *image, size_t count,
-                                  const toliman_fit_prediction *predictions, toliman_fit_result *results) noexcept {
+toliman_status toliman_fit_frame_many(const toliman_fit *handle, const toliman_image *image, size_t count,
+                                      const toliman_fit_prediction *predictions, toliman_fit_result *results) noexcept {
     return guard([&] {
         const Use use(handle, "fit");
         const fit::Windows &fit = use->fit;

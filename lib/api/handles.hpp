@@ -47,7 +47,7 @@ struct toliman_fit : toliman::api::Handle<toliman_fit> {
     static constexpr char kType[] = "toliman_fit";
     toliman::fit::Windows fit;
     std::vector<toliman::optics::AtlasPlan> atlases; // of the model images of each window
-    uint32_t threads;                                // of toliman_fit_frames, as in the options
+    uint32_t threads;                                // of toliman_fit_frame_many, as in the options
     // As the estimator of a tracker, fit_source(): a pointer, so that programs without fits are linked without them.
     toliman::api::Source (*source)(const toliman_fit &fit, int64_t time_offset_ns);
     mutable toliman::WorkPool<toliman::fit::FitWork> works{[this] { return fit.work(); }};

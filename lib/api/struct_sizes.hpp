@@ -61,7 +61,7 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_ingest_header", sizeof(toliman_ingest_header)},
     {"toliman_ingest_header_time", sizeof(toliman_ingest_header_time)},
     {"toliman_linear_options", sizeof(toliman_linear_options)},
-    {"toliman_mask_design_options", sizeof(toliman_mask_design_options)},
+    {"toliman_mask_options", sizeof(toliman_mask_options)},
     {"toliman_mask_info", sizeof(toliman_mask_info)},
     {"toliman_period_options", sizeof(toliman_period_options)},
     {"toliman_period_sample", sizeof(toliman_period_sample)},

@@ -236,13 +236,14 @@ static void calibrate(const toliman_sim *sim, const double *frames, const char *
     toliman_calibration *calibration = NULL, *none = NULL;
     toliman_calibration_value value = {.struct_size = sizeof value};
     char path[300];
-    assert_ok(toliman_calibrate(sim, PLAIN_IMAGE(frames), 2, NULL, &options, &calibration));
+    assert_ok(toliman_calibration_create(sim, PLAIN_IMAGE(frames), 2, NULL, &options, &calibration));
     assert_ok(toliman_calibration_get_value(calibration, 0, 0, &value));
     result("calibration", &value.value, sizeof value.value);
     snprintf(path, sizeof path, "%s/fitted.json", folder);
     assert_ok(toliman_calibration_save_file(calibration, 0, path));
     options.free = "focus=0";
-    refused("prior", toliman_calibrate(sim, PLAIN_IMAGE(frames), 2, NULL, &options, &none), TOLIMAN_E_ARGUMENT);
+    refused("prior", toliman_calibration_create(sim, PLAIN_IMAGE(frames), 2, NULL, &options, &none),
+            TOLIMAN_E_ARGUMENT);
     toliman_calibration_destroy(calibration);
 }
 

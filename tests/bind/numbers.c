@@ -163,10 +163,10 @@ static void fit_linear(const toliman_sim *sim, const double *frame, int64_t rows
 
 static void design_mask(const toliman_sim *sim) {
     toliman_mask *mask;
-    toliman_mask_design_options options = TOLIMAN_MASK_DESIGN_OPTIONS_INIT;
+    toliman_mask_options options = TOLIMAN_MASK_OPTIONS_INIT;
     toliman_mask_info info = TOLIMAN_MASK_INFO_INIT;
     options.iterations = 1;
-    MUST(toliman_mask_design(sim, &options, &mask));
+    MUST(toliman_mask_create(sim, &options, &mask));
     MUST(toliman_mask_get_info(mask, &info));
     show("mask_crb", info.crb_px);
     show("mask_peak_to_mean", info.peak_to_mean);

@@ -188,10 +188,10 @@ contains
     subroutine design_mask(sim)
         type(toliman_simulator), intent(in) :: sim
         type(toliman_phase_mask) :: mask
-        type(toliman_mask_design_options) :: options
+        type(toliman_mask_options) :: options
         type(toliman_mask_info) :: info
         options%iterations = 1
-        call mask%design(sim, options)
+        call mask%create(sim, options)
         call mask%get_info(info)
         call show('mask_crb', info%crb_px)
         call show('mask_peak_to_mean', info%peak_to_mean)

@@ -69,7 +69,7 @@ static toliman_status frame(attempt *a) {
     return toliman_fit_frame(fitter(), small_frames(), SMALL, shifted, (void *)a->out, numbers, numbers + 8);
 }
 static toliman_status many_frames(attempt *a) {
-    return toliman_fit_frames(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, shifted, (void *)a->out);
+    return toliman_fit_frame_many(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, shifted, (void *)a->out);
 }
 static toliman_status predict(attempt *a) {
     double *const numbers = (double *)a->out;
@@ -102,7 +102,7 @@ static const scenario all[] = {
      .stage = put_frames,
      .struct_size = RESULT,
      .allocates_nothing = 1},
-    {.function = "toliman_fit_frames", .call = many_frames, .stage = put_frames, .struct_size = RESULT},
+    {.function = "toliman_fit_frame_many", .call = many_frames, .stage = put_frames, .struct_size = RESULT},
     {.function = "toliman_fit_predict", .call = predict, .stage = put_frames, .allocates_nothing = 1},
 };
 SCENARIO_LIST(fit_scenarios, all);

@@ -27,7 +27,7 @@ static char folder[300];
 static toliman_calibration *calibrated(const toliman_sim *sim, const double *of, size_t count,
                                        const toliman_calibration_options *options) {
     toliman_calibration *made = NULL;
-    assert_ok(toliman_calibrate(sim, PLAIN_IMAGE(of), count, NULL, options, &made));
+    assert_ok(toliman_calibration_create(sim, PLAIN_IMAGE(of), count, NULL, options, &made));
     return made;
 }
 

@@ -102,7 +102,7 @@ static toliman_status calibration_in(const toliman_allocator *allocator, void **
     options.allocator = allocator;
     options.free = "scale";
     options.threads = 1;
-    return toliman_calibrate(scene, PLAIN_IMAGE(two_frames), 2, NULL, &options, (toliman_calibration **)out);
+    return toliman_calibration_create(scene, PLAIN_IMAGE(two_frames), 2, NULL, &options, (toliman_calibration **)out);
 }
 
 static toliman_status bank_in(const toliman_allocator *allocator, void **out) {

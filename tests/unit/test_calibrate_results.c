@@ -144,13 +144,14 @@ static void all_calls_give_the_same_bits(void **state) {
     toliman_calibration *made[4] = {NULL};
     toliman_calibration_options options = {
         .struct_size = sizeof options, .threads = 1, .free = "focus scale mask_rotation jitter_xx temperature_a"};
-    assert_ok(toliman_calibrate(nominal, PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made[0]));
+    assert_ok(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made[0]));
     options.threads = 3;
-    assert_ok(toliman_calibrate(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made[1]));
+    assert_ok(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made[1]));
     assert_same(made[0], made[1]);
-    assert_ok(toliman_calibrate(nominal, PLAIN_IMAGE(rounded), FRAMES, NULL, &options, &made[2]));
+    assert_ok(toliman_calibration_create(nominal, PLAIN_IMAGE(rounded), FRAMES, NULL, &options, &made[2]));
     options.threads = 0;
-    assert_ok(toliman_calibrate(nominal, IMAGE_OF(TOLIMAN_PIXEL_F32, single), FRAMES, NULL, &options, &made[3]));
+    assert_ok(
+        toliman_calibration_create(nominal, IMAGE_OF(TOLIMAN_PIXEL_F32, single), FRAMES, NULL, &options, &made[3]));
     assert_same(made[2], made[3]);
     for (int i = 0; i < 4; i++)
         toliman_calibration_destroy(made[i]);
@@ -220,8 +221,8 @@ static void steps_are_reported_and_cancel(void **state) {
     toliman_calibration_destroy(made);
     made = NULL;
     all = (steps){.cancel_at = 2};
-    assert_fails(toliman_calibrate(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made), TOLIMAN_E_CANCELLED,
-                 "");
+    assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
+                 TOLIMAN_E_CANCELLED, "");
     assert_null(made);
     assert_int_equal(all.calls, 2);
 }
@@ -235,8 +236,8 @@ static void calibrations_resume(void **state) {
     toliman_calibration_options options = {
         .struct_size = sizeof options, .free = kKnown, .step = count_steps, .step_data = &all};
     toliman_calibration *made = NULL;
-    assert_fails(toliman_calibrate(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made), TOLIMAN_E_CANCELLED,
-                 "");
+    assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
+                 TOLIMAN_E_CANCELLED, "");
     toliman_sim *start = NULL;
     assert_ok(toliman_sim_create_file(path, NULL, &start));
     options = (toliman_calibration_options){.struct_size = sizeof options, .free = kKnown, .start = start};

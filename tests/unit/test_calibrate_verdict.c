@@ -114,8 +114,8 @@ static void verdicts_may_be_missing(void **state) {
 
     const toliman_calibration_options options = {.struct_size = sizeof options, .free = "focus", .step = save_and_stop};
     toliman_calibration *made = NULL;
-    assert_fails(toliman_calibrate(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made), TOLIMAN_E_CANCELLED,
-                 "cancelled");
+    assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
+                 TOLIMAN_E_CANCELLED, "cancelled");
     info = opened(in_folder("part.json"), &warning);
     assert_int_equal(info.calibration, TOLIMAN_SIM_CALIBRATION_INCOMPLETE);
     assert_int_equal(info.calibration_goodness, TOLIMAN_GOODNESS_UNKNOWN);

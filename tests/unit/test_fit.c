@@ -311,7 +311,7 @@ static void errors_are_as_predicted(void **state) {
         assert_non_null(frames);
         assert_ok(toliman_sim_frame_many(sim, NULL, 9, 0, FRAMES, frames));
         toliman_fit_result results[FRAMES] = {{.struct_size = sizeof *results}};
-        assert_ok(toliman_fit_frames(fit, PLAIN_IMAGE(frames), FRAMES, NULL, results));
+        assert_ok(toliman_fit_frame_many(fit, PLAIN_IMAGE(frames), FRAMES, NULL, results));
         double sum = 0, square = 0, chi_square = 0, largest = 0;
         for (int k = 0; k < FRAMES; k++) {
             const double pull = results[k].displacement_px / results[k].separation_sigma_px;

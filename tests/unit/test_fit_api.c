@@ -200,7 +200,7 @@ static void bad_frames_and_predictions_are_refused(void **state) {
     assert_fails(toliman_fit_frame(fit, bad + PIXELS, SIDE, NULL, &result, NULL, NULL), TOLIMAN_E_ARGUMENT,
                  "counts[3][7] = nan");
     toliman_fit_result results[2] = {{.struct_size = sizeof *results}};
-    assert_fails(toliman_fit_frames(fit, PLAIN_IMAGE(bad), 2, NULL, results), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_fit_frame_many(fit, PLAIN_IMAGE(bad), 2, NULL, results), TOLIMAN_E_ARGUMENT,
                  "frame 1: counts[3][7] = nan");
     assert_int_equal(results[0].iterations, 0); /* nothing was written */
     assert_fails(toliman_fit_frame(fit, frames, SIDE - 1, NULL, &result, NULL, NULL), TOLIMAN_E_ARGUMENT,
@@ -216,16 +216,17 @@ static void bad_frames_and_predictions_are_refused(void **state) {
 static void bad_arrays_of_frames_are_refused(void **state) {
     (void)state;
     toliman_fit_result results[2] = {{.struct_size = sizeof *results}};
-    assert_fails(toliman_fit_frames(fit, NULL, 2, NULL, results), TOLIMAN_E_ARGUMENT, "image is NULL");
-    assert_fails(toliman_fit_frames(fit, PLAIN_IMAGE(frames), 2, NULL, NULL), TOLIMAN_E_ARGUMENT, "results is NULL");
-    assert_ok(toliman_fit_frames(fit, NULL, 0, NULL, NULL));
+    assert_fails(toliman_fit_frame_many(fit, NULL, 2, NULL, results), TOLIMAN_E_ARGUMENT, "image is NULL");
+    assert_fails(toliman_fit_frame_many(fit, PLAIN_IMAGE(frames), 2, NULL, NULL), TOLIMAN_E_ARGUMENT,
+                 "results is NULL");
+    assert_ok(toliman_fit_frame_many(fit, NULL, 0, NULL, NULL));
     const toliman_image small = {.struct_size = sizeof small, .pixels = frames, .rows = 32, .cols = 32};
-    assert_fails(toliman_fit_frames(fit, &small, 2, NULL, results), TOLIMAN_E_ARGUMENT, "rows");
+    assert_fails(toliman_fit_frame_many(fit, &small, 2, NULL, results), TOLIMAN_E_ARGUMENT, "rows");
     const toliman_fit_prediction predictions[2] = {{.struct_size = sizeof *predictions}, {.x_px = NAN}};
-    assert_fails(toliman_fit_frames(fit, PLAIN_IMAGE(frames), 2, predictions, results), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_fit_frame_many(fit, PLAIN_IMAGE(frames), 2, predictions, results), TOLIMAN_E_ARGUMENT,
                  "frame 1: prediction->x_px = nan: must be finite");
     results[0].struct_size = 8;
-    assert_fails(toliman_fit_frames(fit, PLAIN_IMAGE(frames), 2, NULL, results), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_fit_frame_many(fit, PLAIN_IMAGE(frames), 2, NULL, results), TOLIMAN_E_ARGUMENT,
                  "results->struct_size = 8");
 }
 
@@ -258,7 +259,7 @@ static void all_calls_give_the_same_bits(void **state) {
             const toliman_image *const image = kind ? IMAGE_OF(TOLIMAN_PIXEL_U32, whole) : PLAIN_IMAGE(frames);
             memset(together, 0x5a, sizeof together);
             together[0].struct_size = sizeof *together;
-            assert_ok(toliman_fit_frames(other, image, FRAMES, predictions, together));
+            assert_ok(toliman_fit_frame_many(other, image, FRAMES, predictions, together));
             assert_memory_equal(together, alone, sizeof together);
         }
         toliman_fit_destroy(other);

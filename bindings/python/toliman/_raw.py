@@ -49,7 +49,7 @@ TOLIMAN_E_LOST = 14  # data lost from a file: another program or the disk has ch
 #             loss 0.9"); valid during the callback
 #   fraction  completed fraction, from 0 to 1
 # Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED, except
-# toliman_mask_design, which returns the mask so far; its object stays usable.
+# toliman_mask_create, which returns the mask so far; its object stays usable.
 # Arguments: stage, fraction, user_data.
 toliman_progress_fn = CFUNCTYPE(c_int32, c_char_p, c_double, c_void_p)
 
@@ -1832,7 +1832,7 @@ TOLIMAN_MASK_SYMMETRY_EVEN = 842  # the mask is itself
 TOLIMAN_MASK_SYMMETRY_ODD = 843  # the mask is its complement, as spirals of odd m are
 
 
-class toliman_mask_design_options(Sized):
+class toliman_mask_options(Sized):
     """Options of a design.
     threads: worker threads, 0 = one per processor
     seed: seed of the random spirals that it starts from
@@ -3476,7 +3476,7 @@ OF_OBJECTS = {
     "toliman_fit_get_parameter": False,
     "toliman_fit_get_info": False,
     "toliman_fit_frame": False,
-    "toliman_fit_frames": False,
+    "toliman_fit_frame_many": False,
     "toliman_fit_predict": False,
     "toliman_bank_plan": False,
     "toliman_bank_create": False,
@@ -3494,7 +3494,7 @@ OF_OBJECTS = {
     "toliman_sim_get_budget_steps": False,
     "toliman_sim_get_budget_rows": False,
     "toliman_sim_get_budget_correlations": False,
-    "toliman_calibrate": False,
+    "toliman_calibration_create": False,
     "toliman_calibration_destroy": True,
     "toliman_calibration_get_info": False,
     "toliman_calibration_get_attempt": False,
@@ -3526,7 +3526,7 @@ OF_OBJECTS = {
     "toliman_linear_encode": False,
     "toliman_linear_encode_many": False,
     "toliman_linear_get_sigma": False,
-    "toliman_mask_design": False,
+    "toliman_mask_create": False,
     "toliman_mask_destroy": True,
     "toliman_mask_get_info": False,
     "toliman_mask_get_place": False,
@@ -4170,7 +4170,7 @@ found, the search for them changes no bit of the result. The result of a fit dep
 only, not on threads or on other frames. Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and
 column, for a prediction that is not finite or outside the range of the model images, and for a smaller stride.""",
     ),
-    "toliman_fit_frames": (
+    "toliman_fit_frame_many": (
         c_int32, (
             ("fit", POINTER(toliman_fit)),
             ("image", POINTER(toliman_image)),
@@ -4415,7 +4415,7 @@ text.""",
         None, (("options", POINTER(toliman_calibration_options)), ("size", c_size_t)),
         """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
-    "toliman_calibrate": (
+    "toliman_calibration_create": (
         c_int32, (
             ("sim", POINTER(toliman_sim)),
             ("image", POINTER(toliman_image)),
@@ -4424,7 +4424,7 @@ text.""",
             ("options", POINTER(toliman_calibration_options)),
             ("out", POINTER(POINTER(toliman_calibration))),
         ),
-        """Calibrates a scene with `count` frames of image, and writes the result to *out, which the caller destroys.
+        """Creates a calibration of a scene: fits its parameters to `count` frames of image. The caller destroys *out.
   sim          nominal scene, not needed afterwards
   image        frames in the unit of the scene's frames (photons, electrons or DN); variances are those of the
                scene's detector and noise
@@ -4909,17 +4909,17 @@ image larger than the address space.""",
         """Writes the predicted standard deviation of a value (px) to *sigma_px: the Cramer-Rao bound with the nuisances of
 preprocess.project unknown.""",
     ),
-    "toliman_mask_design_options_init": (
-        None, (("options", POINTER(toliman_mask_design_options)), ("size", c_size_t)),
+    "toliman_mask_options_init": (
+        None, (("options", POINTER(toliman_mask_options)), ("size", c_size_t)),
         """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
-    "toliman_mask_design": (
+    "toliman_mask_create": (
         c_int32, (
             ("sim", POINTER(toliman_sim)),
-            ("options", POINTER(toliman_mask_design_options)),
+            ("options", POINTER(toliman_mask_options)),
             ("out", POINTER(POINTER(toliman_mask))),
         ),
-        """Designs a mask of steps on the cells of the pupil (see Data flow above): from the best of iterations/2 random
+        """Creates a mask: designs steps on the cells of the pupil (see Data flow above): from the best of iterations/2 random
 spirals, at most 125, Adam descends on the logarithm of the bound and penalties for pixels above the peak and for
 light lost. The descent uses sketches: at most 128 cells per axis, the middle of the frame, and the wavelengths that
 an accuracy of 1e-6 needs. Small features are then removed, and the scenes of all places judge the mask. The step is

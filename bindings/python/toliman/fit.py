@@ -117,7 +117,7 @@ class Fit(Handle):
             for first in range(0, count, FRAMES_PER_CALL):
                 image, array = image_of(images[first:first + FRAMES_PER_CALL])
                 results[first].struct_size, predictions[first].struct_size = size, prediction_size
-                watch.check(library.toliman_fit_frames(self._c, ctypes.byref(image), len(array),
+                watch.check(library.toliman_fit_frame_many(self._c, ctypes.byref(image), len(array),
                                                        ctypes.byref(predictions[first]), ctypes.byref(results[first])))
                 watch.step("fit", (first + len(array)) / count)
         found = structured(results)[:count]

@@ -100,8 +100,8 @@ toliman::scene_calibration Calibration::calibrated(const toliman_sim *start) {
     options.step = on_step;
     options.step_data = this;
     const toliman_image image = plain_image(frames_.pixels.data());
-    return toliman::make<toliman::scene_calibration>(toliman_calibrate, scene_.sim.get(), &image, frames_.places.size(),
-                                                     frames_.predictions.data(), &options);
+    return toliman::make<toliman::scene_calibration>(toliman_calibration_create, scene_.sim.get(), &image,
+                                                     frames_.places.size(), frames_.predictions.data(), &options);
 }
 
 // With --resume a calibration without a journal starts from the scene that --out holds, if there is one. A journal may

@@ -57,7 +57,7 @@ class FitEncoder final : public Encoder {
     void open(FrameFile &frames) override { predictions_.open(frames); }
 
     toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
-        return toliman_fit_frames(fit_, &image, count, predictions_.from(first, count), results_.data());
+        return toliman_fit_frame_many(fit_, &image, count, predictions_.from(first, count), results_.data());
     }
 
     std::string line(size_t i) const override {
