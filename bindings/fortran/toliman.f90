@@ -35,11 +35,11 @@ module toliman
     end interface
 
     integer(c_int32_t), parameter, public :: TOLIMAN_VERSION_MAJOR = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_VERSION_MINOR = 2
+    integer(c_int32_t), parameter, public :: TOLIMAN_VERSION_MINOR = 3
     integer(c_int32_t), parameter, public :: TOLIMAN_VERSION_PATCH = 0
-    character(len=*), parameter, public :: TOLIMAN_HEADER_VERSION = '0.2.0'
-    integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_VERSION_NUMBER = 200
-    integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_ABI_VERSION = 1
+    character(len=*), parameter, public :: TOLIMAN_HEADER_VERSION = '0.3.0'
+    integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_VERSION_NUMBER = 300
+    integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_ABI_VERSION = 2
     integer(c_int32_t), parameter, public :: TOLIMAN_OK = 0 ! success
     integer(c_int32_t), parameter, public :: TOLIMAN_E_INTERNAL = 1 ! bug in the library
     integer(c_int32_t), parameter, public :: TOLIMAN_E_ARGUMENT = 2 ! invalid argument, such as NULL or NaN
@@ -2536,7 +2536,7 @@ module toliman
             type(toliman_load_options), intent(inout) :: options
         end subroutine
 
-        ! Returns the version of the running library as text ("0.2.0").
+        ! Returns the version of the running library as text ("0.3.0").
         function toliman_version() bind(C) result(answer)
             import
             type(c_ptr) :: answer

@@ -168,7 +168,7 @@ typedef struct toliman_load_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_load_options_init(toliman_load_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Returns the version of the running library as text ("0.2.0"). */
+/* Returns the version of the running library as text ("0.3.0"). */
 TOLIMAN_API const char *toliman_version(void) TOLIMAN_NOEXCEPT;
 
 /* Returns the version of the running library as 10000 major + 100 minor + patch. Compare it with

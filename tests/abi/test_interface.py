@@ -203,15 +203,15 @@ class Program(Tree):
         self.build()
         self.refuses(RECORD + ":", "member toliman_machine.processors at 4: int32_t -> at 16: int32_t",
                      "tests/abi/libtoliman.abi: abidiff reports", "'int32_t processors' offset changed from 32 to 128")
-        self.change("CMakeLists.txt", "set(TOLIMAN_ABI_VERSION 1)", "set(TOLIMAN_ABI_VERSION 2)")
+        self.change("CMakeLists.txt", "set(TOLIMAN_ABI_VERSION 2)", "set(TOLIMAN_ABI_VERSION 3)")
         self.version()
         self.refuses("processors at 4")
-        self.change("CMakeLists.txt", "project(toliman VERSION 0.2.0", "project(toliman VERSION 0.3.0")
+        self.change("CMakeLists.txt", "project(toliman VERSION 0.3.0", "project(toliman VERSION 0.4.0")
         self.version()
         self.build()
         code, output = self.check("--record")
         self.assertEqual(code, 0, output)
-        self.assertIn("recorded: version abi 1 of 0.2 -> 2 of 0.3", output)
+        self.assertIn("recorded: version abi 2 of 0.3 -> 3 of 0.4", output)
         self.assertEqual(self.check(), (0, ""))
 
     def test_library_that_differs_from_its_headers(self):

@@ -274,7 +274,7 @@ class Importing(unittest.TestCase):
             (package / "toliman").symlink_to(PACKAGE / "toliman")
             environment = {**os.environ, "PYTHONPATH": str(package), "TOLIMAN_LIBRARY": "/nowhere/libtoliman.so"}
             done = subprocess.run([sys.executable, "-c", "from toliman import CAE"], env=environment, capture_output=True, text=True)
-        self.assertRegex(done.stderr, r"(?s)ImportError: libtoliman\.so\.0\.2 was not found: build it, install it, or set "
+        self.assertRegex(done.stderr, r"(?s)ImportError: libtoliman\.so\.0\.3 was not found: build it, install it, or set "
                                       r"TOLIMAN_LIBRARY to its path\. Tried:\n  /nowhere/libtoliman\.so: ")
 
     def test_package_at_any_location(self):
@@ -295,16 +295,16 @@ class Importing(unittest.TestCase):
                                    "'/usr/lib/python3/dist-packages']; import toliman; print(toliman.library_path())"],
                                   env=environment, capture_output=True, text=True)
             if done.returncode == 0:  # installed where the system searches
-                self.assertEqual(done.stdout, "libtoliman.so.0.2\n")
+                self.assertEqual(done.stdout, "libtoliman.so.0.3\n")
                 return
-            for tried in (f"{package}/libtoliman.so.0.2", f"{folder}/lib/libtoliman.so.0.2", "\n  libtoliman.so.0.2"):
+            for tried in (f"{package}/libtoliman.so.0.3", f"{folder}/lib/libtoliman.so.0.3", "\n  libtoliman.so.0.3"):
                 self.assertIn(tried, done.stderr)
 
     def test_incompatible_library(self):
         def refused(why, **functions):
             with self.assertRaisesRegex(ImportError, f"libold.so does not fit these bindings.*{why}"):
                 _library._fit(PatchedLibrary(**functions))
-        refused("its ABI is 7, expected 1", toliman_abi_version=lambda: 7)
+        refused("its ABI is 7, expected 2", toliman_abi_version=lambda: 7)
 
         def larger(name):
             return _library.library.toliman_get_struct_size(name) + 8

@@ -204,7 +204,7 @@ library = _functions()
 
 
 def version() -> str:
-    """Returns the version of the loaded library, such as "0.2.0"."""
+    """Returns the version of the loaded library, such as "0.3.0"."""
     return library.toliman_version().decode()
 
 

@@ -18,11 +18,11 @@ class Sized(Structure):
 
 
 TOLIMAN_VERSION_MAJOR = 0
-TOLIMAN_VERSION_MINOR = 2
+TOLIMAN_VERSION_MINOR = 3
 TOLIMAN_VERSION_PATCH = 0
-TOLIMAN_VERSION = "0.2.0"
-TOLIMAN_VERSION_NUMBER = 200
-TOLIMAN_ABI_VERSION = 1
+TOLIMAN_VERSION = "0.3.0"
+TOLIMAN_VERSION_NUMBER = 300
+TOLIMAN_ABI_VERSION = 2
 
 # Status code returned by every function that can fail. Later versions may add codes. Treat an unknown code as an
 # error.
@@ -3633,7 +3633,7 @@ few samples). Never NULL. Valid until the next failed call on this thread.""",
     ),
     "toliman_version": (
         c_char_p, (),
-        """Returns the version of the running library as text ("0.2.0").""",
+        """Returns the version of the running library as text ("0.3.0").""",
     ),
     "toliman_version_number": (
         c_int32, (),
