@@ -44,8 +44,8 @@ coverage: check-deps ## run the tests and list the lines and branches of lib/ th
 $(CAMPAIGNS):
 	@SECONDS_EACH=$(SECONDS) tests/campaign $@ $(BUILD) $(JOBS)
 
-abi: everything ## record additions to the binary interface in tests/abi, refuse what breaks callers
-	@tools/check/abi --record $(BUILD)/lib/libtoliman_abi.so
+abi: check-deps ## record additions to the binary interface in tests/abi, refuse what breaks callers
+	@tools/check/abi --record
 docs: check-deps ## generate the reference of the C interface: build/docs/html/index.html
 	@tools/docs/make $(BUILD)/docs
 install: all ## install below PREFIX, by default /usr/local; prepend DESTDIR
@@ -53,10 +53,11 @@ install: all ## install below PREFIX, by default /usr/local; prepend DESTDIR
 package: all check-deps ## build Debian packages in build/packages
 	@cpack --config $(BUILD)/CPackConfig.cmake
 wheel: all check-deps ## build a wheel of the Python package that contains the library, in build
-	@tools/cmake/wheel $(BUILD)/lib/libtoliman.so $(BUILD)
+	@tools/cmake/wheel $(BUILD)/lib/libtoliman.so $(BUILD)/python $(BUILD)
 format: check-deps ## format the sources with clang-format
 	@tools/check/format --write
 lint: own check-deps $(BUILD)/build.ninja ## run cppcheck and clang-tidy on the library and the programs
+	@cmake --build $(BUILD) --target toliman_generated
 	@tools/check/lint $(BUILD) $(JOBS)
 clean: ## remove the build folder
 	rm -rf $(BUILD)

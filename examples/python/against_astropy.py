@@ -11,7 +11,7 @@ import numpy
 from astropy.timeseries import LombScargle
 
 root = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(root / "bindings" / "python"))  # if it is not installed
+sys.path.append(str(root / "build" / "python"))  # if it is not installed
 import toliman
 
 

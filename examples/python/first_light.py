@@ -5,7 +5,7 @@
 import pathlib
 import sys
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "bindings" / "python"))  # if it is not installed
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "build" / "python"))  # if it is not installed
 from toliman import CAE, Periodogram, Simulator, suited_grid
 
 simulator = Simulator(sys.argv[1] if sys.argv[1:] else "chapter.json", progress=True)

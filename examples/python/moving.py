@@ -8,7 +8,7 @@ import sys
 import numpy
 
 TOP = pathlib.Path(__file__).resolve().parents[1]
-sys.path.append(str(TOP.parent / "bindings" / "python"))  # if it is not installed
+sys.path.append(str(TOP.parent / "build" / "python"))  # if it is not installed
 from toliman import Fit, Periodogram, Simulator
 
 simulator = Simulator(sys.argv[1] if sys.argv[1:] else TOP / "data" / "moving.json")

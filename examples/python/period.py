@@ -1,4 +1,4 @@
-"""Finds the period of samples. In the source tree: PYTHONPATH=bindings/python /usr/bin/python3 examples/python/period.py"""
+"""Finds the period of samples. In the source tree: PYTHONPATH=build/python /usr/bin/python3 examples/python/period.py"""
 import numpy
 import toliman
 

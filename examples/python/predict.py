@@ -6,7 +6,7 @@ import sys
 import numpy
 
 TOP = pathlib.Path(__file__).resolve().parents[1]
-sys.path.append(str(TOP.parent / "bindings" / "python"))  # if it is not installed
+sys.path.append(str(TOP.parent / "build" / "python"))  # if it is not installed
 from toliman import Sky, parse_time
 
 logging.basicConfig(format="%(message)s")  # the library's warnings: here, that nobody observes from the Earth's centre

@@ -11,7 +11,7 @@ import tempfile
 import numpy
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(TOP / "bindings" / "python"))  # if it is not installed
+sys.path.append(str(TOP / "build" / "python"))  # if it is not installed
 from toliman import Fit, Simulator, calibrate
 from truth import draw_truth, resolve_files, true_changes
 

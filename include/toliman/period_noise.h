@@ -3,14 +3,14 @@
  *
  * Data flow (functions toliman_period_...)
  *
- *   t, y, sigma, functions -> noise_search -> power[nf], toliman_period_noise: correlation, whiteness, highest peak
- *             (noise_options_init)  | rho
- *                                   v
- *   t, y, sigma, functions -> noise_bootstrap -> log10(1 - power) of the highest peak of each resampling
- *   (noise_bootstrap_options_init)
+ *   toliman_measure -> noise_search -> power[nf], toliman_period_noise: correlation, whiteness, highest peak
+ *     (measure.h)     (noise_options_init)  | rho
+ *                                           v
+ *                   -> noise_bootstrap -> log10(1 - power) of the highest peak of each resampling
+ *                     (noise_bootstrap_options_init)
  *
- * Model        y = c_0 + sum over j of c_j b_j + a cos(2 pi f t) + b sin(2 pi f t) + noise, with k functions b_j, the
- *              columns of functions[n][k]. All coefficients are fitted together at each frequency.
+ * Model        y = c_0 + sum over j of c_j b_j + a cos(2 pi f t) + b sin(2 pi f t) + noise, with the k functions b_j
+ *              of the series. All coefficients are fitted together at each frequency.
  * Noise        Covariance s_i s_j exp(-|t_i - t_j|/tau), with s_i = sigma_i, or 1 without sigmas: a first-order
  *              autoregression, AR(1), between irregular times. rho is its correlation over one step, the median step
  *              between different times; tau = -step/ln rho. The scale of the noise is fitted.
@@ -40,6 +40,7 @@
 #ifndef TOLIMAN_PERIOD_NOISE_H
 #define TOLIMAN_PERIOD_NOISE_H
 
+#include <toliman/measure.h>
 #include <toliman/period.h>
 
 TOLIMAN_BEGIN_DECLS
@@ -91,10 +92,8 @@ typedef struct toliman_period_noise {
 } toliman_period_noise;
 #define TOLIMAN_PERIOD_NOISE_INIT TOLIMAN_INIT(toliman_period_noise)
 
-/* Computes the power of n samples at frequencies f0 + k df, k < nf, in the metric of the noise, which is fitted first.
- *   sigma         may be NULL
- *   functions     [n][k]; may be NULL if k is 0. The mean is always fitted and must not be one of them
- *   precision     [k], 1/s_j^2 of the priors, 0 for none; may be NULL
+/* Computes the power of a series at frequencies f0 + i df, i < nf, in the metric of the noise, which is fitted first.
+ * With the mean its k functions are fitted, and their priors.
  *   options       may be NULL
  *   power         [nf]; may be NULL
  *   coefficients  [k], c_1 ... c_k at out->frequency, in units of y per unit of the function; may be NULL
@@ -106,8 +105,7 @@ typedef struct toliman_period_noise {
  * TOLIMAN_E_STATE if n < k + 6, or if mean and functions describe all values; TOLIMAN_E_RANGE for |t| > 1e100, |y| >
  * 1e300 or phases of more than 2^50 cycles; TOLIMAN_E_CANCELLED. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_noise_search(
-    double f0, double df, int64_t nf, const double *t, const double *y, const double *sigma, size_t n,
-    const double *functions, const double *precision, size_t k, const toliman_period_noise_options *options,
+    const toliman_measure *series, double f0, double df, int64_t nf, const toliman_period_noise_options *options,
     double *power, double *coefficients, double *errors, toliman_period_noise *out) TOLIMAN_NOEXCEPT;
 
 /* Options of toliman_period_noise_bootstrap. */
@@ -128,7 +126,7 @@ TOLIMAN_API void toliman_period_noise_bootstrap_options_init(toliman_period_nois
 /* Moving-block bootstrap: writes log10(1 - P) of the highest power of each of `count` resamplings to
  * log10_residuals[count], sorted, strongest peak first. It assumes no distribution of the noise.
  *   rho  correlation over one step, in [0, 0.999]; out->rho of toliman_period_noise_search
- * Samples, functions and precision as in toliman_period_noise_search. The residuals about mean and functions are
+ * The residuals about mean and functions are
  * whitened with rho. A resampling strings blocks of consecutive residuals together, each from a random place, so that
  * correlations up to the length of a block remain, also those that rho does not describe. Times and sigmas do not
  * change. With rho = 0 the blocks must be longer than the correlation and the period. If m entries are at or below the
@@ -136,8 +134,7 @@ TOLIMAN_API void toliman_period_noise_bootstrap_options_init(toliman_period_nois
  * periodogram.
  * Errors: as toliman_period_noise_search; TOLIMAN_E_RANGE for rho or block out of range. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_noise_bootstrap(
-    double f0, double df, int64_t nf, const double *t, const double *y, const double *sigma, size_t n,
-    const double *functions, const double *precision, size_t k, double rho,
+    const toliman_measure *series, double f0, double df, int64_t nf, double rho,
     const toliman_period_noise_bootstrap_options *options, size_t count, double *log10_residuals) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS

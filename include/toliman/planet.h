@@ -3,8 +3,8 @@
  * Data flow (functions toliman_planet_...)
  *
  *   series, options -> search -> toliman_planets -> get_info                       number of planets, residuals, priors
- *     (series_init,                              -> get -> toliman_planet         orbit, mass, odds
- *      options_init)                             -> get_samples                   samples of the posterior
+ *   (measure.h,                                -> get -> toliman_planet         orbit, mass, odds
+ *    options_init)                             -> get_samples                   samples of the posterior
  *                                                -> get_signal, get_residuals     for figures
  *                                                -> get_outliers                  samples that do not belong
  *                                                -> get_limits, get_efficiency    upper limits, detection probability
@@ -12,7 +12,8 @@
  *                                                destroy
  *   reason -> reason_name                                                         why a candidate is not a planet
  *
- * Series       Reduced separations of a binary (sky.h, toliman_sky_reduce), or the radial velocities of a star.
+ * Series       Reduced separations of a binary (toliman_sky_reduce, or a state folder), or the radial velocities of a
+ *              star, or values of another kind, without masses. The mean must not have a prior.
  * Model        y = c_0 + sum over j of c_j b_j + one signal per planet + noise, with the nuisance functions of
  *              period_nuisance.h: mean, Chebyshev polynomials, columns.
  * Signal       Of a separation: amplitude (r/a) cos(nu + periastron), with the planet's true anomaly nu and distance r
@@ -65,6 +66,7 @@
 #define TOLIMAN_PLANET_H
 
 #include <toliman/goodness.h>
+#include <toliman/measure.h>
 
 TOLIMAN_BEGIN_DECLS
 
@@ -72,7 +74,6 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_planets toliman_planets;
 
 /* Flags of toliman_planet_options. */
-#define TOLIMAN_PLANET_VELOCITY 1u  /* the series has radial velocities, not separations */
 #define TOLIMAN_PLANET_NO_JITTER 2u /* the sigmas are exact: no jitter is fitted, however poor the fit */
 #define TOLIMAN_PLANET_CLIP 4u      /* leave out samples that do not belong: planets are those of the others */
 
@@ -82,38 +83,16 @@ typedef struct toliman_planets toliman_planets;
 /* Number of columns of the samples of a posterior. */
 #define TOLIMAN_PLANET_COLUMNS 8u
 
-/* A series of n measurements, in any order of time. */
-typedef struct toliman_planet_series {
-    uint32_t struct_size;
-    int32_t trend, columns; /* nuisance functions, as in period_nuisance.h; 0 = none */
-    uint32_t reserved;
-    size_t n;
-    const double *t;     /* [n], times in units of time_unit_days */
-    const double *y;     /* [n], values in units of `unit` */
-    const double *sigma; /* [n], absolute standard deviations; NULL: unknown, not with TOLIMAN_PLANET_NO_JITTER */
-    const double *rows;  /* [n][columns], values of the columns; NULL if there are none */
-    const double *position_angle_deg; /* [n], position angles of B from A (geometric_angle_deg of sky.h); NULL = the
-                                         axis is fixed, as it must be for velocities */
-    double trend_start, trend_end;    /* span of the trend; both 0: first and last time */
-    double prior_precision[9];        /* 1/s_j^2 for the mean, T_1 ... T_trend and the columns; 0 = no prior. That of
-                                         the mean must be 0 */
-    double frame_chi_square; /* median chi_square of the frames that the series was measured from; 0 = unknown */
-} toliman_planet_series;
-#define TOLIMAN_PLANET_SERIES_INIT TOLIMAN_INIT(toliman_planet_series)
-
-/* Sets *series, a struct of `size` bytes, to zeros and its struct_size. */
-TOLIMAN_API void toliman_planet_series_init(toliman_planet_series *series, size_t size) TOLIMAN_NOEXCEPT;
-
 /* Options of a search. */
 typedef struct toliman_planet_options {
     uint32_t struct_size;
-    uint32_t flags;         /* TOLIMAN_PLANET_VELOCITY, _NO_JITTER, _CLIP */
+    uint32_t flags;         /* TOLIMAN_PLANET_NO_JITTER, _CLIP */
     uint32_t max_planets;   /* 1 to TOLIMAN_PLANET_MOST; 0 = 1 */
     uint32_t threads;       /* worker threads, 0 = one per processor; results do not depend on the number */
-    double time_unit_days;  /* days per unit of t; 0 = 1 */
-    double unit;            /* arcsec (velocities: m/s) per unit of y; 0 = unknown, then masses are NaN */
-    double parallax_arcsec; /* of the binary; 0 = unknown, then masses of a separation are NaN. 0 for velocities */
-    double star_mass[2];    /* of A and B, solar masses; 0 = unknown, then the mass for it is NaN. Velocities: of A */
+    double parallax_arcsec; /* of the binary; 0 = that of the series; if that is unknown, and if the unit is, masses
+                               of a separation are NaN. 0 for velocities */
+    double star_mass[2];    /* of A and B, solar masses; 0 = that of the series; if that is unknown, the mass for it is
+                               NaN. Velocities: of A */
     double period_min, period_max;       /* in units of t; 0 = 60 d and 1000 d */
     double eccentricity_max;             /* in [0.001, 0.95]; 0 = 0.95 */
     double amplitude_min, amplitude_max; /* range of the scale of the amplitudes, in units of y; set both or none.
@@ -135,17 +114,17 @@ typedef struct toliman_planet_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_planet_options_init(toliman_planet_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Searches a series for planets.
+/* Searches a series for planets. Its functions and their priors are fitted, too.
  *   options  may be NULL
  * The series is copied. The caller destroys *out. Processor time of 836 samples with 5 nuisance functions, per planet:
  * 0.2 to 0.6 s for a signal of up to 100 standard deviations, 1 to 5 s for one of 20,000; 2 to 4 s where a jitter is
  * fitted; at most about 10 s, and 200 MB, for a series that no orbit describes. The first lattice has 1024 nodes for
  * each step 0.2/T of frequency, an eighth of them without jitter, where T is the last minus the first time. Errors:
- * TOLIMAN_E_ARGUMENT, naming the member, if a number is not finite or outside its limits (|t|, |y| and sigma up to
- * 1e100), sigma <= 0 or missing, all times are equal, or a function without a prior is a combination of those before
- * it; TOLIMAN_E_STATE if n is below the number of functions + 6; TOLIMAN_E_RANGE if the first lattice would have more
- * than 2e7 nodes, because period_min is too short; TOLIMAN_E_CANCELLED. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_search(const toliman_planet_series *series,
+ * TOLIMAN_E_ARGUMENT, naming the member, if a number is outside its limits, for separations that are not reduced, if
+ * all times are equal, or a function without a prior is a combination of those before it; TOLIMAN_E_STATE if n is below
+ * the number of functions + 6; TOLIMAN_E_RANGE if the first lattice would have more than 2e7 nodes, because period_min
+ * is too short; TOLIMAN_E_CANCELLED. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_search(const toliman_measure *series,
                                                                     const toliman_planet_options *options,
                                                                     toliman_planets **out) TOLIMAN_NOEXCEPT;
 
@@ -195,7 +174,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
  *               time step to twice the time span
  *   MASS        the mass is not below that of the star, for each star of known mass
  *   CROSSING    the orbit crosses that of a planet with larger odds, if both orbit the same star
- *   FRAMES      frame_chi_square is above 2
+ *   FRAMES      frame_chi_square of the series is above 2
  *   SAMPLES     there are outliers, and TOLIMAN_PLANET_CLIP is not set */
 #define TOLIMAN_PLANET_REASON_ODDS 1u
 #define TOLIMAN_PLANET_REASON_CHI_SQUARE 2u
@@ -240,23 +219,24 @@ typedef struct toliman_planet {
 #define TOLIMAN_PLANET_INIT TOLIMAN_INIT(toliman_planet)
 
 /* Writes candidate `index` to *out, whose struct_size must be set. Candidates are numbered as they were found. Errors:
- * TOLIMAN_E_ARGUMENT if index is not below info.candidates. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get(const toliman_planets *planets, uint32_t index,
+ * TOLIMAN_E_RANGE if index is not in [0, info.candidates). */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get(const toliman_planets *planets, int64_t index,
                                                                  toliman_planet *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the first `count` samples of the posterior of a candidate, of equal weight and in random order.
  *   count    number of samples, at most `samples` of the options
  *   samples  [count][TOLIMAN_PLANET_COLUMNS]: period, eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b,
  *            jitter
- * Errors: TOLIMAN_E_ARGUMENT for a bad index or count. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_samples(const toliman_planets *planets, uint32_t index,
+ * Errors: TOLIMAN_E_RANGE as toliman_planet_get; TOLIMAN_E_ARGUMENT for a bad count. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_samples(const toliman_planets *planets, int64_t index,
                                                                          size_t count,
                                                                          double *samples) TOLIMAN_NOEXCEPT;
 
 /* Writes the signal of a candidate's joint fit at times t[n] to signal[n].
  *   position_angle_deg  [n], as in the series; NULL = the mean axis, also if the series has none
- * Errors: TOLIMAN_E_ARGUMENT for a bad index, position angles of a fixed axis, or numbers that are not finite. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_signal(const toliman_planets *planets, uint32_t index,
+ * Errors: TOLIMAN_E_RANGE as toliman_planet_get; TOLIMAN_E_ARGUMENT for position angles of a fixed axis, or numbers
+ * that are not finite. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_signal(const toliman_planets *planets, int64_t index,
                                                                         const double *t,
                                                                         const double *position_angle_deg, size_t n,
                                                                         double *signal) TOLIMAN_NOEXCEPT;
@@ -318,7 +298,7 @@ typedef struct toliman_planet_cell {
                                       or sin i. -1: sizes are amplitudes in units of y */
     double period_min, period_max; /* in units of t, within the prior; log period is uniform between them */
     double size_min, size_max;     /* its logarithm is uniform between them */
-    uint32_t circular;             /* 1: eccentricity 0. 0: drawn from its prior */
+    int32_t is_circular;           /* 1: eccentricity 0. 0: drawn from its prior */
     uint32_t count;                /* number of injections, at most 1,000,000 */
     uint64_t seed;
 } toliman_planet_cell;

@@ -6,8 +6,9 @@
  *    (options_init)                               |
  *   TAI times [count]          -> predict --------+-> toliman_sky_prediction [count]
  *   on-target intervals [count] -> predict_mean --+-> toliman_sky_prediction
- *   measured separations [count] -> reduce -------+-> reduced separations [count]
- *   measured separations [count] -> refit --------+-> toliman_sky with another orbit -> save_file -> system file
+ *   exposures [count]           -> predict_mean_many -> toliman_sky_prediction [count]
+ *   measured separations       -> reduce ---------+-> reduced separations (both measure.h)
+ *   measured separations       -> refit ----------+-> toliman_sky with another orbit -> save_file -> system file
  *                                                 +-> set_columns -> toliman_period_options (period_nuisance.h)
  *                                                 +-> diagnose (sky_diagnosis.h)
  *                                                 +-> get_info, get_element; element_name, observer_name
@@ -47,6 +48,7 @@
 #include <toliman/base.h>
 #include <toliman/goodness.h>
 #include <toliman/ingest.h>
+#include <toliman/measure.h>
 #include <toliman/period.h>
 
 TOLIMAN_BEGIN_DECLS
@@ -141,28 +143,56 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict_mean(const tol
                                                                        size_t count, toliman_sky_prediction *prediction)
     TOLIMAN_NOEXCEPT;
 
-/* Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of toliman_sky_predict_mean
- * over the exposure.
- *   intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
- *                       nanoseconds
- *   interval_counts     [count], number of intervals of each measurement. NULL: one for each, from the start to the end
- *                       of an exposure whose on-target intervals are not known
- *   separations_arcsec  [count], measured apparent separations. NaN (no measurement) remains NaN
- *   reduced_arcsec      [count], receives the reduced separations
- *   predictions         [count], receives the predictions, with the struct_size of predictions[0] set; may be NULL
- *   unreduced           receives the number of measurements whose exposure the observer file does not cover
- *                       completely. Their reduced separation and all numbers of their prediction are NaN
- * Two kinds of measurements are refused if the observer is in orbit, circular or from a file:
- *   - a single interval of zero length. The prediction for an instant is wrong by up to 245 uas;
- *   - with interval_counts NULL, an interval longer than 600 s. The telescope points elsewhere during a part of it, and
- *     the mean from its start to its end is wrong by up to 245 uas.
- * The median of the measured separations must be within a factor of 2 of the predicted ones: values in mas, uas, rad,
- * deg or px are refused.
- * Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these and for bad numbers; otherwise as
+/* Predicts the means over many exposures, as toliman_sky_predict_mean.
+ *   intervals        [sum of interval_counts][2], on-target intervals of the exposures, start and end, TAI ns
+ *   interval_counts  [count], number of intervals of each; NULL: one for each, from the start to the end of an exposure
+ *                    whose on-target intervals are not known
+ *   predictions      [count], with the struct_size of predictions[0] set. All numbers are NaN for an exposure that the
+ *                    observer file does not cover completely
+ * Errors: TOLIMAN_E_ARGUMENT, naming the exposure, for those that toliman_sky_reduce refuses; otherwise as
  * toliman_sky_predict_mean. Nothing is then written. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_reduce(
-    const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts, const double *separations_arcsec,
-    size_t count, double *reduced_arcsec, toliman_sky_prediction *predictions, size_t *unreduced) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
+toliman_sky_predict_mean_many(const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts,
+                              size_t count, toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
+
+/* Flag of toliman_sky_reduce_options: no functions for the errors of the orbit. */
+#define TOLIMAN_SKY_NO_FUNCTIONS 1u
+
+/* Options of a reduction. */
+typedef struct toliman_sky_reduce_options {
+    uint32_t struct_size;
+    uint32_t flags;     /* TOLIMAN_SKY_NO_FUNCTIONS */
+    double scale_sigma; /* standard deviation of the relative error of the plate scale, in [0, 1) */
+    toliman_log_fn log; /* receives warnings; may be NULL */
+    void *log_data;
+} toliman_sky_reduce_options;
+#define TOLIMAN_SKY_REDUCE_OPTIONS_INIT TOLIMAN_INIT(toliman_sky_reduce_options)
+
+/* Sets *options, a struct of `size` bytes, to the defaults. */
+TOLIMAN_API void toliman_sky_reduce_options_init(toliman_sky_reduce_options *options, size_t size) TOLIMAN_NOEXCEPT;
+
+/* Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of toliman_sky_predict_mean
+ * over the exposure, in the unit of the series.
+ *   measured  of kind TOLIMAN_MEASURE_SEPARATION, with exposures; the unit of separations in px is the plate scale
+ *   options   may be NULL
+ *   out       receives the reduced series, of kind TOLIMAN_MEASURE_REDUCED, with position angles; the caller destroys
+ *             it
+ * Measurements whose exposure the observer file does not cover completely are left out: left_out of
+ * toliman_measure_info. A series without functions gets those of the errors of the orbit: the derivative by each
+ * element with a standard deviation, which is its prior, increased by scale_sigma for the semi-major axis. Without such
+ * standard deviations, or without sigmas, it gets a trend of order 4, with a warning.
+ * Two kinds of exposures are refused if the observer is in orbit, circular or from a file:
+ *   - a single interval of zero length. The prediction for an instant is wrong by up to 245 uas;
+ *   - one whose on-target intervals are not known, longer than 600 s. The telescope points elsewhere during a part of
+ *     it, and the mean from its start to its end is wrong by up to 245 uas.
+ * The median of the measured separations must be within a factor of 2 of the predicted ones: values in mas, uas, rad,
+ * deg, or px without their unit are refused.
+ * Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these; otherwise as toliman_sky_predict_mean;
+ * TOLIMAN_E_RANGE if no measurement is left. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_reduce(const toliman_sky *sky,
+                                                                 const toliman_measure *measured,
+                                                                 const toliman_sky_reduce_options *options,
+                                                                 toliman_measure **out) TOLIMAN_NOEXCEPT;
 
 /* Observers. */
 #define TOLIMAN_SKY_OBSERVER_EARTH 701    /* centre of the Earth */
@@ -200,11 +230,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_info(const toliman
 /* Returns the name of an orbital element, with its unit: 0 "period_years", 1 "semi_major_arcsec", 2 "eccentricity",
  * 3 "inclination_deg", 4 "node_deg", 5 "periastron_deg", 6 "epoch" (Julian year); "?" for other numbers. Static
  * text. */
-TOLIMAN_API const char *toliman_sky_element_name(int32_t element) TOLIMAN_NOEXCEPT;
+TOLIMAN_API const char *toliman_sky_element_name(int64_t element) TOLIMAN_NOEXCEPT;
 
 /* Writes the value of an orbital element and its standard deviation, 0 if unknown. value and sigma may be NULL. Errors:
- * TOLIMAN_E_ARGUMENT for an unknown element. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toliman_sky *sky, int32_t element,
+ * TOLIMAN_E_RANGE for an unknown element. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toliman_sky *sky, int64_t element,
                                                                       double *value, double *sigma) TOLIMAN_NOEXCEPT;
 
 /* Declares the errors of the reference orbit as nuisance functions of a periodogram of reduced separations (see
@@ -242,9 +272,9 @@ typedef struct toliman_sky_refit_result {
                              of the residuals; otherwise 0 */
     int32_t goodness;     /* TOLIMAN_GOODNESS_... of chi_square */
     uint32_t flags;       /* TOLIMAN_SKY_UNUSABLE */
+    uint32_t left_out;    /* measurements for which the observer file has no states */
     uint32_t outliers; /* measurements farther than 6 robust standard deviations, at least their sigmas, from the fit:
                           they do not belong to the others */
-    uint32_t reserved;
 } toliman_sky_refit_result;
 #define TOLIMAN_SKY_REFIT_RESULT_INIT TOLIMAN_INIT(toliman_sky_refit_result)
 
@@ -252,29 +282,20 @@ typedef struct toliman_sky_refit_result {
  * Gaussian priors (maximum a posteriori). Elements without one keep their
  * values; parallax, motion and masses are not fitted. Only the priors distinguish an error of the plate scale from one
  * of the semi-major axis.
- *   sky                 system and observer
- *   intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
- *                       nanoseconds
- *   interval_counts     [count], number of intervals of each measurement. NULL: one for each, from the start to the end
- *                       of an exposure whose on-target intervals are not known
- *   separations_arcsec  [count], measured apparent separations
- *   sigmas_arcsec       [count], their standard deviations
- *   scale_sigma         standard deviation of the relative error of the plate scale, in [0, 1); 0 = no error
- *   result              receives errors and residuals, with its struct_size set; must not be NULL
- *   out                 receives the predictor of the new orbit, with the errors after the fit; the caller destroys it
+ *   sky          system and observer
+ *   measured     as for toliman_sky_reduce, with sigmas
+ *   scale_sigma  standard deviation of the relative error of the plate scale, in [0, 1); 0 = no error
+ *   result       receives errors and residuals, with its struct_size set; must not be NULL
+ *   out          receives the predictor of the new orbit, with the errors after the fit; the caller destroys it
  * A saved file has the standard deviations of the elements, but not their correlations. To add measurements, refit the
  * original system to all of them.
  * Errors, after which neither result nor out is written:
- *   - TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
- *   - TOLIMAN_E_ARGUMENT if count is 0, if no element has a standard deviation, if the fit is singular or does not
+ *   - TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses, and without sigmas;
+ *   - TOLIMAN_E_ARGUMENT if no element has a standard deviation, if the fit is singular or does not
  *     converge, if it moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside
  *     the limits of a system file;
- *   - TOLIMAN_E_RANGE, naming the measurement, as toliman_sky_predict_mean: one that the observer file does not cover
- *     completely fails the call. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *intervals,
-                                                                const size_t *interval_counts,
-                                                                const double *separations_arcsec,
-                                                                const double *sigmas_arcsec, size_t count,
+ *   - TOLIMAN_E_RANGE if no measurement is left: those that the observer file does not cover are left out. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_refit(const toliman_sky *sky, const toliman_measure *measured,
                                                                 double scale_sigma, toliman_sky_refit_result *result,
                                                                 toliman_sky **out) TOLIMAN_NOEXCEPT;
 

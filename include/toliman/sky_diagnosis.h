@@ -2,7 +2,7 @@
  *
  * Data flow
  *
- *   toliman_sky (sky.h), measured separations [count] -> diagnose -> toliman_sky_diagnosis, cause_name
+ *   toliman_sky (sky.h), measured separations (measure.h) -> diagnose -> toliman_sky_diagnosis, cause_name
  *                                                               +-> toliman_sky_hypothesis [7]
  *
  * The velocity of an observer in a low orbit changes the separation of alpha Centauri by 205 to 257 uas every 97
@@ -79,12 +79,7 @@ typedef struct toliman_sky_diagnosis {
 
 /* Finds the mistake that explains the residuals of measured separations about their predictions. The arguments are
  * those of toliman_sky_refit.
- *   intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
- *                       nanoseconds
- *   interval_counts     [count], number of intervals of each measurement. NULL: one for each, from the start to the end
- *                       of an exposure
- *   separations_arcsec  [count], measured apparent separations
- *   sigmas_arcsec       [count], their standard deviations
+ *   measured            as for toliman_sky_reduce, with sigmas
  *   scale_sigma         standard deviation of the relative error of the plate scale, in [0, 1); 0 = no error. The
  *                       hypothesis SCALE tests a larger error
  *   result              receives the cause and the goodness of fit
@@ -93,13 +88,11 @@ typedef struct toliman_sky_diagnosis {
  * At most 4096 measurements are used, evenly spread over more. Those that the observer file does not cover are left
  * out. With fewer than 20, no hypothesis is tested. Shifts of time are tested up to 25 h. Takes about 25 us per
  * measurement for the goodness, and 1 ms per measurement for all hypotheses.
- * Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
+ * Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses, and without sigmas;
  * otherwise as toliman_sky_predict_mean. Nothing is then written. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_diagnose(const toliman_sky *sky, const int64_t *intervals,
-                                                                   const size_t *interval_counts,
-                                                                   const double *separations_arcsec,
-                                                                   const double *sigmas_arcsec, size_t count,
-                                                                   double scale_sigma, toliman_sky_diagnosis *result,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_diagnose(const toliman_sky *sky,
+                                                                   const toliman_measure *measured, double scale_sigma,
+                                                                   toliman_sky_diagnosis *result,
                                                                    toliman_sky_hypothesis *hypotheses) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS

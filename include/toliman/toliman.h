@@ -15,6 +15,7 @@
 #include <toliman/ingest.h>
 #include <toliman/linear.h>
 #include <toliman/mask.h>
+#include <toliman/measure.h>
 #include <toliman/period.h>
 #include <toliman/period_batch.h>
 #include <toliman/period_fap.h>

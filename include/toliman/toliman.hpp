@@ -88,6 +88,9 @@ inline void destroy_mask(toliman_mask *mask) {
 inline void destroy_ingest(toliman_ingest *ingest) {
     toliman_ingest_destroy(ingest);
 }
+inline void destroy_measure(toliman_measure *measure) {
+    toliman_measure_destroy(measure);
+}
 inline void destroy_period(toliman_period *period) {
     toliman_period_destroy(period);
 }
@@ -113,6 +116,7 @@ using scene_calibration = handle<toliman_calibration, destroy_calibration>;
 using component_set = handle<toliman_components, destroy_components>;
 using phase_mask = handle<toliman_mask, destroy_mask>;
 using pair_reader = handle<toliman_ingest, destroy_ingest>;
+using measurements = handle<toliman_measure, destroy_measure>;
 using periodogram = handle<toliman_period, destroy_period>;
 using planet_set = handle<toliman_planets, destroy_planets>;
 using series_parser = handle<toliman_series, destroy_series>;

@@ -6,10 +6,12 @@
  *                 -> get_columns -> get_column -> further data of the same records
  *                 -> get_intervals -> on-target intervals of a frame
  *                 -> get_streams -> sessions and regions, ids that are missing
+ *                 -> get_measure -> the frames as a series (measure.h)
  */
 #ifndef TOLIMAN_TRACK_RECORDS_H
 #define TOLIMAN_TRACK_RECORDS_H
 
+#include <toliman/measure.h>
 #include <toliman/track.h>
 
 TOLIMAN_BEGIN_DECLS
@@ -110,6 +112,13 @@ typedef struct toliman_track_stream {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_streams(const toliman_track *track,
                                                                         toliman_track_stream *streams, size_t capacity,
                                                                         size_t *count) TOLIMAN_NOEXCEPT;
+
+/* Creates the series of the frames, as toliman_measure_load_file does for the tracker's state folder.
+ *   options  kind, unit and log; may be NULL
+ * The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND if there is no such frame, or no measured separation. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_measure(const toliman_track *track,
+                                                                        const toliman_measure_options *options,
+                                                                        toliman_measure **out) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

@@ -19,7 +19,7 @@
 #include "api/track_estimators.hpp"
 #include "backend/file.hpp"
 #include "bank/weights.hpp"
-#include "base/estimates.hpp"
+#include "frame/estimates.hpp"
 #include "optics/light.hpp"
 
 using namespace toliman;

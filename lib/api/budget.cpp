@@ -9,7 +9,7 @@
 #include "api/handles.hpp"
 #include "api/output.hpp"
 #include "api/parameters.hpp"
-#include "optics/budget.hpp"
+#include "information/budget.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
@@ -36,7 +36,7 @@ std::vector<Parameter> free_of(const optics::Simulator &simulator, const char *n
 struct Request {
     std::vector<Parameter> free;
     double frames;
-    optics::Earth earth;
+    information::Earth earth;
 };
 
 Request request_of(const optics::Simulator &simulator, const toliman_sim_budget_options *options) {
@@ -49,13 +49,13 @@ Request request_of(const optics::Simulator &simulator, const toliman_sim_budget_
     if (!(known.earth_px >= 0 && known.earth_px <= kFarthestDisplacement))
         fail(Status::argument, "{options->earth_px} = %g: must be in [0, %g] px", known.earth_px,
              kFarthestDisplacement);
-    const optics::Earth earth =
-        known.earth_px > 0 ? optics::Earth{known.earth_px, "the options"} : optics::earth_of(simulator.scene());
+    const information::Earth earth = known.earth_px > 0 ? information::Earth{known.earth_px, "the options"}
+                                                        : information::earth_of(simulator.scene());
     return {free_of(simulator, known.free_names), static_cast<double>(std::max<int64_t>(known.frames, 1)), earth};
 }
 
 // The amount of a parameter with this effect; infinite without an effect.
-double amount(double effect_px, const optics::BudgetRow &row) noexcept {
+double amount(double effect_px, const information::BudgetRow &row) noexcept {
     return row.free ? std::sqrt(effect_px / std::fabs(row.curvature_px)) : effect_px / std::fabs(row.bias_px);
 }
 
@@ -72,8 +72,8 @@ const char *static_name(Parameter parameter) {
 }
 
 // Row i of the budget.
-toliman_sim_budget_row public_row(const optics::BudgetRow &row, size_t i, const optics::BudgetFit &fit, double earth_px,
-                                  double tenth_px) {
+toliman_sim_budget_row public_row(const information::BudgetRow &row, size_t i, const information::BudgetFit &fit,
+                                  double earth_px, double tenth_px) {
     const double unknown = std::numeric_limits<double>::quiet_NaN();
     toliman_sim_budget_row result = {};
     result.is_free = row.free ? 1 : 0;
@@ -102,16 +102,16 @@ toliman_status toliman_sim_get_budget(const toliman_sim *sim, const toliman_sim_
         const Use use(sim, "sim");
         const optics::Simulator &simulator = use->simulator;
         const Request request = request_of(simulator, options);
-        const optics::BoundOfFrames bound = optics::bound_of_frames(simulator, request.free, request.frames);
+        const information::BoundOfFrames bound = information::bound_of_frames(simulator, request.free, request.frames);
         toliman_sim_budget budget = {};
         budget.crb_px = bound.one;
         budget.crb_shared_px = bound.shared;
-        budget.uas_per_px = optics::uas_per_px(simulator.scene());
+        budget.uas_per_px = information::uas_per_px(simulator.scene());
         budget.earth_px = request.earth.px;
         budget.earth_from = request.earth.from;
         budget.free_count = request.free.size();
-        budget.steps = optics::budget_steps(simulator).size();
-        budget.rows = request.free.size() + optics::others_than(simulator, request.free).size();
+        budget.steps = information::budget_steps(simulator).size();
+        budget.rows = request.free.size() + information::others_than(simulator, request.free).size();
         deliver(budget, out, "out");
     });
 }
@@ -124,8 +124,8 @@ toliman_status toliman_sim_get_budget_steps(const toliman_sim *sim, const tolima
         const Request request = request_of(simulator, options);
         const StructOutput<toliman_sim_budget_step> results(steps, "steps", capacity, count);
         std::vector<toliman_sim_budget_step> found;
-        for (const optics::BudgetStep &step : optics::budget_steps(simulator)) {
-            const optics::BoundOfFrames bound = optics::bound_of_frames(simulator, step.free, request.frames);
+        for (const information::BudgetStep &step : information::budget_steps(simulator)) {
+            const information::BoundOfFrames bound = information::bound_of_frames(simulator, step.free, request.frames);
             found.push_back({0, 0, step.name, bound.one, bound.shared});
         }
         results.write(found.size(), "steps", [&](size_t i) { return found[i]; });
@@ -139,9 +139,9 @@ toliman_status toliman_sim_get_budget_rows(const toliman_sim *sim, const toliman
         const optics::Simulator &simulator = use->simulator;
         const Request request = request_of(simulator, options);
         const StructOutput<toliman_sim_budget_row> results(rows, "rows", capacity, count);
-        const optics::BudgetFit fit = optics::fit_of(simulator.images(), request.free);
-        const double tenth_px = kTenth * optics::bound_with(simulator.images(), request.free);
-        const std::vector<optics::BudgetRow> found = optics::budget_rows(simulator, request.free, fit);
+        const information::BudgetFit fit = information::fit_of(simulator.images(), request.free);
+        const double tenth_px = kTenth * information::bound_with(simulator.images(), request.free);
+        const std::vector<information::BudgetRow> found = information::budget_rows(simulator, request.free, fit);
         results.write(found.size(), "rows",
                       [&](size_t i) { return public_row(found[i], i, fit, request.earth.px, tenth_px); });
     });
@@ -157,7 +157,7 @@ toliman_status toliman_sim_get_budget_correlations(const toliman_sim *sim, const
             fail(Status::argument, "{count} = %zu: must be %zu, the separation and the free parameters", count,
                  request.free.size() + 1);
         required(correlations, "correlations");
-        const optics::BudgetFit fit = optics::fit_of(simulator.images(), request.free);
+        const information::BudgetFit fit = information::fit_of(simulator.images(), request.free);
         std::copy(fit.correlations.begin(), fit.correlations.end(), correlations);
     });
 }

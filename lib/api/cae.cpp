@@ -21,6 +21,7 @@
 #include "cae/tied.hpp"
 #include "cae/unsupervised.hpp"
 #include "cae/weights.hpp"
+#include "information/scene_model.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
@@ -202,7 +203,7 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
         store_network(
             {cae::untrained_network(
                  layout,
-                 cae::Preprocess::from_model(simulator.frame_model({known.log, known.log_data}),
+                 cae::Preprocess::from_model(information::model_of(simulator, {known.log, known.log_data}),
                                              kInputs.to_enum_or(known.input, cae::Input::whitened, "options->input"),
                                              kCentres.to_enum_or(known.centre, cae::Centre::scene, "options->centre")),
                  seed),

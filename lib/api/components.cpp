@@ -10,6 +10,7 @@
 #include "api/option.hpp"
 #include "api/pixel_frames.hpp"
 #include "base/workers.hpp"
+#include "information/scene_model.hpp"
 #include "linear/components.hpp"
 #include "linear/residuals.hpp"
 
@@ -94,7 +95,7 @@ toliman_status toliman_components_create(const toliman_sim *sim, const toliman_c
         const linear::Preparation preparation = preparation_of(known, simulator.scene().cadence.frames);
         const MemoryScope scope(memory_of(known.allocator));
         const Log log = preparation.raw ? Log() : Log{known.log, known.log_data}; // raw counts are not projected
-        made = new toliman_components{{}, linear::Residuals(simulator.frame_model(log), preparation)};
+        made = new toliman_components{{}, linear::Residuals(information::model_of(simulator, log), preparation)};
     });
 }
 

@@ -20,10 +20,10 @@
 #include "api/pixel_frames.hpp"
 #include "api/struct_array.hpp"
 #include "api/track_estimators.hpp"
-#include "base/estimates.hpp"
 #include "base/text.hpp"
 #include "base/workers.hpp"
 #include "fit/self.hpp"
+#include "frame/estimates.hpp"
 
 using namespace toliman;
 using namespace toliman::api;

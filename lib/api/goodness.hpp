@@ -3,7 +3,7 @@
 #include <toliman/goodness.h>
 
 #include "api/choice.hpp"
-#include "base/bad_pixels.hpp"
+#include "frame/bad_pixels.hpp"
 
 namespace toliman::api {
 

@@ -3,7 +3,7 @@
 #include <toliman/period.h>
 
 #include "base/error.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 
 namespace toliman::api {
 

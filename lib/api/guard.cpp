@@ -43,6 +43,11 @@ toliman_status status_of_exception() noexcept {
     }
 }
 
+void check_again(toliman_status status) {
+    if (status != TOLIMAN_OK)
+        throw Error(static_cast<Status>(status), toliman_last_error(), toliman_last_error_field());
+}
+
 void check_struct_size(const char *name, uint32_t given, size_t oldest, size_t current) {
     constexpr uint32_t kMember = 8; // every published layout ends on an 8-byte boundary
     if (given < oldest || given > current || given % kMember != 0)

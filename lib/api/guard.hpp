@@ -28,6 +28,9 @@ template <class Body> toliman_status guard(Body &&body) noexcept {
     }
 }
 
+// Throws the error of a call of the C interface again.
+void check_again(toliman_status status);
+
 // Returns the target of a pointer argument; Status::argument, naming the argument, for NULL.
 template <class T> T &required(T *pointer, const char *name) {
     if (pointer == nullptr)

@@ -10,9 +10,10 @@
 #include "cae/training.hpp"
 #include "cae/workspace.hpp"
 #include "fit/windows.hpp"
+#include "information/information.hpp"
 #include "linear/template.hpp"
 #include "optics/simulator.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 
 namespace toliman::api {
 struct Source; // api/track_estimators.hpp
@@ -22,6 +23,7 @@ struct toliman_sim : toliman::api::Handle<toliman_sim> {
     static constexpr char kType[] = "toliman_sim";
     toliman::optics::Simulator simulator;
     uint32_t threads; // of toliman_sim_frame_many, as in the options
+    toliman::information::KnownBounds bounds{};
 };
 
 struct toliman_cae : toliman::api::Handle<toliman_cae> {

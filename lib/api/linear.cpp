@@ -6,6 +6,7 @@
 #include "api/handles.hpp"
 #include "api/memory.hpp"
 #include "api/pixel_frames.hpp"
+#include "information/scene_model.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
@@ -22,8 +23,10 @@ toliman_status toliman_linear_create(const toliman_sim *sim, const toliman_linea
         const Use use(sim, "sim");
         const auto &simulator = use->simulator;
         toliman_linear *&made = required(out, "out");
-        made = new toliman_linear{
-            {}, linear::TemplateEstimator(simulator.frame_model({known.log, known.log_data})), known.threads};
+        made =
+            new toliman_linear{{},
+                               linear::TemplateEstimator(information::model_of(simulator, {known.log, known.log_data})),
+                               known.threads};
     });
 }
 

@@ -10,6 +10,7 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/parameters.hpp"
+#include "information/information.hpp"
 #include "mask/design.hpp"
 
 using namespace toliman;
@@ -36,8 +37,8 @@ constexpr Choice<mask::Symmetry> kSymmetries = {TOLIMAN_MASK_SYMMETRY_NONE, TOLI
 
 std::vector<Parameter> free_of(const Scene &scene, const char *names) {
     if (names == nullptr)
-        return optics::eight_nuisances(scene);
-    const std::vector<Parameter> known = optics::eight_nuisances(scene);
+        return information::eight_nuisances(scene);
+    const std::vector<Parameter> known = information::eight_nuisances(scene);
     std::vector<Parameter> free = parameters_of(names, "options->free");
     for (const Parameter parameter : free)
         if (std::find(known.begin(), known.end(), parameter) == known.end())

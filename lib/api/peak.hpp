@@ -8,8 +8,8 @@
 #include "api/guard.hpp"
 #include "period/fap.hpp"
 #include "period/peak.hpp"
-#include "period/power.hpp"
 #include "period/sampling.hpp"
+#include "period/stream/power.hpp"
 
 namespace toliman::api {
 

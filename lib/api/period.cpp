@@ -14,7 +14,7 @@
 #include "api/period_samples.hpp"
 #include "backend/file.hpp"
 #include "period/peak.hpp"
-#include "period/power.hpp"
+#include "period/stream/power.hpp"
 #include "period/suggest.hpp"
 
 using namespace toliman;

@@ -5,7 +5,7 @@
 #include <toliman/period_batch.h>
 
 #include "api/guard.hpp"
-#include "period/batch.hpp"
+#include "period/batch/batch.hpp"
 
 using namespace toliman;
 using namespace toliman::api;

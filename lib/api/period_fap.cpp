@@ -9,8 +9,8 @@
 #include "api/handles.hpp"
 #include "period/bootstrap.hpp"
 #include "period/fap.hpp"
-#include "period/power.hpp"
 #include "period/sampling.hpp"
+#include "period/stream/power.hpp"
 
 using namespace toliman;
 using namespace toliman::api;

@@ -6,51 +6,57 @@
 #include <toliman/period_noise.h>
 
 #include "api/guard.hpp"
+#include "api/measure_handle.hpp"
 #include "api/peak.hpp"
-#include "period/noise_bootstrap.hpp"
-#include "period/noise_search.hpp"
+#include "period/noise/noise_bootstrap.hpp"
+#include "period/noise/noise_search.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
 
 namespace {
 
-// The caller's series and grid.
-struct Series {
-    double f0, df;
-    int64_t nf;
-    const double *t, *y, *sigma;
-    size_t n;
-    const double *functions, *precision;
-    size_t k;
-
-    period::Grid grid() const {
-        period::Grid grid;
-        grid.f0 = f0;
-        grid.df = df;
-        grid.nf = nf;
-        grid.sigma_ceiling = grid.sigma_floor;
-        grid.check();
-        return grid;
+// A series and a grid.
+class Search {
+  public:
+    Search(double f0, double df, int64_t nf, const measure::Series &series)
+        : series_(series), noise_grid_{f0, df, static_cast<size_t>(nf)}, functions_(series.function_rows()) {
+        grid_.f0 = f0;
+        grid_.df = df;
+        grid_.nf = nf;
+        grid_.sigma_ceiling = grid_.sigma_floor;
+        grid_.check();
+        for (size_t f = 0; f < series.functions(); f++)
+            precision_.push_back(series.precision(f));
     }
-    period::NoiseGrid noise_grid() const { return {f0, df, static_cast<size_t>(nf)}; }
+    const period::Grid &grid() const noexcept { return grid_; }
+    const period::NoiseGrid &noise_grid() const noexcept { return noise_grid_; }
+    const measure::Series &series() const noexcept { return series_; }
     period::NoiseModel model() const {
-        required_array(t, n, sizeof *t, "t");
-        required_array(y, n, sizeof *y, "y");
-        required_array(functions, checked_product(n, k, "functions"), sizeof *functions, "functions");
-        return {{{t, y, sigma, n}, functions, k, precision}, grid().last()};
+        const double *const sigma = series_.sigma.empty() ? nullptr : series_.sigma.data();
+        return {{{series_.t.data(), series_.y.data(), sigma, series_.count()},
+                 functions_.data(),
+                 series_.functions(),
+                 precision_.data()},
+                grid_.last()};
     }
+
+  private:
+    const measure::Series &series_;
+    period::Grid grid_;
+    period::NoiseGrid noise_grid_;
+    std::vector<double> functions_, precision_;
 };
 
-toliman_period_noise public_noise(const period::NoiseModel &model, const Series &series,
+toliman_period_noise public_noise(const period::NoiseModel &model, const Search &search,
                                   const period::NoiseResult &found, double offset, double offset_error) {
-    const period::Cadence cadence = period::cadence_of({series.t, series.t + series.n});
+    const period::Cadence cadence = period::cadence_of(search.series().t);
     const period::NoiseSolution &solution = found.solution;
     const double f = found.frequency;
     toliman_period_noise out = {};
-    const bool at_edge = f <= series.f0 || f >= series.grid().last();
-    out.flags = grid_flags(series.grid(), cadence) | (at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0u) |
-                (slow_flags(series.grid(), f, cadence.span) & TOLIMAN_PERIOD_LONG);
+    const bool at_edge = f <= search.grid().f0 || f >= search.grid().last();
+    out.flags = grid_flags(search.grid(), cadence) | (at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0u) |
+                (slow_flags(search.grid(), f, cadence.span) & TOLIMAN_PERIOD_LONG);
     out.rho = found.rho;
     out.rho_error = found.rho_error;
     out.tau = found.rho > 0 ? -cadence.step / std::log(found.rho) : 0;
@@ -83,24 +89,24 @@ void toliman_period_noise_options_init(toliman_period_noise_options *options, si
     deliver_defaults(toliman_period_noise_options{}, options, size);
 }
 
-toliman_status toliman_period_noise_search(double f0, double df, int64_t nf, const double *t, const double *y,
-                                           const double *sigma, size_t n, const double *functions,
-                                           const double *precision, size_t k,
+toliman_status toliman_period_noise_search(const toliman_measure *series, double f0, double df, int64_t nf,
                                            const toliman_period_noise_options *options, double *power,
                                            double *coefficients, double *errors, toliman_period_noise *out) noexcept {
     return guard([&] {
+        const Use use(series, "series");
         check_struct_size("out", required(out, "out"));
         const auto known = accept(options, toliman_period_noise_options{}, "options");
         if ((known.flags & ~TOLIMAN_PERIOD_WHITE_NOISE) != 0)
             fail(Status::argument, "{options->flags} = 0x%x: unknown bits", known.flags);
-        const Series series = {f0, df, nf, t, y, sigma, n, functions, precision, k};
-        period::NoiseModel model = series.model();
+        const Search search(f0, df, nf, use->series);
+        period::NoiseModel model = search.model();
+        const size_t count = 1 + use->series.functions();
         Buffer<double> powers(static_cast<size_t>(nf));
-        std::vector<double> values(k + 1), deviations(k + 1);
+        std::vector<double> values(count), deviations(count);
         const period::NoiseResult found = period::search_noise(
-            model, series.noise_grid(), (known.flags & TOLIMAN_PERIOD_WHITE_NOISE) != 0,
+            model, search.noise_grid(), (known.flags & TOLIMAN_PERIOD_WHITE_NOISE) != 0,
             {known.progress, known.progress_data}, powers.data(), values.data(), deviations.data());
-        deliver(public_noise(model, series, found, values[0], deviations[0]), out, "out");
+        deliver(public_noise(model, search, found, values[0], deviations[0]), out, "out");
         if (power != nullptr)
             std::copy(powers.begin(), powers.end(), power);
         if (coefficients != nullptr)
@@ -115,27 +121,26 @@ void toliman_period_noise_bootstrap_options_init(toliman_period_noise_bootstrap_
     deliver_defaults(toliman_period_noise_bootstrap_options{}, options, size);
 }
 
-toliman_status toliman_period_noise_bootstrap(double f0, double df, int64_t nf, const double *t, const double *y,
-                                              const double *sigma, size_t n, const double *functions,
-                                              const double *precision, size_t k, double rho,
-                                              const toliman_period_noise_bootstrap_options *options, size_t count,
-                                              double *log10_residuals) noexcept {
+toliman_status toliman_period_noise_bootstrap(const toliman_measure *series, double f0, double df, int64_t nf,
+                                              double rho, const toliman_period_noise_bootstrap_options *options,
+                                              size_t count, double *log10_residuals) noexcept {
     return guard([&] {
+        const Use use(series, "series");
         const auto known = accept(options, toliman_period_noise_bootstrap_options{}, "options");
         required_array(&required(log10_residuals, "log10_residuals"), count, sizeof *log10_residuals,
                        "log10_residuals");
         if (!(rho >= 0 && rho <= period::kMaxRho))
             fail(Status::range, "{rho} = %g: must be in [0, %g]", rho, period::kMaxRho);
-        if (known.block > n)
-            fail(Status::range, "{options->block} = %llu: must be at most n, %zu",
-                 static_cast<unsigned long long>(known.block), n);
-        const Series series = {f0, df, nf, t, y, sigma, n, functions, precision, k};
-        period::NoiseModel model = series.model();
+        if (known.block > use->series.count())
+            fail(Status::range, "{options->block} = %llu: must be at most %zu, the number of samples",
+                 static_cast<unsigned long long>(known.block), use->series.count());
+        const Search search(f0, df, nf, use->series);
+        period::NoiseModel model = search.model();
         model.set_rho(rho);
         model.check();
         std::vector<double> peaks(count);
         period::bootstrap_noise(
-            model, series.noise_grid(),
+            model, search.noise_grid(),
             {known.seed, static_cast<size_t>(known.block), known.threads, {known.progress, known.progress_data}},
             peaks.data(), count);
         std::copy(peaks.begin(), peaks.end(), log10_residuals);

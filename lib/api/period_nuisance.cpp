@@ -7,7 +7,7 @@
 #include "api/handles.hpp"
 #include "api/peak.hpp"
 #include "api/period_samples.hpp"
-#include "period/power.hpp"
+#include "period/stream/power.hpp"
 
 using namespace toliman;
 using namespace toliman::api;

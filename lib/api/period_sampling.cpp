@@ -9,8 +9,8 @@
 #include "api/output.hpp"
 #include "api/peak.hpp"
 #include "period/alias.hpp"
-#include "period/power.hpp"
 #include "period/sampling.hpp"
+#include "period/stream/power.hpp"
 
 using namespace toliman;
 using namespace toliman::api;

@@ -3,7 +3,7 @@
 #include <toliman/image.h>
 
 #include "api/choice.hpp"
-#include "base/pixel.hpp"
+#include "frame/pixel.hpp"
 
 namespace toliman::api {
 

@@ -9,6 +9,7 @@
 #include "api/goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handle.hpp"
+#include "api/measure_handle.hpp"
 #include "api/option.hpp"
 #include "api/struct_array.hpp"
 #include "base/constants.hpp"
@@ -58,68 +59,56 @@ double within(const char *name, double value, double least, double most) {
     return value;
 }
 
-planet::GivenSeries given_series(const toliman_planet_series *series, bool velocity, bool jitter) {
-    const auto known = accept(&required(series, "series"), toliman_planet_series{}, "series");
-    if (known.trend < 0 || known.columns < 0 || known.trend > 8 || known.columns > 8 || known.trend + known.columns > 8)
-        fail(Status::argument, "{series->trend} = %d, columns = %d: must be at least 0, and 8 together at most",
-             known.trend, known.columns);
-    if (known.prior_precision[0] != 0)
-        fail(Status::argument, "{series->prior_precision}[0] = %g: must be 0, as the mean has no prior",
-             known.prior_precision[0]);
-    required_array(known.t, known.n, sizeof(double), "series->t");
-    required_array(known.y, known.n, sizeof(double), "series->y");
-    if (known.sigma == nullptr && !jitter)
-        fail(Status::argument, "{series->sigma} is NULL: must be given with TOLIMAN_PLANET_NO_JITTER");
-    if (!(known.frame_chi_square >= 0 && known.frame_chi_square <= 1e100))
-        fail(Status::argument, "{series->frame_chi_square} = %g: must be in (0, 1e100], or 0", known.frame_chi_square);
-    if (known.columns == 0 && known.rows != nullptr)
-        fail(Status::argument, "{series->columns} = 0: must be the number of columns of rows");
-    for (size_t j = 1 + static_cast<size_t>(known.trend + known.columns); j < std::size(known.prior_precision); j++)
-        if (known.prior_precision[j] != 0)
-            fail(Status::argument, "{series->prior_precision}[%zu] = %g: must be 0, as there are %d functions", j,
-                 known.prior_precision[j], 1 + known.trend + known.columns);
-    if (known.columns > 0)
-        required_array(known.rows, checked_product(known.n, static_cast<size_t>(known.columns), "series->rows"),
-                       sizeof(double), "series->rows");
-    if (velocity && known.position_angle_deg != nullptr)
-        fail(Status::argument, "{series->position_angle_deg}: must be NULL with TOLIMAN_PLANET_VELOCITY");
-    if (!std::isfinite(known.trend_start) || !std::isfinite(known.trend_end))
-        fail(Status::argument, "{series->trend_start} = %g, trend_end = %g: must be finite", known.trend_start,
-             known.trend_end);
-    return {known.n,
-            known.t,
-            known.y,
-            known.sigma,
-            known.rows,
-            known.position_angle_deg,
-            known.trend,
-            known.columns,
-            known.trend_start,
-            known.trend_end,
-            series->prior_precision,
-            velocity,
-            known.frame_chi_square};
-}
+// The arrays of a series, as the search takes them.
+class Given {
+  public:
+    Given(const measure::Series &series, bool jitter)
+        : rows_(series.column_rows()), precision_(1 + series.functions()) {
+        if (series.kind == measure::Kind::separation)
+            fail(Status::argument, "{series}: is of measured separations: reduce them by toliman_sky_reduce");
+        if (series.sigma.empty() && !jitter)
+            fail(Status::argument, "{series}: has no sigma: must have one with TOLIMAN_PLANET_NO_JITTER");
+        for (size_t f = 0; f < series.functions(); f++)
+            precision_[1 + f] = series.precision(f);
+        given_ = {series.count(),         series.t.data(),
+                  series.y.data(),        or_null(series.sigma),
+                  rows_.data(),           or_null(series.position_angle_deg),
+                  series.trend.order,     static_cast<int32_t>(series.columns.size()),
+                  series.trend.start,     series.trend.end,
+                  precision_.data(),      series.kind == measure::Kind::velocity,
+                  series.frame_chi_square};
+    }
+    const planet::GivenSeries &get() const noexcept { return given_; }
+
+  private:
+    static const double *or_null(const std::vector<double> &values) noexcept {
+        return values.empty() ? nullptr : values.data();
+    }
+    std::vector<double> rows_, precision_;
+    planet::GivenSeries given_;
+};
 
 void check_pair(const char *least_name, double least, const char *most_name, double most) {
     if ((least == 0) != (most == 0))
         fail(Status::argument, "{options->%s} = %g and %s = %g: give both or none", least_name, least, most_name, most);
 }
 
-planet::Settings settings_of(const toliman_planet_options &options) {
-    if ((options.flags & ~(TOLIMAN_PLANET_VELOCITY | TOLIMAN_PLANET_NO_JITTER | TOLIMAN_PLANET_CLIP)) != 0)
+planet::Settings settings_of(const toliman_planet_options &options, const measure::Series &series) {
+    if ((options.flags & ~(TOLIMAN_PLANET_NO_JITTER | TOLIMAN_PLANET_CLIP)) != 0)
         fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
     planet::Settings settings;
     settings.most = in_range("max_planets", options.max_planets, 1u, TOLIMAN_PLANET_MOST, 1u);
     settings.threads = options.threads;
     settings.jitter = (options.flags & TOLIMAN_PLANET_NO_JITTER) == 0;
     settings.clip = (options.flags & TOLIMAN_PLANET_CLIP) != 0;
-    settings.units = {(options.flags & TOLIMAN_PLANET_VELOCITY) != 0,
-                      in_range("time_unit_days", options.time_unit_days, 1e-12, 1e12, 1.0),
-                      positive("options->unit", options.unit),
-                      within("options->parallax_arcsec", options.parallax_arcsec, 0, kMostParallax),
-                      {within("options->star_mass[0]", options.star_mass[0], kLeastMass, kMostMass),
-                       within("options->star_mass[1]", options.star_mass[1], kLeastMass, kMostMass)}};
+    const auto chosen = [](double given, double known) { return given != 0 ? given : known; };
+    settings.units = {
+        series.kind == measure::Kind::velocity,
+        series.time_unit_days,
+        series.unit,
+        within("options->parallax_arcsec", chosen(options.parallax_arcsec, series.parallax_arcsec), 0, kMostParallax),
+        {within("options->star_mass[0]", chosen(options.star_mass[0], series.star_mass[0]), kLeastMass, kMostMass),
+         within("options->star_mass[1]", chosen(options.star_mass[1], series.star_mass[1]), kLeastMass, kMostMass)}};
     settings.period_min = positive("options->period_min", options.period_min);
     settings.period_max = positive("options->period_max", options.period_max);
     settings.eccentricity_max = in_range("eccentricity_max", options.eccentricity_max, 1e-3, 0.95, 0.95);
@@ -131,10 +120,9 @@ planet::Settings settings_of(const toliman_planet_options &options) {
         fail(Status::argument, "{options->jitter_max} = %g: must be 0 with TOLIMAN_PLANET_NO_JITTER",
              options.jitter_max);
     if (settings.units.velocity && options.parallax_arcsec != 0)
-        fail(Status::argument, "{options->parallax_arcsec} = %g: must be 0 with TOLIMAN_PLANET_VELOCITY",
-             options.parallax_arcsec);
+        fail(Status::argument, "{options->parallax_arcsec} = %g: must be 0 for velocities", options.parallax_arcsec);
     if (settings.units.velocity && options.star_mass[1] != 0)
-        fail(Status::argument, "{options->star_mass[1]} = %g: must be 0 with TOLIMAN_PLANET_VELOCITY, of one star",
+        fail(Status::argument, "{options->star_mass[1]} = %g: must be 0 for velocities, of one star",
              options.star_mass[1]);
     settings.threshold = in_range("threshold", options.threshold, -100.0, 1e6, 2.0);
     settings.fap = in_range("detection_fap", options.detection_fap, 1e-300, 0.5, 1e-3);
@@ -144,11 +132,11 @@ planet::Settings settings_of(const toliman_planet_options &options) {
     return settings;
 }
 
-const planet::Candidate &candidate_of(const planet::Result &result, uint32_t index) {
-    if (index >= result.candidates.size())
-        fail(Status::argument, "{index} = %u: must be below %zu, the number of candidates", index,
-             result.candidates.size());
-    return result.candidates[index];
+const planet::Candidate &candidate_of(const planet::Result &result, int64_t index) {
+    if (index < 0 || index >= static_cast<int64_t>(result.candidates.size()))
+        fail(Status::range, "{index} = %lld: must be in [0, %zu), the number of candidates",
+             static_cast<long long>(index), result.candidates.size());
+    return result.candidates[static_cast<size_t>(index)];
 }
 
 // A sample in the order of TOLIMAN_PLANET_COLUMNS; angles and epochs within half a turn of those of the best fit.
@@ -206,7 +194,7 @@ void set_correlation(const std::vector<Row> &rows, double *out) {
             out[i * count + j] = i == j ? 1 : sums[i][j] / std::sqrt(std::max(sums[i][i] * sums[j][j], 1e-300));
 }
 
-toliman_planet public_planet(const planet::Result &result, uint32_t index) {
+toliman_planet public_planet(const planet::Result &result, int64_t index) {
     const planet::Candidate &candidate = candidate_of(result, index);
     const std::vector<Row> rows = rows_of(result, candidate);
     toliman_planet out = {};
@@ -248,12 +236,12 @@ planet::InjectionCell checked(const planet::Result &result, const toliman_planet
         fail(Status::argument, "{cell->star} = %d: must be -1, 0 or 1", cell.star);
     if (cell.star >= 0 && !result.settings.units.knows_mass(cell.star))
         fail(Status::argument, "{cell->star} = %d: unit, parallax or mass of the star is unknown", cell.star);
-    if (cell.circular > 1)
-        fail(Status::argument, "{cell->circular} = %u: must be 0 or 1", cell.circular);
+    if (cell.is_circular != 0 && cell.is_circular != 1)
+        fail(Status::argument, "{cell->is_circular} = %d: must be 0 or 1", cell.is_circular);
     if (cell.count > kMostSamples)
         fail(Status::argument, "{cell->count} = %u: must be at most %u", cell.count, kMostSamples);
-    return {cell.star,     cell.period_min,    cell.period_max, cell.size_min,
-            cell.size_max, cell.circular == 1, cell.count,      cell.seed};
+    return {cell.star,     cell.period_min,       cell.period_max, cell.size_min,
+            cell.size_max, cell.is_circular == 1, cell.count,      cell.seed};
 }
 
 } // namespace
@@ -265,20 +253,19 @@ const char *toliman_planet_reason_name(uint32_t bit) noexcept {
     return text != nullptr ? text : "?";
 }
 
-void toliman_planet_series_init(toliman_planet_series *series, size_t size) noexcept {
-    deliver_defaults(toliman_planet_series{}, series, size);
-}
-
 void toliman_planet_options_init(toliman_planet_options *options, size_t size) noexcept {
     deliver_defaults(toliman_planet_options{}, options, size);
 }
 
-toliman_status toliman_planet_search(const toliman_planet_series *series, const toliman_planet_options *options,
+toliman_status toliman_planet_search(const toliman_measure *series, const toliman_planet_options *options,
                                      toliman_planets **out) noexcept {
     return guard([&] {
+        const Use use(series, "series");
         required(out, "out");
-        const planet::Settings settings = settings_of(accept(options, toliman_planet_options{}, "options"));
-        *out = new toliman_planets(given_series(series, settings.units.velocity, settings.jitter), settings);
+        const planet::Settings settings =
+            settings_of(accept(options, toliman_planet_options{}, "options"), use->series);
+        const Given given(use->series, settings.jitter);
+        *out = new toliman_planets(given.get(), settings);
     });
 }
 
@@ -319,7 +306,7 @@ toliman_status toliman_planet_get_info(const toliman_planets *planets, toliman_p
     });
 }
 
-toliman_status toliman_planet_get(const toliman_planets *planets, uint32_t index, toliman_planet *out) noexcept {
+toliman_status toliman_planet_get(const toliman_planets *planets, int64_t index, toliman_planet *out) noexcept {
     return guard([&] {
         check_struct_size("out", required(out, "out"));
         const Use use(planets, "planets");
@@ -327,7 +314,7 @@ toliman_status toliman_planet_get(const toliman_planets *planets, uint32_t index
     });
 }
 
-toliman_status toliman_planet_get_samples(const toliman_planets *planets, uint32_t index, size_t count,
+toliman_status toliman_planet_get_samples(const toliman_planets *planets, int64_t index, size_t count,
                                           double *samples) noexcept {
     return guard([&] {
         const Use use(planets, "planets");
@@ -342,7 +329,7 @@ toliman_status toliman_planet_get_samples(const toliman_planets *planets, uint32
     });
 }
 
-toliman_status toliman_planet_get_signal(const toliman_planets *planets, uint32_t index, const double *t,
+toliman_status toliman_planet_get_signal(const toliman_planets *planets, int64_t index, const double *t,
                                          const double *position_angle_deg, size_t n, double *signal) noexcept {
     return guard([&] {
         const Use use(planets, "planets");

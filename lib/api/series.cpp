@@ -5,6 +5,7 @@
 
 #include "api/guard.hpp"
 #include "api/handle.hpp"
+#include "api/series_options.hpp"
 #include "api/times.hpp"
 #include "ingest/series.hpp"
 
@@ -30,7 +31,9 @@ std::vector<std::string> columns_of(const char *text) {
     return columns;
 }
 
-ingest::SeriesOptions series_options(const toliman_series_options &options) {
+} // namespace
+
+ingest::SeriesOptions toliman::api::series_options(const toliman_series_options &options) {
     const bool plain = (options.flags & TOLIMAN_SERIES_PLAIN_TIMES) != 0;
     if ((options.flags & ~kFlags) != 0)
         fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
@@ -50,8 +53,6 @@ ingest::SeriesOptions series_options(const toliman_series_options &options) {
         known.format = kFormats.to_enum(options.time_format, "options->time_format");
     return known;
 }
-
-} // namespace
 
 extern "C" {
 

@@ -283,7 +283,7 @@ toliman_status toliman_sim_get_info(const toliman_sim *sim, toliman_sim_info *ou
 toliman_status toliman_sim_get_bounds(const toliman_sim *sim, toliman_sim_bounds *out) noexcept {
     return api::guard([&] {
         const api::Use use(sim, "sim");
-        const optics::Bounds &known = use->simulator.bounds();
+        const toliman::information::Bounds &known = use->bounds.of(use->simulator);
         toliman_sim_bounds bounds = {};
         bounds.crb_px = known.alone;
         bounds.crb_flux_shift_px = known.flux_shift;
@@ -293,7 +293,7 @@ toliman_status toliman_sim_get_bounds(const toliman_sim *sim, toliman_sim_bounds
         const optics::Images &images = use->simulator.bound_images();
         bounds.peak_to_mean =
             images.peak_photons() / images.total_photons() * static_cast<double>(images.both().size());
-        bounds.gradient_energy = optics::gradient_energy(images);
+        bounds.gradient_energy = toliman::information::gradient_energy(images);
         api::deliver(bounds, out, "out");
     });
 }

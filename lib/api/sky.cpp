@@ -14,6 +14,7 @@
 #include "api/choice.hpp"
 #include "api/goodness.hpp"
 #include "api/guard.hpp"
+#include "api/measure_handle.hpp"
 #include "api/sky_handle.hpp"
 #include "api/sky_measurements.hpp"
 #include "api/struct_array.hpp"
@@ -21,6 +22,8 @@
 #include "api/times.hpp"
 #include "backend/file.hpp"
 #include "base/hash.hpp"
+#include "base/progress.hpp"
+#include "measure/reduction.hpp"
 #include "scene/system.hpp"
 #include "sky/columns.hpp"
 #include "sky/reduction.hpp"
@@ -41,8 +44,6 @@ static_assert(sky::kEarthAberration == TOLIMAN_SKY_EARTH_ABERRATION &&
 constexpr Choice<sky::Observer::Kind> kObservers = {TOLIMAN_SKY_OBSERVER_EARTH, TOLIMAN_SKY_OBSERVER_FILE,
                                                     "TOLIMAN_SKY_OBSERVER_..."};
 constexpr const char *kObserverNames[] = {"Earth", "circular orbit", "file"};
-constexpr const char *kElementNames[] = {"period_years", "semi_major_arcsec", "eccentricity", "inclination_deg",
-                                         "node_deg",     "periastron_deg",    "epoch"};
 constexpr double kLowOrbitSpeed = 7.56e3; // m/s, at an altitude of 600 km
 constexpr double kWarnedYear = 2030;      // of the separation in the warning without an observer
 
@@ -78,7 +79,7 @@ sky::System system_of(const char *name) {
     return std::strcmp(name, "alpha-cen") == 0 ? sky::alpha_cen() : read_system(std::string(name));
 }
 
-// In the order of kElementNames.
+// In the order of sky::element_name.
 std::array<double, sky::kElements> elements_of(const sky::Orbit &orbit) noexcept {
     std::array<double, sky::kElements> values;
     for (size_t i = 0; i < sky::kElements; i++)
@@ -105,23 +106,6 @@ std::unique_ptr<toliman_sky> new_sky(std::unique_ptr<const sky::Predictor> predi
     handle->predictor = std::move(predictor);
     handle->source = sky_source;
     return handle;
-}
-
-std::vector<sky::Reduced> reduced_of(const sky::Predictor &predictor, const int64_t *intervals,
-                                     const size_t *interval_counts, const double *separations_arcsec, size_t count) {
-    const std::vector<sky::Exposure> exposures = exposures_of(intervals, interval_counts, count);
-    std::vector<sky::Reduced> reduced;
-    for (size_t i = 0; i < count; i++) {
-        const double separation =
-            std::isnan(separations_arcsec[i]) ? separations_arcsec[i] : known_separation(separations_arcsec, i);
-        try {
-            reduced.push_back(sky::reduce(predictor, exposures[i], separation));
-        } catch (const Error &error) {
-            fail_within(error, error.status(), "measurement %zu: %s", i, error.what());
-        }
-    }
-    check_exposures(exposures);
-    return reduced;
 }
 
 void add_states(const sky::Ephemeris &file, toliman_sky_info &info) {
@@ -179,10 +163,11 @@ toliman_period_options options_for(size_t columns, const toliman_period_options 
     return options;
 }
 
-int32_t known_element(int32_t element) {
-    if (element < 0 || element >= static_cast<int32_t>(sky::kElements))
-        fail(Status::argument, "{element} = %d: must be in [0, %zu]", element, sky::kElements - 1);
-    return element;
+size_t known_element(int64_t element) {
+    if (element < 0 || element >= static_cast<int64_t>(sky::kElements))
+        fail(Status::range, "{element} = %lld: must be in [0, %zu]", static_cast<long long>(element),
+             sky::kElements - 1);
+    return static_cast<size_t>(element);
 }
 
 } // namespace
@@ -243,32 +228,48 @@ toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *i
     });
 }
 
-toliman_status toliman_sky_reduce(const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts,
-                                  const double *separations_arcsec, size_t count, double *reduced_arcsec,
-                                  toliman_sky_prediction *predictions, size_t *unreduced) noexcept {
+toliman_status toliman_sky_predict_mean_many(const toliman_sky *sky, const int64_t *intervals,
+                                             const size_t *interval_counts, size_t count,
+                                             toliman_sky_prediction *predictions) noexcept {
     return guard([&] {
         const Use use(sky, "sky");
-        required_array(intervals, count, 2 * sizeof *intervals, "intervals");
-        required_array(separations_arcsec, count, sizeof *separations_arcsec, "separations_arcsec");
-        required_array(reduced_arcsec, count, sizeof *reduced_arcsec, "reduced_arcsec");
-        required(unreduced, "unreduced");
-        std::optional<StructArray<toliman_sky_prediction>> rows;
-        if (predictions != nullptr && count > 0) {
-            rows.emplace(predictions, "predictions");
-            required_array(predictions, count, rows->size(), "predictions");
-        }
-        const auto found = reduced_of(*sky->predictor, intervals, interval_counts, separations_arcsec, count);
-        std::vector<double> ratios(count);
-        for (size_t i = 0; i < count; i++)
-            ratios[i] = separations_arcsec[i] / found[i].seen.separation_arcsec;
-        check_unit(std::move(ratios));
+        const std::vector<sky::Exposure> exposures = exposures_of(intervals, interval_counts, count);
+        if (count == 0)
+            return;
+        const StructArray<toliman_sky_prediction> rows(predictions, "predictions");
+        required_array(predictions, count, rows.size(), "predictions");
+        std::vector<sky::Prediction> found;
         for (size_t i = 0; i < count; i++) {
-            reduced_arcsec[i] = found[i].separation_arcsec;
-            if (rows)
-                rows->put(i, public_prediction(found[i].seen));
+            try {
+                found.push_back(sky::reduce(*sky->predictor, exposures[i], NAN).seen);
+            } catch (const Error &error) {
+                fail_within(error, error.status(), "exposure %zu: %s", i, error.what());
+            }
         }
-        *unreduced = static_cast<size_t>(std::count_if(
-            found.begin(), found.end(), [](const sky::Reduced &one) { return std::isnan(one.seen.factor); }));
+        check_exposures(exposures);
+        for (size_t i = 0; i < count; i++)
+            rows.put(i, public_prediction(found[i]));
+    });
+}
+
+void toliman_sky_reduce_options_init(toliman_sky_reduce_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_sky_reduce_options{}, options, size);
+}
+
+toliman_status toliman_sky_reduce(const toliman_sky *sky, const toliman_measure *measured,
+                                  const toliman_sky_reduce_options *options, toliman_measure **out) noexcept {
+    return guard([&] {
+        const Use use(sky, "sky");
+        const Use series(measured, "measured");
+        toliman_measure *&made = required(out, "out");
+        const auto known = accept(options, toliman_sky_reduce_options{}, "options");
+        if ((known.flags & ~TOLIMAN_SKY_NO_FUNCTIONS) != 0)
+            fail(Status::argument, "{options->flags} = 0x%x: unknown bits", known.flags);
+        measure::Reduction reduction =
+            measure::reduce(series->series, *sky->predictor, known_scale_sigma(known.scale_sigma), known.flags == 0);
+        if (!reduction.warning.empty())
+            Log{known.log, known.log_data}.warn("%s", reduction.warning.c_str());
+        made = new toliman_measure{{}, std::move(reduction.series)};
     });
 }
 
@@ -293,26 +294,27 @@ toliman_status toliman_sky_get_info(const toliman_sky *sky, toliman_sky_info *ou
     });
 }
 
-const char *toliman_sky_element_name(int32_t element) noexcept {
-    const bool known = element >= 0 && element < static_cast<int32_t>(sky::kElements);
-    return known ? kElementNames[element] : "?";
+const char *toliman_sky_element_name(int64_t element) noexcept {
+    const bool known = element >= 0 && element < static_cast<int64_t>(sky::kElements);
+    return known ? sky::element_name(static_cast<size_t>(element)) : "?";
 }
 
-toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts,
-                                 const double *separations_arcsec, const double *sigmas_arcsec, size_t count,
-                                 double scale_sigma, toliman_sky_refit_result *result, toliman_sky **out) noexcept {
+toliman_status toliman_sky_refit(const toliman_sky *sky, const toliman_measure *measured, double scale_sigma,
+                                 toliman_sky_refit_result *result, toliman_sky **out) noexcept {
     return guard([&] {
         const Use use(sky, "sky");
+        const Use series(measured, "measured");
         toliman_sky *&made = required(out, "out");
         const double sigma = known_scale_sigma(scale_sigma);
-        const sky::Refit found =
-            sky::refit(*sky->predictor,
-                       measurements_of(intervals, interval_counts, separations_arcsec, sigmas_arcsec, count), sigma);
+        const std::vector<sky::Measurement> all = measure::measurements_of(series->series),
+                                            known = measure::covered(*sky->predictor, all);
+        const sky::Refit found = sky::refit(*sky->predictor, known, sigma);
         auto handle = new_sky(std::make_unique<const sky::Predictor>(found.system, *sky->predictor));
         toliman_sky_refit_result filled = {};
         filled.iterations = found.iterations;
         set_goodness(found.goodness, filled);
         filled.jitter_arcsec = found.jitter_arcsec;
+        filled.left_out = static_cast<uint32_t>(all.size() - known.size());
         filled.outliers = static_cast<uint32_t>(found.outliers);
         const bool is_unusable =
             found.goodness.verdict == GoodnessVerdict::poor && found.goodness.chi_square > kMostSeriesChiSquare;
@@ -358,10 +360,10 @@ toliman_status toliman_sky_save_file(const toliman_sky *sky, const char *path) n
     });
 }
 
-toliman_status toliman_sky_get_element(const toliman_sky *sky, int32_t element, double *value, double *sigma) noexcept {
+toliman_status toliman_sky_get_element(const toliman_sky *sky, int64_t element, double *value, double *sigma) noexcept {
     return guard([&] {
         const Use use(sky, "sky");
-        const auto known = static_cast<size_t>(known_element(element));
+        const size_t known = known_element(element);
         const sky::System &system = sky->predictor->system();
         if (value != nullptr)
             *value = elements_of(system.value.orbit)[known];

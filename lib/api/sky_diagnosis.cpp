@@ -5,10 +5,12 @@
 
 #include "api/choice.hpp"
 #include "api/goodness.hpp"
+#include "api/measure_handle.hpp"
 #include "api/sky_handle.hpp"
 #include "api/sky_measurements.hpp"
 #include "api/struct_array.hpp"
 #include "api/text_out.hpp"
+#include "measure/reduction.hpp"
 #include "sky/diagnosis.hpp"
 
 using namespace toliman;
@@ -44,20 +46,18 @@ const char *toliman_sky_cause_name(int32_t cause) noexcept {
     return kPublicCauses.contains(cause) ? kCauseNames[cause - kPublicCauses.first] : "?";
 }
 
-toliman_status toliman_sky_diagnose(const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts,
-                                    const double *separations_arcsec, const double *sigmas_arcsec, size_t count,
-                                    double scale_sigma, toliman_sky_diagnosis *result,
-                                    toliman_sky_hypothesis *hypotheses) noexcept {
+toliman_status toliman_sky_diagnose(const toliman_sky *sky, const toliman_measure *measured, double scale_sigma,
+                                    toliman_sky_diagnosis *result, toliman_sky_hypothesis *hypotheses) noexcept {
     return guard([&] {
         const Use use(sky, "sky");
+        const Use series(measured, "measured");
         check_struct_size("result", required(result, "result"));
         std::optional<StructArray<toliman_sky_hypothesis>> rows;
         if (hypotheses != nullptr)
             rows.emplace(hypotheses, "hypotheses");
         const double sigma = known_scale_sigma(scale_sigma);
-        const sky::Diagnosis found = sky::diagnose(
-            *sky->predictor, measurements_of(intervals, interval_counts, separations_arcsec, sigmas_arcsec, count),
-            sigma, rows.has_value());
+        const sky::Diagnosis found =
+            sky::diagnose(*sky->predictor, measure::measurements_of(series->series), sigma, rows.has_value());
         toliman_sky_diagnosis filled = {};
         filled.cause = kPublicCauses.to_constant(found.cause);
         set_goodness(found.goodness, filled);

@@ -46,24 +46,6 @@ void check_times(const char *name, const int64_t *times, size_t count) {
          static_cast<long long>(times[0]), *unit != '\0' ? "; are they in " : "", unit, *unit != '\0' ? "?" : "");
 }
 
-void check_unit(std::vector<double> ratios) {
-    constexpr double kMost = 2; // an orbit wrong by more is not that of the stars
-    constexpr Scale kUnits[] = {
-        {1e6, "uas"}, {1e3, "mas"}, {1 / 60.0, "arcmin"}, {1 / 3600.0, "deg"}, {1 / 206264.806, "rad"}};
-    ratios.erase(std::remove_if(ratios.begin(), ratios.end(), [](double ratio) { return std::isnan(ratio); }),
-                 ratios.end());
-    if (ratios.empty())
-        return;
-    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-    std::nth_element(ratios.begin(), middle, ratios.end());
-    if (*middle >= 1 / kMost && *middle <= kMost)
-        return;
-    const char *const unit = unit_of(*middle, kUnits, std::size(kUnits), 2);
-    fail(Status::argument,
-         "{separations_arcsec}: median %.4g times the predicted separations: must be in arcsec; are they in %s?",
-         *middle, *unit != '\0' ? unit : "px, or those of another system");
-}
-
 std::vector<sky::Interval> intervals_of(const int64_t *intervals, size_t count) {
     std::vector<sky::Interval> given(count);
     for (size_t i = 0; i < count; i++)
@@ -88,29 +70,6 @@ void check_exposures(const std::vector<sky::Exposure> &exposures) {
         if (!exposure.intervals.empty())
             starts.push_back(exposure.intervals.front().start_ns);
     check_times("intervals", starts.data(), starts.size());
-}
-
-double known_separation(const double *separations_arcsec, size_t i) {
-    if (!(separations_arcsec[i] > 0 && std::isfinite(separations_arcsec[i])))
-        fail(Status::argument, "{separations_arcsec[%zu]} = %g: must be above 0 and finite", i, separations_arcsec[i]);
-    return separations_arcsec[i];
-}
-
-std::vector<sky::Measurement> measurements_of(const int64_t *intervals, const size_t *interval_counts,
-                                              const double *separations_arcsec, const double *sigmas_arcsec,
-                                              size_t count) {
-    required_array(separations_arcsec, count, sizeof *separations_arcsec, "separations_arcsec");
-    required_array(sigmas_arcsec, count, sizeof *sigmas_arcsec, "sigmas_arcsec");
-    const std::vector<sky::Exposure> exposures = exposures_of(intervals, interval_counts, count);
-    std::vector<sky::Measurement> measurements;
-    for (size_t i = 0; i < count; i++) {
-        const double separation = known_separation(separations_arcsec, i);
-        if (!(sigmas_arcsec[i] > 0 && std::isfinite(sigmas_arcsec[i])))
-            fail(Status::argument, "{sigmas_arcsec[%zu]} = %g: must be above 0 and finite", i, sigmas_arcsec[i]);
-        measurements.push_back({exposures[i], separation, sigmas_arcsec[i]});
-    }
-    check_exposures(exposures);
-    return measurements;
 }
 
 double known_scale_sigma(double scale_sigma) {

@@ -1,4 +1,4 @@
-// Measured separations as the functions of sky.h and sky_diagnosis.h take them.
+// Times and exposures as callers give them.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -17,14 +17,7 @@ std::vector<sky::Exposure> exposures_of(const int64_t *intervals, const size_t *
 void check_times(const char *name, const int64_t *times, size_t count);
 void check_exposures(const std::vector<sky::Exposure> &exposures);
 
-// Throws Error if the median of measured over predicted separations is far from 1: another unit. NaN does not count.
-void check_unit(std::vector<double> ratios);
-
-// Throw Error, naming the argument, for bad numbers.
-double known_separation(const double *separations_arcsec, size_t i);
+// Throws Error, naming the argument, for a bad number.
 double known_scale_sigma(double scale_sigma);
-std::vector<sky::Measurement> measurements_of(const int64_t *intervals, const size_t *interval_counts,
-                                              const double *separations_arcsec, const double *sigmas_arcsec,
-                                              size_t count);
 
 } // namespace toliman::api

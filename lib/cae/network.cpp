@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "base/error.hpp"
-#include "base/estimates.hpp"
 #include "base/hash.hpp"
+#include "frame/estimates.hpp"
 
 namespace toliman::cae {
 

@@ -3,11 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "base/pixel.hpp"
 #include "base/view.hpp"
 #include "cae/forward.hpp"
 #include "cae/preprocess.hpp"
 #include "cae/workspace.hpp"
+#include "frame/pixel.hpp"
 
 namespace toliman::cae {
 
@@ -32,7 +32,7 @@ class Network {
 
     // Returns the latent of one frame (px after tied training). Status::argument for a non-finite count, Status::range
     // for a non-finite latent.
-    // Bad pixels (base/bad_pixels.hpp), those beyond the limit both before and after the fit of the target, are
+    // Bad pixels (frame/bad_pixels.hpp), those beyond the limit both before and after the fit of the target, are
     // replaced by what the fit to the other pixels predicts. *goodness, unless NULL: of that fit.
     double encode(ImageView<const double> frame, Workspace &work, FrameGoodness *goodness = nullptr) const;
 

@@ -19,10 +19,10 @@
 #include <optional>
 
 #include "base/bytes.hpp"
-#include "base/deleted_residuals.hpp"
 #include "base/error.hpp"
 #include "base/hash.hpp"
 #include "cae/layout.hpp"
+#include "frame/deleted_residuals.hpp"
 #include "kernels/half_precision.hpp"
 #include "kernels/project.hpp"
 #include "kernels/residual.hpp"

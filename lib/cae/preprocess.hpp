@@ -3,11 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "base/bad_pixels.hpp"
 #include "base/buffer.hpp"
-#include "base/frame_model.hpp"
 #include "base/view.hpp"
 #include "cae/layout.hpp"
+#include "frame/bad_pixels.hpp"
+#include "frame/frame_model.hpp"
 #include "kernels/residual.hpp"
 
 namespace toliman::cae {

@@ -6,8 +6,8 @@
 // 0.3 px this takes 4 to 5 steps, from 0.03 px 3. In faint frames it takes up to 20, each a little shorter than the
 // last: if half of its length were required of all, 4 % of the frames of 10 electrons per pixel would be lost. A fixed
 // number of three leaves 3 % of frames with 0.3 px of pointing wrong by more than 5 sigma.
-// Pixels beyond the limit of base/bad_pixels.hpp are left out in rounds: those above half of the largest residual, then
-// one step, until none is left and the steps end again. One cosmic ray takes three steps more.
+// Pixels beyond the limit of frame/bad_pixels.hpp are left out in rounds: those above half of the largest residual,
+// then one step, until none is left and the steps end again. One cosmic ray takes three steps more.
 // The stars are searched for (search.cpp) if a step is longer than kFarStep, if one of more than kLargeStep is not half
 // as long as the last, if the steps diverge, or if the fit is poor: fringes repeat, and the nearest maximum of the
 // likelihood may be a false one. The search, and the steps from where it ends, use the counts

@@ -3,10 +3,10 @@
 #include <memory>
 #include <vector>
 
-#include "base/bad_pixels.hpp"
 #include "base/buffer.hpp"
 #include "base/progress.hpp"
 #include "base/view.hpp"
+#include "frame/bad_pixels.hpp"
 #include "kernels/normal.hpp"
 #include "optics/atlas.hpp"
 #include "optics/simulator.hpp"

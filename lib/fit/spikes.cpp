@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/bad_pixels.hpp"
+#include "frame/bad_pixels.hpp"
 
 namespace toliman::fit {
 

@@ -29,7 +29,7 @@ struct NormalKernels {
     bool (*weigh)(const double *counts, const double *light, const double *response, const CountModel &how,
                   double blend, size_t n, double *weight, double *residual, size_t *used, size_t *saturated) noexcept;
 
-    // Given     weight, residual [n] as of weigh; tail, as base/bad_pixels.hpp defines it, over the response
+    // Given     weight, residual [n] as of weigh; tail, as frame/bad_pixels.hpp defines it, over the response
     // Returned  *square: the largest weight residual^2, and *excess: the largest weight residual (residual - tail),
     //           tail only where residual > 0; both at least their values before the call
     void (*largest)(const double *weight, const double *residual, double tail, size_t n, double *square,

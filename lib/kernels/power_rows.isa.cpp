@@ -1,4 +1,4 @@
-// Method: Schur complement in double, as lib/period/projection.cpp: u_x = L^-1 (sum w b x) for x = cosine and sine,
+// Method: Schur complement in double, as period/stream/projection.cpp: u_x = L^-1 (sum w b x) for x = cosine and sine,
 //     cc = (1 + C2)/2 - u_c . u_c,  ss = (1 - C2)/2 - u_s . u_s,  cs = S2/2 - u_c . u_s,
 //     yc = YC - u_c . u_y,          ys = YS - u_s . u_y
 // with sums divided by W, and the power (yc^2 ss - 2 yc ys cs + ys^2 cc)/(V (cc ss - cs^2)). Frequencies are taken 64

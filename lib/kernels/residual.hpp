@@ -58,7 +58,7 @@ struct ResidualKernels {
     // The same of float32 numbers, whose products are exact, in eight parts. count a multiple of 8
     double (*inner_float)(const float *a, const float *b, size_t count) noexcept;
 
-    // Given     residual [count], whitened; tail [count], as base/bad_pixels.hpp defines it
+    // Given     residual [count], whitened; tail [count], as frame/bad_pixels.hpp defines it
     // Returned  *most: the largest |residual|, and *excess: the largest residual (residual - tail), tail only where
     //           residual > 0; both at least their values before the call
     void (*largest)(const double *residual, const double *tail, size_t count, double *most, double *excess) noexcept;

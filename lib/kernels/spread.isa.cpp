@@ -4,7 +4,7 @@
 // with their rounding errors carried along: a time span of many periods costs no accuracy. Phases are computed for 64
 // samples in one vector loop, the grid is updated sample by sample, because neighbouring samples overlap.
 //
-// The choice of kernel and grid, and the error bound, are in period/nufft.cpp.
+// The choice of kernel and grid, and the error bound, are in period/batch/nufft.cpp.
 // Reference: Barnett, Magland and af Klinteberg (2019), SIAM J. Sci. Comput. 41, C479.
 #include "kernels/spread.hpp"
 

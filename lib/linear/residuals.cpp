@@ -1,7 +1,7 @@
 // Method: blocks of bin x bin pixels are summed, and each sum is whitened as one pixel: x = (sum of counts - sum of
 // the reference)/sqrt(sum of the variances). Nuisance images are binned and whitened likewise, orthonormalised, and
 // projected out of every frame: x <- x - sum_k <u_k, x> u_k. The bound of a binned frame is 1/|g - P g|, as in
-// optics/information.cpp, with the binned and whitened derivative g.
+// information/information.cpp, with the binned and whitened derivative g.
 // Why: binning first reduces the noise dimension p and with it the threshold of PCA, crb sqrt(2 sqrt(p/N)). Residuals
 // are stored as float32: 6e-8 of a residual of order 1, against raw counts of 1e9 that would lose the signal.
 #include "linear/residuals.hpp"

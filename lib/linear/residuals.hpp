@@ -4,9 +4,9 @@
 #include <functional>
 
 #include "base/buffer.hpp"
-#include "base/frame_model.hpp"
-#include "base/pixel.hpp"
 #include "base/view.hpp"
+#include "frame/frame_model.hpp"
+#include "frame/pixel.hpp"
 
 namespace toliman::linear {
 

@@ -7,7 +7,7 @@
 // w / (sigma |w|^2) estimates a frame. Dot products are compensated (kernels/project.hpp), because the signal is 1e-6
 // of a pixel.
 // Bad pixels are those of the residual after the fit of nuisances and derivative. Their counts are replaced by what the
-// fit to all other pixels predicts (base/deleted_residuals.hpp), so that the estimate is that of the other pixels
+// fit to all other pixels predicts (frame/deleted_residuals.hpp), so that the estimate is that of the other pixels
 // alone, exactly.
 #include "linear/template.hpp"
 
@@ -15,10 +15,10 @@
 #include <cmath>
 #include <limits>
 
-#include "base/deleted_residuals.hpp"
 #include "base/error.hpp"
-#include "base/estimates.hpp"
 #include "base/hash.hpp"
+#include "frame/deleted_residuals.hpp"
+#include "frame/estimates.hpp"
 #include "kernels/project.hpp"
 #include "kernels/residual.hpp"
 

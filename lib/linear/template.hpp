@@ -1,9 +1,9 @@
 // The template estimator: weighted least squares of a frame's residual on the separation derivative.
 #pragma once
-#include "base/bad_pixels.hpp"
-#include "base/frame_model.hpp"
-#include "base/pixel.hpp"
 #include "base/view.hpp"
+#include "frame/bad_pixels.hpp"
+#include "frame/frame_model.hpp"
+#include "frame/pixel.hpp"
 
 namespace toliman::linear {
 
@@ -20,7 +20,7 @@ class TemplateEstimator {
     explicit TemplateEstimator(const FrameModel &model);
 
     TemplateWork work() const;
-    // Estimated displacement (px) of a frame of the model's shape, without its bad pixels (base/bad_pixels.hpp) that
+    // Estimated displacement (px) of a frame of the model's shape, without its bad pixels (frame/bad_pixels.hpp) that
     // are beyond 6 standard deviations of the reference, too. *goodness, unless NULL: of the fit of derivative and
     // nuisances; chi_square is +infinity on overflow.
     double estimate(ImageView<const double> counts, TemplateWork &work, FrameGoodness *goodness) const;

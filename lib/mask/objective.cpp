@@ -18,6 +18,7 @@
 
 #include "base/symmetric.hpp"
 #include "base/workers.hpp"
+#include "information/information.hpp"
 
 namespace toliman::mask {
 
@@ -296,7 +297,7 @@ Score Objective::judge(const Buffer<double> &covered, double frame_pixels) {
     const Quantum quantum = quantum_of(outline_, electrons);
     Score score;
     score.alone_px = bound_with({});
-    score.flux_shift_px = bound_with(optics::fluxes_and_shift(outline_.scene));
+    score.flux_shift_px = bound_with(information::fluxes_and_shift(outline_.scene));
     score.crb_px = bound_with(free_);
     score.peak_to_mean = *std::max_element(work_.light.begin(), work_.light.end()) / light * frame_pixels;
     score.light_in_frame = light / photons_;

@@ -1,5 +1,5 @@
 // Method: a mask is scored by the simulation of its scene, whose Cramer-Rao bound is the smallest standard deviation
-// that any estimator can reach from the frame (optics/information.cpp), so that no estimator has to be trained for each
+// that any estimator can reach from the frame (information/information.cpp): no estimator has to be trained for each
 // mask. No measurement of a photon tells more of the direction u of its star than the quantum Fisher information of its
 // wave in the pupil: with the pupil coordinate x along u, weighted by the transmitted light,
 //     Q = 4 (2 pi / lambda)^2 Var(x)
@@ -12,6 +12,7 @@
 #include <numeric>
 
 #include "base/constants.hpp"
+#include "information/information.hpp"
 
 namespace toliman::mask {
 
@@ -50,12 +51,12 @@ Score score_of(Scene scene, const Mask &mask, const std::vector<Parameter> &free
     const optics::Images images(outline.scene, outline.pupil, imager, outline.plan, detector, outline.light, {}, 1);
     const Buffer<double> &light = images.both();
     Score score;
-    score.crb_px = optics::bound_with(images, free);
-    score.alone_px = optics::bound_with(images, {});
-    score.flux_shift_px = optics::bound_with(images, optics::fluxes_and_shift(outline.scene));
+    score.crb_px = information::bound_with(images, free);
+    score.alone_px = information::bound_with(images, {});
+    score.flux_shift_px = information::bound_with(images, information::fluxes_and_shift(outline.scene));
     score.peak_to_mean = images.peak_photons() / images.total_photons() * static_cast<double>(light.size());
     score.light_in_frame = images.total_photons() / (total(outline.light.photons[0]) + total(outline.light.photons[1]));
-    score.gradient_energy = optics::gradient_energy(images);
+    score.gradient_energy = information::gradient_energy(images);
     score.radius_50_px = encircled_px(light, outline.plan.pixels.cols, 0.5);
     score.radius_80_px = encircled_px(light, outline.plan.pixels.cols, 0.8);
     return score;

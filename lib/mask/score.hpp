@@ -12,7 +12,7 @@ struct Score {
     double crb_px = kNone, alone_px = kNone, flux_shift_px = kNone;
     double peak_to_mean = kNone;                              // brightest pixel over mean pixel of the noise-free frame
     double light_in_frame = 0;                                // fraction of the stars' photons
-    double gradient_energy = 0;                               // px^-2 (optics/information.hpp)
+    double gradient_energy = 0;                               // px^-2 (information/information.hpp)
     double radius_50_px = 0, radius_80_px = 0;                // see encircled_px
     double quantum_px = kNone, quantum_flux_shift_px = kNone; // see quantum_of; of a designed mask
 };

@@ -202,4 +202,30 @@ void Images::finish(Buffer<double> &image) const {
     detector_.apply_response(image);
 }
 
+const Buffer<double> &image_of(const Images &images, Parameter parameter) {
+    using Kind = Parameter::Kind;
+    switch (parameter.kind) {
+    case Kind::separation:
+        return images.motion()[0];
+    case Kind::flux_a:
+        return images.star(0);
+    case Kind::flux_b:
+        return images.star(1);
+    case Kind::shift_x:
+        return images.disturbed().shift_x;
+    case Kind::shift_y:
+        return images.disturbed().shift_y;
+    case Kind::roll:
+        return images.disturbed().roll;
+    case Kind::scale:
+        return images.disturbed().scale;
+    case Kind::focus:
+        return images.disturbed().focus;
+    case Kind::background:
+        return images.disturbed().background;
+    default:
+        return images.derivative(parameter);
+    }
+}
+
 } // namespace toliman::optics

@@ -81,4 +81,7 @@ class Images {
     mutable std::map<Parameter, Buffer<double>> derivatives_;
 };
 
+// The derivative image of a parameter, also of those that have no own derivative.
+const Buffer<double> &image_of(const Images &images, Parameter parameter);
+
 } // namespace toliman::optics

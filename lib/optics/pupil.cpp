@@ -14,7 +14,7 @@
 
 #include "backend/file.hpp"
 #include "base/constants.hpp"
-#include "base/npy_image.hpp"
+#include "frame/npy_image.hpp"
 #include "kernels/cis.hpp"
 #include "kernels/zernike.hpp"
 #include "optics/mask_cells.hpp"

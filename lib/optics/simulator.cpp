@@ -14,7 +14,6 @@
 #include "backend/file.hpp"
 #include "backend/json.hpp"
 #include "base/workers.hpp"
-#include "optics/dependence.hpp"
 #include "optics/warnings.hpp"
 #include "scene/wobble.hpp"
 
@@ -112,14 +111,6 @@ const Images &Simulator::bound_images() const {
     return fine_->images;
 }
 
-const Bounds &Simulator::bounds() const {
-    const Images &images = bound_images();
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!bounds_)
-        bounds_ = bound(scene_, images);
-    return *bounds_;
-}
-
 // Largest pixel of the first omitted term, d^(n+1)/(n+1)! I_(n+1), over that of the signal, d I_1, at the signal's
 // largest displacement d. 0 if no order of the expansion suffices: frames do not use it.
 double Simulator::truncation() const {
@@ -199,26 +190,6 @@ void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *
         fail(Status::range, "frame %lld: a pixel expects %g electrons: must be at most %g", static_cast<long long>(k),
              most, kMostPhotons);
     detector_.detect(seed, number, scratch, image);
-}
-
-// Images in the frame's unit; the bound, in px, does not depend on the unit.
-FrameModel Simulator::frame_model(const Log &log) const {
-    FrameModel model;
-    model.source = scene_.source;
-    model.rows = scene_.detector.rows;
-    model.cols = scene_.detector.cols;
-    model.reference = detector_.in_counts(images_.both(), Quantity::frame);
-    model.background = detector_.counts_of(detector_.dark_e());
-    model.variance = detector_.in_counts(images_.variance(), Quantity::variance);
-    model.derivative = detector_.in_counts(images_.motion()[0], Quantity::derivative);
-    images_.prepare(scene_.projected);
-    for (const Parameter parameter : scene_.projected)
-        model.projected.push_back(
-            {name_of(parameter), detector_.in_counts(image_of(images_, parameter), Quantity::derivative)});
-    model.crb_px = bound_with(bound_images(), scene_.projected);
-    model.scene_digest = scene_.digest;
-    warn_of_dependence(model, log);
-    return model;
 }
 
 } // namespace toliman::optics

@@ -3,13 +3,10 @@
 #pragma once
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 
-#include "base/frame_model.hpp"
 #include "base/progress.hpp"
 #include "optics/images.hpp"
-#include "optics/information.hpp"
 #include "optics/light.hpp"
 #include "optics/moved.hpp"
 #include "optics/plan.hpp"
@@ -59,7 +56,6 @@ class Simulator {
     const Plan &plan() const noexcept { return plan_; }
     const DetectorStages &detector() const noexcept { return detector_; }
     const Images &images() const noexcept { return images_; }
-    const Bounds &bounds() const; // computed by the first call
     // The images that bounds are computed from: those of the scene, or of the same scene at kBoundAccuracy if that is
     // finer. Computed by the first call.
     const Images &bound_images() const;
@@ -84,9 +80,6 @@ class Simulator {
     // Frame k with its systematics, detector stages and noise; scratch and image hold pixels() values each.
     void frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const;
 
-    // The scene's images in the frame's unit, for estimators; logs projected images that depend on each other.
-    FrameModel frame_model(const Log &log) const;
-
   private:
     Buffer<double> star_at(const Light &light, size_t star, double displacement_px) const;
 
@@ -101,7 +94,6 @@ class Simulator {
     double min_displacement_ = 0, max_displacement_ = 0; // of the signal over the cadence
     const Memory memory_ = current_memory();
     mutable std::mutex mutex_;
-    mutable std::optional<Bounds> bounds_;
     struct Fine;
     mutable std::unique_ptr<Fine> fine_;
 };

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "period/power.hpp"
+#include "period/stream/power.hpp"
 
 namespace toliman::period {
 

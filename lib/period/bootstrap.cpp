@@ -14,8 +14,8 @@
 #include "base/workers.hpp"
 #include "kernels/poisson.hpp"
 #include "kernels/random.hpp"
-#include "period/power.hpp"
 #include "period/sample_basis.hpp"
+#include "period/stream/power.hpp"
 
 namespace toliman::period {
 

@@ -17,9 +17,9 @@
 #include "base/constants.hpp"
 #include "base/robust.hpp"
 #include "period/peak.hpp"
-#include "period/power.hpp"
 #include "period/sample_basis.hpp"
 #include "period/sampling.hpp"
+#include "period/stream/power.hpp"
 
 namespace toliman::period {
 

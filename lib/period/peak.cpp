@@ -11,7 +11,7 @@
 
 #include "kernels/power.hpp"
 #include "period/alias.hpp"
-#include "period/power.hpp"
+#include "period/stream/power.hpp"
 
 namespace toliman::period {
 

@@ -1,7 +1,7 @@
 // Peaks of a periodogram: the highest on the grid, the local maxima, and the least-squares fit on the samples.
 #pragma once
 #include "base/goodness.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 
 namespace toliman::period {
 

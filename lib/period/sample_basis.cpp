@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-#include "period/projection.hpp"
+#include "period/stream/projection.hpp"
 
 namespace toliman::period {
 

@@ -8,7 +8,7 @@
 
 #include "base/constants.hpp"
 #include "base/error.hpp"
-#include "period/projection.hpp"
+#include "period/stream/projection.hpp"
 
 namespace toliman::period {
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "period/fap.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 
 namespace toliman::period {
 

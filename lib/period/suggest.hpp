@@ -1,7 +1,7 @@
 // Suggests a frequency grid and periodogram options for a series.
 #pragma once
 #include "period/peak.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 
 namespace toliman::period {
 

@@ -2,7 +2,7 @@
 
 #include "backend/file.hpp"
 #include "base/constants.hpp"
-#include "base/npy_image.hpp"
+#include "frame/npy_image.hpp"
 #include "scene/groups.hpp"
 
 namespace toliman::scene {

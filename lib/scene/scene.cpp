@@ -4,9 +4,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "base/frame_model.hpp"
 #include "base/hash.hpp"
 #include "base/name.hpp"
+#include "frame/frame_model.hpp"
 #include "scene/geometry.hpp"
 #include "scene/groups.hpp"
 #include "scene/wobble.hpp"

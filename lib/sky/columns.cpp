@@ -7,6 +7,12 @@
 
 namespace toliman::sky {
 
+const char *element_name(size_t element) noexcept {
+    static const char *const names[kElements] = {"period_years", "semi_major_arcsec", "eccentricity", "inclination_deg",
+                                                 "node_deg",     "periastron_deg",    "epoch"};
+    return names[element];
+}
+
 std::vector<Column> error_columns(const System &system, double scale_sigma) {
     Orbit sigmas = system.sigma.orbit;
     const double axis = system.value.orbit.semi_major_arcsec;

@@ -14,6 +14,9 @@ struct Column {
     double sigma; // standard deviation of the error
 };
 
+// The name of an element, with its unit, in the order of kElementOf.
+const char *element_name(size_t element) noexcept;
+
 // Those of the elements with a standard deviation. scale_sigma: standard deviation of the relative error of the plate
 // scale.
 std::vector<Column> error_columns(const System &system, double scale_sigma);

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "backend/store.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 #include "track/record.hpp"
 
 namespace toliman::track {

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "base/pixel.hpp"
+#include "frame/pixel.hpp"
 #include "track/record.hpp"
 
 namespace toliman::track {

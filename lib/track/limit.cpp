@@ -1,22 +1,24 @@
-// Tracker: adds frames to the sums and removes them. A frame may move the median of the chi-squares and with it the
+// Registry: adds frames to the sums and removes them. A frame may move the median of the chi-squares and with it the
 // limit of misfits (misfit.cpp), so that earlier frames enter or leave the sums. Atomicity: what will change is read
 // before the record is appended; nothing fails after that.
 #include <algorithm>
+#include <limits>
 #include <utility>
 
-#include "track/tracker.hpp"
+#include "track/interval_records.hpp"
+#include "track/registry.hpp"
 
 namespace toliman::track {
 
 // A chi-square that enters or leaves the distribution, and the frames whose states follow. Undone unless it is applied.
-class Tracker::LimitChange {
+class Registry::LimitChange {
   public:
     enum class By { adding, removing };
-    LimitChange(Tracker &tracker, ChiBin chi_square, By by) : tracker_(tracker), chi_square_(chi_square), by_(by) {
+    LimitChange(Registry &registry, ChiBin chi_square, By by) : registry_(registry), chi_square_(chi_square), by_(by) {
         count(by_);
-        limit_ = bin_of(tracker_.chi_limit());
+        limit_ = bin_of(registry_.chi_limit());
         try {
-            changes_ = tracker_.changes_to(limit_);
+            changes_ = registry_.changes_to(limit_);
         } catch (...) {
             undo();
             throw;
@@ -30,30 +32,30 @@ class Tracker::LimitChange {
     LimitChange &operator=(const LimitChange &) = delete;
 
     void apply() noexcept {
-        tracker_.limit_ = limit_;
-        tracker_.apply(changes_);
+        registry_.limit_ = limit_;
+        registry_.apply(changes_);
         is_applied_ = true;
     }
 
   private:
     void count(By by) noexcept {
-        by == By::adding ? tracker_.chi_squares_.add(chi_square_) : tracker_.chi_squares_.remove(chi_square_);
+        by == By::adding ? registry_.chi_squares_.add(chi_square_) : registry_.chi_squares_.remove(chi_square_);
     }
     void undo() noexcept { count(by_ == By::adding ? By::removing : By::adding); }
 
-    Tracker &tracker_;
+    Registry &registry_;
     ChiBin chi_square_, limit_ = kNoBin;
     By by_;
     std::vector<Change> changes_;
     bool is_applied_ = false;
 };
 
-ChiBin Tracker::chi_square_of(const Record &record) const noexcept {
+ChiBin Registry::chi_square_of(const Record &record) const noexcept {
     return record.kind == Kind::accepted ? bin_of(goodness_.chi_square(record.cells)) : kNoBin;
 }
 
 // The frames whose state is another with this limit.
-std::vector<Tracker::Change> Tracker::changes_to(ChiBin limit) const {
+std::vector<Registry::Change> Registry::changes_to(ChiBin limit) const {
     const auto [low, high] = std::minmax(limit_, limit);
     std::vector<Change> changes;
     if (!chi_squares_.has_between(low, high))
@@ -61,7 +63,7 @@ std::vector<Tracker::Change> Tracker::changes_to(ChiBin limit) const {
     std::vector<KnownFrame> frames;
     index_.visit_between(low, high, [&](const KnownFrame &known) { frames.push_back(known); });
     for (const KnownFrame &known : frames) {
-        const Record record = read_record(known.record());
+        const Record record = records_.read(known.record());
         Change change = {known.key, limit < limit_ ? FrameState::misfit : state_of(record), std::nullopt, {}};
         change.sample = sample_of(record, change.row);
         changes.push_back(change);
@@ -69,7 +71,7 @@ std::vector<Tracker::Change> Tracker::changes_to(ChiBin limit) const {
     return changes;
 }
 
-void Tracker::apply(const std::vector<Change> &changes) noexcept {
+void Registry::apply(const std::vector<Change> &changes) noexcept {
     for (const Change &change : changes) {
         const KnownFrame &known = *index_.find(change.key);
         if (known.state() == FrameState::quarantined)
@@ -86,32 +88,32 @@ void Tracker::apply(const std::vector<Change> &changes) noexcept {
     }
 }
 
-void Tracker::add_frame(const Record &record, const double *intervals, size_t interval_count) {
+void Registry::add_frame(const Record &record, const double *intervals, size_t interval_count) {
     index_.check_capacity();
     streams_.check_capacity(record.stream);
     Row row;
     const std::optional<period::Sample> sample = sample_of(record, row);
     LimitChange limit(*this, chi_square_of(record), LimitChange::By::adding);
-    if (ledger_ && columns_.has_intervals())
+    if (records_.ledger() != nullptr && records_.columns().has_intervals())
         for (const Record &part :
-             interval_records(record, intervals, interval_count, columns_.count(), plan_.terms.sigma))
-            append_record(part);
-    const uint64_t number = append_record(record);
+             interval_records(record, intervals, interval_count, records_.columns().count(), plan_.terms.sigma))
+            records_.append(part);
+    const uint64_t number = records_.append(record);
     limit.apply();
     count_record(record, number);
     if (sample && chi_square_of(record) <= limit_)
         sums_.push(*sample);
 }
 
-void Tracker::quarantine(const KnownFrame &known, Record record) {
-    const Record original = read_record(known.record());
+void Registry::quarantine(const KnownFrame &known, Record record) {
+    const Record original = records_.read(known.record());
     const bool was_accepted = known.state() == FrameState::accepted;
     LimitChange limit(*this, index_.chi_square(known), LimitChange::By::removing);
     record.kind = Kind::quarantined;
     record.reason = Reason::none;
     record.dropped = original.dropped; // to be subtracted from the counts
-    clear_reduction(columns_, record);
-    count_record(record, append_record(record));
+    clear_reduction(records_.columns(), record);
+    count_record(record, records_.append(record));
     Row row;
     if (const std::optional<period::Sample> sample = sample_of(original, row); sample && was_accepted)
         sums_.retract(*sample);
@@ -119,15 +121,24 @@ void Tracker::quarantine(const KnownFrame &known, Record record) {
 }
 
 // While the ledger is read; quarantined frames leave the distribution.
-void Tracker::count_chi_square(const Record &record) noexcept {
+void Registry::count_chi_square(const Record &record) noexcept {
     const KnownFrame *known = record.kind == Kind::quarantined ? index_.find(key_of(record)) : nullptr;
     chi_squares_.add(chi_square_of(record));
     if (known != nullptr && known->state() != FrameState::quarantined)
         chi_squares_.remove(index_.chi_square(*known));
 }
 
+void Registry::begin_reading() noexcept {
+    limit_ = std::numeric_limits<ChiBin>::max(); // until all frames are known
+}
+
+void Registry::count_read(const Record &record, uint64_t number) {
+    count_chi_square(record);
+    count_record(record, number);
+}
+
 // When the ledger has been read without a limit.
-void Tracker::mark_misfits() noexcept {
+void Registry::mark_misfits() noexcept {
     limit_ = bin_of(chi_limit());
     index_.visit_between(limit_, std::numeric_limits<ChiBin>::max(), [&](const KnownFrame &known) {
         count_of(known.state())--;
@@ -136,15 +147,28 @@ void Tracker::mark_misfits() noexcept {
     });
 }
 
-// Frames of the first `first` records that have entered or left the sums by the limit since the checkpoint.
-void Tracker::push_changed(uint64_t first) {
+void Registry::push_changed(uint64_t first) {
     const auto [low, high] = std::minmax(limit_before_, limit_);
     index_.visit_between(low, high, [&](const KnownFrame &known) {
         Row row;
         if (known.record() >= first)
             return;
-        if (const std::optional<period::Sample> sample = sample_of(read_record(known.record()), row))
+        if (const std::optional<period::Sample> sample = sample_of(records_.read(known.record()), row))
             limit_ > limit_before_ ? sums_.push(*sample) : sums_.retract(*sample);
+    });
+}
+
+void Registry::push_accepted_from(uint64_t first) {
+    records_.visit(first, records_.count(), [&](const Record &record, uint64_t) {
+        if (record.kind != Kind::accepted && record.kind != Kind::quarantined)
+            return;
+        const KnownFrame &known = *index_.find(key_of(record));
+        Row row;
+        if (record.kind == Kind::accepted && known.state() == FrameState::accepted)
+            sums_.push(*sample_of(record, row));
+        if (record.kind == Kind::quarantined && known.record() < first && index_.chi_square(known) <= limit_before_)
+            if (const auto sample = sample_of(records_.read(known.record()), row))
+                sums_.retract(*sample);
     });
 }
 

@@ -34,7 +34,7 @@ void check_same_setup(const Setup &theirs, const Plan &plan, const std::string &
 } // namespace
 
 Tracker::Foreign Tracker::foreign(const Columns &columns, bool is_known) const {
-    return {Arrangement(columns, columns_), IntervalCollector(columns), is_known};
+    return {Arrangement(columns, records_.columns()), IntervalCollector(columns), is_known};
 }
 
 // In the columns of this ledger.
@@ -45,15 +45,15 @@ Record Tracker::Foreign::record(const Record &found) const noexcept {
 }
 
 uint64_t Tracker::merge(Store &other, bool salvage) {
-    check_writable();
+    records_.check_writable();
     const std::optional<Loaded> loaded =
         load_checkpoint(other); // before the ledger, to which a writer may be appending
     const Checkpoint none, &point = loaded ? loaded->checkpoint : none;
     const LedgerFile file(other);
     file.check_terms(plan_.terms);
-    if (ledger_ && file.salt() == ledger_->salt())
+    if (records_.ledger() != nullptr && file.salt() == records_.salt())
         fail(Status::argument, "{%s}: is the tracker's own ledger, or a copy of it", file.path().c_str());
-    check_columns(file, columns_);
+    check_columns(file, columns());
     const std::optional<Setup> theirs = load_setup(other);
     if (theirs)
         check_same_setup(*theirs, plan_, other.path(Setup::kName));
@@ -62,9 +62,9 @@ uint64_t Tracker::merge(Store &other, bool salvage) {
         lost = merge_salvaged_records(file, point, theirs.has_value());
     else
         merge_all_records(other, point, theirs.has_value());
-    if (names_)
+    if (records_.names() != nullptr)
         merge_names(Names(other));
-    commit();
+    records_.commit();
     return lost;
 }
 
@@ -74,7 +74,7 @@ void Tracker::merge_all_records(Store &other, const Checkpoint &point, bool is_k
                         [](const Record &, uint64_t) {});
     const std::string path = other.path(LedgerFile::kName);
     Foreign from = foreign(theirs.columns(), is_known);
-    const MergeMark before = last_merge_of(theirs.salt());
+    const MergeMark before = records_.last_merge_of(theirs.salt());
     const auto records = static_cast<uint64_t>(before.records);
     const bool is_continuation = records <= theirs.count() && theirs.chain_before(records) == before.chain;
     const uint64_t counted = is_continuation ? records : 0;
@@ -93,12 +93,12 @@ void Tracker::merge_all_records(Store &other, const Checkpoint &point, bool is_k
     for (const auto &[salt, there] : counted_there)
         merged.repeats = std::min(merged.repeats + there.repeats, 2 * kMaxRepeats);
     merged.repeats = std::max(merged.repeats, before.repeats);
-    if (merged.repeats > kMaxRepeats || counts_.repeated + merged.repeats - before.repeats > 2 * kMaxRepeats)
+    if (merged.repeats > kMaxRepeats || counts().repeated + merged.repeats - before.repeats > 2 * kMaxRepeats)
         fail(Status::format, "{%s}: impossible counts of repeated frames", path.c_str());
     if (merged.records == before.records && merged.chain == before.chain && merged.repeats == before.repeats)
         return;
-    const Record mark = to_record(merged, plan_.terms.sigma, columns_.empty());
-    count_record(mark, append_record(mark));
+    const Record mark = to_record(merged, plan_.terms.sigma, columns().empty());
+    registry_.count_record(mark, records_.append(mark));
 }
 
 uint64_t Tracker::merge_salvaged_records(const LedgerFile &file, const Checkpoint &point, bool is_known) {
@@ -112,7 +112,7 @@ uint64_t Tracker::merge_salvaged_records(const LedgerFile &file, const Checkpoin
         Record stand_in = from.record(found);
         stand_in.kind = Kind::outlier;
         stand_in.dropped = 0;
-        add_frame(stand_in);
+        registry_.add_frame(stand_in);
         merge_record(found, from, true);
     });
     const uint64_t records = file.count();
@@ -124,38 +124,39 @@ bool Tracker::merge_record(const Record &found, const Foreign &from, bool is_new
     const Record theirs = from.record(found);
     if (theirs.kind == Kind::rejected) {
         if (is_new)
-            count_record(theirs, append_record(theirs));
+            registry_.count_record(theirs, records_.append(theirs));
         return true;
     }
-    const KnownFrame *known = index_.find(key_of(theirs));
+    const KnownFrame *known = registry_.find(key_of(theirs));
     if (known == nullptr && theirs.kind == Kind::quarantined)
         return false;
     if (known == nullptr) {
         Record record = theirs;
-        if (!from.is_known && columns_.is_reduced())
-            forget_reduction(columns_, record);
+        if (!from.is_known && columns().is_reduced())
+            forget_reduction(columns(), record);
         record.tai_ns = plan_.clock.tai_ns(record.camera_ns).value_or(record.tai_ns);
         bool lost = false;
         const std::vector<double> intervals = from.intervals.of(found, lost);
         if (lost)
-            mark_lost_intervals(columns_, record);
-        add_frame(record, intervals.data(), intervals.size() / 2);
+            mark_lost_intervals(columns(), record);
+        registry_.add_frame(record, intervals.data(), intervals.size() / 2);
         return true;
     }
     const bool conflicts = theirs.kind == Kind::quarantined || known->content != theirs.content;
     if (conflicts && known->state() != FrameState::quarantined)
-        quarantine(*known, theirs);
+        registry_.quarantine(*known, theirs);
     else if (is_new)
-        count_repeats(1);
+        registry_.count_repeats(1);
     return true;
 }
 
 void Tracker::merge_names(const Names &names) {
     names.visit([this](uint64_t stream, const std::string &session, const std::string &roi) {
-        if (streams_.find(stream).empty() || streams_.is_named(stream))
+        Streams &streams = registry_.streams();
+        if (streams.find(stream).empty() || streams.is_named(stream))
             return;
-        names_->add(stream, session, roi);
-        streams_.set_named(stream);
+        records_.names()->add(stream, session, roi);
+        streams.set_named(stream);
     });
 }
 

@@ -68,68 +68,70 @@ StateFolder open_state_folder(std::unique_ptr<Store> store, Access access, const
 // Readers, and trackers that only merge, need not name the estimator's values.
 void Tracker::adopt_columns(const LedgerFile &file) {
     const std::string there = file.columns().further(), here = plan_.columns.further();
-    if ((estimate_ || !here.empty()) && there != here)
+    if ((evaluation_.has_estimator() || !here.empty()) && there != here)
         fail(Status::mismatch, "{%s}: written with values \"%s\", this tracker has \"%s\"", file.path().c_str(),
              there.c_str(), here.c_str());
-    columns_ = file.columns();
-    goodness_ = GoodnessColumns(columns_);
-    arrange_ = Arrangement(plan_.columns, columns_);
+    records_.set_columns(file.columns());
+    registry_.set_columns();
+    evaluation_.set_columns(file.columns());
 }
 
 // A changed setup is written before the sums computed with it, but after memory for these is allocated.
 void Tracker::open(StateFolder &folder) {
-    const bool writing = access_ == Access::write;
-    check_not_lost(*store_);
-    if (writing && store_->size(LedgerFile::kName) < 0)
-        LedgerFile::begin(*store_, plan_.terms, plan_.columns);
+    const bool writing = records_.access() == Access::write;
+    Store &store = *records_.store();
+    check_not_lost(store);
+    if (writing && store.size(LedgerFile::kName) < 0)
+        LedgerFile::begin(store, plan_.terms, plan_.columns);
     check_setup(folder);
-    adopt_columns(LedgerFile(*store_));
+    adopt_columns(LedgerFile(store));
     if (folder.rebuild && plan_.reduce)
         reduce_again(folder);
     if (writing) {
-        settle_setup(*store_);
-        discard_temporaries(*store_);
+        settle_setup(store);
+        discard_temporaries(store);
     }
-    const LedgerFile file(*store_);
-    adopt_columns(file);
-    if (plan_.reference.is_given())
-        reducer_.emplace(columns_, plan_.reference, plan_.errors, file.path());
-    const Checkpoint none, &point = folder.loaded ? folder.loaded->checkpoint : none;
-    salt_ = file.salt();
-    merged_[salt_].salt = salt_;
-    limit_ = std::numeric_limits<ChiBin>::max(); // until all frames are known
-    ledger_.emplace(*store_, access_, plan_.terms, plan_.group, plan_.sync,
-                    CheckpointMark{point.salt, point.records, point.chain}, [&](const Record &record, uint64_t number) {
-                        if (number == point.records)
-                            limit_before_ = bin_of(chi_limit());
-                        count_chi_square(record);
-                        count_record(record, number);
-                    });
-    if (ledger_->count() <= point.records)
-        limit_before_ = bin_of(chi_limit());
-    mark_misfits();
+    read_ledger(folder);
     if (!folder.setup && !plan_.reference.is_given())
         refuse_reduced_records();
-    names_.emplace(*store_);
-    if (writing)
-        names_->begin();
-    names_->visit([this](uint64_t stream, const std::string &, const std::string &) { streams_.set_named(stream); });
+    records_.open_names();
+    records_.names()->visit(
+        [this](uint64_t stream, const std::string &, const std::string &) { registry_.streams().set_named(stream); });
     warn_of_damage(folder);
     resume_from_checkpoint(folder);
-    const bool whole = sums_.totals().count == counts_.accepted;
+    period::Stream &sums = registry_.sums();
+    const bool whole = sums.totals().count == counts().accepted;
     if (!whole) {
         folder.loaded.reset();
-        sums_.reset();
-        push_accepted_from(0);
+        sums.reset();
+        registry_.push_accepted_from(0);
     }
     const bool changed = !folder.setup || folder.setup->digest() != setup().digest();
     if (!writing || (whole && !changed && folder.loaded))
         return;
-    const std::vector<uint8_t> sums = checkpoint();
+    const std::vector<uint8_t> bytes = checkpoint();
     if (changed)
-        replace_whole(*store_, Setup::kName, to_bytes(setup()));
-    ledger_->sync();
-    replace_whole(*store_, Checkpoint::kName, sums);
+        replace_whole(store, Setup::kName, to_bytes(setup()));
+    records_.sync_ledger();
+    replace_whole(store, Checkpoint::kName, bytes);
+}
+
+// The limit of misfits where the checkpoint was written tells which frames its sums contain.
+void Tracker::read_ledger(const StateFolder &folder) {
+    const LedgerFile file(*records_.store());
+    adopt_columns(file);
+    if (plan_.reference.is_given())
+        registry_.set_reducer(file.path());
+    const Checkpoint none, &point = folder.loaded ? folder.loaded->checkpoint : none;
+    registry_.begin_reading();
+    records_.open(file.salt(), {point.salt, point.records, point.chain}, [&](const Record &record, uint64_t number) {
+        if (number == point.records)
+            registry_.mark_checkpoint();
+        registry_.count_read(record, number);
+    });
+    if (records_.count() <= point.records)
+        registry_.mark_checkpoint();
+    registry_.mark_misfits();
 }
 
 // The checkpoint of the old ledger says nothing about the new one, but its sums are still there after a crash.
@@ -140,60 +142,60 @@ void Tracker::reduce_again(StateFolder &folder) {
                       folder.setup->reference.in_orbit == plan_.reference.in_orbit;
     if (folder.setup && folder.setup->reference.in_orbit && !plan_.reference.in_orbit)
         folder.log.warn("%s: was reduced for an observer in orbit, and is now reduced for one at the Earth's centre",
-                        store_->path("").c_str());
-    rewrite_ledger(*store_, plan_.terms, setup(), plan_.reduce, keep, {point.salt, point.records, point.chain},
-                   folder.log);
+                        records_.path("").c_str());
+    rewrite_ledger(*records_.store(), plan_.terms, setup(), plan_.reduce, keep,
+                   {point.salt, point.records, point.chain}, folder.log);
     folder.loaded.reset();
     folder.has_checkpoint = false;
     folder.is_rewritten = true;
 }
 
 void Tracker::resume_from_checkpoint(StateFolder &folder) {
-    if (folder.loaded && folder.loaded->checkpoint.salt != salt_)
+    if (folder.loaded && folder.loaded->checkpoint.salt != records_.salt())
         folder.loaded.reset();
     if (!folder.loaded)
         return;
     const Checkpoint &point = folder.loaded->checkpoint;
-    count_repeats(unrecorded_repeats(point, merged_.at(salt_)));
+    registry_.count_repeats(unrecorded_repeats(point, records_.last_merge_of(records_.salt())));
     if (folder.rebuild || point.setup != setup().digest() ||
-        folder.loaded->sums.grid().digest() != sums_.grid().digest())
+        folder.loaded->sums.grid().digest() != registry_.sums().grid().digest())
         return;
-    sums_ = std::move(folder.loaded->sums);
-    push_accepted_from(point.records);
-    push_changed(point.records);
+    registry_.sums() = std::move(folder.loaded->sums);
+    registry_.push_accepted_from(point.records);
+    registry_.push_changed(point.records);
 }
 
 // If the setup is lost, the values would otherwise count as not reduced, also those that wait for an observer file.
 void Tracker::refuse_reduced_records() const {
-    const size_t factor = columns_.find(name_of(OwnColumn::factor));
-    if (factor == columns_.count())
+    const size_t factor = columns().find(name_of(OwnColumn::factor));
+    if (factor == columns().count())
         return;
-    ledger_->visit(0, ledger_->count(), [&](const Record &record, uint64_t) {
+    records_.visit(0, records_.count(), [&](const Record &record, uint64_t) {
         const bool was_reduced =
             record.reason != Reason::none || std::isfinite(with_bits<double>(record.cells[factor]));
         if (record.kind == Kind::accepted && was_reduced)
             fail(Status::argument,
                  "{options->sky} is NULL: %s, which stores the system, is missing or damaged: give the system with "
                  "which the frames were reduced",
-                 store_->path(Setup::kName).c_str());
+                 records_.path(Setup::kName).c_str());
     });
 }
 
 void Tracker::check_setup(const StateFolder &folder) const {
     if (!folder.setup)
         return;
-    const std::string path = store_->path(Setup::kName);
+    const std::string path = records_.path(Setup::kName);
     check_timing(folder.setup->timing, plan_.timing, path);
     const bool is_same_clock = folder.setup->clock.points() == plan_.clock.points();
     if (folder.rebuild && plan_.reference.is_given() && !plan_.reduce && !is_same_clock)
         fail(Status::argument,
              "{options->sky} is NULL: another clock changes the times for which the frames of %s are "
              "reduced: must be their system and observer",
-             store_->path("").c_str());
+             records_.path("").c_str());
     if (folder.rebuild)
         return;
     check_reference(folder.setup->reference, plan_.reference, path);
-    if (folder.setup->grid.digest() != sums_.grid().digest())
+    if (folder.setup->grid.digest() != registry_.sums().grid().digest())
         fail(Status::mismatch,
              "{%s}: has another frequency grid, time offset, unit or nuisance functions: rebuild to change it",
              path.c_str());
@@ -203,41 +205,26 @@ void Tracker::check_setup(const StateFolder &folder) const {
         fail(Status::mismatch, "{%s}: has another limit of chi-square: rebuild to change it", path.c_str());
 }
 
-// Pushes the accepted frames of the records from number `first`, and retracts the samples of earlier records whose keys
-// these quarantine. Frames of keys that are quarantined now are never pushed.
-void Tracker::push_accepted_from(uint64_t first) {
-    ledger_->visit(first, ledger_->count(), [&](const Record &record, uint64_t) {
-        if (record.kind != Kind::accepted && record.kind != Kind::quarantined)
-            return;
-        const KnownFrame &known = *index_.find(key_of(record));
-        Row row;
-        if (record.kind == Kind::accepted && known.state() == FrameState::accepted)
-            sums_.push(*sample_of(record, row));
-        if (record.kind == Kind::quarantined && known.record() < first && index_.chi_square(known) <= limit_before_)
-            if (const auto sample = sample_of(ledger_->read(known.record()), row))
-                sums_.retract(*sample);
-    });
-}
-
 // Damage that is repaired or ignored may be the first sign of a failing disk.
 void Tracker::warn_of_damage(const StateFolder &folder) const {
-    const std::string point = store_->path(Checkpoint::kName);
+    const std::string point = records_.path(Checkpoint::kName);
     const char *const recomputed =
         "the sums are computed again from the ledger; records missing at its end are not detected";
-    warn_of_torn(*ledger_, store_->path(LedgerFile::kName), access_, folder.log);
+    warn_of_torn(*records_.ledger(), records_.path(LedgerFile::kName), records_.access(), folder.log);
     if (folder.has_checkpoint && !folder.loaded)
         folder.log.warn("%s: is damaged: %s", point.c_str(), recomputed);
-    else if (folder.loaded && folder.loaded->checkpoint.salt != salt_)
+    else if (folder.loaded && folder.loaded->checkpoint.salt != records_.salt())
         folder.log.warn("%s: belongs to another ledger: %s", point.c_str(), recomputed);
-    else if (ledger_->count() > 0 && !folder.loaded && !folder.is_rewritten && store_->size(Checkpoint::kName) < 0)
+    else if (records_.count() > 0 && !folder.loaded && !folder.is_rewritten &&
+             records_.store()->size(Checkpoint::kName) < 0)
         folder.log.warn("%s: is missing: %s", point.c_str(), recomputed);
-    const std::vector<StreamCount> streams = streams_.all();
+    const std::vector<StreamCount> streams = registry_.streams().all();
     const auto named = std::count_if(streams.begin(), streams.end(), [](const StreamCount &one) { return one.named; });
     if (static_cast<size_t>(named) < streams.size())
         folder.log.warn(
             "%s: is damaged or incomplete: the names of %zu of %zu sessions and regions are unknown until one of "
             "their frames is pushed again",
-            store_->path(Names::kName).c_str(), streams.size() - static_cast<size_t>(named), streams.size());
+            records_.path(Names::kName).c_str(), streams.size() - static_cast<size_t>(named), streams.size());
 }
 
 } // namespace toliman::track

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "period/basis.hpp"
+#include "period/stream/basis.hpp"
 #include "track/clock.hpp"
 #include "track/columns.hpp"
 #include "track/record.hpp"

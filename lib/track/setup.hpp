@@ -8,7 +8,7 @@
 
 #include "backend/store.hpp"
 #include "base/goodness.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 #include "track/clock.hpp"
 #include "track/reduction.hpp"
 #include "track/terms.hpp"

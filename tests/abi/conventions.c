@@ -292,13 +292,15 @@ static void find_planets(void) {
         t[i] = 5 * i;
         y[i] = sin(2 * M_PI * t[i] / 90) + 0.001 * (double)(mixed((uint64_t)i) % 1000);
     }
-    toliman_planet_series series = {.struct_size = sizeof series, .n = SAMPLES, .t = t, .y = y};
+    const toliman_measure_data data = {.struct_size = sizeof data, .n = SAMPLES, .t = t, .y = y};
+    toliman_measure *series = NULL;
+    assert_ok(toliman_measure_create(&data, &series));
     toliman_planet_options options;
     toliman_planet_options_init(&options, sizeof options);
     options.flags = 0;
     options.period_max = 150;
     options.threads = 2;
-    assert_ok(toliman_planet_search(&series, &options, &planets));
+    assert_ok(toliman_planet_search(series, &options, &planets));
     assert_ok(toliman_planet_get(planets, 0, &planet));
     assert_close(planet.period[1], 90, 1, 0);
     result("planet", &planet, sizeof planet);
@@ -308,7 +310,8 @@ static void find_planets(void) {
     result("residuals", residuals, sizeof residuals);
     toliman_planet_destroy(planets);
     t[3] = NAN;
-    refused("time", toliman_planet_search(&series, &options, &planets), TOLIMAN_E_ARGUMENT);
+    toliman_measure_destroy(series);
+    refused("time", toliman_measure_create(&data, &series), TOLIMAN_E_ARGUMENT);
 }
 
 static void follow(const char *folder) {

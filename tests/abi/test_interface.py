@@ -1,6 +1,5 @@
-"""Tests tools/check/abi with headers and libraries that break existing programs, and with compatible additions."""
+"""Tests tools/check/abi with headers that break existing programs, and with compatible additions."""
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -20,14 +19,12 @@ LAST = "    const char *fftw;        /* FFTW version */\n"
 class Tree(unittest.TestCase):
     """A copy of the files that the check reads."""
 
-    model = TOP
-
     def setUp(self):
         self.top = tempfile.mkdtemp()
         self.addCleanup(shutil.rmtree, self.top)
-        shutil.copy(os.path.join(self.model, "CMakeLists.txt"), self.top)
+        shutil.copy(os.path.join(TOP, "CMakeLists.txt"), self.top)
         for folder in ("include", "lib", "tools/gen", "tests/abi"):
-            shutil.copytree(os.path.join(self.model, folder), os.path.join(self.top, folder))
+            shutil.copytree(os.path.join(TOP, folder), os.path.join(self.top, folder))
 
     def read(self, name):
         with open(os.path.join(self.top, name), encoding="utf-8") as stream:
@@ -156,31 +153,10 @@ class Headers(Tree):
 
 
 class Program(Tree):
-    """tools/check/abi, with a library of base.h alone."""
-
-    @classmethod
-    def setUpClass(cls):
-        """A tree like the first, with the record of that library."""
-        first = cls()
-        first.setUp()
-        cls.addClassCleanup(first.doCleanups)
-        first.version()
-        os.remove(os.path.join(first.top, RECORD))
-        first.build()
-        first.assertEqual(first.check("--record"), (0, "recorded: all of it\n"))
-        cls.model = first.top
-
-    def version(self):
-        self.write("include/toliman/version.h", interface.model.version_header(self.top))
-
-    def build(self):
-        """Builds the library from the current headers and symbol list."""
-        subprocess.run(["c++", "-std=c++17", "-shared", "-fPIC", "-fvisibility=hidden", "-g", "-I" + self.top + "/include",
-                        "-I" + self.top + "/lib", self.top + "/lib/api/base.cpp", "-o", self.top + "/lib/libtoliman.so",
-                        "-Wl,--version-script=" + os.path.join(self.top, SYM)], check=True)
+    """tools/check/abi."""
 
     def check(self, *arguments):
-        run = subprocess.run([os.path.join(TOP, "tools/check/abi"), *arguments, self.top + "/lib/libtoliman.so", self.top],
+        run = subprocess.run([os.path.join(TOP, "tools/check/abi"), *arguments, self.top],
                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
         return run.returncode, run.stdout
 
@@ -197,36 +173,29 @@ class Program(Tree):
     def test_nothing_changed(self):
         self.assertEqual(self.check(), (0, ""))
 
+    def test_first_record(self):
+        os.remove(os.path.join(self.top, RECORD))
+        self.assertEqual(self.check("--record"), (0, "recorded: all of it\n"))
+        self.assertEqual(self.check(), (0, ""))
+
     def test_break(self):
-        """Found in the headers and, independently, in the library; recorded once the versions are raised."""
+        """Recorded once the versions are raised."""
         self.change(BASE, "    int32_t processors;      /* number of online processors */\n", "    double new_one;\n    int32_t processors;      /* number of online processors */\n")
-        self.build()
-        self.refuses(RECORD + ":", "member toliman_machine.processors at 4: int32_t -> at 16: int32_t",
-                     "tests/abi/libtoliman.abi: abidiff reports", "'int32_t processors' offset changed from 32 to 128")
+        self.refuses(RECORD + ":", "member toliman_machine.processors at 4: int32_t -> at 16: int32_t")
         self.change("CMakeLists.txt", "set(TOLIMAN_ABI_VERSION 2)", "set(TOLIMAN_ABI_VERSION 3)")
-        self.version()
         self.refuses("processors at 4")
         self.change("CMakeLists.txt", "project(toliman VERSION 0.3.0", "project(toliman VERSION 0.4.0")
-        self.version()
-        self.build()
         code, output = self.check("--record")
         self.assertEqual(code, 0, output)
         self.assertIn("recorded: version abi 2 of 0.3 -> 3 of 0.4", output)
         self.assertEqual(self.check(), (0, ""))
 
-    def test_library_that_differs_from_its_headers(self):
-        self.change(SYM, "    toliman_get_blas_speed;\n", "")
-        self.build()
-        self.refuses("toliman_get_blas_speed", "1 Removed function")
-
     def test_addition(self):
         self.change(BASE, LAST, LAST + "    double new_one;\n")
         self.change(OLDEST, "\n} // namespace", "template <> inline constexpr size_t kOldest<toliman_machine> = 56;\n} // namespace")
-        self.build()
         code, output = self.check()
         self.assertEqual(code, 1)
         self.assertIn("not recorded, run make abi: struct toliman_machine of 56 bytes, taken from 56 -> of 64 bytes, taken from 56", output)
-        self.assertNotIn("abidiff", output)
         code, output = self.check("--record")
         self.assertEqual(code, 0, output)
         self.assertIn("recorded: struct toliman_machine of 56 bytes, taken from 56 -> of 64 bytes", output)

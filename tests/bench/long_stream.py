@@ -9,7 +9,7 @@ import numpy
 from astropy.timeseries import LombScargle
 from mpmath import mp, mpf
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "bindings" / "python"))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "build" / "python"))
 from toliman import Periodogram  # noqa: E402
 
 mp.dps = 40

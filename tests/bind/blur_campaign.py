@@ -18,7 +18,7 @@ import sys
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "bindings" / "python"), str(ROOT / "tests" / "support")]
+sys.path += [str(ROOT / "build" / "python"), str(ROOT / "tests" / "support")]
 import campaign  # noqa: E402
 import toliman  # noqa: E402
 

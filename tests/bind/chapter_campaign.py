@@ -29,7 +29,7 @@ import sys
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 import toliman  # noqa: E402
 
 SCENE = ROOT / "examples" / "scenes" / "chapter.json"

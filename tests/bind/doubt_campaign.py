@@ -23,7 +23,7 @@ import time
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "bindings" / "python"), str(ROOT / "tests" / "support")]
+sys.path += [str(ROOT / "build" / "python"), str(ROOT / "tests" / "support")]
 import campaign  # noqa: E402
 import doubt_frames  # noqa: E402
 import planet_model as model  # noqa: E402
@@ -88,7 +88,8 @@ def on_the_sky(random):
 
     def searched(late_s, **options):
         given = middle + late_s * ns
-        reduced, there = sky.reduce(numpy.stack([given - 30 * ns, given + 30 * ns], 1), measured)
+        there = sky.predict_exposures(numpy.stack([given - 30 * ns, given + 30 * ns], 1))
+        reduced = measured / there["factor"] - there["geometric_arcsec"]
         return search((given - start) / 86400e9, reduced, SIGMA, rows=there["partials"][:, elements],
                       priors=[math.inf, *priors], position_angle_deg=there["geometric_angle_deg"], **options)
     return searched

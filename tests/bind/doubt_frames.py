@@ -21,7 +21,7 @@ import tempfile
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "bindings" / "python"), str(ROOT / "examples" / "sky")]
+sys.path += [str(ROOT / "build" / "python"), str(ROOT / "examples" / "sky")]
 import toliman  # noqa: E402
 from truth import add_map, add_jitter, draw_truth, mid_frequencies, resolve_files  # noqa: E402
 

@@ -27,7 +27,7 @@ import time
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "bindings" / "python"), str(ROOT / "examples" / "sky")]
+sys.path += [str(ROOT / "build" / "python"), str(ROOT / "examples" / "sky")]
 import toliman  # noqa: E402
 from truth import TEMPERATURES, resolve_files  # noqa: E402
 

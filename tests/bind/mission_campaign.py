@@ -31,7 +31,7 @@ import time
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 import toliman  # noqa: E402
 
 SECOND, DAY, DAYS, SAMPLES = 10**9, 86400 * 10**9, 1095, 836
@@ -97,7 +97,7 @@ def measure(kind, seed):
         system = json.loads(path.read_text())
     system["orbit"].update(truth.elements)
     with toliman.Sky(json.dumps(system), altitude_km=ALTITUDE) as sky:
-        seen = sky.reduce(exposures(), numpy.nan)[1]
+        seen = sky.predict_exposures(exposures())
     noise = SIGMA * numpy.random.default_rng([seed, 2]).normal(size=SAMPLES)
     return (seen["separation_arcsec"] + displacement(truth, middles())) / SCALE + noise
 
@@ -108,13 +108,13 @@ def functions(name):
     if name in TRENDS:
         return {"trend": TRENDS[name], "span": (0, DAYS) if TRENDS[name] else None}, None
     elements, bounds, priors = published().error_columns(SCALE)
-    rows = published().reduce(exposures(), numpy.nan)[1]["partials"][:, elements]
+    rows = published().predict_exposures(exposures())["partials"][:, elements]
     return {"columns": len(elements), "column_bounds": bounds, "priors": [math.inf, *priors]}, rows
 
 
 def search(measured):
     """Returns the highest peak of the separations of a mission (px) with each set of functions."""
-    reduced = published().reduce(exposures(), measured * SCALE)[0] / SCALE
+    reduced = published().reduce(exposures(), measured * SCALE, functions=False).y / SCALE
     days, found = middles(), {}
     f0, df, _ = toliman.suited_grid(days)
     for name in SEARCHES:

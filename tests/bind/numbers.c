@@ -219,7 +219,8 @@ static void find_planets(void) {
         samples[16][TOLIMAN_PLANET_COLUMNS];
     const double periods[2] = {70, 150};
     toliman_planets *planets;
-    toliman_planet_series series = TOLIMAN_PLANET_SERIES_INIT;
+    toliman_measure_data series = TOLIMAN_MEASURE_DATA_INIT;
+    toliman_measure *measure;
     toliman_planet_options options = TOLIMAN_PLANET_OPTIONS_INIT;
     toliman_planet_info info = TOLIMAN_PLANET_INFO_INIT;
     toliman_planet planet = TOLIMAN_PLANET_INIT;
@@ -233,16 +234,16 @@ static void find_planets(void) {
         sigma[k] = 0.5;
         rows[k] = k % 5;
     }
-    series.columns = 1;
     series.n = SERIES;
     series.t = t;
     series.y = y;
     series.sigma = sigma;
-    series.rows = rows;
+    MUST(toliman_measure_create(&series, &measure));
+    MUST(toliman_measure_add_column(measure, "rows", rows, SERIES, 0));
     options.threads = 1;
     options.period_max = 200;
     options.samples = 100;
-    MUST(toliman_planet_search(&series, &options, &planets));
+    MUST(toliman_planet_search(measure, &options, &planets));
     MUST(toliman_planet_get_info(planets, &info));
     show("planet_candidates", info.candidates);
     show("planet_residual_rms", info.rms);
@@ -267,6 +268,7 @@ static void find_planets(void) {
     MUST(toliman_planet_inject(planets, &cell, &detected));
     show("planet_injected", detected);
     toliman_planet_destroy(planets);
+    toliman_measure_destroy(measure);
 }
 
 static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {

@@ -235,13 +235,14 @@ contains
     subroutine find_planets()
         integer, parameter :: many = 60
         type(toliman_planet_set) :: planets
-        type(toliman_planet_series) :: series
+        type(toliman_measure_data) :: series
+        type(toliman_measurements) :: measure
         type(toliman_planet_options) :: options
         type(toliman_planet_info) :: info
         type(toliman_planet) :: planet
         type(toliman_planet_limit) :: limits(2)
         type(toliman_planet_cell) :: cell
-        real(c_double), target :: t(many), y(many), sigma(many), rows(1, many)
+        real(c_double), target :: t(many), y(many), sigma(many), rows(many)
         real(c_double) :: signal(many), samples(8, 16), efficiency
         integer(c_int32_t) :: detected
         integer :: k
@@ -249,27 +250,27 @@ contains
             t(k + 1) = 7*k
             y(k + 1) = modulo(k*37, 101)/101d0 + merge(2, 0, modulo(7*k, 90) < 45)
             sigma(k + 1) = 0.5d0
-            rows(1, k + 1) = modulo(k, 5)
+            rows(k + 1) = modulo(k, 5)
         end do
-        series%columns = 1
         series%n = many
         series%t = c_loc(t)
         series%y = c_loc(y)
         series%sigma = c_loc(sigma)
-        series%rows = c_loc(rows)
+        call measure%create(series)
+        call measure%add_column('rows', rows, 0d0)
         options%threads = 1
         options%period_max = 200
         options%samples = 100
-        call planets%search(series, options)
+        call planets%search(measure, options)
         call planets%get_info(info)
         call show('planet_candidates', real(info%candidates, c_double))
         call show('planet_residual_rms', info%rms)
-        call planets%get(0, planet)
+        call planets%get(0_c_int64_t, planet)
         call show('planet_period', planet%period(2))
         call show('planet_bayes', planet%log10_bayes)
-        call planets%get_samples(0, samples)
+        call planets%get_samples(0_c_int64_t, samples)
         call show('planet_sample', samples(5, 16))
-        call planets%get_signal(0, t, signal=signal)
+        call planets%get_signal(0_c_int64_t, t, signal=signal)
         call show('planet_signal', signal(11))
         call planets%get_residuals(y)
         call show('planet_residual', y(11))

@@ -25,7 +25,7 @@ import sys
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "bindings" / "python"), str(ROOT / "tests" / "support")]
+sys.path += [str(ROOT / "build" / "python"), str(ROOT / "tests" / "support")]
 import mission_campaign as mission  # noqa: E402
 import campaign  # noqa: E402
 import planet_model as model  # noqa: E402
@@ -46,7 +46,7 @@ LONGITUDES = 40, 130  # degrees from the node to periastron, of the pair
 def observations(five_days):
     """Returns days, position angles, partial derivatives, sigmas (px) and the standard deviations of their coefficients."""
     elements, _, priors = mission.published().error_columns(SCALE)
-    seen = mission.published().reduce(mission.exposures(), numpy.nan)[1]
+    seen = mission.published().predict_exposures(mission.exposures())
     days, rows, sigma = mission.middles(), seen["partials"][:, elements], numpy.full(mission.SAMPLES, SIGMA)
     angles = seen["geometric_angle_deg"]
     if five_days:

@@ -10,7 +10,7 @@ import unittest
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "bindings" / "python"), str(ROOT / "examples" / "sky")]
+sys.path += [str(ROOT / "build" / "python"), str(ROOT / "examples" / "sky")]
 import toliman  # noqa: E402
 from truth import draw_truth, true_changes  # noqa: E402
 

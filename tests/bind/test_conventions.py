@@ -26,12 +26,13 @@ from contextlib import redirect_stderr
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PACKAGE = ROOT / "bindings" / "python"
-sys.path.insert(0, str(PACKAGE))
+sys.path.append(str(ROOT / "build" / "python"))
 import toliman  # noqa: E402
 from toliman import _arguments, _library, _raw  # noqa: E402
 from toliman._progress import Bar  # noqa: E402
 from toliman._words import words  # noqa: E402
+
+PACKAGE = pathlib.Path(toliman.__file__).parents[1]
 
 # The chapter's at one wavelength, which takes a tenth of the time.
 SCENE = {**json.loads((ROOT / "examples" / "scenes" / "chapter.json").read_text()), "band": {"wavelength_nm": 580}}
@@ -290,7 +291,7 @@ class Importing(unittest.TestCase):
             package.mkdir(parents=True)
             for source in (PACKAGE / "toliman").glob("*.py"):
                 (package / source.name).write_text(source.read_text())
-            environment = {name: value for name, value in os.environ.items() if name != "TOLIMAN_LIBRARY"}
+            environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "TOLIMAN_LIBRARY")}
             done = subprocess.run([sys.executable, "-S", "-c", f"import sys; sys.path += [{str(package.parent)!r}, "
                                    "'/usr/lib/python3/dist-packages']; import toliman; print(toliman.library_path())"],
                                   env=environment, capture_output=True, text=True)

@@ -10,7 +10,7 @@ from astropy.timeseries.periodograms.lombscargle import _statistics as astropy
 from scipy import stats
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 from toliman import Error, Periodogram  # noqa: E402
 
 DAYS = 300

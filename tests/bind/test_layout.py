@@ -11,8 +11,10 @@ import unittest
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ["TOLIMAN"]).parents[1]
+FORTRAN = BUILD / "fortran" / "toliman.f90"
 sys.dont_write_bytecode = True
-sys.path[:0] = [str(TOP / "tools" / "gen"), str(TOP / "bindings" / "python")]
+sys.path.insert(0, str(TOP / "tools" / "gen"))
+sys.path.append(str(TOP / "build" / "python"))
 
 import fortran
 import layout
@@ -94,15 +96,14 @@ class Layout(unittest.TestCase):
 
     def test_fortran(self):
         (self.folder / "layout.f90").write_text(fortran_program())
-        run("gfortran", "-O0", "-std=f2018", TOP / "bindings" / "fortran" / "toliman.f90", "layout.f90", "-o", "f",
+        run("gfortran", "-O0", "-std=f2018", FORTRAN, "layout.f90", "-o", "f",
             f"-L{BUILD / 'lib'}", "-ltoliman", f"-Wl,-rpath,{BUILD / 'lib'}", folder=self.folder)
         found = dict(line.split(" ") for line in run("./f", folder=self.folder).splitlines())
         self.assertEqual(found, self.c)
 
     def test_fortran_types(self):
         """The C declarations that gfortran derives from its structs and interfaces, compared with the header."""
-        output = run("gfortran", "-fsyntax-only", "-fc-prototypes", TOP / "bindings" / "fortran" / "toliman.f90",
-                     folder=self.folder)
+        output = run("gfortran", "-fsyntax-only", "-fc-prototypes", FORTRAN, folder=self.folder)
         found = {}
         for name, fields in re.findall(r"^typedef struct (\w+) {\n(.*?)^}", output, re.M | re.S):
             found[name] = [width(field) for field in fields.splitlines()]

@@ -14,7 +14,7 @@ import unittest
 import numpy
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(TOP / "bindings" / "python"))
+sys.path.append(str(TOP / "build" / "python"))
 sys.dont_write_bytecode = True
 
 from toliman import _raw

@@ -12,10 +12,11 @@ import unittest
 
 import numpy
 
-PACKAGE = pathlib.Path(__file__).resolve().parents[2] / "bindings" / "python"
-sys.path.insert(0, str(PACKAGE))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "build" / "python"))
 import toliman  # noqa: E402
 from toliman import Pair, Tracker  # noqa: E402
+
+PACKAGE = pathlib.Path(toliman.__file__).parents[1]
 
 PIXELS = (numpy.arange(6 * 3 * 4) * 7919 % 4096).astype("<u2").reshape(6, 3, 4)
 

@@ -12,7 +12,7 @@ import numpy
 from astropy.timeseries import LombScargle
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 import toliman  # noqa: E402
 from toliman import AccuracyWarning, Error, Periodogram, suited_grid  # noqa: E402
 

@@ -13,7 +13,7 @@ import numpy
 from mpmath import mp, mpf
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 import toliman  # noqa: E402
 
 logging.getLogger("toliman").setLevel(logging.ERROR)  # the Earth's centre is meant

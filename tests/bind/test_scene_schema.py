@@ -9,7 +9,7 @@ import unittest
 import jsonschema
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 import toliman  # noqa: E402
 
 SCHEMA = json.loads((ROOT / "tools" / "schema" / "toliman-scene-1.schema.json").read_text())

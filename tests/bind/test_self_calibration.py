@@ -8,7 +8,7 @@ import unittest
 
 import numpy
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "bindings" / "python"))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "build" / "python"))
 import toliman  # noqa: E402
 
 SIDE = 48

@@ -4,7 +4,7 @@ import sys
 import threading
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "bindings/python"))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "build/python"))
 import numpy  # noqa: E402
 
 from toliman import Frame, Periodogram, StateError, Tracker  # noqa: E402

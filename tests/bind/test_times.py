@@ -14,11 +14,12 @@ from astropy.io.fits import Header
 from astropy.table import QTable
 from astropy.time import Time, TimeDelta
 
-PACKAGE = pathlib.Path(__file__).resolve().parents[2] / "bindings" / "python"
-sys.path.insert(0, str(PACKAGE))
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "build" / "python"))
 import toliman  # noqa: E402
 from toliman import Periodogram, suited_grid  # noqa: E402
 from toliman.times import plain_times  # noqa: E402
+
+PACKAGE = pathlib.Path(toliman.__file__).parents[1]
 
 warnings.filterwarnings("ignore", message=".*dubious year")
 GRID = {"f0": 0.01, "df": 0.001, "nf": 200}

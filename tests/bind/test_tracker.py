@@ -10,7 +10,7 @@ import unittest
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 from toliman import VERDICTS, Error, Estimate, Frame, InputError, Periodogram, StateError, Tracker  # noqa: E402
 
 DAY = 86400 * 10**9

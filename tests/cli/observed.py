@@ -7,7 +7,7 @@ import numpy
 from program import PROGRAM, ROOT
 
 os.environ.setdefault("TOLIMAN_LIBRARY", str(pathlib.Path(PROGRAM).parents[1] / "lib" / "libtoliman.so"))
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 import toliman  # noqa: E402
 
 SECOND, DAY = 10**9, 86400 * 10**9

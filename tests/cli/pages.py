@@ -9,7 +9,7 @@ import xml.etree.ElementTree
 
 from program import ROOT, ProgramTest
 
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 from toliman.report import page, results, sections  # noqa: E402
 
 

@@ -11,7 +11,7 @@ import numpy
 from program import PROGRAM, ROOT, ProgramTest
 
 os.environ.setdefault("TOLIMAN_LIBRARY", str(pathlib.Path(PROGRAM).parents[1] / "lib" / "libtoliman.so"))
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 import toliman  # noqa: E402
 
 logging.getLogger("toliman").setLevel(logging.ERROR)

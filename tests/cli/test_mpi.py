@@ -11,7 +11,7 @@ from astropy.timeseries import LombScargle
 from program import PATIENCE, ROOT, ProgramTest
 from shared_run import FRAMES, PERIOD, SCENE, SEED, rows_of, scene_of, shared_run
 
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 PROGRAM = os.environ.get("TOLIMAN_MPI", "")
 # When a rank fails, the others end at once, without a second to end by themselves.
 MPIRUN = ["mpirun", "--quiet", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1",

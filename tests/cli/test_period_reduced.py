@@ -197,7 +197,8 @@ class OrbitFunctions(ProgramTest):
         self.period("s.csv", *PX, *GRID, "--scale-sigma", 1e-3, "--power", "power.npy")
         half = EXPOSURE * SECOND // 2
         intervals = numpy.stack([self.tai_ns[part] - half, self.tai_ns[part] + half], axis=-1)
-        reduced, seen = toliman.Sky(str(self.folder / "wrong.json"), altitude_km=600).reduce(intervals, self.arcsec[part])
+        sky = toliman.Sky(str(self.folder / "wrong.json"), altitude_km=600)
+        reduced, seen = sky.reduce(intervals, self.arcsec[part]).y, sky.predict_exposures(intervals)
         partials, factor = seen["partials"], seen["factor"]
         prior = numpy.array([self.system["sigma"]["orbit"][name] for name in self.NAMES])
         prior[1] = numpy.hypot(prior[1], 1e-3 * self.wrong["orbit"]["semi_major_arcsec"])

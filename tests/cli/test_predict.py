@@ -10,7 +10,7 @@ import numpy
 from program import PROGRAM, ROOT, ProgramTest, leap_seconds
 
 os.environ.setdefault("TOLIMAN_LIBRARY", str(pathlib.Path(PROGRAM).parents[1] / "lib" / "libtoliman.so"))
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 import toliman  # noqa: E402
 
 SYSTEM = ROOT / "examples" / "systems" / "alpha-cen.json"

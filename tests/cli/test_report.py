@@ -11,14 +11,14 @@ import unittest
 
 import numpy
 from pages import Reader, Recorder, ReportTest, lines, write_bench
-from program import PROGRAM, ROOT
+from program import PROGRAM
 from shared_run import AMPLITUDE, COLUMNS, FRAMES, NAME, PERIOD, SEED, SIDE, rows_of, shared_run
 
 FIGURES = ["series", "folded", "periodogram", "pupil", "cut", "frame", "whiteness", "signal-and-atom", "bandwidths",
            "reconstructions", "displacement", "architecture", "pooling", "activations", "training"]
 CHEAP = ["series", "folded", "periodogram", "training"]  # of a run without images
 MODULE = ["/usr/bin/python3", "-m", "toliman.report"]
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "bindings" / "python"), "TOLIMAN_LIBRARY": "/nowhere/libtoliman.so"}
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(pathlib.Path(PROGRAM).parents[1] / "python"), "TOLIMAN_LIBRARY": "/nowhere/libtoliman.so"}
 
 
 class Run(ReportTest):

@@ -12,7 +12,7 @@ import numpy
 from program import ROOT
 from shared_run import rows_of, shared_run
 
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 from toliman.report import chapter, results, run_chapter, run_images  # noqa: E402
 
 NAMES = ["signal-and-atom", "bandwidths", "reconstructions", "displacement", "architecture", "pooling", "activations"]

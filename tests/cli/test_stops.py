@@ -1,6 +1,7 @@
 """Signals: at any moment a command ends soon, with its exit code and one message, and leaves no part of a result."""
 import json
 import os
+import pathlib
 import shutil
 import signal
 import subprocess
@@ -9,7 +10,7 @@ import time
 import unittest
 
 from pages import write_bench
-from program import PATIENCE, PROGRAM, ROOT, SCENES, ProgramTest, long, one_wavelength
+from program import PATIENCE, PROGRAM, SCENES, ProgramTest, long, one_wavelength
 
 STOPPED = "toliman: stopped by a signal"
 RESUMES = STOPPED + "; the same command resumes the experiment"
@@ -138,7 +139,7 @@ sys.exit(__main__.main(["b"]))
             with self.subTest(moment):
                 shutil.rmtree(self.work / "b" / "report", ignore_errors=True)
                 done = subprocess.run([sys.executable, "-c", code, moment], cwd=self.work, capture_output=True, text=True,
-                                      env={**os.environ, "PYTHONPATH": str(ROOT / "bindings" / "python")})
+                                      env={**os.environ, "PYTHONPATH": str(pathlib.Path(PROGRAM).parents[1] / "python")})
                 self.assertEqual((done.returncode, done.stderr), (143, STOPPED + "\n"))
                 self.assertEqual(self.left(), left)
 

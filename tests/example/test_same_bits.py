@@ -11,7 +11,7 @@ import time
 import unittest
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(TOP / "bindings" / "python"))
+sys.path.append(str(TOP / "build" / "python"))
 sys.dont_write_bytecode = True
 
 from toliman import Periodogram, Simulator, Template, Tracker

@@ -19,10 +19,10 @@
 #include "scenario.h"
 
 static const scenario_list *const lists[] = {
-    &base_scenarios,   &sim_scenarios,    &cae_scenarios,         &linear_scenarios,
-    &fit_scenarios,    &bank_scenarios,   &calibrate_scenarios,   &period_scenarios,
-    &track_scenarios,  &ingest_scenarios, &ingest_time_scenarios, &mask_scenarios,
-    &planet_scenarios, &series_scenarios, &sky_scenarios,         &track_reduced_scenarios};
+    &base_scenarios,          &sim_scenarios,       &cae_scenarios,    &linear_scenarios, &fit_scenarios,
+    &bank_scenarios,          &calibrate_scenarios, &period_scenarios, &track_scenarios,  &ingest_scenarios,
+    &ingest_time_scenarios,   &mask_scenarios,      &planet_scenarios, &series_scenarios, &sky_scenarios,
+    &track_reduced_scenarios, &measure_scenarios};
 enum { LISTS = sizeof lists / sizeof *lists };
 
 /* The current scenario and failure, for messages. */

@@ -42,7 +42,7 @@ typedef struct {
 } scenario_list;
 extern const scenario_list base_scenarios, sim_scenarios, cae_scenarios, linear_scenarios, fit_scenarios,
     bank_scenarios, calibrate_scenarios, period_scenarios, track_scenarios, ingest_scenarios, ingest_time_scenarios,
-    mask_scenarios, planet_scenarios, series_scenarios, sky_scenarios, track_reduced_scenarios;
+    mask_scenarios, measure_scenarios, planet_scenarios, series_scenarios, sky_scenarios, track_reduced_scenarios;
 #define SCENARIO_LIST(name, array) const scenario_list name = {array, sizeof array / sizeof *array}
 
 /* Reports a defect with the name of the scenario unless `holds`. */
@@ -73,6 +73,9 @@ static inline uint64_t fnv1a(uint64_t before, const void *data, size_t size) {
     return before;
 }
 #define FNV_START 0xcbf29ce484222325u
+
+/* Series of measurements, of several lists. */
+extern const object_kind measures;
 
 /* Trackers, and copies of their folders, of several lists. */
 extern const object_kind trackers;

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "assert_close.h"
+#include "measure_arrays.h"
 #include "scenario.h"
 
 #include <toliman/period_noise.h>
@@ -308,17 +309,23 @@ static toliman_status noise_search(attempt *a) {
     toliman_period_noise_options options;
     toliman_period_noise_options_init(&options, sizeof options);
     fill();
-    return toliman_period_noise_search(F0, DF, FREQUENCIES, t, y, NULL, SAMPLES, t + SAMPLES, NULL, 1, &options,
-                                       (double *)(a->out + 4096), (double *)(a->out + 2048), (double *)(a->out + 2056),
-                                       (void *)a->out);
+    static toliman_measure *series;
+    if (series == NULL) {
+        series = measure_of(t, y, NULL, SAMPLES);
+        assert_ok(toliman_measure_add_column(series, "c", t + SAMPLES, SAMPLES, 0));
+    }
+    return toliman_period_noise_search(series, F0, DF, FREQUENCIES, &options, (double *)(a->out + 4096),
+                                       (double *)(a->out + 2048), (double *)(a->out + 2056), (void *)a->out);
 }
 static toliman_status noise_bootstrap(attempt *a) {
     toliman_period_noise_bootstrap_options options;
     toliman_period_noise_bootstrap_options_init(&options, sizeof options);
     options.threads = 2;
     fill();
-    return toliman_period_noise_bootstrap(F0, DF, FREQUENCIES, t, y, NULL, SAMPLES, NULL, NULL, 0, 0.3, &options, DRAWS,
-                                          (double *)a->out);
+    static toliman_measure *series;
+    if (series == NULL)
+        series = measure_of(t, y, NULL, SAMPLES);
+    return toliman_period_noise_bootstrap(series, F0, DF, FREQUENCIES, 0.3, &options, DRAWS, (double *)a->out);
 }
 
 static void put_states(void) {

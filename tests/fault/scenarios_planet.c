@@ -16,22 +16,20 @@ static toliman_status search_of(void **made) {
         rows[i] = cos(0.02 * t[i]);
         angles[i] = 30 + 0.01 * t[i];
     }
-    toliman_planet_series series;
-    toliman_planet_series_init(&series, sizeof series);
-    series.trend = series.columns = 1;
-    series.n = SAMPLES;
-    series.t = t;
-    series.y = y;
-    series.sigma = sigma;
-    series.rows = rows;
-    series.position_angle_deg = angles;
-    series.prior_precision[2] = 0.25;
+    static toliman_measure *series;
+    if (series == NULL) {
+        const toliman_measure_data data = {
+            .struct_size = sizeof data, .n = SAMPLES, .t = t, .y = y, .sigma = sigma, .position_angle_deg = angles};
+        assert_ok(toliman_measure_create(&data, &series));
+        assert_ok(toliman_measure_set_trend(series, 1, 0, 0));
+        assert_ok(toliman_measure_add_column(series, "rows", rows, SAMPLES, 2));
+    }
     toliman_planet_options options;
     toliman_planet_options_init(&options, sizeof options);
     options.threads = 2;
     options.period_max = 200;
     options.samples = DRAWS;
-    return toliman_planet_search(&series, &options, (toliman_planets **)made);
+    return toliman_planet_search(series, &options, (toliman_planets **)made);
 }
 
 static void *make(void) {
@@ -67,10 +65,6 @@ static toliman_status search(attempt *a) {
 static toliman_status destroy(attempt *a) {
     toliman_planet_destroy(a->object);
     a->object = NULL;
-    return TOLIMAN_OK;
-}
-static toliman_status series_init(attempt *a) {
-    toliman_planet_series_init((void *)a->out, sizeof(toliman_planet_series));
     return TOLIMAN_OK;
 }
 static toliman_status options_init(attempt *a) {
@@ -119,7 +113,6 @@ static toliman_status inject(attempt *a) {
 
 static const scenario all[] = {
     {.function = "toliman_planet_search", .call = search, .made = &results, .slow = 1},
-    {.function = "toliman_planet_series_init", .call = series_init},
     {.function = "toliman_planet_options_init", .call = options_init},
     ON_ONE(destroy, 0),
     ON_ONE(get_info, sizeof(toliman_planet_info)),

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "measure_arrays.h"
 #include "scenario.h"
 
 enum { TIMES = 3 };
@@ -104,10 +105,19 @@ static toliman_status reduce(attempt *a) {
         intervals[2 * i] = kTimes[0] + (i == 1 ? INT64_C(86400000000000) : 0);
         intervals[2 * i + 1] = intervals[2 * i] + INT64_C(60000000000);
     }
-    toliman_sky_prediction *const seen = (void *)a->out;
-    double *const reduced = (double *)(seen + TIMES);
-    size_t *const unreduced = (size_t *)(reduced + TIMES);
-    return toliman_sky_reduce(a->object, intervals, NULL, measured, TIMES, reduced, seen, unreduced);
+    static toliman_measure *series;
+    if (series == NULL)
+        assert_ok(measure_separations(intervals, NULL, measured, NULL, TIMES, &series));
+    return toliman_sky_reduce(a->object, series, NULL, (toliman_measure **)&a->made);
+}
+static toliman_status predict_mean_many(attempt *a) {
+    const int64_t intervals[] = {kTimes[0], kTimes[0] + 60, kTimes[0] + 600, kTimes[0] + 700};
+    const size_t counts[] = {2};
+    return toliman_sky_predict_mean_many(a->object, intervals, counts, 1, (void *)a->out);
+}
+static toliman_status reduce_options_init(attempt *a) {
+    toliman_sky_reduce_options_init((void *)a->out, sizeof(toliman_sky_reduce_options));
+    return TOLIMAN_OK;
 }
 static toliman_status get_info(attempt *a) {
     return toliman_sky_get_info(a->object, (void *)a->out);
@@ -145,8 +155,10 @@ static toliman_status refit(attempt *a) {
         separations[i] = expected[i];
         sigmas[i] = 1;
     }
-    return toliman_sky_refit(sky, intervals, NULL, separations, sigmas, DATES, 1e-3, (void *)a->out,
-                             (toliman_sky **)&a->made);
+    static toliman_measure *series;
+    if (series == NULL)
+        assert_ok(measure_separations(intervals, NULL, separations, sigmas, DATES, &series));
+    return toliman_sky_refit(sky, series, 1e-3, (void *)a->out, (toliman_sky **)&a->made);
 }
 static toliman_status diagnose(attempt *a) {
     int64_t intervals[2 * 3 * DATES];
@@ -158,8 +170,10 @@ static toliman_status diagnose(attempt *a) {
         sigmas[i] = 1;
     }
     toliman_sky_hypothesis hypotheses[TOLIMAN_SKY_HYPOTHESES] = {TOLIMAN_SKY_HYPOTHESIS_INIT};
-    const toliman_status status = toliman_sky_diagnose(a->object, intervals, NULL, separations, sigmas, 3 * DATES, 1e-3,
-                                                       (void *)a->out, hypotheses);
+    static toliman_measure *series;
+    if (series == NULL)
+        assert_ok(measure_separations(intervals, NULL, separations, sigmas, 3 * DATES, &series));
+    const toliman_status status = toliman_sky_diagnose(a->object, series, 1e-3, (void *)a->out, hypotheses);
     if (status == TOLIMAN_OK)
         memcpy(a->out + sizeof(toliman_sky_diagnosis), hypotheses, sizeof hypotheses);
     return status;
@@ -204,11 +218,13 @@ static const scenario all[] = {
      .make = make,
      .of = &skies,
      .struct_size = sizeof(toliman_sky_prediction)},
-    {.function = "toliman_sky_reduce",
-     .call = reduce,
-     .make = make_with_observer,
+    {.function = "toliman_sky_predict_mean_many",
+     .call = predict_mean_many,
+     .make = make,
      .of = &skies,
      .struct_size = sizeof(toliman_sky_prediction)},
+    {.function = "toliman_sky_reduce", .call = reduce, .make = make_with_observer, .of = &skies, .made = &measures},
+    {.function = "toliman_sky_reduce_options_init", .call = reduce_options_init},
     {.function = "toliman_sky_get_info",
      .call = get_info,
      .make = make,

@@ -3,6 +3,8 @@
 #include "scenario.h"
 #include "track_reduced.h"
 
+#include <toliman/track_records.h>
+
 enum { HELD = 12, LAST = 16, COMING = LAST - HELD };
 enum { ORBIT, OTHER, SKIES };
 
@@ -70,6 +72,14 @@ static toliman_status create(attempt *a) {
     return toliman_track_create(&options, (toliman_track **)&a->made);
 }
 
+static toliman_status get_measure(attempt *a) {
+    return toliman_track_get_measure(a->object, NULL, (toliman_measure **)&a->made);
+}
+static toliman_status load_measure(attempt *a) {
+    const toliman_measure_options options = {.struct_size = sizeof options, .kind = TOLIMAN_MEASURE_SEPARATION};
+    return toliman_measure_load_file(in_folder(kMission), &options, (toliman_measure **)&a->made);
+}
+
 static toliman_status reduce_again(attempt *a) {
     toliman_track_options options = options_in(kMission, OTHER);
     options.flags = TOLIMAN_TRACK_REBUILD;
@@ -119,6 +129,18 @@ static void check_pushed(attempt *a, toliman_status status) {
 }
 
 static const scenario all[] = {
+    {.function = "toliman_track_get_measure",
+     .call = get_measure,
+     .make = make,
+     .of = &trackers,
+     .made = &measures,
+     .slow = 1},
+    {.function = "toliman_measure_load_file",
+     "state folder",
+     load_measure,
+     .made = &measures,
+     .stage = put_mission,
+     .slow = 1},
     {.function = "toliman_track_create", "reduced", create, .made = &trackers, .stage = put_nothing},
     {.function = "toliman_track_create",
      "reduced again",

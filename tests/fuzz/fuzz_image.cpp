@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "base/npy_image.hpp"
+#include "frame/npy_image.hpp"
 #include "fuzz.hpp"
 #include "memory_file.hpp"
 #include "scene/spectrum_table.hpp"

@@ -7,7 +7,7 @@
 #include <toliman/period_sampling.h>
 
 #include "fuzz.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 
 using namespace fuzz;
 

@@ -1,4 +1,5 @@
-"""Tests pip with the Python package's folder, without network. TOLIMAN_LIBRARY is the library."""
+"""Tests pip with the folder of the Python package in the build folder TOLIMAN_BUILD, without network. TOLIMAN_LIBRARY is the
+library."""
 import os
 import pathlib
 import re
@@ -8,7 +9,7 @@ import sys
 import tempfile
 import unittest
 
-SOURCE = pathlib.Path(__file__).resolve().parents[2] / "bindings" / "python"
+SOURCE = pathlib.Path(os.environ["TOLIMAN_BUILD"]) / "python"
 
 
 class Pip(unittest.TestCase):

@@ -82,7 +82,7 @@ class Readme(unittest.TestCase):
         library = ["-L", BUILD / "lib", f"-Wl,-rpath,{BUILD / 'lib'}", "-ltoliman"]
         for command in (
             ["cc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-I", ROOT / "include", "-I", BUILD / "include", "a.c"],
-            ["gfortran", "-std=f2018", "-O0", ROOT / "bindings" / "fortran" / "toliman.f90", "a.f90"],
+            ["gfortran", "-std=f2018", "-O0", BUILD / "fortran" / "toliman.f90", "a.f90"],
         ):
             subprocess.run([*command, *library], cwd=home, check=True)
             done = subprocess.run(["./a.out"], cwd=home, capture_output=True, text=True)
@@ -95,7 +95,7 @@ class Readme(unittest.TestCase):
         self.home.mkdir()
         (self.home / "build").mkdir()
         (self.home / "build" / "bin").symlink_to(BUILD / "bin")
-        (self.home / "bindings").symlink_to(ROOT / "bindings")
+        (self.home / "build" / "python").symlink_to(BUILD / "python")
         self.settings = ""
         try:
             self.system = System(pathlib.Path(kept.name), installed_by_make())

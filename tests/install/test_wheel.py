@@ -29,10 +29,11 @@ class Wheel(unittest.TestCase):
             done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             return done.stdout
-        wheel = run(ROOT / "tools" / "cmake" / "wheel", os.environ["TOLIMAN_LIBRARY"], folder).strip()
+        wheel = run(ROOT / "tools" / "cmake" / "wheel", os.environ["TOLIMAN_LIBRARY"],
+                    pathlib.Path(os.environ["TOLIMAN_BUILD"]) / "python", folder).strip()
         self.assertRegex(wheel, rf"/toliman-[0-9.]+-py3-none-linux_{os.uname().machine}\.whl$")
         names = zipfile.ZipFile(wheel).namelist()
-        for name in ("py.typed", "report/__main__.py", "report/page.html"):
+        for name in ("py.typed", "_raw.py", "_results.py", "report/__main__.py", "report/_network.py", "report/page.html"):
             self.assertIn(f"toliman/{name}", names)
         self.assertEqual([name for name in names if "__pycache__" in name], [])
         self.assertTrue(any(name.endswith("/LICENSE") for name in names), names)

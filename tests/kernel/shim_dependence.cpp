@@ -1,4 +1,4 @@
-#include "optics/dependence.hpp"
+#include "information/dependence.hpp"
 
 #include <cstring>
 
@@ -27,5 +27,5 @@ extern "C" void shim_dependence(const char *names, size_t pixels, const double *
     for (; *names != '\0'; names++, images += pixels)
         model.projected.push_back({std::string(1, *names), Buffer<double>(images, images + pixels)});
     *lines = '\0';
-    optics::warn_of_dependence(model, {append_line, lines});
+    information::warn_of_dependence(model, {append_line, lines});
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <string>
 
+#include "information/information.hpp"
 #include "mask/objective.hpp"
 
 using namespace toliman;
@@ -45,7 +46,7 @@ extern "C" void shim_objective_own(const char *json, double *bounds, double *lig
     mask::Objective objective(simulator.scene(), all, pupil.step_m, 2);
     const mask::Score score = objective.judge(covered, 1);
     bounds[0] = score.crb_px;
-    bounds[1] = optics::bound_with(simulator.images(), all);
+    bounds[1] = information::bound_with(simulator.images(), all);
     light[0] = score.peak_to_mean; // peak over total, for one pixel
     light[1] = simulator.images().peak_photons() / simulator.images().total_photons();
 }

@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "kernels/spread.hpp"
-#include "period/nufft.hpp"
+#include "period/batch/nufft.hpp"
 
 using namespace toliman;
 using kernels::SpreadKernels;

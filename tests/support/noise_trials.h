@@ -6,8 +6,7 @@
 #include <stdlib.h>
 
 #include "fap_trials.h"
-
-#include <toliman/period_noise.h>
+#include "measure_arrays.h"
 
 enum { NOISE_MOST = 1095, NOISE_OCTAVES = 12, NOISE_MOST_FREQUENCIES = 5500 };
 
@@ -78,8 +77,8 @@ static inline noise_found noise_search(const noise_times *times, const double *y
     toliman_period_noise_options options;
     toliman_period_noise_options_init(&options, sizeof options);
     noise_found found = {TOLIMAN_PERIOD_NOISE_INIT, TOLIMAN_PERIOD_NOISE_INIT};
-    assert_ok(toliman_period_noise_search(times->f0, times->df, times->nf, times->t, y, NULL, times->n, NULL, NULL, 0,
-                                          &options, NULL, NULL, NULL, &found.fitted));
+    assert_ok(noise_search_of(times->f0, times->df, times->nf, times->t, y, NULL, times->n, NULL, NULL, 0, &options,
+                              NULL, NULL, NULL, &found.fitted));
     /* The power for white noise needs no fit of the noise. */
     toliman_period *period = NULL;
     toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;

@@ -49,13 +49,14 @@ int make_one_of_each() {
         times[i] = 10 * i;
         values[i] = i % 3;
     }
-    auto series = sized<toliman_planet_series>();
+    auto series = sized<toliman_measure_data>();
     series.n = 10;
     series.t = times;
     series.y = values;
+    const auto measured = make<measurements>(toliman_measure_create, &series);
     auto searching = sized<toliman_planet_options>();
     searching.threads = 1;
-    const auto planets = make<planet_set>(toliman_planet_search, &series, &searching);
+    const auto planets = make<planet_set>(toliman_planet_search, measured.get(), &searching);
     const EmptyPair files;
     auto reading = sized<toliman_ingest_options>();
     reading.pixel = TOLIMAN_PIXEL_U16;

@@ -154,21 +154,28 @@ static void assert_finite_planets(const toliman_planets *planets) {
     }
 }
 
+/* With one column. On failure *out is not set. */
+static toliman_status series_with(const toliman_measure_data *data, const double *rows, toliman_measure **out) {
+    toliman_measure *made = NULL;
+    toliman_status status = toliman_measure_create(data, &made);
+    if (status == TOLIMAN_OK)
+        status = toliman_measure_add_column(made, "rows", rows, data->n, 0);
+    if (status == TOLIMAN_OK)
+        *out = made;
+    else
+        toliman_measure_destroy(made);
+    return status;
+}
+
 static void series_of_planets(void **unused) {
     (void)unused;
     double t[SAMPLES], y[SAMPLES], sigma[SAMPLES], rows[SAMPLES], angles[SAMPLES];
     double *const arrays[] = {t, y, sigma, rows, angles};
-    static const char *const names[] = {"series->t", "series->y", "series->sigma", "series->rows",
-                                        "series->position_angle_deg"};
+    static const char *const names[] = {"t", "y", "sigma", "values", "position_angle_deg"};
     for (uint64_t storm = 0; storm < storms; storm++) {
-        toliman_planet_series series = {.struct_size = sizeof series,
-                                        .columns = 1,
-                                        .n = SAMPLES,
-                                        .t = t,
-                                        .y = y,
-                                        .sigma = sigma,
-                                        .rows = rows,
-                                        .position_angle_deg = angles};
+        toliman_measure_data data = {
+            .struct_size = sizeof data, .n = SAMPLES, .t = t, .y = y, .sigma = sigma, .position_angle_deg = angles};
+        toliman_measure *series = NULL;
         toliman_planet_options options;
         toliman_planet_options_init(&options, sizeof options);
         options.threads = 1;
@@ -184,25 +191,34 @@ static void series_of_planets(void **unused) {
         const size_t place = draw(&draws, SAMPLES), which = draw(&draws, 5);
         const double good = arrays[which][place];
         arrays[which][place] = wrong_number();
-        assert_refused(toliman_planet_search(&series, &options, &planets));
-        assert_null(planets);
+        assert_refused(series_with(&data, rows, &series));
+        assert_null(series);
         assert_true(strncmp(toliman_last_error_field(), names[which], strlen(names[which])) == 0);
         arrays[which][place] = odd_number();
-        const int32_t status = toliman_planet_search(&series, &options, &planets);
+        int32_t status = series_with(&data, rows, &series);
+        if (status == TOLIMAN_OK)
+            status = toliman_planet_search(series, &options, &planets);
         if (status == TOLIMAN_OK)
             assert_finite_planets(planets);
         else
             assert_refused(status);
         toliman_planet_destroy(planets);
         planets = NULL;
+        toliman_measure_destroy(series);
+        series = NULL;
         arrays[which][place] = good;
-        double *const limits[] = {&options.period_min,    &options.period_max,       &options.eccentricity_max,
-                                  &options.amplitude_min, &options.amplitude_max,    &options.jitter_max,
-                                  &options.threshold,     &options.detection_fap,    &options.unit,
-                                  &series.trend_end,      &series.prior_precision[1]};
+        assert_ok(series_with(&data, rows, &series));
+        double *const limits[] = {&options.period_min,    &options.period_max,    &options.eccentricity_max,
+                                  &options.amplitude_min, &options.amplitude_max, &options.jitter_max,
+                                  &options.threshold,     &options.detection_fap, &options.star_mass[1]};
         *limits[draw(&draws, sizeof limits / sizeof *limits)] = wrong_number();
-        assert_refused(toliman_planet_search(&series, &options, &planets));
+        assert_refused(toliman_planet_search(series, &options, &planets));
         assert_null(planets);
+        assert_refused(toliman_measure_set_trend(series, 1, wrong_number(), 1));
+        assert_refused(toliman_measure_set_prior(series, 0, wrong_number()));
+        toliman_measure_destroy(series);
+        data.unit = wrong_number();
+        assert_refused(series_with(&data, rows, &series));
     }
 }
 

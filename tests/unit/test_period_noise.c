@@ -44,8 +44,8 @@ static toliman_status search(series given, uint32_t flags, double *power, double
     toliman_period_noise_options options;
     toliman_period_noise_options_init(&options, sizeof options);
     options.flags = flags;
-    return toliman_period_noise_search(kF0, kDf, NF, times, values, given.sigma, N, columns(given.k), given.precision,
-                                       given.k, &options, power, coefficients, errors, out);
+    return noise_search_of(kF0, kDf, NF, times, values, given.sigma, N, columns(given.k), given.precision, given.k,
+                           &options, power, coefficients, errors, out);
 }
 
 /* Cholesky factor of the covariance, in place: its lower triangle. */
@@ -243,7 +243,7 @@ static void order_of_samples_does_not_matter(void **unused) {
         t[i] = times[N - 1 - i];
         y[i] = values[N - 1 - i];
     }
-    assert_ok(toliman_period_noise_search(kF0, kDf, NF, t, y, NULL, N, NULL, NULL, 0, NULL, reversed, NULL, NULL, &b));
+    assert_ok(noise_search_of(kF0, kDf, NF, t, y, NULL, N, NULL, NULL, 0, NULL, reversed, NULL, NULL, &b));
     for (int k = 0; k < NF; k++)
         assert_close(reversed[k], power[k], 0, 1e-9);
     assert_close(b.rho, a.rho, 0, 1e-6);
@@ -257,14 +257,12 @@ static void coincident_cosine_and_sine(void **unused) {
     for (int i = 0; i < N; i++)
         t[i] = i;
     toliman_period_noise found = TOLIMAN_PERIOD_NOISE_INIT;
-    assert_ok(
-        toliman_period_noise_search(0, 0.05, 11, t, values, NULL, N, NULL, NULL, 0, NULL, power, NULL, NULL, &found));
+    assert_ok(noise_search_of(0, 0.05, 11, t, values, NULL, N, NULL, NULL, 0, NULL, power, NULL, NULL, &found));
     assert_true(power[0] == 0);
     assert_true(power[10] > 0 && power[10] < 0.2);
     for (int i = 0; i < N; i++)
         values[i] = i % 2;
-    assert_ok(
-        toliman_period_noise_search(0, 0.05, 11, t, values, NULL, N, NULL, NULL, 0, NULL, power, NULL, NULL, &found));
+    assert_ok(noise_search_of(0, 0.05, 11, t, values, NULL, N, NULL, NULL, 0, NULL, power, NULL, NULL, &found));
     assert_int_equal(found.rank, 1);
     assert_true(found.power > 1 - 1e-12 && isinf(found.amplitude_error));
     assert_true(found.flags & TOLIMAN_PERIOD_AT_EDGE);
@@ -276,8 +274,11 @@ static toliman_status draw(double rho, uint64_t block, uint32_t threads, size_t 
     options.block = block;
     options.threads = threads;
     options.seed = 9;
-    return toliman_period_noise_bootstrap(kF0, kDf, NF, times, values, sigmas, N, columns(2), NULL, 2, rho, &options,
-                                          count, peaks);
+    toliman_measure *const given = measure_of(times, values, sigmas, N);
+    assert_ok(add_measure_columns(given, columns(2), NULL, N, 2));
+    const toliman_status status = toliman_period_noise_bootstrap(given, kF0, kDf, NF, rho, &options, count, peaks);
+    toliman_measure_destroy(given);
+    return status;
 }
 
 /* The median of the resampled peaks has a FAP of one half by Baluev's formula, roughly. */
@@ -331,11 +332,10 @@ static void bad_input_is_refused(void **unused) {
     assert_ok(search((series){sigmas, prior, 2}, 0, NULL, NULL, NULL, &other)); /* a prior determines it */
     fill();
     assert_fails(search(plain, 1, power, NULL, NULL, &found), TOLIMAN_E_ARGUMENT, "options->flags = 0x1: unknown bits");
-    assert_fails(toliman_period_noise_search(kF0, kDf, NF, times, values, NULL, 7, columns(2), NULL, 2, NULL, power,
-                                             NULL, NULL, &found),
-                 TOLIMAN_E_STATE, "n = 7: must be at least 8, the number of functions and 6");
-    assert_fails(toliman_period_noise_search(kF0, -1, NF, times, values, NULL, N, NULL, NULL, 0, NULL, power, NULL,
-                                             NULL, &found),
+    assert_fails(
+        noise_search_of(kF0, kDf, NF, times, values, NULL, 7, columns(2), NULL, 2, NULL, power, NULL, NULL, &found),
+        TOLIMAN_E_STATE, "n = 7: must be at least 8, the number of functions and 6");
+    assert_fails(noise_search_of(kF0, -1, NF, times, values, NULL, N, NULL, NULL, 0, NULL, power, NULL, NULL, &found),
                  TOLIMAN_E_ARGUMENT, "df = -1");
     for (int i = 0; i < N; i++)
         values[i] = 3 + functions[i * MOST_FUNCTIONS];

@@ -5,8 +5,7 @@
 #include <stdio.h>
 
 #include "assert_close.h"
-
-#include <toliman/sky_diagnosis.h>
+#include "measure_arrays.h"
 
 enum { TIMES = 64, THREADS = 8 };
 static const int64_t kStart = INT64_C(1798761600000000000), kStep = INT64_C(1234567890123456); /* 2027-01-01, 14.3 d */
@@ -113,8 +112,8 @@ static void bad_arguments_are_refused(void **state) {
     assert_fails(toliman_sky_get_info(sky, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     assert_fails(toliman_sky_get_info((const toliman_sky *)(const void *)&info, &info), TOLIMAN_E_ARGUMENT,
                  "sky is not a toliman_sky");
-    assert_fails(toliman_sky_get_element(sky, 7, NULL, NULL), TOLIMAN_E_ARGUMENT, "element = 7: must be in [0, 6]");
-    assert_fails(toliman_sky_get_element(sky, -1, NULL, NULL), TOLIMAN_E_ARGUMENT, "element = -1: must be in [0, 6]");
+    assert_fails(toliman_sky_get_element(sky, 7, NULL, NULL), TOLIMAN_E_RANGE, "element = 7: must be in [0, 6]");
+    assert_fails(toliman_sky_get_element(sky, -1, NULL, NULL), TOLIMAN_E_RANGE, "element = -1: must be in [0, 6]");
     seen[0].struct_size = info.struct_size = 4;
     assert_fails(toliman_sky_predict(sky, times, 1, seen), TOLIMAN_E_ARGUMENT, "predictions->struct_size = 4");
     assert_fails(toliman_sky_predict_mean(sky, times, 1, seen), TOLIMAN_E_ARGUMENT, "prediction->struct_size = 4");
@@ -138,24 +137,19 @@ static void set_exposures(int64_t length_ns) {
 static void reduced_is_measured_over_factor_minus_geometric(void **state) {
     (void)state;
     set_exposures(INT64_C(1800000000000));
-    const double measured[MEASURED] = {9.8, NAN, 10.1};
+    const double measured[MEASURED] = {9.8, 9.9, 10.1};
     double reduced[MEASURED];
     toliman_sky_prediction seen[MEASURED] = {TOLIMAN_SKY_PREDICTION_INIT}, mean = TOLIMAN_SKY_PREDICTION_INIT;
-    size_t unreduced = 7;
-    assert_ok(toliman_sky_reduce(sky, exposures, kCounts, measured, MEASURED, reduced, seen, &unreduced));
-    assert_int_equal(unreduced, 0);
+    size_t left = 0;
+    assert_ok(reduce_of(sky, exposures, kCounts, measured, MEASURED, reduced, &left));
+    assert_int_equal(left, MEASURED);
+    assert_ok(toliman_sky_predict_mean_many(sky, exposures, kCounts, MEASURED, seen));
     for (size_t i = 0, next = 0; i < MEASURED; next += kCounts[i++]) {
         assert_ok(toliman_sky_predict_mean(sky, &exposures[2 * next], kCounts[i], &mean));
         assert_memory_equal(&seen[i], &mean, sizeof mean);
-        if (i == 1)
-            assert_true(isnan(reduced[i]));
-        else
-            assert_true(reduced[i] == measured[i] / mean.factor - mean.geometric_arcsec);
+        assert_true(reduced[i] == measured[i] / mean.factor - mean.geometric_arcsec);
     }
-    double again[MEASURED];
-    assert_ok(toliman_sky_reduce(sky, exposures, kCounts, measured, MEASURED, again, NULL, &unreduced));
-    assert_memory_equal(again, reduced, sizeof again);
-    assert_ok(toliman_sky_reduce(sky, NULL, NULL, NULL, 0, NULL, NULL, &unreduced));
+    assert_ok(toliman_sky_predict_mean_many(sky, NULL, NULL, 0, NULL));
 }
 
 /* An exposure in orbit must be known: neither its middle nor a whole that is longer than 600 s is enough. */
@@ -164,26 +158,25 @@ static void unknown_exposures_are_refused(void **state) {
     const double measured[MEASURED] = {9.8, 9.9, 10.1};
     const size_t ones[MEASURED] = {1, 1, 1};
     double reduced[MEASURED] = {5, 5, 5};
-    size_t unreduced = 7;
+    size_t left = 0;
     set_exposures(INT64_C(600000000000));
-    assert_ok(toliman_sky_reduce(sky, exposures, NULL, measured, MEASURED, reduced, NULL, &unreduced));
+    assert_ok(reduce_of(sky, exposures, NULL, measured, MEASURED, reduced, &left));
     exposures[5]++;
     reduced[0] = 5;
-    assert_fails(toliman_sky_reduce(sky, exposures, NULL, measured, MEASURED, reduced, NULL, &unreduced),
-                 TOLIMAN_E_ARGUMENT,
+    assert_fails(reduce_of(sky, exposures, NULL, measured, MEASURED, reduced, &left), TOLIMAN_E_ARGUMENT,
                  "measurement 2: intervals: 600 s: must be on-target intervals above 600 s for an observer in orbit");
     assert_true(reduced[0] == 5);
-    assert_ok(toliman_sky_reduce(sky, exposures, ones, measured, MEASURED, reduced, NULL, &unreduced));
+    assert_ok(reduce_of(sky, exposures, ones, measured, MEASURED, reduced, &left));
     exposures[3] = exposures[2];
-    assert_fails(toliman_sky_reduce(sky, exposures, ones, measured, MEASURED, reduced, NULL, &unreduced),
-                 TOLIMAN_E_ARGUMENT, "measurement 1: intervals: zero length: must be start and end of the exposure");
+    assert_fails(reduce_of(sky, exposures, ones, measured, MEASURED, reduced, &left), TOLIMAN_E_ARGUMENT,
+                 "measurement 1: intervals: zero length: must be start and end of the exposure");
     toliman_sky *earth = NULL;
     const toliman_sky_options options = {.struct_size = sizeof options, .without = TOLIMAN_SKY_SPACECRAFT_ABERRATION};
     assert_ok(toliman_sky_create("alpha-cen", &options, &earth));
     set_exposures(0);
-    assert_ok(toliman_sky_reduce(earth, exposures, NULL, measured, MEASURED, reduced, NULL, &unreduced));
+    assert_ok(reduce_of(earth, exposures, NULL, measured, MEASURED, reduced, &left));
     set_exposures(INT64_C(86400000000000));
-    assert_ok(toliman_sky_reduce(earth, exposures, NULL, measured, MEASURED, reduced, NULL, &unreduced));
+    assert_ok(reduce_of(earth, exposures, NULL, measured, MEASURED, reduced, &left));
     toliman_sky_destroy(earth);
 }
 
@@ -196,24 +189,23 @@ static void a_refit_refuses_unknown_exposures(void **state) {
     toliman_sky *fitted = NULL;
     set_exposures(INT64_C(600000000000));
     exposures[5]++;
-    assert_fails(toliman_sky_refit(sky, exposures, NULL, measured, sigmas, MEASURED, 0, &result, &fitted),
-                 TOLIMAN_E_ARGUMENT,
+    assert_fails(refit_of(sky, exposures, NULL, measured, sigmas, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
                  "measurement 2: intervals: 600 s: must be on-target intervals above 600 s for an observer in orbit");
     assert_string_equal(toliman_last_error_field(), "intervals");
-    assert_ok(toliman_sky_refit(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted));
+    assert_ok(refit_of(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted));
     toliman_sky_destroy(fitted);
     fitted = NULL;
     exposures[3] = exposures[2];
-    assert_fails(toliman_sky_refit(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted),
-                 TOLIMAN_E_ARGUMENT, "measurement 1: intervals: zero length");
+    assert_fails(refit_of(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
+                 "measurement 1: intervals: zero length");
     set_exposures(INT64_C(60000000000));
     exposures[4] = INT64_MAX - 2;
     exposures[5] = INT64_MAX - 1;
-    assert_fails(toliman_sky_refit(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted),
-                 TOLIMAN_E_RANGE, "measurement 2: time = ");
+    assert_fails(refit_of(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted), TOLIMAN_E_RANGE,
+                 "measurement 2: time = ");
     const double far[MEASURED] = {29.4, 29.7, 30.3}, exact[MEASURED] = {1e-4, 1e-4, 1e-4};
     set_exposures(INT64_C(60000000000));
-    assert_fails(toliman_sky_refit(sky, exposures, ones, far, exact, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
+    assert_fails(refit_of(sky, exposures, ones, far, exact, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
                  "separations_arcsec: the fit moves ");
     assert_string_equal(toliman_last_error_field(), "separations_arcsec");
     assert_null(fitted);
@@ -235,25 +227,25 @@ static void bad_diagnoses_are_refused(void **state) {
         measured[i] = seen.separation_arcsec;
         sigmas[i] = 1e-6;
     }
-    assert_fails(toliman_sky_diagnose(sky, pairs, NULL, measured, sigmas, LEAST, 0, NULL, rows), TOLIMAN_E_ARGUMENT,
+    assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, NULL, rows), TOLIMAN_E_ARGUMENT,
                  "result is NULL");
-    assert_fails(toliman_sky_diagnose(sky, NULL, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
-                 "intervals is NULL");
-    assert_fails(toliman_sky_diagnose(sky, pairs, NULL, measured, sigmas, LEAST, 1, &result, rows), TOLIMAN_E_ARGUMENT,
+    assert_fails(diagnose_of(sky, NULL, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
+                 "data->t is NULL");
+    assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 1, &result, rows), TOLIMAN_E_ARGUMENT,
                  "scale_sigma = 1: must be in [0, 1)");
     sigmas[3] = 0;
-    assert_fails(toliman_sky_diagnose(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
-                 "sigmas_arcsec[3] = 0: must be above 0 and finite");
+    assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
+                 "sigma[3] = 0: must be above 0 and at most 1e100");
     sigmas[3] = 1e-6;
     rows[0].struct_size = 4;
-    assert_fails(toliman_sky_diagnose(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
+    assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
                  "hypotheses->struct_size = 4");
     pairs[7] = pairs[6];
-    assert_fails(toliman_sky_diagnose(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, NULL), TOLIMAN_E_ARGUMENT,
+    assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, NULL), TOLIMAN_E_ARGUMENT,
                  "measurement 3: intervals: zero length");
     assert_memory_equal(&result, &untouched, sizeof result);
     pairs[7] = pairs[6] + 60 * INT64_C(1000000000);
-    assert_ok(toliman_sky_diagnose(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, NULL));
+    assert_ok(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, NULL));
     assert_int_equal(result.used, LEAST);
     assert_int_equal(result.cause, TOLIMAN_SKY_CAUSE_NONE);
     assert_int_equal(result.goodness, TOLIMAN_GOODNESS_TOO_GOOD); /* there is no noise */
@@ -265,31 +257,30 @@ static void bad_measurements_are_refused(void **state) {
     (void)state;
     set_exposures(INT64_C(60000000000));
     double reduced = 5;
-    size_t unreduced = 7;
-    toliman_sky_prediction seen = {.struct_size = 4};
-    const double good = 9.8, bad[] = {0, -9.8, INFINITY};
+    size_t left = 7;
+    const double good = 9.8, bad[] = {0, -9.8, INFINITY, NAN};
     const size_t none = 0;
     const int64_t late[2] = {INT64_MAX - 1, INT64_MAX}, backwards[2] = {INT64_MAX, INT64_MIN};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        assert_fails(toliman_sky_reduce(sky, exposures, NULL, &bad[i], 1, &reduced, NULL, &unreduced),
-                     TOLIMAN_E_ARGUMENT, "separations_arcsec[0] = ");
-    assert_fails(toliman_sky_reduce(sky, exposures, &none, &good, 1, &reduced, NULL, &unreduced), TOLIMAN_E_ARGUMENT,
-                 "measurement 0: intervals: must not be empty");
-    assert_fails(toliman_sky_reduce(sky, late, NULL, &good, 1, &reduced, NULL, &unreduced), TOLIMAN_E_RANGE,
-                 "measurement 0: time = ");
-    assert_fails(toliman_sky_reduce(sky, backwards, NULL, &good, 1, &reduced, NULL, &unreduced), TOLIMAN_E_ARGUMENT,
+        assert_fails(reduce_of(sky, exposures, NULL, &bad[i], 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "y[0] = ");
+    assert_fails(reduce_of(sky, exposures, &none, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT,
+                 "data->interval_counts[0] = 0: must be at least 1");
+    assert_fails(reduce_of(sky, late, NULL, &good, 1, &reduced, &left), TOLIMAN_E_RANGE, "measurement 0: time = ");
+    assert_fails(reduce_of(sky, backwards, NULL, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT,
                  "measurement 0: intervals: start ");
-    assert_fails(toliman_sky_reduce(sky, exposures, NULL, &good, 1, &reduced, &seen, &unreduced), TOLIMAN_E_ARGUMENT,
+    assert_fails(reduce_of(sky, NULL, NULL, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "data->t is NULL");
+    assert_fails(reduce_of(sky, exposures, NULL, NULL, 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "data->y is NULL");
+    assert_fails(toliman_sky_reduce(sky, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "measured is NULL");
+    toliman_measure *const values = measure_of(&good, &good, NULL, 1);
+    toliman_measure *made = NULL;
+    assert_fails(toliman_sky_reduce(sky, values, NULL, &made), TOLIMAN_E_ARGUMENT,
+                 "measure: its kind must be TOLIMAN_MEASURE_SEPARATION");
+    toliman_sky_prediction seen = {.struct_size = 4};
+    assert_fails(toliman_sky_predict_mean_many(sky, exposures, NULL, 1, &seen), TOLIMAN_E_ARGUMENT,
                  "predictions->struct_size = 4");
-    assert_fails(toliman_sky_reduce(sky, NULL, NULL, &good, 1, &reduced, NULL, &unreduced), TOLIMAN_E_ARGUMENT,
-                 "intervals is NULL");
-    assert_fails(toliman_sky_reduce(sky, exposures, NULL, NULL, 1, &reduced, NULL, &unreduced), TOLIMAN_E_ARGUMENT,
-                 "separations_arcsec is NULL");
-    assert_fails(toliman_sky_reduce(sky, exposures, NULL, &good, 1, NULL, NULL, &unreduced), TOLIMAN_E_ARGUMENT,
-                 "reduced_arcsec is NULL");
-    assert_fails(toliman_sky_reduce(sky, exposures, NULL, &good, 1, &reduced, NULL, NULL), TOLIMAN_E_ARGUMENT,
-                 "unreduced is NULL");
-    assert_true(reduced == 5 && unreduced == 7);
+    toliman_measure_destroy(values);
+    assert_null(made);
+    assert_true(reduced == 5);
 }
 
 /* Against the elements and the partial derivatives themselves, 1900 to 2100. */

@@ -7,7 +7,7 @@ install(TARGETS toliman_static EXPORT toliman-static ARCHIVE DESTINATION lib COM
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/toliman DESTINATION include COMPONENT development
         FILES_MATCHING PATTERN *.h PATTERN *.hpp)
 install(FILES ${PROJECT_BINARY_DIR}/include/toliman/version.h DESTINATION include/toliman COMPONENT development)
-install(FILES ${PROJECT_SOURCE_DIR}/bindings/fortran/toliman.f90 DESTINATION share/toliman/fortran COMPONENT development)
+install(FILES ${PROJECT_BINARY_DIR}/fortran/toliman.f90 DESTINATION share/toliman/fortran COMPONENT development)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/share/man/man3 DESTINATION share/man COMPONENT development)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/docs/ DESTINATION share/doc/toliman COMPONENT development
         FILES_MATCHING PATTERN *.md PATTERN README.md EXCLUDE)
@@ -39,11 +39,14 @@ endif()
 # Debian's Python searches this folder below /usr; for other prefixes PYTHONPATH must name it.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/bindings/python/toliman DESTINATION lib/python3/dist-packages COMPONENT python
         FILES_MATCHING PATTERN *.py PATTERN page.html PATTERN py.typed PATTERN __pycache__ EXCLUDE)
+set(python ${PROJECT_BINARY_DIR}/python/toliman)
+install(FILES ${python}/_raw.py ${python}/_results.py DESTINATION lib/python3/dist-packages/toliman COMPONENT python)
+install(FILES ${python}/report/_network.py DESTINATION lib/python3/dist-packages/toliman/report COMPONENT python)
 # Metadata for pip and importlib.metadata.
-file(WRITE ${PROJECT_BINARY_DIR}/python/METADATA
+file(WRITE ${PROJECT_BINARY_DIR}/dist-info/METADATA
      "Metadata-Version: 2.1\nName: toliman\nVersion: ${PROJECT_VERSION}\nSummary: ${PROJECT_DESCRIPTION}\n"
      "Requires-Python: >=3.9\nRequires-Dist: numpy (>=1.20)\n"
      "Provides-Extra: report\nRequires-Dist: matplotlib (>=3.6); extra == 'report'\n"
      "Requires-Dist: jinja2 (>=3.0); extra == 'report'\n")
-install(FILES ${PROJECT_BINARY_DIR}/python/METADATA COMPONENT python
+install(FILES ${PROJECT_BINARY_DIR}/dist-info/METADATA COMPONENT python
         DESTINATION lib/python3/dist-packages/toliman-${PROJECT_VERSION}.dist-info)

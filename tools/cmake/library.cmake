@@ -1,23 +1,26 @@
 # libtoliman.so and libtoliman.a from the same objects; hot kernels are compiled once per instruction set.
 configure_file(include/toliman/version.h.in ${PROJECT_BINARY_DIR}/include/toliman/version.h @ONLY)
 
-file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/*/*.cpp)
+file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/*/*.cpp ${PROJECT_SOURCE_DIR}/lib/*/*/*.cpp)
 # Compiled once per instruction set, inside a namespace of that name; kernels/isa.cpp selects one at run time.
 file(GLOB isa_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/kernels/*.isa.cpp)
 list(REMOVE_ITEM sources ${isa_sources})
 
 add_library(toliman_settings INTERFACE)
 target_include_directories(toliman_settings INTERFACE ${PROJECT_SOURCE_DIR}/lib ${PROJECT_SOURCE_DIR}/include
-                           ${PROJECT_BINARY_DIR}/include)
+                           ${PROJECT_BINARY_DIR}/include ${PROJECT_BINARY_DIR}/generated)
 target_include_directories(toliman_settings SYSTEM INTERFACE ${RANDOM123_INCLUDE} ${LAPACKE_INCLUDE})
 target_compile_options(toliman_settings INTERFACE -fvisibility=hidden -ffunction-sections -fdata-sections
                        $<$<COMPILE_LANGUAGE:CXX>:-fvisibility-inlines-hidden>
                        $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CXX_COMPILER_ID:GNU>>:-fno-gnu-unique>)
 
 add_library(toliman_objects OBJECT ${sources})
+add_dependencies(toliman_objects toliman_generated) # lib/api includes struct_sizes.hpp
 set(toliman_needs fftw3_threads PkgConfig::TOLIMAN_NEEDS Threads::Threads)
 target_link_libraries(toliman_objects PRIVATE toliman_settings ${toliman_needs})
+# Every exported function has a declaration, and so that of its header (tools/check/exports).
 target_compile_options(toliman_objects PRIVATE ${toliman_counted}
+                       $<IF:$<CXX_COMPILER_ID:GNU>,-Wmissing-declarations,-Wmissing-prototypes>
                        $<$<BOOL:${TOLIMAN_COVERAGE}>:-fprofile-update=atomic>)
 
 set(toliman_isas baseline)

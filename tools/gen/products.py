@@ -1,4 +1,4 @@
-"""Lists the generated files."""
+"""Lists the generated files. tools/cmake/generated.cmake lists them too."""
 import os
 
 import fortran_layer
@@ -11,15 +11,15 @@ import struct_sizes
 
 
 def products(top):
-    """Returns a dictionary from path to text of every generated file."""
+    """Returns a dictionary from path below the build folder to text of every generated file."""
     table = model.read(top)
     shapes.attach(table, top)
     with open(os.path.join(top, "tools/gen/toliman.f90.in"), encoding="utf-8") as stream:
         template = stream.read()
     return {
-        "bindings/python/toliman/_raw.py": python_raw.write(table),
-        "bindings/python/toliman/_results.py": python_results.write(table),
-        "bindings/python/toliman/report/_network.py": network.write(top),
-        "lib/api/struct_sizes.hpp": struct_sizes.write(table),
-        "bindings/fortran/toliman.f90": fortran_layer.write(table, template),
+        "python/toliman/_raw.py": python_raw.write(table),
+        "python/toliman/_results.py": python_results.write(table),
+        "python/toliman/report/_network.py": network.write(top),
+        "generated/api/struct_sizes.hpp": struct_sizes.write(table),
+        "fortran/toliman.f90": fortran_layer.write(table, template),
     }

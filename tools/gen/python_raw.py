@@ -1,4 +1,4 @@
-"""Writes the model as ctypes declarations: bindings/python/toliman/_raw.py."""
+"""Writes the model as ctypes declarations: _raw.py of the Python package."""
 import re
 
 from model import Alias, Callback, Constant, Function, Handle, Struct

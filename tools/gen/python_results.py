@@ -1,4 +1,4 @@
-"""Writes the structs that C functions fill as dataclasses: bindings/python/toliman/_results.py."""
+"""Writes the structs that C functions fill as dataclasses: _results.py of the Python package."""
 import json
 import re
 
@@ -50,6 +50,8 @@ RESULTS = {
     "toliman_period_alias": "Alias",
     "toliman_period_sampling": "Sampling",
     "toliman_period_noise": "NoisePeak",
+    "toliman_measure_info": "MeasureInfo",
+    "toliman_measure_function": "MeasureFunction",
     "toliman_planet_info": "PlanetInfo",
     "toliman_planet": "Planet",
     "toliman_planet_limit": "PlanetLimit",
@@ -99,7 +101,7 @@ NAMES = {"stages": "names of the modelled stages", "reasons": "reasons against a
 
 # Integer members that are booleans, in all structs or in one, and the bits of `flags` that become booleans.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted", "improved",
-            "stopped", "is_free", "equal", "slow", "is_calibrated", "is_complete", "is_decisive", "toliman_calibration_step.is_map",
+            "stopped", "is_free", "equal", "slow", "is_calibrated", "is_complete", "is_decisive", "is_weighted", "has_exposures", "toliman_calibration_step.is_map",
             "toliman_calibration_step.accepted", "toliman_calibration_step.recalled",
             "toliman_calibration_attempt.kept"}
 FLAGS = {

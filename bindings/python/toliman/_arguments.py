@@ -137,7 +137,7 @@ def array_of(kind: type, count: int) -> typing.Any:
     return made
 
 
-def options_of(kind: type, initialise: typing.Any, **members: typing.Any) -> typing.Any:
+def options_of(kind: type, initialise: typing.Any, /, **members: typing.Any) -> typing.Any:
     """Returns an options struct with the library's defaults and the given members."""
     options = kind()
     initialise(ctypes.byref(options), ctypes.sizeof(options))

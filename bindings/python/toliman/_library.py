@@ -139,20 +139,20 @@ def check_asked(status: int) -> None:
 
 def above(levels: int) -> pathlib.Path:
     """Returns the folder `levels` above this package's folder, or the root."""
-    parents = pathlib.Path(__file__).resolve().parents
-    return parents[min(levels, len(parents) - 1)]
+    folder = pathlib.Path(__file__).parent.resolve()  # in a build folder, the file is a link to the sources
+    return [folder, *folder.parents][min(levels, len(folder.parents))]
 
 
 def _candidates() -> typing.Iterator[str]:
     """Yields the places to look for the library: TOLIMAN_LIBRARY alone if it is set; else the package's folder (as in a
-    wheel), the installation prefix, the build folder of a source tree, Python's prefix, and the loader's search
+    wheel), the installation prefix, the build folder, Python's prefix, and the loader's search
     path."""
     if os.environ.get("TOLIMAN_LIBRARY"):
         yield os.environ["TOLIMAN_LIBRARY"]
         return
     yield str(above(0) / SONAME)
     yield str(above(3) / SONAME)  # installed: lib/python3/dist-packages/toliman
-    yield str(above(3) / "build" / "lib" / SONAME)  # the source tree
+    yield str(above(2) / "lib" / SONAME)  # a build folder: python/toliman
     yield str(pathlib.Path(sys.prefix).resolve() / "lib" / SONAME)
     yield SONAME
 

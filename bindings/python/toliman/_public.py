@@ -4,7 +4,7 @@ from ._library import (Cancelled, CapacityError, Error, InputError, LostError, N
 from ._results import (Alias, BankInfo, BankNetwork, BankPlan, BankResult, Bounds, BudgetRow, BudgetStep, BudgetSummary,
                        CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow, ComponentsInfo,
                        ComponentsTraining, Diagnosis, FitInfo, FitResult, FolderGoodness, FrameGoodness, HeaderTime, Hypothesis,
-                       Machine, MaskInfo, Model, NetworkInfo, Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, PlanetInfo,
+                       Machine, MaskInfo, MeasureFunction, MeasureInfo, Model, NetworkInfo, Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, PlanetInfo,
                        PlanetLimit, Refit, Sampling,
                        SceneInfo, SkyInfo, SkyPrediction, Stream, TrackInfo, Training)
 from .bank import Bank
@@ -17,6 +17,7 @@ from .ingest import Pair, PairEvent
 from .linear import Components, Template
 from .machine import blas_speed, machine
 from .mask import DesignedMask, design_mask
+from .measure import Measurements
 from .noise import NoiseSearch, bootstrap_correlated, search_correlated
 from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
 from .planet import Planet, Planets, planets
@@ -33,7 +34,7 @@ __all__ = [
     "CalibrationWindow", "Cancelled", "CapacityError",
     "Components", "ComponentsInfo", "ComponentsTraining", "DesignedMask", "Diagnosis", "Error", "Estimate", "Fit", "FitInfo", "FitResult",
     "FitWarning", "FolderGoodness", "Frame", "FrameGoodness", "Grid", "HeaderTime", "Hypothesis",
-    "InputError", "LostError", "Machine", "MaskInfo", "Model", "NetworkInfo", "NoiseSearch", "NoMemoryError", "NotFoundError", "Outcome",
+    "InputError", "LostError", "Machine", "MaskInfo", "MeasureFunction", "MeasureInfo", "Measurements", "Model", "NetworkInfo", "NoiseSearch", "NoMemoryError", "NotFoundError", "Outcome",
     "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "Planet", "PlanetInfo", "PlanetLimit",
     "Planets", "REASONS", "Reconstruction", "Refit",
     "Sampling", "SceneInfo", "Simulator", "Sky", "SkyInfo", "SkyPrediction", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",

@@ -17,7 +17,8 @@ from ._progress import Progress, Watch
 from . import _results
 from ._result_base import result
 from ._results import PlanetInfo
-from .periodogram import _series, _set_functions
+from .measure import Measurements, with_functions
+from .periodogram import _series
 from .times import plain_times, unit_of
 
 _SAMPLE = numpy.dtype([(name, numpy.float64) for name in (
@@ -89,7 +90,7 @@ class Planets(Handle):
 
         count: number of samples; None: all, the `samples` of planets()."""
         made = numpy.empty(self._samples if count is None else whole("count", count), _SAMPLE)
-        check(library.toliman_planet_get_samples(self._c, whole("index", index, 2**32), len(made), pointer(made)))
+        check(library.toliman_planet_get_samples(self._c, whole("index", index), len(made), pointer(made)))
         return made
 
     def signal(self, index: int, t: ArrayLike, position_angle_deg: ArrayLike | None = None) -> Doubles:
@@ -99,7 +100,7 @@ class Planets(Handle):
         times = plain("t", plain_times("t", t))
         angles = None if position_angle_deg is None else shaped("position_angle_deg", position_angle_deg, times.shape)
         signal = numpy.empty(times.shape)
-        check(library.toliman_planet_get_signal(self._c, whole("index", index, 2**32), pointer(times), pointer(angles),
+        check(library.toliman_planet_get_signal(self._c, whole("index", index), pointer(times), pointer(angles),
                                                 times.size, pointer(signal)))
         return signal
 
@@ -141,7 +142,7 @@ class Planets(Handle):
         (shortest, longest), (smallest, largest) = _pair("periods", periods), _pair("sizes", sizes)
         cell = _raw.toliman_planet_cell(
             star=_STARS[star], period_min=shortest, period_max=longest, size_min=smallest, size_max=largest,
-            circular=int(circular), count=whole("count", count, 2**32), seed=whole("seed", seed, 2**64))
+            is_circular=int(circular), count=whole("count", count, 2**32), seed=whole("seed", seed, 2**64))
         detected = ctypes.c_uint32()
         check(library.toliman_planet_inject(self._c, ctypes.byref(cell), ctypes.byref(detected)))
         return detected.value
@@ -157,62 +158,68 @@ class Planets(Handle):
         return self.info._repr_html_() + "".join(candidate._repr_html_() for candidate in self.candidates)
 
 
-def planets(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, rows: ArrayLike | None = None,
-            priors: ArrayLike | None = None, position_angle_deg: ArrayLike | None = None, trend: int = 0,
-            span: tuple[typing.Any, typing.Any] | None = None, velocity: bool = False, jitter: bool = True,
-            clip: bool = False, frame_chi_square: float = 0, max_planets: int = 1, time_unit_days: float = 1, unit: float | None = None,
-            parallax_arcsec: float | None = None, star_masses: tuple[float, float] | None = None,
-            period_min: float = 0, period_max: float = 0, eccentricity_max: float = 0, amplitude_min: float = 0,
-            amplitude_max: float = 0, jitter_max: float = 0, threshold: float = 0, detection_fap: float = 0,
-            samples: int = 0, threads: int = 0, seed: int = 0, progress: Progress | bool | None = None) -> Planets:
+def planets(t: Measurements | ArrayLike, y: ArrayLike | None = None, sigma: ArrayLike | None = None, *,
+            rows: ArrayLike | None = None, priors: ArrayLike | None = None, position_angle_deg: ArrayLike | None = None,
+            trend: int = 0, span: tuple[typing.Any, typing.Any] | None = None, velocity: bool = False, jitter: bool = True,
+            clip: bool = False, frame_chi_square: float = 0, max_planets: int = 1, time_unit_days: float = 1,
+            unit: float | None = None, parallax_arcsec: float | None = None,
+            star_masses: tuple[float, float] | None = None, period_min: float = 0, period_max: float = 0,
+            eccentricity_max: float = 0, amplitude_min: float = 0, amplitude_max: float = 0, jitter_max: float = 0,
+            threshold: float = 0, detection_fap: float = 0, samples: int = 0, threads: int = 0, seed: int = 0,
+            progress: Progress | bool | None = None) -> Planets:
     """Searches a series for planets: their orbits, masses and odds, and what the series excludes.
 
-        elements, bounds, priors = sky.error_columns()
-        reduced, seen = sky.reduce(exposures, measured_arcsec)
-        found = toliman.planets(days, reduced, sigma_arcsec, rows=seen["partials"][:, elements],
-                                priors=[math.inf, *priors], position_angle_deg=seen["geometric_angle_deg"], unit=1,
-                                parallax_arcsec=0.75, star_masses=(1.08, 0.91))
+        found = toliman.planets(toliman.Measurements("state"))             # a state folder of `toliman track`
+        found = toliman.planets(sky.reduce(measured, scale_sigma=1e-3))    # measured separations of a file
         for planet in found.planets:           # found.candidates have the reasons against others
             print(planet)                      # period, eccentricity, mass_a ...: 16, 50 and 84 % of the posterior
         limits = found.limits([100, 300, 500]) # structured array: limits["upper"], limits["detectable_mass_a"]
 
-    t, y, sigma: times, reduced separations or radial velocities, absolute standard deviations. None: sigmas
-        are unknown. Dates and quantities of time are in days.
-    rows: values of known functions, [samples][columns], fitted with the mean. trend, span: Chebyshev polynomials
-        T_1 ... T_trend, and the times between which they are defined; None: first and last time.
-    priors: standard deviations of the coefficients of mean, T_1 ... T_trend and the columns; infinity: free, as the
-        mean must be. None: all free.
-    position_angle_deg: position angles of B from A. None: the axis A -> B is fixed.
-    velocity: y are radial velocities. jitter: white noise of unknown size is added to the sigmas; False: the sigmas are
-        exact. clip: leave out samples that do not belong (found.outliers); with any of them, no candidate is a planet
-        otherwise. frame_chi_square: median chi_square of the frames of the series; above 2, no candidate is a planet.
+    t: a series, with its functions, unit, parallax and masses; or times, with y and sigma: reduced separations or radial
+        velocities, and absolute standard deviations. None: sigmas are unknown. Dates and quantities of time are in days.
+    Of arrays only:
+        rows: values of known functions, [samples][columns], fitted with the mean. trend, span: Chebyshev polynomials
+            T_1 ... T_trend, and the times between which they are defined; None: first and last time.
+        priors: standard deviations of the coefficients of mean, T_1 ... T_trend and the columns; infinity: free, as the
+            mean must be. None: all free.
+        position_angle_deg: position angles of B from A. None: the axis A -> B is fixed.
+        velocity: y are radial velocities. frame_chi_square: median chi_square of the frames of the series; above 2, no
+            candidate is a planet.
+        time_unit_days: days per unit of t. unit: arcsec (velocities: m/s) per unit of y.
+    jitter: white noise of unknown size is added to the sigmas; False: the sigmas are exact. clip: leave out samples that
+        do not belong (found.outliers); with any of them, no candidate is a planet otherwise.
     max_planets: 1 to 4. threshold: log10 of the Bayes factor that a planet needs; 0 means 2.
-    time_unit_days: days per unit of t. unit: arcsec (velocities: m/s) per unit of y. parallax_arcsec: of the binary.
-        star_masses: of A and B, solar masses; 0: unknown. Masses of planets are NaN while what they need is unknown.
+    parallax_arcsec: of the binary. star_masses: of A and B, solar masses. None, 0: those of the series. Masses of planets
+        are NaN while what they need is unknown.
     period_min, period_max (units of t; 0 means 60 d and 1000 d), eccentricity_max (0 means 0.95), amplitude_min,
         amplitude_max, jitter_max (units of y; 0: see the header): limits of the priors.
-    detection_fap: largest false alarm probability of a planet, and that of a detection in limits, efficiency and injections; 0 means 0.001.
+    detection_fap: largest false alarm probability of a planet, and that of a detection in limits, efficiency and
+        injections; 0 means 0.001.
     samples: of each posterior, at least 100; 0 means 4096. seed: of the samples.
 
     Results have the same bits for any number of threads. Raises InputError for numbers that are not finite or out of
     range, StateError for fewer samples than functions and 6; Cancelled.
     """
-    times, values, sigmas = _series(t, y, sigma, unit_of(y))
-    columns = None if rows is None else shaped("rows", rows, (len(times), -1))
-    count = 0 if columns is None else columns.shape[1]
-    angles = None if position_angle_deg is None else shaped("position_angle_deg", position_angle_deg, times.shape)
-    series = options_of(
-        _raw.toliman_planet_series, library.toliman_planet_series_init, columns=count, n=len(times), t=pointer(times),
-        y=pointer(values), sigma=pointer(sigmas), rows=pointer(columns), position_angle_deg=pointer(angles),
-        frame_chi_square=real("frame_chi_square", frame_chi_square))
-    _set_functions(series, trend, span, priors)
+    if isinstance(t, Measurements):
+        given = [name for name, value, unset in (
+            ("y", y, None), ("sigma", sigma, None), ("rows", rows, None), ("priors", priors, None), ("trend", trend, 0),
+            ("position_angle_deg", position_angle_deg, None), ("span", span, None), ("velocity", velocity, False),
+            ("frame_chi_square", frame_chi_square, 0), ("time_unit_days", time_unit_days, 1), ("unit", unit, None))
+            if value is not unset and not (numpy.ndim(value) == 0 and value == unset)]
+        if given:
+            raise TypeError(f"{given[0]}: must not be given with a series")
+        series = t
+    else:
+        times, values, sigmas = _series(t, y, sigma, unit_of(y))  # type: ignore[arg-type]
+        series = with_functions(Measurements.of(
+            times, values, sigmas, kind="velocity" if velocity else "value", position_angle_deg=position_angle_deg,
+            unit=0 if unit is None else unit, time_unit_days=time_unit_days, frame_chi_square=frame_chi_square),
+            trend, span, rows, priors)
     with Watch(progress) as watch:
         options = options_of(
             _raw.toliman_planet_options, library.toliman_planet_options_init,
-            flags=(_raw.TOLIMAN_PLANET_VELOCITY if velocity else 0) | (0 if jitter else _raw.TOLIMAN_PLANET_NO_JITTER)
-            | (_raw.TOLIMAN_PLANET_CLIP if clip else 0),
+            flags=(0 if jitter else _raw.TOLIMAN_PLANET_NO_JITTER) | (_raw.TOLIMAN_PLANET_CLIP if clip else 0),
             max_planets=whole("max_planets", max_planets, 2**32), threads=whole("threads", threads, 2**32),
-            time_unit_days=real("time_unit_days", time_unit_days), unit=real("unit", 0 if unit is None else unit),
             parallax_arcsec=real("parallax_arcsec", 0 if parallax_arcsec is None else parallax_arcsec),
             star_mass=tuple(_pair("star_masses", (0, 0) if star_masses is None else star_masses)),
             samples=whole("samples", samples, 2**32), seed=whole("seed", seed, 2**64), progress=watch.callback,
@@ -220,7 +227,7 @@ def planets(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, rows:
                 ("period_min", period_min), ("period_max", period_max), ("eccentricity_max", eccentricity_max),
                 ("amplitude_min", amplitude_min), ("amplitude_max", amplitude_max), ("jitter_max", jitter_max),
                 ("threshold", threshold), ("detection_fap", detection_fap))})
-        made = Planets._adopt(Planets._create(library.toliman_planet_search, ctypes.byref(series),
-                                              ctypes.byref(options), check=watch.check))
-    made._n, made._samples = len(times), whole("samples", samples, 2**32) or 4096
+        made = Planets._adopt(Planets._create(library.toliman_planet_search, series._c, ctypes.byref(options),
+                                              check=watch.check))
+    made._n, made._samples = len(series), whole("samples", samples, 2**32) or 4096
     return made

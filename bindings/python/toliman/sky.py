@@ -9,51 +9,29 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import INT64, file_name, options_of, pointer, real
+from ._arguments import file_name, options_of, real
 from ._handle import Handle
 from ._library import check, library
 from ._log import log
 from ._predictions import structured
 from ._results import Diagnosis, Hypothesis, Refit, SkyInfo, SkyPrediction
+from .measure import Exposures, Measurements, nanoseconds
 
 _EFFECTS = ("earth_aberration", "spacecraft_aberration", "parallax", "roemer", "light_time", "radial_motion",
             "transverse_motion", "deflection")
 _int64 = ctypes.POINTER(ctypes.c_int64)
-_size = ctypes.POINTER(ctypes.c_size_t)
 
 
-def _nanoseconds(name: str, values: ArrayLike) -> NDArray[numpy.int64]:
-    """Returns times as int64. Dates and days are refused: numpy would truncate them."""
-    array = numpy.asarray(values)
-    if array.dtype.kind not in "iu" and array.size > 0:
-        raise TypeError(f"{name} is an array of {array.dtype}: must be integers, nanoseconds of TAI (parse_time)")
-    if array.dtype.kind == "u" and array.size > 0 and int(array.max()) >= INT64:
-        raise ValueError(f"{name} = {int(array.max())}: must be below 2^63")
-    return numpy.require(array, numpy.int64, "C")
-
-
-class _Exposures:
-    """Intervals of measurements: times [n], pairs of start and end [n][2], or a sequence of n arrays [intervals][2].
-
-    on_target: whether they are on-target intervals. None: only if each measurement has an array [intervals][2]."""
-
-    def __init__(self, tai_ns: typing.Any, on_target: bool | None):
-        given = tai_ns if isinstance(tai_ns, (list, tuple)) else numpy.asarray(tai_ns)
-        are_lists = {numpy.ndim(one) > 1 for one in given}
-        if on_target is None and len(are_lists) > 1:
-            raise ValueError("tai_ns: must be a time or a pair for each measurement, or an array [intervals][2] for each")
-        pairs = [_nanoseconds("tai_ns", [one, one] if numpy.ndim(one) == 0 else one).reshape(-1, 2) for one in given]
-        is_known = True in are_lists if on_target is None else on_target
-        if not is_known and any(len(pair) != 1 for pair in pairs):
-            raise ValueError("on_target=False: must have one interval for each measurement")
-        self.count = len(pairs)
-        lengths = (ctypes.c_size_t * len(pairs))(*(len(pair) for pair in pairs))
-        self.counts = ctypes.cast(lengths, _size) if is_known else None
-        self.intervals = numpy.ascontiguousarray(numpy.concatenate([*pairs, numpy.empty((0, 2), numpy.int64)]))
-
-    def column(self, values: ArrayLike) -> NDArray[numpy.float64]:
-        """One number for each measurement, or one for all."""
-        return numpy.ascontiguousarray(numpy.broadcast_to(values, self.count), float)
+def _measured(measured: Measurements | ArrayLike, separations: ArrayLike | None, sigmas: ArrayLike | None,
+              on_target: bool | None) -> Measurements:
+    """The series, or that of arrays."""
+    if isinstance(measured, Measurements):
+        if separations is not None or sigmas is not None or on_target is not None:
+            raise TypeError("measured is a series: separations, sigmas and on_target must not be given")
+        return measured
+    if separations is None:
+        raise TypeError("separations_arcsec: must be given with exposures")
+    return Measurements.of(None, separations, sigmas, kind="separation", exposures=measured, on_target=on_target, unit=1)
 
 
 class Sky(Handle):
@@ -61,7 +39,7 @@ class Sky(Handle):
 
         sky = Sky("alpha-cen", "spacecraft.oem")
         seen = sky.predict(tai_ns)                    # structured array: seen["separation_arcsec"], seen["factor"]
-        reduced, seen = sky.reduce(intervals, measured_arcsec)
+        reduced = sky.reduce(intervals, measured_arcsec, sigma_arcsec)     # Measurements, for planets()
 
     system: "alpha-cen" (Akeson et al. 2021), a system file (schema toliman-system/1), or its JSON text.
     observer: observer file, CCSDS OEM or CSV; None: the Earth's centre, with a warning, or a circular orbit.
@@ -91,7 +69,7 @@ class Sky(Handle):
     def predict(self, tai_ns: ArrayLike) -> NDArray:
         """Returns what the observer sees at each time: a structured array of the times' shape, with the members of
         SkyPrediction."""
-        times = _nanoseconds("tai_ns", tai_ns)
+        times = nanoseconds("tai_ns", tai_ns)
         made = (_raw.toliman_sky_prediction * max(times.size, 1))()
         made[0].struct_size = ctypes.sizeof(_raw.toliman_sky_prediction)
         check(library.toliman_sky_predict(self._c, times.ctypes.data_as(_int64), times.size, made))
@@ -99,7 +77,7 @@ class Sky(Handle):
 
     def predict_mean(self, intervals: ArrayLike) -> SkyPrediction:
         """Returns the mean over on-target intervals, [start, end] or [n][2], weighted with their lengths."""
-        given = _nanoseconds("intervals", intervals)
+        given = nanoseconds("intervals", intervals)
         if given.ndim == 0 or given.ndim > 2 or (given.size > 0 and given.shape[-1] != 2):
             raise ValueError(f"intervals has shape {given.shape}: must be (2,) or (n, 2)")
         given = given.reshape(-1, 2)
@@ -107,67 +85,73 @@ class Sky(Handle):
         check(library.toliman_sky_predict_mean(self._c, given.ctypes.data_as(_int64), len(given), ctypes.byref(made)))
         return SkyPrediction._of(made)
 
-    def reduce(self, tai_ns: ArrayLike, separations_arcsec: ArrayLike, *,
-               on_target: bool | None = None) -> tuple[NDArray[numpy.float64], NDArray]:
-        """Reduces measured separations to the orbit: measured / factor - geometric_arcsec.
+    def predict_exposures(self, tai_ns: ArrayLike, on_target: bool | None = None) -> NDArray:
+        """Returns the means over exposures: a structured array as that of predict, with NaN where the observer file has
+        no state.
 
-            reduced, seen = sky.reduce([[start, end], ...], measured_arcsec)             # exposures of at most 600 s
-            reduced, seen = sky.reduce([[[start, end], ...], ...], measured_arcsec)      # on-target intervals
-
-        tai_ns: start and end of each exposure, [n][2], or its on-target intervals, a sequence of n arrays
-            [intervals][2]; times [n] for the Earth's centre only.
-        on_target: whether the telescope pointed at the stars in all of tai_ns. None: True for arrays [intervals][2],
-            False for pairs and times. With False and an observer in orbit, exposures above 600 s are refused.
-        Returns the reduced separations and the predictions, a structured array as that of predict. They are NaN where
-        the observer file has no state, and where a measured separation is NaN."""
-        exposures = _Exposures(tai_ns, on_target)
-        separations, reduced = exposures.column(separations_arcsec), numpy.empty(exposures.count)
+        tai_ns, on_target: as exposures of Measurements.of."""
+        exposures = Exposures(tai_ns, on_target)
         made = (_raw.toliman_sky_prediction * max(exposures.count, 1))()
         made[0].struct_size = ctypes.sizeof(_raw.toliman_sky_prediction)
-        unreduced = ctypes.c_size_t()
-        check(library.toliman_sky_reduce(self._c, exposures.intervals.ctypes.data_as(_int64), exposures.counts,
-                                         pointer(separations), exposures.count, pointer(reduced), made,
-                                         ctypes.byref(unreduced)))
-        return reduced, structured(made)[:exposures.count]
+        check(library.toliman_sky_predict_mean_many(self._c, exposures.intervals, exposures.counts, exposures.count, made))
+        return structured(made)[:exposures.count]
 
-    def refit(self, tai_ns: ArrayLike, separations_arcsec: ArrayLike, sigmas_arcsec: ArrayLike, *,
-              scale_sigma: float = 0, on_target: bool | None = None) -> tuple[Sky, Refit]:
+    def reduce(self, measured: Measurements | ArrayLike, separations_arcsec: ArrayLike | None = None,
+               sigmas_arcsec: ArrayLike | None = None, *, on_target: bool | None = None, scale_sigma: float = 0,
+               functions: bool = True) -> Measurements:
+        """Reduces measured separations to the orbit: measured / factor - geometric_arcsec.
+
+            reduced = sky.reduce(Measurements("separations.csv", kind="separation", exposure_s=60))
+            reduced = sky.reduce([[start, end], ...], measured_arcsec, sigma_arcsec)     # exposures of at most 600 s
+            reduced = sky.reduce([[[start, end], ...], ...], measured_arcsec)            # on-target intervals
+
+        measured: of kind "separation", or exposures as those of Measurements.of, with separations and sigmas.
+        scale_sigma: standard deviation of the relative error of the plate scale, in [0, 1).
+        functions: fit the errors of the orbit with the mean, unless the series has functions.
+        Returns the reduced series, without the measurements that the observer file does not cover: info.left_out."""
+        options = options_of(_raw.toliman_sky_reduce_options, library.toliman_sky_reduce_options_init,
+                             flags=0 if functions else _raw.TOLIMAN_SKY_NO_FUNCTIONS,
+                             scale_sigma=real("scale_sigma", scale_sigma), log=log)
+        given = _measured(measured, separations_arcsec, sigmas_arcsec, on_target)
+        return Measurements._adopt(Measurements._create(library.toliman_sky_reduce, self._c, given._c,
+                                                        ctypes.byref(options)))
+
+    def refit(self, measured: Measurements | ArrayLike, separations_arcsec: ArrayLike | None = None,
+              sigmas_arcsec: ArrayLike | None = None, *, scale_sigma: float = 0,
+              on_target: bool | None = None) -> tuple[Sky, Refit]:
         """Fits the orbit again to measured separations, together with the errors of its elements.
 
-            better, fit = sky.refit([[start, end], ...], measured_arcsec, sigma_arcsec, scale_sigma=1e-3)
+            better, fit = sky.refit(Measurements("state", kind="separation"), scale_sigma=1e-3)
             better.save("refitted.json")
 
-        tai_ns, on_target: exposures or on-target intervals, as in reduce.
+        measured, ...: as for reduce, with sigmas; measurements that the observer file does not cover are left out.
         scale_sigma: standard deviation of the relative error of the plate scale, in [0, 1); 0: no error.
         Returns the Sky with the new orbit, and its errors and residuals. If fit.unusable, chi-square is so poor that
         the orbit must not be used."""
-        exposures = _Exposures(tai_ns, on_target)
-        separations, sigmas = exposures.column(separations_arcsec), exposures.column(sigmas_arcsec)
+        given = _measured(measured, separations_arcsec, sigmas_arcsec, on_target)
         result = _raw.toliman_sky_refit_result()
-        made = self._create(library.toliman_sky_refit, self._c, exposures.intervals.ctypes.data_as(_int64),
-                            exposures.counts, pointer(separations), pointer(sigmas), exposures.count,
-                            real("scale_sigma", scale_sigma), ctypes.byref(result))
+        made = self._create(library.toliman_sky_refit, self._c, given._c, real("scale_sigma", scale_sigma),
+                            ctypes.byref(result))
         return Sky._adopt(made), Refit._of(result)
 
-    def diagnose(self, tai_ns: ArrayLike, separations_arcsec: ArrayLike, sigmas_arcsec: ArrayLike, *,
-                 scale_sigma: float = 0, on_target: bool | None = None) -> tuple[Diagnosis, dict[str, Hypothesis]]:
+    def diagnose(self, measured: Measurements | ArrayLike, separations_arcsec: ArrayLike | None = None,
+                 sigmas_arcsec: ArrayLike | None = None, *, scale_sigma: float = 0,
+                 on_target: bool | None = None) -> tuple[Diagnosis, dict[str, Hypothesis]]:
         """Finds the mistake that explains the residuals of measured separations about their predictions.
 
-            found, hypotheses = sky.diagnose([[start, end], ...], measured_arcsec, sigma_arcsec)
+            found, hypotheses = sky.diagnose(Measurements("state", kind="separation"))
             if found.goodness == "poor" and found.cause != "none":
                 print(hypotheses[found.cause].text)     # times are late by 37.0 +- 0.2 s: TAI taken for UTC?
 
         The arguments are those of refit. Measurements that the observer file does not cover are left out.
         Returns the cause with the goodness of fit, and all hypotheses by their causes. Of times, value is the given
         time minus the true time: above 0 for times that are late."""
-        exposures = _Exposures(tai_ns, on_target)
-        separations, sigmas = exposures.column(separations_arcsec), exposures.column(sigmas_arcsec)
+        given = _measured(measured, separations_arcsec, sigmas_arcsec, on_target)
         result = _raw.toliman_sky_diagnosis()
         rows = (_raw.toliman_sky_hypothesis * _raw.TOLIMAN_SKY_HYPOTHESES)()
         rows[0].struct_size = ctypes.sizeof(_raw.toliman_sky_hypothesis)
-        check(library.toliman_sky_diagnose(self._c, exposures.intervals.ctypes.data_as(_int64), exposures.counts,
-                                           pointer(separations), pointer(sigmas), exposures.count,
-                                           real("scale_sigma", scale_sigma), ctypes.byref(result), rows))
+        check(library.toliman_sky_diagnose(self._c, given._c, real("scale_sigma", scale_sigma), ctypes.byref(result),
+                                           rows))
         hypotheses = [Hypothesis._of(row) for row in rows]
         return Diagnosis._of(result), {one.cause: one for one in hypotheses}
 
@@ -177,8 +161,9 @@ class Sky(Handle):
 
             elements, bounds, priors = sky.error_columns()
             p = toliman.Periodogram(f0, df, nf, columns=len(elements), column_bounds=bounds, priors=[math.inf, *priors])
-            reduced, seen = sky.reduce(exposures, measured_arcsec)
-            p.push_many(t, reduced, sigma_arcsec, rows=seen["partials"][:, elements])
+            seen = sky.predict_exposures(exposures)
+            p.push_many(t, measured_arcsec / seen["factor"] - seen["geometric_arcsec"], sigma_arcsec,
+                        rows=seen["partials"][:, elements])
 
         unit_arcsec: arcsec per unit of the values: 1, or the plate scale for pixels.
         scale_sigma: standard deviation of the relative error of the plate scale, in [0, 1); 0: no error.

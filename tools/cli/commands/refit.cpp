@@ -9,9 +9,10 @@
 #include "common/library.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
-#include "downlink/measured_frames.hpp"
+#include "downlink/state_folder.hpp"
 #include "options/command.hpp"
 #include "series/diagnosis.hpp"
+#include "series/measure.hpp"
 #include "series/reduction.hpp"
 #include "series/series_goodness.hpp"
 
@@ -38,7 +39,7 @@ struct Fitted {
     toliman::sky_predictor sky;
     toliman_sky_refit_result result;
     std::vector<Element> elements;
-    size_t measurements, unreduced;
+    int64_t measurements, unreduced;
     std::optional<Json> diagnosis;
 };
 
@@ -66,11 +67,12 @@ void check_folder_options(const Options &options) {
             throw Failure(kExitUsage, name + value + ": must not be given with a state folder, " + options.series);
 }
 
-Measured measured_of(Options &options, Progress &progress) {
+toliman::measurements measured_of(Options &options, Progress &progress) {
     if (is_folder(options.series)) {
         check_folder_options(options);
-        const Measured measured = measured_frames(options.series, options.reduction.plate_scale, progress);
-        options.reduction.plate_scale = measured.plate_scale;
+        toliman::measurements measured = measured_frames(options.series, options.reduction.plate_scale, progress);
+        options.reduction.plate_scale = info_of(measured.get()).unit;
+        options.reduction.of_folder = true;
         return measured;
     }
     const Series series = read_series(options.series, options.samples);
@@ -78,18 +80,22 @@ Measured measured_of(Options &options, Progress &progress) {
         progress.warn(series.warning);
     if (series.sigma.empty())
         malformed(series.name, "has no column sigma: must have the standard deviation of each separation");
-    return measured_of(series, options.reduction);
+    return separations_of(series, options.reduction);
 }
 
 Fitted fit(Options &options, Progress &progress) {
     const auto sky = options.reduction.observer.predictor(options.system, 0, progress);
-    const Measurements measured = reduce(measured_of(options, progress), options.reduction, sky.get(), progress);
-    Fitted fitted = {
-        nullptr, toliman::sized<toliman_sky_refit_result>(), {}, measured.separations.size(), measured.unreduced, {}};
-    fitted.diagnosis = diagnosis_of(measured, sky.get(), options.scale_sigma, progress);
-    fitted.sky = toliman::make<toliman::sky_predictor>(
-        toliman_sky_refit, sky.get(), measured.intervals.data(), nullptr, measured.separations.data(),
-        measured.sigmas.data(), measured.separations.size(), options.scale_sigma, &fitted.result);
+    const toliman::measurements measured = measured_of(options, progress);
+    const Reduced reduced =
+        reduce(measured.get(), options.series, options.reduction, sky.get(), options.scale_sigma, false, progress);
+    Fitted fitted = {nullptr,
+                     toliman::sized<toliman_sky_refit_result>(),
+                     {},
+                     info_of(reduced.measure.get()).n,
+                     reduced.left_out,
+                     diagnosis_of(measured.get(), sky.get(), options.scale_sigma, progress)};
+    fitted.sky = toliman::make<toliman::sky_predictor>(toliman_sky_refit, sky.get(), measured.get(),
+                                                       options.scale_sigma, &fitted.result);
     fitted.elements = elements_of(sky.get(), fitted.sky.get());
     return fitted;
 }
@@ -113,7 +119,8 @@ void warn(const Fitted &fitted, Progress &progress) {
 void print_table(const Options &options, const Fitted &fitted) {
     std::string text = "# system    " + options.system + "\n";
     text += "# observer  " + options.reduction.observer.text() + "\n";
-    text += formatted("# samples   %zu, %zu left out\n", fitted.measurements, fitted.unreduced);
+    text += formatted("# samples   %lld, %lld left out\n", static_cast<long long>(fitted.measurements),
+                      static_cast<long long>(fitted.unreduced));
     text += formatted("%-17s  %16s  %16s  %12s  %9s\n", "element", "before", "after", "sigma", "change");
     for (const Element &element : fitted.elements) {
         text += formatted("%-17s  %16.10g  %16.10g", element.name, element.before, element.after);

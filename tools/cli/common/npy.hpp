@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/npy.hpp"
 #include "common/input.hpp"
 #include "common/output.hpp"
+#include "frame/npy.hpp"
 
 namespace cli {
 

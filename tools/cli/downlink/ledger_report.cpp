@@ -146,7 +146,7 @@ void print_series(const toliman::tracker &tracker, const toliman_track_options &
         [&](const toliman_track_record &line, std::string &text) {
             if (line.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED)
                 return;
-            text += formatted("%.17g,%.17g,%.17g\n", time_of(line, how), line.value, line.sigma);
+            text += formatted("%.17g,%.17g,%.17g\n", time_of(line.tai_ns, how), line.value, line.sigma);
         },
         print);
 }

@@ -5,7 +5,9 @@
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/output.hpp"
+#include "downlink/state_folder.hpp"
 #include "options/command.hpp"
+#include "series/measure.hpp"
 
 namespace cli {
 
@@ -54,17 +56,19 @@ PlanetJob::Input PlanetJob::input_of_state(Progress &progress) const {
     const PlanetJobOptions &options = options_;
     if (!options.of_series.empty())
         throw Failure(kExitUsage, options.of_series[0] + ": must not be given with a state folder, " + options.file);
-    StateSeries state = dated_series(options.file, progress);
-    Input input = {std::move(state.series), {}, {}, std::nullopt};
-    if (state.system.empty()) {
+    const toliman::tracker tracker = open_tracker(state_to_read(options.file), progress);
+    const toliman::measurements frames = accepted_frames(tracker, options.file);
+    const toliman_measure_info info = info_of(frames.get());
+    Input input = {series_of(frames.get(), options.file), {}, {}, std::nullopt};
+    if (info.kind != TOLIMAN_MEASURE_REDUCED) {
         input.unit = unit_of(options.reduction.plate_scale ? "px" : "", options.reduction.plate_scale);
         return input;
     }
     if (options.reduction.plate_scale)
         throw Failure(kExitUsage,
                       "--plate-scale: must not be given with a state folder that has a plate scale, " + options.file);
-    input.unit = unit_of("px", state.plate_scale);
-    input.stars = stars_of(state.system);
+    input.unit = unit_of("px", info.unit);
+    input.stars = {info.parallax_arcsec, {info.star_mass[0], info.star_mass[1]}};
     return input;
 }
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "downlink/planet_state.hpp"
+#include "scenes/star_data.hpp"
 #include "series/planet_folder.hpp"
 #include "series/series_options.hpp"
 

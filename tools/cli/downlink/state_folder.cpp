@@ -9,6 +9,8 @@
 #include "common/input.hpp"
 #include "common/library.hpp"
 #include "common/text.hpp"
+#include "scenes/observer_options.hpp"
+#include "series/measure.hpp"
 
 namespace cli {
 
@@ -132,6 +134,40 @@ std::string counts_text(const toliman::tracker &tracker) {
                               count == &toliman_track_info::dropped ? "   by the camera" : "");
     }
     return text;
+}
+
+namespace {
+
+toliman::measurements frames_of(const toliman::tracker &tracker, const std::string &folder, int32_t kind, double unit) {
+    auto options = toliman::sized<toliman_measure_options>();
+    options.kind = kind;
+    options.unit = unit;
+    toliman_measure *made = nullptr;
+    const toliman_status status = toliman_track_get_measure(tracker.get(), &options, &made);
+    if (status == TOLIMAN_E_NOT_FOUND)
+        malformed(folder, toliman_last_error());
+    toliman::check(status);
+    return toliman::measurements(made);
+}
+
+} // namespace
+
+toliman::measurements measured_frames(const std::string &folder, const std::optional<double> &plate_scale,
+                                      Progress &progress) {
+    const toliman::tracker tracker = open_tracker(state_to_read(folder), progress);
+    const double known = info_of(tracker).plate_scale_arcsec;
+    if (!plate_scale && !(known > 0))
+        throw Failure(kExitUsage, folder + ": has no plate scale, as its frames are not reduced: give --plate-scale");
+    toliman::measurements measured =
+        frames_of(tracker, folder, TOLIMAN_MEASURE_SEPARATION, plate_scale_of(plate_scale, known));
+    if (const int64_t left_out = info_of(measured.get()).left_out; left_out > 0)
+        progress.warn(folder + formatted(": %lld frames are left out, as their time on target is not known",
+                                         static_cast<long long>(left_out)));
+    return measured;
+}
+
+toliman::measurements accepted_frames(const toliman::tracker &tracker, const std::string &folder) {
+    return frames_of(tracker, folder, 0, 0);
 }
 
 } // namespace cli

@@ -35,4 +35,12 @@ void add_timing(const toliman_track_options &settings, Json &json);
 void add_counts(const toliman::tracker &tracker, Json &json);
 std::string counts_text(const toliman::tracker &tracker); // a line per count
 
+// The separations of all accepted and unreduced frames of a folder. plate_scale: arcsec per px; otherwise that of the
+// folder. Warns of frames whose time on target is not known, which are left out.
+toliman::measurements measured_frames(const std::string &folder, const std::optional<double> &plate_scale,
+                                      Progress &progress);
+
+// The values of all accepted frames.
+toliman::measurements accepted_frames(const toliman::tracker &tracker, const std::string &folder);
+
 } // namespace cli

@@ -8,8 +8,8 @@
 
 namespace cli {
 
-// Of a record, in units of unit_ns of TAI since time_offset_ns.
-double time_of(const toliman_track_record &line, const toliman_track_options &how);
+// A time in TAI, in units of unit_ns since time_offset_ns.
+double time_of(int64_t tai_ns, const toliman_track_options &how);
 
 // The columns of the periodogram: elements of the orbit whose errors are fitted. The coefficients are in px, the errors
 // in units of the elements.

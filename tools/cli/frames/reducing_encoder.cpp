@@ -2,10 +2,12 @@
 // on-target intervals are those of the scene's cadence.
 #include "frames/reducing_encoder.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "common/failure.hpp"
+#include "common/measure_values.hpp"
 #include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/dates.hpp"
@@ -42,6 +44,11 @@ std::vector<Interval> intervals_of(const SceneDefaults &scene) {
     return intervals;
 }
 
+// NaN for a frame that is not reduced.
+struct Row {
+    double factor, geometric_arcsec, reduced_px;
+};
+
 class ReducingEncoder final : public Encoder {
   public:
     ReducingEncoder(std::unique_ptr<Encoder> encoder, const FrameReductionOptions &options, const Estimator &estimator,
@@ -66,9 +73,9 @@ class ReducingEncoder final : public Encoder {
     }
 
     std::string line(size_t i) const override {
-        const toliman_sky_prediction &seen = seen_[i];
+        const Row &row = reduced_[i];
         std::string columns = encoder_->line(i) + formatted(",%.17g", mjd_of(times_[i]));
-        for (const double number : {seen.factor, seen.geometric_arcsec, reduced_[i] / plate_scale_})
+        for (const double number : {row.factor, row.geometric_arcsec, row.reduced_px})
             columns += std::isnan(number) ? ",nan" : formatted(",%.17g", number);
         return columns;
     }
@@ -104,26 +111,64 @@ class ReducingEncoder final : public Encoder {
 
     void reduce(size_t count) {
         std::vector<int64_t> intervals;
-        std::vector<double> separations;
+        std::vector<double> days, separations;
+        std::vector<size_t> measured; // frames with a separation
         times_.clear();
         for (size_t i = 0; i < count; i++) {
-            const Separation measured = encoder_->separation(i);
-            const int64_t middle = times_.emplace_back(time_of(measured));
+            const Separation found = encoder_->separation(i);
+            const int64_t middle = times_.emplace_back(time_of(found));
+            if (std::isnan(found.px))
+                continue;
+            measured.push_back(i);
+            days.push_back(mjd_of(middle));
+            separations.push_back(found.px);
             for (const Interval &interval : intervals_)
                 intervals.insert(intervals.end(), {moved(middle, interval.start_ns), moved(middle, interval.end_ns)});
-            separations.push_back(measured.px * plate_scale_);
         }
-        const std::vector<size_t> counts(count, intervals_.size());
-        reduced_.resize(count);
-        seen_.assign(count, toliman::sized<toliman_sky_prediction>());
-        size_t unreduced = 0;
-        const toliman_status status =
-            toliman_sky_reduce(sky_.get(), intervals.data(), on_target_ ? counts.data() : nullptr, separations.data(),
-                               count, reduced_.data(), seen_.data(), &unreduced);
+        reduced_.assign(count, {NAN, NAN, NAN});
+        if (!measured.empty())
+            put(reduced_of(days, separations, intervals), measured);
+        unreduced_ += static_cast<size_t>(
+            std::count_if(reduced_.begin(), reduced_.end(), [](const Row &row) { return std::isnan(row.factor); }));
+        frames_ += count;
+    }
+
+    // NULL if the observer is not known for the time of any frame.
+    toliman::measurements reduced_of(const std::vector<double> &days, const std::vector<double> &separations,
+                                     const std::vector<int64_t> &intervals) {
+        const std::vector<size_t> counts(separations.size(), intervals_.size());
+        auto data = toliman::sized<toliman_measure_data>();
+        data.kind = TOLIMAN_MEASURE_SEPARATION;
+        data.n = separations.size();
+        data.t = days.data();
+        data.y = separations.data();
+        data.intervals = intervals.data();
+        data.interval_counts = on_target_ ? counts.data() : nullptr;
+        data.unit = plate_scale_;
+        auto how = toliman::sized<toliman_sky_reduce_options>();
+        how.flags = TOLIMAN_SKY_NO_FUNCTIONS;
+        const auto given = toliman::make<toliman::measurements>(toliman_measure_create, &data);
+        toliman_measure *made = nullptr;
+        const toliman_status status = toliman_sky_reduce(sky_.get(), given.get(), &how, &made);
+        if (status == TOLIMAN_E_RANGE && toliman_last_error_field() == std::string("measure"))
+            return nullptr;
         if (status != TOLIMAN_OK)
             check(status);
-        unreduced_ += unreduced;
-        frames_ += count;
+        return toliman::measurements(made);
+    }
+
+    // The frames that are left have the times of the series, in its order.
+    void put(const toliman::measurements &reduced, const std::vector<size_t> &measured) {
+        if (!reduced)
+            return;
+        const auto values = [&](const char *name) { return values_of(reduced.get(), name); };
+        const std::vector<double> y = values("y"), factor = values("factor"), geometric = values("geometric_arcsec");
+        const std::vector<double> t = values("t");
+        for (size_t i = 0, j = 0; i < measured.size() && j < t.size(); i++)
+            if (mjd_of(times_[measured[i]]) == t[j]) {
+                reduced_[measured[i]] = {factor[j], geometric[j], y[j]};
+                j++;
+            }
     }
 
     int64_t moved(int64_t middle, int64_t offset) const {
@@ -144,8 +189,7 @@ class ReducingEncoder final : public Encoder {
     bool on_target_;                  // intervals_ are those of cadence.on_target_s
     std::vector<Interval> intervals_; // of one exposure
     std::vector<int64_t> times_;      // TAI, of the last call
-    std::vector<double> reduced_;     // arcsec, of the last call
-    std::vector<toliman_sky_prediction> seen_;
+    std::vector<Row> reduced_;        // of the last call
     size_t frames_ = 0, unreduced_ = 0;
 };
 

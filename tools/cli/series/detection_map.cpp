@@ -79,11 +79,12 @@ Json settings_of(const DetectionMap &map, const PlanetSearch &search, const Seri
     const toliman_planet_options &how = search.options;
     const toliman_planet_info &info = search.info;
     return Json("version", toliman_version(), "series", digest_of(series), "velocity", search.unit.is_velocity,
-                "jitter", (how.flags & TOLIMAN_PLANET_NO_JITTER) == 0, "unit", Exact{how.unit}, "parallax_arcsec",
-                Exact{how.parallax_arcsec}, "star_mass", std::vector{Exact{how.star_mass[0]}, Exact{how.star_mass[1]}},
-                "max", how.max_planets, "samples", how.samples, "threshold", Exact{how.threshold}, "period_min",
-                Exact{info.period_min}, "period_max", Exact{info.period_max}, "fap", Exact{how.detection_fap}, "star",
-                map.star, "cells", shape_text(map.periods(), map.sizes()), map.star < 0 ? "amplitudes" : "masses",
+                "jitter", (how.flags & TOLIMAN_PLANET_NO_JITTER) == 0, "unit", Exact{search.unit.factor},
+                "parallax_arcsec", Exact{how.parallax_arcsec}, "star_mass",
+                std::vector{Exact{how.star_mass[0]}, Exact{how.star_mass[1]}}, "max", how.max_planets, "samples",
+                how.samples, "threshold", Exact{how.threshold}, "period_min", Exact{info.period_min}, "period_max",
+                Exact{info.period_max}, "fap", Exact{how.detection_fap}, "star", map.star, "cells",
+                shape_text(map.periods(), map.sizes()), map.star < 0 ? "amplitudes" : "masses",
                 std::vector{Exact{map.size_edges.front()}, Exact{map.size_edges.back()}}, "injections", map.injections,
                 "seed", std::to_string(map.seed));
 }

@@ -1,26 +1,26 @@
 #include "series/diagnosis.hpp"
 
 #include "common/text.hpp"
+#include "series/measure.hpp"
 
 namespace cli {
 
 namespace {
 
 // hypotheses: NULL for the goodness only.
-toliman_sky_diagnosis diagnose(const Measurements &measured, const toliman_sky *sky, double scale_sigma,
+toliman_sky_diagnosis diagnose(const toliman_measure *measured, const toliman_sky *sky, double scale_sigma,
                                toliman_sky_hypothesis *hypotheses) {
     auto result = toliman::sized<toliman_sky_diagnosis>();
-    toliman::check(toliman_sky_diagnose(sky, measured.intervals.data(), nullptr, measured.separations.data(),
-                                        measured.sigmas.data(), measured.separations.size(), scale_sigma, &result,
-                                        hypotheses));
+    toliman::check(toliman_sky_diagnose(sky, measured, scale_sigma, &result, hypotheses));
     return result;
 }
 
 } // namespace
 
-std::optional<Json> diagnosis_of(const Measurements &measured, const toliman_sky *sky, double scale_sigma,
+std::optional<Json> diagnosis_of(const toliman_measure *measured, const toliman_sky *sky, double scale_sigma,
                                  Progress &progress) {
-    if (measured.sigmas.empty() || diagnose(measured, sky, scale_sigma, nullptr).goodness != TOLIMAN_GOODNESS_POOR)
+    if (info_of(measured).is_weighted == 0 ||
+        diagnose(measured, sky, scale_sigma, nullptr).goodness != TOLIMAN_GOODNESS_POOR)
         return std::nullopt;
     std::vector<toliman_sky_hypothesis> hypotheses(TOLIMAN_SKY_HYPOTHESES, toliman::sized<toliman_sky_hypothesis>());
     const toliman_sky_diagnosis found = diagnose(measured, sky, scale_sigma, hypotheses.data());

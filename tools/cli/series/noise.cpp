@@ -5,43 +5,24 @@
 
 #include "common/failure.hpp"
 #include "common/text.hpp"
+#include "series/measure.hpp"
 
 namespace cli {
-
-namespace {
-
-const double *data_or_null(const std::vector<double> &values) {
-    return values.empty() ? nullptr : values.data();
-}
-
-} // namespace
-
-// For the library: samples and the functions that are fitted with the mean.
-struct NoiseInput {
-    explicit NoiseInput(const Series &given) : series(given), functions(given.nuisance.functions(given.t)) {}
-    const double *sigma() const { return data_or_null(series.sigma); }
-    const double *precision() const { return data_or_null(series.nuisance.precision); }
-    size_t count() const { return series.nuisance.count(); }
-
-    const Series &series;
-    std::vector<double> functions;
-};
 
 namespace {
 
 constexpr double kMostUnasked = 2.5e7; // samples times frequencies: about 2 s
 const char *const kAr1 = "ar1";
 
-std::vector<double> resample(const FapOptions &options, const NoiseInput &input, const FrequencyGrid &grid, double rho,
-                             Progress &progress) {
+std::vector<double> resample(const FapOptions &options, const toliman_measure *series, const FrequencyGrid &grid,
+                             double rho, Progress &progress) {
     auto how = toliman::sized<toliman_period_noise_bootstrap_options>();
     how.seed = options.seed;
     how.progress = Progress::callback;
     how.progress_data = &progress;
     std::vector<double> peaks(options.resamplings);
-    toliman::check(toliman_period_noise_bootstrap(
-        grid.f0, grid.df, grid.nf, input.series.t.data(), input.series.y.data(), input.sigma(), input.series.t.size(),
-        input.functions.data(), input.precision(), input.count(), rho, &how, peaks.size(), peaks.data()));
+    toliman::check(
+        toliman_period_noise_bootstrap(series, grid.f0, grid.df, grid.nf, rho, &how, peaks.size(), peaks.data()));
     return peaks;
 }
 
@@ -61,11 +42,11 @@ Noise::Noise(const NoiseOptions &options, const FapOptions &fap, const Series &s
         if (grid.f0 + grid.df * static_cast<double>(grid.nf) < frequency)
             return;
     }
-    const NoiseInput input(series);
     try {
-        search(input, grid, progress);
+        const toliman::measurements input = measure_of(series, 0, 0);
+        search(input.get(), grid, progress);
         if (is_ar1() && fap.method == kBootstrap)
-            resampled_ = Resampled{resample(fap, input, grid, found_->rho, progress)};
+            resampled_ = Resampled{resample(fap, input.get(), grid, found_->rho, progress)};
     } catch (const toliman::error &error) {
         const bool unsuited = error.status() == TOLIMAN_E_STATE || error.status() == TOLIMAN_E_ARGUMENT;
         if (unsuited && is_ar1())
@@ -75,17 +56,15 @@ Noise::Noise(const NoiseOptions &options, const FapOptions &fap, const Series &s
     }
 }
 
-void Noise::search(const NoiseInput &input, const FrequencyGrid &grid, Progress &progress) {
+void Noise::search(const toliman_measure *series, const FrequencyGrid &grid, Progress &progress) {
     auto options = toliman::sized<toliman_period_noise_options>();
     options.flags = is_ar1() ? 0 : TOLIMAN_PERIOD_WHITE_NOISE;
     options.progress = Progress::callback;
     options.progress_data = &progress;
     auto found = toliman::sized<toliman_period_noise>();
-    coefficients_.resize(input.count());
-    errors_.resize(input.count());
-    toliman::check(toliman_period_noise_search(grid.f0, grid.df, grid.nf, input.series.t.data(), input.series.y.data(),
-                                               input.sigma(), input.series.t.size(), input.functions.data(),
-                                               input.precision(), input.count(), &options, nullptr,
+    coefficients_.resize(static_cast<size_t>(info_of(series).functions));
+    errors_.resize(coefficients_.size());
+    toliman::check(toliman_period_noise_search(series, grid.f0, grid.df, grid.nf, &options, nullptr,
                                                coefficients_.data(), errors_.data(), &found));
     found_ = found;
 }

@@ -17,7 +17,6 @@ class App;
 
 namespace cli {
 
-struct NoiseInput;
 struct NoiseOptions {
     std::string model = "white";
 };
@@ -43,7 +42,7 @@ class Noise {
     void set(std::vector<Coefficient> &coefficients) const;
 
   private:
-    void search(const NoiseInput &input, const FrequencyGrid &grid, Progress &progress);
+    void search(const toliman_measure *series, const FrequencyGrid &grid, Progress &progress);
     std::string model_;
     std::optional<toliman_period_noise> found_;
     std::vector<double> coefficients_, errors_; // of the functions, without the mean

@@ -12,6 +12,7 @@
 #include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/observer_options.hpp"
+#include "series/measure.hpp"
 
 namespace cli {
 
@@ -49,32 +50,11 @@ bool begins_with(const std::string &text, const std::string &start) {
     throw error;
 }
 
-toliman_planet_series as_given(const Series &series, const std::vector<double> &rows) {
-    auto given = toliman::sized<toliman_planet_series>();
-    const Nuisance &nuisance = series.nuisance;
-    given.trend = nuisance.trend.order;
-    given.trend_start = nuisance.trend.start;
-    given.trend_end = nuisance.trend.end;
-    given.columns = static_cast<int32_t>(nuisance.columns.size());
-    std::copy(nuisance.precision.begin(), nuisance.precision.end(), given.prior_precision + 1);
-    given.n = series.t.size();
-    given.t = series.t.data();
-    given.y = series.y.data();
-    given.sigma = series.sigma.empty() ? nullptr : series.sigma.data();
-    given.rows = rows.empty() ? nullptr : rows.data();
-    given.frame_chi_square = series.frame_chi_square;
-    given.position_angle_deg = series.position_angle_deg.empty() ? nullptr : series.position_angle_deg.data();
-    return given;
-}
-
-toliman_planet_options for_library(const PlanetOptions &options, const ValueUnit &unit, const StarData &stars,
-                                   Progress &progress) {
+toliman_planet_options for_library(const PlanetOptions &options, const StarData &stars, Progress &progress) {
     auto how = toliman::sized<toliman_planet_options>();
-    how.flags = (unit.is_velocity ? TOLIMAN_PLANET_VELOCITY : 0) | (options.no_jitter ? TOLIMAN_PLANET_NO_JITTER : 0) |
-                (options.clip ? TOLIMAN_PLANET_CLIP : 0);
+    how.flags = (options.no_jitter ? TOLIMAN_PLANET_NO_JITTER : 0) | (options.clip ? TOLIMAN_PLANET_CLIP : 0);
     how.max_planets = options.most;
     how.threads = options.threads;
-    how.unit = unit.factor;
     how.parallax_arcsec = stars.parallax_arcsec;
     std::copy(std::begin(stars.mass_sun), std::end(stars.mass_sun), how.star_mass);
     how.period_min = options.period_min.value_or(0);
@@ -189,17 +169,17 @@ PlanetSearch find_planets(const Series &series, const PlanetOptions &options, co
                           const StarData &stars, Progress &progress) {
     if (series.sigma.empty() && options.no_jitter)
         malformed(series.name, "has no column sigma: must have one with --no-jitter");
-    PlanetSearch search = {
-        nullptr, unit, for_library(options, unit, stars, progress), toliman::sized<toliman_planet_info>(), {}, {}};
-    const std::vector<double> rows = series.nuisance.rows();
-    const toliman_planet_series given = as_given(series, rows);
+    PlanetSearch search = {nullptr, unit, for_library(options, stars, progress), toliman::sized<toliman_planet_info>(),
+                           {},      {}};
     try {
-        search.handle = toliman::make<toliman::planet_set>(toliman_planet_search, &given, &search.options);
+        const toliman::measurements given =
+            measure_of(series, unit.is_velocity ? TOLIMAN_MEASURE_VELOCITY : TOLIMAN_MEASURE_REDUCED, unit.factor);
+        search.handle = toliman::make<toliman::planet_set>(toliman_planet_search, given.get(), &search.options);
     } catch (const toliman::error &error) {
         fail(error, series);
     }
     search.info = info_from<toliman_planet_info>(toliman_planet_get_info, search.handle.get());
-    for (uint32_t i = 0; i < search.info.candidates; i++) {
+    for (int64_t i = 0; i < search.info.candidates; i++) {
         search.candidates.push_back(toliman::sized<toliman_planet>());
         toliman::check(toliman_planet_get(search.handle.get(), i, &search.candidates.back()));
     }

@@ -2,17 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "common/failure.hpp"
 #include "common/text.hpp"
 #include "options/command.hpp"
+#include "series/diagnosis.hpp"
+#include "series/measure.hpp"
 
 namespace cli {
 
 namespace {
 
-constexpr double kLongestExposure = 400 * 86400.0; // s, of the library's predictions
-constexpr double kSharedTime = 0.05;               // of two exposures, that inaccurate times may have
+constexpr double kLongestExposure = 400 * 86400.0;         // s, of the library's predictions
+constexpr double kSharedTime = 0.05;                       // of two exposures, that inaccurate times may have
+constexpr double kSecondsPerDay = 86400, kShortest = 1e-3; // s
 constexpr double kFarScale = 0.01; // relative difference of measured and predicted separations that is reported
 
 double exposure_of(const ReductionOptions &options) {
@@ -32,85 +37,46 @@ std::vector<int64_t> intervals_of(const std::vector<int64_t> &middles, double ex
     return intervals;
 }
 
-// Values of the series in arcsec.
-std::vector<double> scaled(const std::vector<double> &values, double plate_scale) {
-    std::vector<double> arcsec = values;
-    for (double &value : arcsec)
-        value *= plate_scale;
-    return arcsec;
-}
-
-void check_separations(const Series &series, const std::vector<double> &arcsec) {
-    for (size_t i = 0; i < arcsec.size(); i++)
-        if (!(arcsec[i] > 0 && std::isfinite(arcsec[i])))
-            malformed(series.name,
-                      formatted("sample %zu: y = %g: must be a measured separation, above 0", i + 1, series.y[i]));
-}
-
-void reduce_all(const Measured &measured, const std::vector<double> &arcsec, const toliman_sky *sky,
-                std::vector<double> &reduced, std::vector<toliman_sky_prediction> &seen, size_t &unreduced) {
-    const toliman_status status = toliman_sky_reduce(sky, measured.intervals.data(), nullptr, arcsec.data(),
-                                                     arcsec.size(), reduced.data(), seen.data(), &unreduced);
-    const toliman::error error(status);
-    if (status == TOLIMAN_E_ARGUMENT && error.field() == "intervals") { // exposures that cannot be reduced
-        if (measured.exposures.empty())
-            malformed(measured.series.name, error.what());
-        throw Failure(kExitUsage, measured.exposures + ": " + kOrbitExposure);
+// An error of the library about the exposures or the values, with the option that would admit them.
+[[noreturn]] void refuse(const toliman::error &error, const std::string &name, const ReductionOptions &options) {
+    if (error.status() == TOLIMAN_E_ARGUMENT && error.field() == "intervals") {
+        if (options.of_folder)
+            malformed(name, error.what());
+        throw Failure(kExitUsage, options.exposures() + ": " + kOrbitExposure);
     }
-    if (status == TOLIMAN_E_ARGUMENT && error.field() == "separations_arcsec")
-        malformed(measured.series.name,
-                  std::string(error.what()).substr(error.field().size() + 2) + " See --plate-scale");
-    toliman::check(status);
-}
-
-// Adds the values that sample i of a series has in its columns.
-void add_row(const Nuisance &from, size_t i, Nuisance &to) {
-    for (size_t c = 0; c < from.columns.size(); c++)
-        to.columns[c].values.push_back(from.columns[c].values[i]);
-}
-
-void warn_left_out(const Measurements &kept, size_t all, const ReductionOptions &options, const toliman_sky *sky,
-                   Progress &progress) {
-    if (kept.unreduced == 0)
-        return;
-    if (kept.unreduced == all)
-        malformed(kept.reduced.name,
-                  "the observer is not known for the time of any sample: " + options.observer.coverage(sky));
-    progress.warn(formatted("%zu of %zu samples are left out, as the observer is not known for their times: ",
-                            kept.unreduced, all) +
-                  options.observer.coverage(sky));
+    if (error.status() == TOLIMAN_E_ARGUMENT && error.field() == "y")
+        malformed(name, std::string(error.what()).substr(error.field().size() + 2) + " See --plate-scale");
+    throw error;
 }
 
 // A wrong unit of --exposure. Samples may be in any order; several may share an exposure.
-void warn_of_overlap(const Measured &measured, double exposure, Progress &progress) {
-    std::vector<size_t> order(measured.series.t.size());
-    for (size_t i = 0; i < order.size(); i++)
-        order[i] = i;
-    const auto start = [&](size_t i) { return measured.intervals[2 * i]; };
-    std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return start(a) < start(b); });
+void warn_of_overlap(const std::vector<double> &days, const ReductionOptions &options, Progress &progress) {
+    std::vector<size_t> order(days.size());
+    std::iota(order.begin(), order.end(), size_t{0});
+    std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return days[a] < days[b]; });
     for (size_t i = 1; i < order.size(); i++) {
-        const double step = static_cast<double>(start(order[i]) - start(order[i - 1])) / 1e9;
-        if (!(step > 0 && step < (1 - kSharedTime) * exposure))
+        const double step = (days[order[i]] - days[order[i - 1]]) * kSecondsPerDay;
+        if (!(step > kShortest && step < (1 - kSharedTime) * *options.exposure))
             continue;
-        progress.warn(formatted("%s: samples %zu and %zu are %g s apart, and their exposures overlap: must be in s",
-                                measured.exposures.c_str(), order[i - 1] + 1, order[i] + 1, step));
+        progress.warn(formatted("%s: samples %zu and %zu are %.6g s apart, and their exposures overlap: must be in s",
+                                options.exposures().c_str(), order[i - 1] + 1, order[i] + 1, step));
         return;
     }
 }
 
+double mean_of(const std::vector<double> &values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
 // A wrong unit or plate scale.
-void warn_far(const Measurements &kept, Progress &progress) {
-    const auto count = static_cast<double>(kept.separations.size());
-    double measured = 0, predicted = 0;
-    for (size_t i = 0; i < kept.separations.size(); i++) {
-        measured += kept.separations[i];
-        predicted += kept.predictions[i].geometric_arcsec;
-    }
+void warn_far(const toliman_measure *reduced, Progress &progress) {
+    const double measured = mean_of(values_of(reduced, "separation_arcsec")),
+                 predicted = mean_of(values_of(reduced, "geometric_arcsec"));
     if (!(std::fabs(measured / predicted - 1) <= kFarScale))
         progress.warn(
             formatted("the mean measured separation is %.4g arcsec, that on the orbit %.4g arcsec: are system, "
                       "unit and --plate-scale right?",
-                      measured / count, predicted / count));
+                      measured, predicted));
 }
 
 } // namespace
@@ -131,49 +97,62 @@ void ReductionOptions::set(Json &json) const {
     json.set("plate_scale_arcsec", plate_scale, "exposure_s", exposure);
 }
 
-Measured measured_of(const Series &series, const ReductionOptions &options) {
-    const double exposure = exposure_of(options);
-    return {series, intervals_of(tai_of(series), exposure), plate_scale_of(options.plate_scale, 1),
-            options.exposure ? formatted("--exposure %g", exposure) : "--exposure not given"};
+std::string ReductionOptions::exposures() const {
+    return exposure ? formatted("--exposure %g", *exposure) : "--exposure not given";
 }
 
-Measurements reduce(const Measured &measured, const ReductionOptions &options, const toliman_sky *sky,
-                    Progress &progress) {
-    const Series &series = measured.series;
-    const double plate_scale = measured.plate_scale;
-    const std::vector<double> separations = scaled(series.y, plate_scale), sigmas = scaled(series.sigma, plate_scale);
-    check_separations(series, separations);
-    const size_t count = series.t.size();
-    std::vector<double> reduced(count);
-    std::vector<toliman_sky_prediction> seen(count, toliman::sized<toliman_sky_prediction>());
-    Measurements kept = {};
-    reduce_all(measured, separations, sky, reduced, seen, kept.unreduced);
-    kept.reduced.name = series.name;
-    kept.reduced.time_scale = series.time_scale;
-    kept.reduced.time_format = series.time_format;
-    kept.reduced.nuisance = series.nuisance;
-    for (NuisanceColumn &column : kept.reduced.nuisance.columns)
-        column.values.clear();
-    for (size_t i = 0; i < count; i++) {
-        if (std::isnan(reduced[i]))
-            continue;
-        kept.reduced.t.push_back(series.t[i]);
-        kept.reduced.y.push_back(reduced[i] / plate_scale);
-        kept.intervals.insert(kept.intervals.end(), {measured.intervals[2 * i], measured.intervals[2 * i + 1]});
-        kept.separations.push_back(separations[i]);
-        kept.reduced.position_angle_deg.push_back(seen[i].geometric_angle_deg);
-        kept.predictions.push_back(seen[i]);
-        add_row(series.nuisance, i, kept.reduced.nuisance);
-        if (series.sigma.empty())
-            continue;
-        kept.reduced.sigma.push_back(series.sigma[i] / seen[i].factor);
-        kept.sigmas.push_back(sigmas[i]);
-    }
+toliman::measurements separations_of(const Series &series, const ReductionOptions &options) {
+    const double exposure = exposure_of(options);
+    for (size_t i = 0; i < series.y.size(); i++)
+        if (!(series.y[i] > 0 && std::isfinite(series.y[i])))
+            malformed(series.name,
+                      formatted("sample %zu: y = %g: must be a measured separation, above 0", i + 1, series.y[i]));
+    return measure_of(series, TOLIMAN_MEASURE_SEPARATION, plate_scale_of(options.plate_scale, 1),
+                      intervals_of(tai_of(series), exposure));
+}
+
+Reduced reduce(const toliman_measure *measured, const std::string &name, const ReductionOptions &options,
+               const toliman_sky *sky, double scale_sigma, bool with_functions, Progress &progress) {
+    auto how = toliman::sized<toliman_sky_reduce_options>();
+    how.flags = with_functions ? 0 : TOLIMAN_SKY_NO_FUNCTIONS;
+    how.scale_sigma = scale_sigma;
+    how.log = [](int32_t, const char *text, void *user_data) { // only of the functions
+        static_cast<Progress *>(user_data)->warn(std::string(text) + " (--trend)");
+    };
+    how.log_data = &progress;
+    toliman_measure *made = nullptr;
+    const toliman_status status = toliman_sky_reduce(sky, measured, &how, &made);
+    if (status == TOLIMAN_E_RANGE && toliman_last_error_field() == std::string("measure"))
+        malformed(name, "the observer is not known for the time of any sample: " + options.observer.coverage(sky));
+    if (status != TOLIMAN_OK)
+        refuse(toliman::error(status), name, options);
+    toliman::measurements reduced(made);
+    const int64_t all = info_of(measured).n, left_out = info_of(reduced.get()).left_out - info_of(measured).left_out;
     if (options.exposure)
-        warn_of_overlap(measured, *options.exposure, progress);
-    warn_left_out(kept, count, options, sky, progress);
-    warn_far(kept, progress);
-    return kept;
+        warn_of_overlap(values_of(measured, "t"), options, progress);
+    if (left_out > 0)
+        progress.warn(formatted("%lld of %lld samples are left out, as the observer is not known for their times: ",
+                                static_cast<long long>(left_out), static_cast<long long>(all)) +
+                      options.observer.coverage(sky));
+    warn_far(reduced.get(), progress);
+    Series series = series_of(reduced.get(), name);
+    return {std::move(reduced), std::move(series), left_out};
+}
+
+ReductionNote reduce_to_orbit(const std::string &system, const ReductionOptions &options, double scale_sigma,
+                              bool with_functions, Series &series, Progress &progress) {
+    const auto sky = options.observer.predictor(system, 0, progress);
+    const toliman::measurements measured = separations_of(series, options);
+    Reduced reduced = reduce(measured.get(), series.name, options, sky.get(), scale_sigma, with_functions, progress);
+    reduced.series.time_format = series.time_format;
+    reduced.series.time_scale = series.time_scale;
+    series = std::move(reduced.series);
+    Json json("system", system);
+    options.set(json);
+    json.set("unreduced", reduced.left_out, "diagnosis",
+             diagnosis_of(measured.get(), sky.get(), scale_sigma, progress));
+    return {json, system + " seen from: " + options.observer.text() +
+                      formatted("; %lld samples left out", static_cast<long long>(reduced.left_out))};
 }
 
 } // namespace cli

@@ -17,11 +17,14 @@ namespace cli {
 struct ReductionOptions {
     // needed: the option that all of them but --leap-seconds need; NULL for none.
     void add_to(CLI::App &command, CLI::Option *needed);
+    // "--exposure 60", "--exposure not given".
+    std::string exposures() const;
     void set(Json &json) const; // adds the observer, plate_scale_arcsec and exposure_s
 
     ObserverOptions observer;
     std::optional<double> plate_scale; // arcsec per px; separations in px. Otherwise they are in arcsec
     std::optional<double> exposure;    // s, whose middle is the time of a sample
+    bool of_folder = false;            // the frames have their own exposures
 };
 
 // How a series was reduced to the orbit.
@@ -30,27 +33,25 @@ struct ReductionNote {
     std::string text;
 };
 
-// Measured separations and their exposures.
-struct Measured {
-    Series series;                  // t, y and sigma
-    std::vector<int64_t> intervals; // [n][2], start and end of the exposures, TAI ns
-    double plate_scale;             // arcsec per unit of y
-    std::string exposures;          // the option that states the length of all of them; "": each has its own
-};
-// The samples of a series. Throws Failure for bad options or times.
-Measured measured_of(const Series &series, const ReductionOptions &options);
+// A series of measured separations for the library, with their exposures. Throws Failure for bad options or times.
+toliman::measurements separations_of(const Series &series, const ReductionOptions &options);
 
 // Those for whose times the observer is known.
-struct Measurements {
-    Series reduced; // with its columns; y and sigma of the reduced separations, in the unit of the series
-    std::vector<int64_t> intervals;          // [n][2], start and end of the exposures, TAI ns
-    std::vector<double> separations, sigmas; // measured, arcsec; sigmas as Series
-    std::vector<toliman_sky_prediction> predictions;
-    size_t unreduced; // samples that were left out
+struct Reduced {
+    toliman::measurements measure;
+    Series series; // the same for the program
+    int64_t left_out;
 };
 
-// Warns of samples that are left out. Throws Failure for exposures that cannot be reduced, and if no sample is left.
-Measurements reduce(const Measured &measured, const ReductionOptions &options, const toliman_sky *sky,
-                    Progress &progress);
+// name: of the series in messages. with_functions: as TOLIMAN_SKY_NO_FUNCTIONS is not set. Warns of samples that are
+// left out, of exposures that overlap, and of a mean separation far from that of the orbit. Throws Failure for
+// exposures that cannot be reduced, and if no sample is left.
+Reduced reduce(const toliman_measure *measured, const std::string &name, const ReductionOptions &options,
+               const toliman_sky *sky, double scale_sigma, bool with_functions, Progress &progress);
+
+// Replaces a series of measured separations by the reduced ones, with the functions that are fitted by default if
+// with_functions.
+ReductionNote reduce_to_orbit(const std::string &system, const ReductionOptions &options, double scale_sigma,
+                              bool with_functions, Series &series, Progress &progress);
 
 } // namespace cli

@@ -51,6 +51,13 @@ std::string result_scale(const std::string &scale) {
     return result;
 }
 
+std::string name_of_scale(int32_t scale) {
+    for (const auto &[name, known] : kScales)
+        if (known == scale && !name.empty())
+            return result_scale(name);
+    return "";
+}
+
 SampleParser::SampleParser(const char *name, const SampleOptions &options, uint32_t flags)
     : name_(name != nullptr ? name : ""), options_(options) {
     auto how = toliman::sized<toliman_series_options>();

@@ -45,6 +45,9 @@ double time_of(const std::string &option, const std::string &text, const SampleO
 // How to read times as those of the series, which was read by `options`, from a column of any name.
 SampleOptions options_of_times(const Series &series, const SampleOptions &options);
 
+// "TAI", of a TOLIMAN_INGEST_SCALE_...; "" for 0, plain numbers.
+std::string name_of_scale(int32_t scale);
+
 // The scale of the resulting times: TAI for UTC, otherwise the same scale.
 std::string result_scale(const std::string &scale);
 

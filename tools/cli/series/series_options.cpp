@@ -6,7 +6,6 @@
 #include "common/text.hpp"
 #include "options/command.hpp"
 #include "series/nuisance_file.hpp"
-#include "series/orbit_functions.hpp"
 
 namespace cli {
 
@@ -34,7 +33,8 @@ std::optional<ReductionNote> add_functions(const SeriesOptions &options, bool wi
                                       series.nuisance.trend.order));
     std::optional<ReductionNote> reduced;
     if (options.system)
-        reduced = reduce_to_orbit(*options.system, options.reduction, how, with_orbit, series, progress);
+        reduced = reduce_to_orbit(*options.system, options.reduction, how.scale_sigma, with_orbit && !how.given(),
+                                  series, progress);
     if (!growing.empty())
         how.need_span(series.nuisance.trend.order, growing);
     series.nuisance.trend = trend_of(series.nuisance.trend.order, how, options.samples, series);

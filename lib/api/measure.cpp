@@ -1,0 +1,345 @@
+// include/toliman/measure.h
+#include <toliman/measure.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <system_error>
+
+#include "api/guard.hpp"
+#include "api/measure_handle.hpp"
+#include "api/series_options.hpp"
+#include "api/sky_measurements.hpp"
+#include "api/text_out.hpp"
+#include "api/times.hpp"
+#include "backend/file.hpp"
+#include "base/progress.hpp"
+#include "measure/text.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+namespace {
+
+constexpr size_t kLargestFile = size_t{1} << 36;
+constexpr double kLongestExposure = 400 * 86400.0; // s, of the predictions
+constexpr const char *kKindNames[] = {"value", "separation", "reduced", "velocity"};
+
+std::vector<double> copied(const double *values, size_t n) {
+    return values != nullptr ? std::vector<double>(values, values + n) : std::vector<double>();
+}
+
+double known_unit(double unit, measure::Kind kind) {
+    if (!(unit >= 0 && unit <= 1e100))
+        fail(Status::argument, "{unit} = %g: must be in (0, 1e100], or 0", unit);
+    return unit == 0 && kind == measure::Kind::separation ? 1 : unit;
+}
+
+int64_t middle_of(const sky::Exposure &exposure) noexcept {
+    const int64_t start = exposure.intervals.front().start_ns, end = exposure.intervals.back().end_ns;
+    return start / 2 + end / 2 + (start % 2 + end % 2) / 2; // their difference may not fit in 64 bits
+}
+
+void set_exposures(const toliman_measure_data &data, measure::Series &series) {
+    if (data.intervals == nullptr)
+        return;
+    series.exposures = exposures_of(data.intervals, data.interval_counts, data.n);
+    for (size_t i = 0; i < data.n; i++)
+        if (series.exposures[i].intervals.empty())
+            fail(Status::argument, "{data->interval_counts[%zu]} = 0: must be at least 1", i);
+    check_exposures(series.exposures);
+    if (data.t != nullptr)
+        return;
+    series.dates = measure::Dates{ingest::TimeFormat::mjd, ingest::Scale::tai};
+    for (const sky::Exposure &exposure : series.exposures) {
+        series.tai_ns.push_back(middle_of(exposure));
+        series.t.push_back(measure::mjd_of(series.tai_ns.back()));
+    }
+}
+
+measure::Series series_of(const toliman_measure_data &data) {
+    measure::Series series;
+    series.kind = kMeasureKinds.to_enum_or(data.kind, measure::Kind::value, "data->kind");
+    if (data.t == nullptr && data.intervals == nullptr)
+        required_array(data.t, data.n, sizeof(double), "data->t");
+    required_array(data.y, data.n, sizeof(double), "data->y");
+    series.t = copied(data.t, data.n);
+    series.y = copied(data.y, data.n);
+    series.sigma = copied(data.sigma, data.n);
+    series.position_angle_deg = copied(data.position_angle_deg, data.n);
+    series.unit = known_unit(data.unit, series.kind);
+    if (!(data.time_unit_days >= 0 && data.time_unit_days <= 1e12))
+        fail(Status::argument, "{data->time_unit_days} = %g: must be in (0, 1e12], or 0 for 1", data.time_unit_days);
+    series.time_unit_days = data.time_unit_days == 0 ? 1 : data.time_unit_days;
+    if (!(data.frame_chi_square >= 0 && data.frame_chi_square <= 1e100))
+        fail(Status::argument, "{data->frame_chi_square} = %g: must be in (0, 1e100], or 0", data.frame_chi_square);
+    series.frame_chi_square = data.frame_chi_square;
+    if (series.kind == measure::Kind::velocity && data.position_angle_deg != nullptr)
+        fail(Status::argument, "{data->position_angle_deg}: must be NULL for velocities");
+    set_exposures(data, series);
+    check(series);
+    return series;
+}
+
+// The middle of each exposure is t.
+void set_exposures(double exposure_s, measure::Series &series) {
+    if (exposure_s == 0)
+        return;
+    const int64_t length = std::llround(exposure_s * 1e9);
+    for (const int64_t middle : measure::tai_of(series)) {
+        const int64_t start = middle - length / 2;
+        series.exposures.push_back({{{start, start + length}}, false});
+    }
+}
+
+void check_exposure(double exposure_s) {
+    if (!(exposure_s >= 0 && exposure_s <= kLongestExposure))
+        fail(Status::argument, "{options->exposure_s} = %g: must be in (0, %g] s, or 0", exposure_s, kLongestExposure);
+}
+
+measure::Series series_of(std::string_view bytes, const char *name, const toliman_measure_options &options) {
+    toliman_series_options lines = {};
+    lines.flags = options.flags;
+    lines.time_format = options.time_format;
+    lines.time_scale = options.time_scale;
+    lines.columns = options.columns;
+    lines.leap_seconds = options.leap_seconds;
+    lines.leap_second_count = options.leap_second_count;
+    lines.name = name;
+    check_exposure(options.exposure_s);
+    measure::Text text = measure::read_text(bytes, series_options(lines));
+    measure::Series &series = text.series;
+    series.kind = kMeasureKinds.to_enum_or(options.kind, measure::Kind::value, "options->kind");
+    series.unit = known_unit(options.unit, series.kind);
+    if (!text.warning.empty())
+        Log{options.log, options.log_data}.warn("%s", text.warning.c_str());
+    // A zero exposure is an instant, which only an observer at the Earth's centre can reduce.
+    if (series.kind == measure::Kind::separation && series.dates && options.exposure_s == 0)
+        for (const int64_t time : measure::tai_of(series))
+            series.exposures.push_back({{{time, time}}, false});
+    set_exposures(options.exposure_s, series);
+    check(series);
+    return text.series;
+}
+
+bool is_folder(const char *path) {
+    std::error_code unknown;
+    return std::filesystem::is_directory(path, unknown);
+}
+
+int64_t known_function(const measure::Series &series, int64_t index, const char *name) {
+    if (index < 0 || index >= static_cast<int64_t>(series.functions()))
+        fail(Status::range, "{%s} = %lld: must be in [0, %zu), the number of functions", name,
+             static_cast<long long>(index), series.functions());
+    return index;
+}
+
+double precision_of(double sigma) {
+    if (!(sigma == 0 || (sigma >= 1e-98 && sigma <= 1e98)))
+        fail(Status::argument, "{sigma} = %g: must be in [1e-98, 1e98], or 0 for no prior", sigma);
+    return sigma == 0 ? 0 : 1 / (sigma * sigma);
+}
+
+// Values of function `f` for each sample.
+std::vector<double> function_values(const measure::Series &series, size_t f) {
+    const std::vector<double> rows = series.function_rows();
+    std::vector<double> values;
+    for (size_t i = 0; i < series.count(); i++)
+        values.push_back(rows[i * series.functions() + f]);
+    return values;
+}
+
+const std::vector<double> *member_of(const measure::Series &series, const std::string &name) {
+    const std::pair<const char *, const std::vector<double> *> members[] = {
+        {"t", &series.t},
+        {"y", &series.y},
+        {"sigma", &series.sigma},
+        {"position_angle_deg", &series.position_angle_deg},
+        {"separation_arcsec", &series.separation_arcsec},
+        {"factor", &series.factor},
+        {"geometric_arcsec", &series.geometric_arcsec}};
+    for (const auto &[known, values] : members)
+        if (name == known && !values->empty())
+            return values;
+    return nullptr;
+}
+
+std::vector<double> values_of(const measure::Series &series, const std::string &name) {
+    if (const std::vector<double> *const member = member_of(series, name))
+        return *member;
+    for (size_t f = 0; f < series.functions(); f++)
+        if (name == series.function_name(f))
+            return function_values(series, f);
+    fail(Status::not_found, "{name} = \"%.64s\": the series does not have it", name.c_str());
+}
+
+} // namespace
+
+extern "C" {
+
+const char *toliman_measure_kind_name(int32_t kind) noexcept {
+    return kMeasureKinds.contains(kind) ? kKindNames[kind - kMeasureKinds.first] : "?";
+}
+
+void toliman_measure_data_init(toliman_measure_data *data, size_t size) noexcept {
+    deliver_defaults(toliman_measure_data{}, data, size);
+}
+
+void toliman_measure_options_init(toliman_measure_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_measure_options{}, options, size);
+}
+
+toliman_status toliman_measure_create(const toliman_measure_data *data, toliman_measure **out) noexcept {
+    return guard([&] {
+        toliman_measure *&made = required(out, "out");
+        made = new toliman_measure{{}, series_of(accept(&required(data, "data"), toliman_measure_data{}, "data"))};
+    });
+}
+
+toliman_status toliman_measure_load(const void *bytes, size_t size, const char *name,
+                                    const toliman_measure_options *options, toliman_measure **out) noexcept {
+    return guard([&] {
+        toliman_measure *&made = required(out, "out");
+        required_array(bytes, size, 1, "bytes");
+        made = new toliman_measure{{},
+                                   series_of({static_cast<const char *>(bytes), size}, name,
+                                             accept(options, toliman_measure_options{}, "options"))};
+    });
+}
+
+toliman_status toliman_measure_load_file(const char *path, const toliman_measure_options *options,
+                                         toliman_measure **out) noexcept {
+    return guard([&] {
+        required(path, "path");
+        toliman_measure *&made = required(out, "out");
+        const auto known = accept(options, toliman_measure_options{}, "options");
+        if (is_folder(path)) {
+            made = new toliman_measure{{}, series_of_folder(path, known)};
+            return;
+        }
+        const std::vector<uint8_t> bytes = file::read(path, kLargestFile);
+        made = new toliman_measure{
+            {}, series_of({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, path, known)};
+    });
+}
+
+void toliman_measure_destroy(toliman_measure *measure) noexcept {
+    destroy(measure);
+}
+
+toliman_status toliman_measure_set_trend(toliman_measure *measure, int32_t order, double start, double end) noexcept {
+    return guard([&] {
+        const Use use(measure, "measure");
+        measure::Series &series = use->series;
+        const auto most = static_cast<int64_t>(measure::kMostFunctions - series.columns.size());
+        if (order < 0 || order > most)
+            fail(Status::argument, "{order} = %d: must be in [0, %lld]", order, static_cast<long long>(most));
+        if (!std::isfinite(start) || !std::isfinite(end))
+            fail(Status::argument, "{start} = %g, end = %g: must be finite", start, end);
+        series.set_trend(order, start, end);
+    });
+}
+
+toliman_status toliman_measure_add_column(toliman_measure *measure, const char *name, const double *values, size_t n,
+                                          double sigma) noexcept {
+    return guard([&] {
+        const Use use(measure, "measure");
+        measure::Series &series = use->series;
+        measure::Column column = {&required(name, "name"), {}, 0, precision_of(sigma), 1};
+        required_array(values, n, sizeof *values, "values");
+        if (n != series.count())
+            fail(Status::argument, "{n} = %zu: must be %zu, the number of samples", n, series.count());
+        for (size_t f = 0; f < series.functions(); f++)
+            if (series.function_name(f) == column.name)
+                fail(Status::argument, "{name} = \"%.64s\": is the name of another function", name);
+        if (column.name.empty() || column.name.size() > 63 || series.functions() >= measure::kMostFunctions)
+            fail(Status::argument,
+                 "{name} = \"%.64s\": must be a name of up to 63 characters, of at most %zu functions", name,
+                 measure::kMostFunctions);
+        for (size_t i = 0; i < n; i++) {
+            if (!(std::fabs(values[i]) <= 1e98))
+                fail(Status::argument, "{values[%zu]} = %g: must be in [-1e98, 1e98]", i, values[i]);
+            column.bound = std::max(column.bound, std::fabs(values[i]));
+        }
+        column.values = copied(values, n);
+        series.columns.push_back(std::move(column));
+    });
+}
+
+toliman_status toliman_measure_set_prior(toliman_measure *measure, int64_t function, double sigma) noexcept {
+    return guard([&] {
+        const Use use(measure, "measure");
+        const int64_t known = known_function(use->series, function, "function");
+        use->series.precision(static_cast<size_t>(known)) = precision_of(sigma);
+    });
+}
+
+toliman_status toliman_measure_get_info(const toliman_measure *measure, toliman_measure_info *out) noexcept {
+    return guard([&] {
+        const Use use(measure, "measure");
+        const measure::Series &series = use->series;
+        toliman_measure_info info = {};
+        info.kind = kMeasureKinds.to_constant(series.kind);
+        info.n = static_cast<int64_t>(series.count());
+        info.left_out = static_cast<int64_t>(series.left_out);
+        info.functions = static_cast<int64_t>(series.functions());
+        info.trend = series.trend.order;
+        info.columns = static_cast<int32_t>(series.columns.size());
+        if (series.dates) {
+            info.time_format = kFormats.to_constant(series.dates->format);
+            info.time_scale = kScales.to_constant(series.dates->scale);
+        }
+        info.is_weighted = series.sigma.empty() ? 0 : 1;
+        info.has_exposures = series.exposures.empty() ? 0 : 1;
+        info.trend_start = series.trend.start;
+        info.trend_end = series.trend.end;
+        info.unit = series.unit;
+        info.time_unit_days = series.time_unit_days;
+        info.frame_chi_square = series.frame_chi_square;
+        info.parallax_arcsec = series.parallax_arcsec;
+        std::copy(std::begin(series.star_mass), std::end(series.star_mass), info.star_mass);
+        deliver(info, out, "out");
+    });
+}
+
+toliman_status toliman_measure_get_function(const toliman_measure *measure, int64_t index,
+                                            toliman_measure_function *out) noexcept {
+    return guard([&] {
+        const Use use(measure, "measure");
+        const measure::Series &series = use->series;
+        const auto f = static_cast<size_t>(known_function(series, index, "index"));
+        const auto order = static_cast<size_t>(series.trend.order);
+        toliman_measure_function found = {};
+        found.sigma = series.precision(f) > 0 ? 1 / std::sqrt(series.precision(f)) : 0;
+        found.unit = f < order ? 1 : series.columns[f - order].unit;
+        found.bound = f < order ? 1 : series.columns[f - order].bound;
+        put_text(series.function_name(f), found.name);
+        deliver(found, out, "out");
+    });
+}
+
+toliman_status toliman_measure_get_values(const toliman_measure *measure, const char *name, double *values,
+                                          size_t n) noexcept {
+    return guard([&] {
+        const Use use(measure, "measure");
+        required(name, "name");
+        required_array(values, n, sizeof *values, "values");
+        if (n != use->series.count())
+            fail(Status::argument, "{n} = %zu: must be %zu, the number of samples", n, use->series.count());
+        const std::vector<double> found = values_of(use->series, name);
+        std::copy(found.begin(), found.end(), values);
+    });
+}
+
+toliman_status toliman_measure_get_times(const toliman_measure *measure, int64_t *tai_ns, size_t n) noexcept {
+    return guard([&] {
+        const Use use(measure, "measure");
+        required_array(tai_ns, n, sizeof *tai_ns, "tai_ns");
+        if (n != use->series.count())
+            fail(Status::argument, "{n} = %zu: must be %zu, the number of samples", n, use->series.count());
+        const std::vector<int64_t> times = measure::tai_of(use->series);
+        std::copy(times.begin(), times.end(), tai_ns);
+    });
+}
+
+} // extern "C"

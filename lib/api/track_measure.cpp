@@ -1,0 +1,85 @@
+// include/toliman/track_records.h: the frames of a tracker as a series; measure.h: those of a state folder.
+#include <memory>
+
+#include <toliman/track_records.h>
+
+#include "api/guard.hpp"
+#include "api/measure_handle.hpp"
+#include "api/track_handle.hpp"
+#include "measure/folder.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+namespace toliman::api {
+
+namespace {
+
+struct Destroy {
+    void operator()(toliman_track *track) const noexcept { toliman_track_destroy(track); }
+};
+
+// Options that the ledger has already fixed.
+void check_options(const toliman_measure_options &options) {
+    const std::pair<const char *, bool> given[] = {{"columns", options.columns != nullptr},
+                                                   {"time_format", options.time_format != 0},
+                                                   {"time_scale", options.time_scale != 0},
+                                                   {"flags", options.flags != 0},
+                                                   {"exposure_s", options.exposure_s != 0}};
+    for (const auto &[name, is_given] : given)
+        if (is_given)
+            fail(Status::argument, "{options->%s}: must not be given for the frames of a tracker", name);
+}
+
+} // namespace
+
+measure::Series series_of(const toliman_track &track, const toliman_measure_options &options) {
+    check_options(options);
+    const track::Tracker &tracker = *track.tracker;
+    const bool is_measured = options.kind == TOLIMAN_MEASURE_SEPARATION;
+    measure::Series series =
+        is_measured ? measure::separations_of(tracker) : measure::values_of(tracker, track.period.stream.grid());
+    const measure::Kind kind = kMeasureKinds.to_enum_or(options.kind, series.kind, "options->kind");
+    if (kind != series.kind)
+        fail(Status::argument, "{options->kind} = %d: the values of the frames are %s", options.kind,
+             toliman_measure_kind_name(kMeasureKinds.to_constant(series.kind)));
+    if (!(options.unit >= 0 && options.unit <= 1e100))
+        fail(Status::argument, "{options->unit} = %g: must be in (0, 1e100], or 0", options.unit);
+    if (options.unit != 0)
+        series.unit = options.unit;
+    series.name = track.folder;
+    return series;
+}
+
+// Status and message are those of the tracker.
+measure::Series series_of_folder(const char *folder, const toliman_measure_options &options) {
+    toliman_track_options how = {};
+    how.struct_size = sizeof how;
+    check_again(toliman_track_load_options(folder, &how));
+    how.flags |= TOLIMAN_TRACK_READ_ONLY;
+    how.log = options.log;
+    how.log_data = options.log_data;
+    toliman_track *made = nullptr;
+    check_again(toliman_track_create(&how, &made));
+    const std::unique_ptr<toliman_track, Destroy> track(made);
+    try {
+        return series_of(*track, options);
+    } catch (const Error &error) {
+        fail_within(error, error.status(), "{%s}: %s", folder, error.what());
+    }
+}
+
+} // namespace toliman::api
+
+extern "C" {
+
+toliman_status toliman_track_get_measure(const toliman_track *track, const toliman_measure_options *options,
+                                         toliman_measure **out) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        toliman_measure *&made = required(out, "out");
+        made = new toliman_measure{{}, series_of(*use, accept(options, toliman_measure_options{}, "options"))};
+    });
+}
+
+} // extern "C"

@@ -1,0 +1,152 @@
+// Method: T_0 = 1, T_1 = x, T_j+1 = 2 x T_j - T_j-1, with x from -1 at the start of the span to 1 at its end.
+#include "measure/series.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "base/error.hpp"
+
+namespace toliman::measure {
+
+namespace {
+
+constexpr double kLargest = 1e100; // |t|, |y|, sigma: squares of their differences do not overflow
+
+void check_lengths(const Series &series) {
+    const size_t n = series.count();
+    const std::pair<const char *, size_t> lengths[] = {{"y", series.y.size()},
+                                                       {"sigma", series.sigma.empty() ? n : series.sigma.size()}};
+    for (const auto &[name, length] : lengths)
+        if (length != n)
+            fail(Status::internal, "%s: %zu values of %zu samples", name, length, n);
+}
+
+void check_number(const char *name, size_t sample, double value, bool is_positive) {
+    if (!(std::fabs(value) <= kLargest) || (is_positive && !(value > 0)))
+        fail(Status::argument, "{%s[%zu]} = %g: must be %s and at most 1e100", name, sample, value,
+             is_positive ? "above 0" : "finite");
+}
+
+} // namespace
+
+std::string Series::function_name(size_t function) const {
+    const auto order = static_cast<size_t>(trend.order);
+    return function < order ? "T" + std::to_string(function + 1) : columns[function - order].name;
+}
+
+double Series::precision(size_t function) const {
+    const auto order = static_cast<size_t>(trend.order);
+    return function < order ? trend.precision[function] : columns[function - order].precision;
+}
+
+double &Series::precision(size_t function) {
+    const auto order = static_cast<size_t>(trend.order);
+    return function < order ? trend.precision[function] : columns[function - order].precision;
+}
+
+bool Series::has_priors() const noexcept {
+    for (size_t f = 0; f < functions(); f++)
+        if (precision(f) > 0)
+            return true;
+    return false;
+}
+
+std::vector<double> Series::column_rows() const {
+    std::vector<double> rows;
+    rows.reserve(count() * columns.size());
+    for (size_t i = 0; i < count(); i++)
+        for (const Column &column : columns)
+            rows.push_back(column.values[i]);
+    return rows;
+}
+
+std::vector<double> Series::function_rows() const {
+    std::vector<double> rows;
+    rows.reserve(count() * functions());
+    for (size_t i = 0; i < count(); i++) {
+        const double x = (2 * t[i] - trend.start - trend.end) / (trend.end - trend.start);
+        double before = 1, now = x;
+        for (int32_t j = 1; j <= trend.order; j++) {
+            rows.push_back(now);
+            before = std::exchange(now, 2 * x * now - before);
+        }
+        for (const Column &column : columns)
+            rows.push_back(column.values[i]);
+    }
+    return rows;
+}
+
+void Series::set_trend(int32_t order, double start, double end) {
+    if (start == 0 && end == 0 && order > 0 && !t.empty()) {
+        const auto [first, last] = std::minmax_element(t.begin(), t.end());
+        start = *first;
+        end = *last;
+    }
+    if (order > 0 && !(start < end))
+        fail(Status::argument, "{trend}: its span is from %g to %g: must be of different times, in this order", start,
+             end);
+    trend = {order, start, end, std::vector<double>(static_cast<size_t>(order), 0.0)};
+}
+
+void Series::add(const Series &from, size_t sample) {
+    const auto append = [sample](const std::vector<double> &values, std::vector<double> &to) {
+        if (!values.empty())
+            to.push_back(values[sample]);
+    };
+    append(from.t, t);
+    append(from.y, y);
+    append(from.sigma, sigma);
+    append(from.position_angle_deg, position_angle_deg);
+    if (!from.tai_ns.empty())
+        tai_ns.push_back(from.tai_ns[sample]);
+    if (!from.exposures.empty())
+        exposures.push_back(from.exposures[sample]);
+    for (size_t c = 0; c < columns.size(); c++)
+        append(from.columns[c].values, columns[c].values);
+}
+
+void check(const Series &series) {
+    check_lengths(series);
+    for (size_t i = 0; i < series.count(); i++) {
+        check_number("t", i, series.t[i], false);
+        check_number("y", i, series.y[i], series.kind == Kind::separation);
+        if (!series.sigma.empty())
+            check_number("sigma", i, series.sigma[i], true);
+        if (!series.position_angle_deg.empty())
+            check_number("position_angle_deg", i, series.position_angle_deg[i], false);
+    }
+    for (const Column &column : series.columns)
+        for (size_t i = 0; i < series.count(); i++)
+            check_number(column.name.c_str(), i, column.values[i], false);
+    if (series.functions() > kMostFunctions)
+        fail(Status::argument, "{functions}: trend of order %d and %zu columns: must be at most %zu together",
+             series.trend.order, series.columns.size(), kMostFunctions);
+}
+
+double mjd_of(int64_t tai_ns) noexcept {
+    constexpr int64_t kDay = 86400000000000, kMjdOf1970 = 40587;
+    const int64_t days = tai_ns / kDay;
+    return static_cast<double>(kMjdOf1970 + days) +
+           static_cast<double>(tai_ns - days * kDay) / static_cast<double>(kDay);
+}
+
+// By the parser of texts, whose dates have 128 bits.
+std::vector<int64_t> tai_of(const Series &series) {
+    if (!series.tai_ns.empty())
+        return series.tai_ns;
+    if (!series.dates)
+        fail(Status::argument, "{t}: the times are plain numbers: must be dates, Modified Julian Days or Julian Days");
+    std::vector<int64_t> times;
+    times.reserve(series.count());
+    const ingest::LeapSeconds none({});
+    for (const double t : series.t) {
+        char text[40];
+        std::snprintf(text, sizeof text, "%.17g", t);
+        times.push_back(ingest::parse_time(text, ingest::TimeFormat::mjd, series.dates->scale, none));
+    }
+    return times;
+}
+
+} // namespace toliman::measure

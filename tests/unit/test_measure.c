@@ -1,0 +1,256 @@
+/* Tests series of measurements: the same numbers from arrays, text, JSON Lines and .npy; times, exposures and
+ * functions; what is refused. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "measure_arrays.h"
+
+#include <toliman/planet.h>
+
+enum { N = 4 };
+static const double kTimes[N] = {61041.5, 61042.25, 61044, 61050.5}, kValues[N] = {9.8, 9.9, 10, 9.7},
+                    kSigmas[N] = {1e-6, 2e-6, 1e-6, 1e-6};
+
+static toliman_measure_info info_of(const toliman_measure *measure) {
+    toliman_measure_info info = TOLIMAN_MEASURE_INFO_INIT;
+    assert_ok(toliman_measure_get_info(measure, &info));
+    return info;
+}
+
+static void assert_values(const toliman_measure *measure, const char *name, const double *expected) {
+    double found[N];
+    assert_ok(toliman_measure_get_values(measure, name, found, N));
+    assert_memory_equal(found, expected, sizeof found);
+}
+
+static toliman_status load(const char *text, size_t size, const toliman_measure_options *options,
+                           toliman_measure **out) {
+    return toliman_measure_load(text, size, "s.csv", options, out);
+}
+
+/* The header of NumPy's format 1.0. */
+static size_t write_npy(char *out) {
+    static const char header[] = "{'descr': '<f8', 'fortran_order': False, 'shape': (4, 3), }";
+    memcpy(out, "\x93NUMPY\1\0\x76\0", 10);
+    memset(out + 10, ' ', 118);
+    memcpy(out + 10, header, sizeof header - 1);
+    out[127] = '\n';
+    for (int i = 0; i < N; i++) {
+        const double row[3] = {kTimes[i], kValues[i], kSigmas[i]};
+        memcpy(out + 128 + (size_t)i * sizeof row, row, sizeof row);
+    }
+    return 128 + N * 3 * sizeof(double);
+}
+
+static void every_source_gives_the_same_numbers(void **state) {
+    (void)state;
+    char texts[3][600];
+    size_t sizes[3] = {0, 0, write_npy(texts[2])};
+    sizes[0] = (size_t)snprintf(texts[0], sizeof *texts, "# a comment\nmjd,y,other,sigma\n");
+    for (int i = 0; i < N; i++) {
+        sizes[0] += (size_t)snprintf(texts[0] + sizes[0], sizeof *texts - sizes[0], "%.17g,%.17g,x,%.17g\n", kTimes[i],
+                                     kValues[i], kSigmas[i]);
+        sizes[1] +=
+            (size_t)snprintf(texts[1] + sizes[1], sizeof *texts - sizes[1],
+                             "{\"mjd\": %.17g, \"y\": %.17g, \"sigma\": %.17g}\n", kTimes[i], kValues[i], kSigmas[i]);
+    }
+    const toliman_measure_options plain = {.struct_size = sizeof plain, .flags = TOLIMAN_SERIES_PLAIN_TIMES};
+    toliman_measure *made = NULL;
+    for (int source = 0; source < 3; source++) {
+        assert_ok(load(texts[source], sizes[source], &plain, &made));
+        const toliman_measure_info info = info_of(made);
+        assert_true(info.n == N && info.is_weighted == 1 && info.has_exposures == 0 && info.time_format == 0);
+        assert_int_equal(info.kind, TOLIMAN_MEASURE_VALUE);
+        assert_values(made, "t", kTimes);
+        assert_values(made, "y", kValues);
+        assert_values(made, "sigma", kSigmas);
+        toliman_measure_destroy(made);
+    }
+    made = measure_of(kTimes, kValues, kSigmas, N);
+    assert_values(made, "t", kTimes);
+    assert_values(made, "sigma", kSigmas);
+    toliman_measure_destroy(made);
+}
+
+/* Days of UTC become those of TAI, and exposures about them. */
+static void times_are_those_of_the_exposures(void **state) {
+    (void)state;
+    static const char text[] = "mjd,y\n61041.5,9.8\n61042.5,9.9\n";
+    const toliman_measure_options options = {
+        .struct_size = sizeof options, .kind = TOLIMAN_MEASURE_SEPARATION, .exposure_s = 60};
+    toliman_measure *made = NULL, *same = NULL;
+    assert_ok(load(text, sizeof text - 1, &options, &made));
+    int64_t times[2], again[2];
+    const int64_t noon = INT64_C(61041 - 40587) * 86400 + 43200 + 37;
+    assert_ok(toliman_measure_get_times(made, times, 2));
+    for (int i = 0; i < 2; i++) /* a Modified Julian Day resolves 0.6 us */
+        assert_true(llabs(times[i] - (noon + i * 86400) * 1000000000) < 1000);
+    assert_int_equal(info_of(made).time_scale, TOLIMAN_INGEST_SCALE_TAI);
+    int64_t pairs[4];
+    for (int i = 0; i < 4; i++)
+        pairs[i] = times[i / 2] + (i % 2 == 0 ? -1 : 1) * INT64_C(30000000000);
+    const double values[] = {9.8, 9.9};
+    assert_ok(measure_separations(pairs, NULL, values, NULL, 2, &same));
+    assert_ok(toliman_measure_get_times(same, again, 2));
+    assert_memory_equal(again, times, sizeof times);
+    double reduced[2][2];
+    toliman_sky *sky = NULL;
+    const toliman_sky_options orbit = {.struct_size = sizeof orbit, .altitude_km = 600};
+    assert_ok(toliman_sky_create("alpha-cen", &orbit, &sky));
+    for (int i = 0; i < 2; i++) {
+        toliman_measure *result = NULL;
+        assert_ok(toliman_sky_reduce(sky, i == 0 ? made : same, NULL, &result));
+        assert_ok(toliman_measure_get_values(result, "y", reduced[i], 2));
+        toliman_measure_destroy(result);
+    }
+    assert_memory_equal(reduced[0], reduced[1], sizeof *reduced);
+    toliman_sky_destroy(sky);
+    toliman_measure_destroy(same);
+    toliman_measure_destroy(made);
+}
+
+/* T_j(cos x) = cos(j x); columns keep their values. */
+static void functions_are_polynomials_and_columns(void **state) {
+    (void)state;
+    toliman_measure *const made = measure_of(kTimes, kValues, kSigmas, N);
+    assert_ok(toliman_measure_set_trend(made, 3, 0, 0));
+    assert_ok(toliman_measure_add_column(made, "a column", kSigmas, N, 0.5));
+    assert_ok(toliman_measure_set_prior(made, 1, 2));
+    assert_values(made, "a column", kSigmas);
+    for (int order = 1; order <= 3; order++) {
+        char name[4];
+        double found[N];
+        snprintf(name, sizeof name, "T%d", order);
+        assert_ok(toliman_measure_get_values(made, name, found, N));
+        for (int i = 0; i < N; i++) {
+            const double x = 2 * (kTimes[i] - kTimes[0]) / (kTimes[N - 1] - kTimes[0]) - 1;
+            assert_close(found[i], cos(order * acos(x)), 0, 1e-11);
+        }
+    }
+    const struct {
+        const char *name;
+        double sigma;
+    } expected[] = {{"T1", 0}, {"T2", 2}, {"T3", 0}, {"a column", 0.5}};
+    assert_int_equal(info_of(made).functions, 4);
+    for (int64_t f = 0; f < 4; f++) {
+        toliman_measure_function function = TOLIMAN_MEASURE_FUNCTION_INIT;
+        assert_ok(toliman_measure_get_function(made, f, &function));
+        assert_string_equal(function.name, expected[f].name);
+        assert_close(function.sigma, expected[f].sigma, 1e-15, 0);
+    }
+    toliman_measure_destroy(made);
+}
+
+/* A reduced series has the errors of the orbit, or a trend. */
+static void a_reduction_adds_its_functions(void **state) {
+    (void)state;
+    static int64_t pairs[2 * 20];
+    double values[20], sigmas[20];
+    for (int i = 0; i < 20; i++) {
+        pairs[2 * i] = INT64_C(1798761600000000000) + i * INT64_C(604800000000000);
+        pairs[2 * i + 1] = pairs[2 * i] + INT64_C(60000000000);
+        values[i] = 9.8;
+        sigmas[i] = 1e-6;
+    }
+    const toliman_sky_options orbit = {.struct_size = sizeof orbit, .altitude_km = 600};
+    toliman_sky *sky = NULL;
+    assert_ok(toliman_sky_create("alpha-cen", &orbit, &sky));
+    for (int weighted = 0; weighted < 2; weighted++) {
+        toliman_measure *measured = NULL, *reduced = NULL;
+        assert_ok(measure_separations(pairs, NULL, values, weighted ? sigmas : NULL, 20, &measured));
+        assert_ok(toliman_sky_reduce(sky, measured, NULL, &reduced));
+        const toliman_measure_info info = info_of(reduced);
+        assert_int_equal(info.kind, TOLIMAN_MEASURE_REDUCED);
+        assert_int_equal(info.trend, weighted ? 0 : 4);
+        assert_int_equal(info.columns, weighted ? 7 : 0);
+        assert_true(info.parallax_arcsec > 0.7 && info.star_mass[1] > 0.8 && info.unit == 1);
+        toliman_measure *again = NULL;
+        assert_fails(toliman_sky_reduce(sky, reduced, NULL, &again), TOLIMAN_E_ARGUMENT, "measure: its kind must be");
+        toliman_planets *planets = NULL;
+        assert_fails(toliman_planet_search(measured, NULL, &planets), TOLIMAN_E_ARGUMENT,
+                     "series: is of measured separations: reduce them");
+        toliman_measure_destroy(reduced);
+        toliman_measure_destroy(measured);
+    }
+    toliman_sky_destroy(sky);
+}
+
+static void bad_series_are_refused(void **state) {
+    (void)state;
+    toliman_measure *made = NULL;
+    const double bad[N] = {1, NAN, 3, 4}, zero[N] = {1, 1, 0, 1};
+    const int64_t near[2 * N] = {12345, 12346, 12347, 12348, 12349, 12350, 12351, 12352};
+    const struct {
+        toliman_measure_data data;
+        const char *message;
+    } cases[] = {
+        {{.kind = 7, .n = N, .t = kTimes, .y = kValues}, "data->kind = 7: must be one of TOLIMAN_MEASURE_..."},
+        {{.n = N, .y = kValues}, "data->t is NULL"},
+        {{.n = N, .t = kTimes}, "data->y is NULL"},
+        {{.n = N, .t = bad, .y = kValues}, "t[1] = nan: must be finite"},
+        {{.n = N, .t = kTimes, .y = bad}, "y[1] = nan: must be finite"},
+        {{.n = N, .t = kTimes, .y = kValues, .sigma = zero}, "sigma[2] = 0: must be above 0"},
+        {{.kind = TOLIMAN_MEASURE_SEPARATION, .n = N, .t = kTimes, .y = zero}, "y[2] = 0: must be above 0"},
+        {{.n = N, .t = kTimes, .y = kValues, .unit = -1}, "unit = -1: must be in (0, 1e100], or 0"},
+        {{.n = N, .t = kTimes, .y = kValues, .time_unit_days = NAN}, "data->time_unit_days = nan"},
+        {{.n = N, .t = kTimes, .y = kValues, .frame_chi_square = -1}, "data->frame_chi_square = -1"},
+        {{.n = N, .y = kValues, .intervals = near}, "intervals: 12345 ns is near 1970-01-01"},
+        {{.kind = TOLIMAN_MEASURE_VELOCITY, .n = N, .t = kTimes, .y = kValues, .position_angle_deg = kTimes},
+         "data->position_angle_deg: must be NULL for velocities"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        toliman_measure_data data = cases[i].data;
+        data.struct_size = sizeof data;
+        assert_fails(toliman_measure_create(&data, &made), TOLIMAN_E_ARGUMENT, cases[i].message);
+    }
+    const struct {
+        const char *text;
+        int32_t status;
+        const char *message;
+    } texts[] = {
+        {"", TOLIMAN_E_FORMAT, "s.csv: contains no samples"}, {"t,y\n", TOLIMAN_E_FORMAT, "s.csv: contains no samples"},
+        {"1,2\nx,3\n", TOLIMAN_E_FORMAT, "s.csv:2: "},        {"a,b\n1,2\n", TOLIMAN_E_MISMATCH, "s.csv"},
+        {"\x93NUMPY", TOLIMAN_E_FORMAT, "s.csv: "},
+    };
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
+        assert_fails(load(texts[i].text, strlen(texts[i].text), NULL, &made), texts[i].status, texts[i].message);
+    const toliman_measure_options long_ones = {.struct_size = sizeof long_ones, .exposure_s = 1e9};
+    assert_fails(load("1,2\n", 4, &long_ones, &made), TOLIMAN_E_ARGUMENT, "options->exposure_s = 1e+09");
+    const toliman_measure_options undated = {.struct_size = sizeof undated, .exposure_s = 60};
+    assert_fails(load("1,2\n", 4, &undated, &made), TOLIMAN_E_ARGUMENT, "t: the times are plain numbers");
+    assert_fails(toliman_measure_load_file("no/such/file", NULL, &made), TOLIMAN_E_NOT_FOUND, "no/such/file");
+    assert_null(made);
+    made = measure_of(kTimes, kValues, NULL, N);
+    double values[N];
+    int64_t times[N];
+    toliman_measure_function function = TOLIMAN_MEASURE_FUNCTION_INIT;
+    assert_fails(toliman_measure_get_values(made, "sigma", values, N), TOLIMAN_E_NOT_FOUND, "name = \"sigma\"");
+    assert_fails(toliman_measure_get_values(made, "y", values, 3), TOLIMAN_E_ARGUMENT, "n = 3: must be 4");
+    assert_fails(toliman_measure_get_times(made, times, N), TOLIMAN_E_ARGUMENT, "t: the times are plain numbers");
+    assert_fails(toliman_measure_get_function(made, 0, &function), TOLIMAN_E_RANGE, "index = 0: must be in [0, 0)");
+    assert_fails(toliman_measure_set_prior(made, -1, 1), TOLIMAN_E_RANGE, "function = -1: must be in [0, 0)");
+    assert_fails(toliman_measure_set_trend(made, 9, 0, 0), TOLIMAN_E_ARGUMENT, "order = 9: must be in [0, 8]");
+    assert_fails(toliman_measure_set_trend(made, 1, 2, 1), TOLIMAN_E_ARGUMENT, "trend: its span is from 2 to 1");
+    assert_fails(toliman_measure_add_column(made, "c", bad, N, 0), TOLIMAN_E_ARGUMENT, "values[1] = nan");
+    assert_fails(toliman_measure_add_column(made, "c", kValues, 3, 0), TOLIMAN_E_ARGUMENT, "n = 3: must be 4");
+    assert_fails(toliman_measure_add_column(made, "", kValues, N, 0), TOLIMAN_E_ARGUMENT, "name = \"\"");
+    assert_fails(toliman_measure_add_column(made, "c", kValues, N, -1), TOLIMAN_E_ARGUMENT, "sigma = -1");
+    assert_ok(toliman_measure_add_column(made, "c", kValues, N, 0));
+    assert_fails(toliman_measure_add_column(made, "c", kValues, N, 0), TOLIMAN_E_ARGUMENT, "is the name of another");
+    assert_string_equal(toliman_measure_kind_name(TOLIMAN_MEASURE_REDUCED), "reduced");
+    assert_string_equal(toliman_measure_kind_name(0), "?");
+    toliman_measure_destroy(made);
+    toliman_measure_destroy(NULL);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_source_gives_the_same_numbers),
+        cmocka_unit_test(times_are_those_of_the_exposures),
+        cmocka_unit_test(functions_are_polynomials_and_columns),
+        cmocka_unit_test(a_reduction_adds_its_functions),
+        cmocka_unit_test(bad_series_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,74 @@
+#include "series/measure.hpp"
+
+#include <cmath>
+
+#include "common/library.hpp"
+
+namespace cli {
+
+namespace {
+
+const double *data_or_null(const std::vector<double> &values) {
+    return values.empty() ? nullptr : values.data();
+}
+
+void add_functions(const Nuisance &nuisance, toliman_measure *measure) {
+    const Trend &trend = nuisance.trend;
+    toliman::check(toliman_measure_set_trend(measure, trend.order, trend.start, trend.end));
+    for (const NuisanceColumn &column : nuisance.columns)
+        toliman::check(
+            toliman_measure_add_column(measure, column.name.c_str(), column.values.data(), column.values.size(), 0));
+    for (size_t f = 0; f < nuisance.precision.size(); f++)
+        if (nuisance.precision[f] > 0)
+            toliman::check(
+                toliman_measure_set_prior(measure, static_cast<int64_t>(f), 1 / std::sqrt(nuisance.precision[f])));
+}
+
+} // namespace
+
+toliman::measurements measure_of(const Series &series, int32_t kind, double unit,
+                                 const std::vector<int64_t> &intervals) {
+    auto data = toliman::sized<toliman_measure_data>();
+    data.kind = kind;
+    data.n = series.t.size();
+    data.t = series.t.data();
+    data.y = series.y.data();
+    data.sigma = data_or_null(series.sigma);
+    data.intervals = intervals.empty() ? nullptr : intervals.data();
+    data.position_angle_deg = data_or_null(series.position_angle_deg);
+    data.unit = unit;
+    data.frame_chi_square = series.frame_chi_square;
+    auto measure = toliman::make<toliman::measurements>(toliman_measure_create, &data);
+    add_functions(series.nuisance, measure.get());
+    return measure;
+}
+
+Series series_of(const toliman_measure *measure, const std::string &name) {
+    const toliman_measure_info info = info_of(measure);
+    Series series;
+    series.name = name;
+    series.t = values_of(measure, "t");
+    series.y = values_of(measure, "y");
+    series.sigma = values_of(measure, "sigma");
+    series.position_angle_deg = values_of(measure, "position_angle_deg");
+    series.time_scale = name_of_scale(info.time_scale);
+    series.time_format = info.time_format;
+    series.frame_chi_square = info.frame_chi_square;
+    Nuisance &nuisance = series.nuisance;
+    nuisance.trend = {info.trend, info.trend_start, info.trend_end};
+    bool has_priors = false;
+    for (int64_t f = 0; f < info.functions; f++) {
+        auto function = toliman::sized<toliman_measure_function>();
+        toliman::check(toliman_measure_get_function(measure, f, &function));
+        nuisance.precision.push_back(function.sigma > 0 ? 1 / (function.sigma * function.sigma) : 0);
+        has_priors = has_priors || function.sigma > 0;
+        if (f >= info.trend)
+            nuisance.columns.push_back(
+                {function.name, values_of(measure, function.name), function.bound, function.unit});
+    }
+    if (!has_priors)
+        nuisance.precision.clear();
+    return series;
+}
+
+} // namespace cli
