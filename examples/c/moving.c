@@ -15,11 +15,11 @@ static int fit_frames(const toliman_sim *sim, const toliman_fit *fit, toliman_pe
     const toliman_image image = {.struct_size = sizeof image, .pixels = frames};
     int status = toliman_sim_get_series(sim, 0, FRAMES, times, NULL);
     if (status == TOLIMAN_OK)
-        status = toliman_sim_frame_many(sim, NULL, 1, 0, FRAMES, 0, frames);
+        status = toliman_sim_frame_many(sim, NULL, 1, 0, FRAMES, frames);
     for (int i = 0; i < FRAMES; i++)
         predictions[i].time_days = times[i];
     if (status == TOLIMAN_OK)
-        status = toliman_fit_frames(fit, &image, FRAMES, predictions, 0, results);
+        status = toliman_fit_frame_many(fit, &image, FRAMES, predictions, results);
     for (int i = 0; status == TOLIMAN_OK && i < FRAMES; i++)
         if ((results[i].flags & TOLIMAN_FIT_NOT_CONVERGED) == 0)
             status = toliman_period_push(period, times[i], results[i].displacement_px, results[i].separation_sigma_px);

@@ -57,6 +57,8 @@ typedef struct toliman_bank_options {
     uint32_t steps;                     /* steps of the training of each network, at most 1e6; 0 = 600 */
     uint64_t seed;                      /* seed of the initial weights; 0 = 1 */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
+    uint32_t threads;                   /* worker threads of toliman_bank_encode_many, 0 = one per processor */
+    uint32_t reserved;                  /* 0 */
 } toliman_bank_options;
 #define TOLIMAN_BANK_OPTIONS_INIT TOLIMAN_INIT(toliman_bank_options)
 
@@ -66,9 +68,10 @@ TOLIMAN_API void toliman_bank_options_init(toliman_bank_options *options, size_t
 /* Predicted size and cost of a bank. */
 typedef struct toliman_bank_plan_info {
     uint32_t struct_size;         /* in: sizeof(toliman_bank_plan_info) */
-    uint32_t dates;               /* dates along the orbit, 1 for a scene whose stars do not move */
-    uint32_t places;              /* sub-pixel places at each date: the square of toliman_bank_options.places */
-    uint32_t networks;            /* dates times places */
+    uint32_t reserved;            /* 0 */
+    int64_t dates;                /* dates along the orbit, 1 for a scene whose stars do not move */
+    int64_t places;               /* sub-pixel places at each date: the square of toliman_bank_options.places */
+    int64_t networks;             /* dates times places */
     double first_days, last_days; /* dates covered, days of scene time */
     uint64_t bytes_float32;       /* size of the weights when saved, before compression */
     uint64_t bytes_half;          /* the same as bf16 or fp16 */
@@ -124,10 +127,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_train(
 /* Properties of a bank. */
 typedef struct toliman_bank_info {
     uint32_t struct_size;         /* in: sizeof(toliman_bank_info) */
-    uint32_t networks;            /* dates times places */
-    uint32_t trained_networks;    /* number of them that are trained */
-    uint32_t dates, places;       /* as in toliman_bank_plan_info */
     uint32_t steps;               /* steps of the training of each network */
+    int64_t networks;             /* dates times places */
+    int64_t trained_networks;     /* number of them that are trained */
+    int64_t dates, places;        /* as in toliman_bank_plan_info */
     double first_days, last_days; /* dates covered, days of scene time */
     double spacing_px;            /* as in the options, default resolved */
     int64_t rows, cols;           /* shape of the frames */
@@ -146,7 +149,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_info(const tolima
 /* One network of a bank. */
 typedef struct toliman_bank_network {
     uint32_t struct_size;         /* in: sizeof(toliman_bank_network) */
-    uint32_t trained;             /* 1: trained; 0: initial weights */
+    int32_t trained;              /* 1: trained; 0: initial weights */
     double days;                  /* date for which it was made, days of scene time */
     double first_days, last_days; /* range of times for which no other date of the bank is nearer */
     double x_px, y_px;            /* shift of the scene's centre from its place in the scene, in [-0.5, 0.5) */
@@ -177,11 +180,10 @@ typedef struct toliman_bank_result {
     double distance_px;     /* distance between the stars' places in the frame and those of the network: root sum of
                                squares of the change of the place of B relative to A, and of the sub-pixel part of
                                the displacement of both */
-    int32_t network;        /* index of the network with the smallest distance_px, -1 if not fitted */
+    int64_t network;        /* index of the network with the smallest distance_px, -1 if not fitted */
     int32_t goodness;       /* verdict on chi_square, TOLIMAN_GOODNESS_...; UNKNOWN if not fitted */
+    uint32_t bad_pixels;    /* left out by the fit and by the network */
     double chi_square, chi_square_sigma, largest_residual; /* of the fit, as in toliman_fit_result */
-    uint32_t bad_pixels;                                   /* left out by the fit and by the network */
-    uint32_t reserved;
 } toliman_bank_result;
 #define TOLIMAN_BANK_RESULT_INIT TOLIMAN_INIT(toliman_bank_result)
 
@@ -200,16 +202,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_encode(const toliman_
                                                                   toliman_bank_result *result,
                                                                   toliman_fit_result *fitted) TOLIMAN_NOEXCEPT;
 
-/* Encodes `count` frames of image. Each result is bit-identical to that of toliman_bank_encode.
+/* Encodes `count` frames of image, on the threads of the bank's options. Each result is bit-identical to that of
+ * toliman_bank_encode.
  *   predictions  [count]; NULL: time 0, no shift
- *   threads      worker threads, 0 = one per processor
  *   results      [count]; struct_size of the first must be set
  *   fitted       [count], results of the fits; struct_size of the first must be set; or NULL
  * Errors: as toliman_bank_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_encode_many(const toliman_bank *bank, const toliman_fit *fit,
                                                                        const toliman_image *image, size_t count,
                                                                        const toliman_fit_prediction *predictions,
-                                                                       uint32_t threads, toliman_bank_result *results,
+                                                                       toliman_bank_result *results,
                                                                        toliman_fit_result *fitted) TOLIMAN_NOEXCEPT;
 
 /* Writes the result of a frame without noise, with the stars at the places of the prediction (NULL: time 0, no shift),
@@ -228,9 +230,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_renewal(const tol
                                                                        double least_efficiency,
                                                                        double *days) TOLIMAN_NOEXCEPT;
 
-/* Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. If bytes is NULL, only *needed is set,
- * to the size; otherwise capacity must be at least that size (TOLIMAN_E_CAPACITY). The same bank always gives the same
- * bytes, also after loading them. Untrained networks are saved, too. TOLIMAN_E_ARGUMENT for an unknown encoding. */
+/* Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. *needed becomes
+ * the number of bytes. The same bank always gives the same bytes, also after loading them. Untrained networks are
+ * saved, too. TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for an unknown encoding. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_save(const toliman_bank *bank, int32_t encoding, void *bytes,
                                                                 size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 

@@ -33,10 +33,18 @@
  *     TOLIMAN_E_ARGUMENT. If the library is newer than your headers, a result may hold a constant that they do not
  *     define. Flags are uint32_t, one bit each.
  *   - Arrays belong to the caller and are in C order. Images are [row][column] with a row stride in elements.
+ *   - Lists of names in a text are separated by spaces or commas ("flux_a flux_b").
+ *   - Results of unknown number are written to the arguments (..., array, capacity, count), files in memory to
+ *     (..., bytes, capacity, needed). *count becomes the number of results. If capacity is smaller, the function
+ *     returns TOLIMAN_E_CAPACITY and writes nothing else. To ask for the number, pass array NULL and capacity 0: the
+ *     result is TOLIMAN_E_CAPACITY, or TOLIMAN_OK if there is none. Call again if the number may have grown since.
  *   - Threads. Different objects may be used by different threads at the same time. Functions that take a const
  *     object may run on one object from several threads. Other functions need exclusive use: while one runs, every
  *     other call on the same object, const or not, returns TOLIMAN_E_STATE at once and changes nothing. This includes
  *     calls from its own callbacks. Such a function also fails while const calls run on its object.
+ *   - Worker threads. A function that uses several takes their number from the member `threads` of its options struct
+ *     or, without one, of the options with which its object was created or loaded; 0 = one per processor. Results do
+ *     not depend on the number unless a comment says so.
  *   - Invalid handles. A pointer to a destroyed object, or to an object of another type, is refused with
  *     TOLIMAN_E_ARGUMENT as long as its memory has not been reused. This helps debugging; do not rely on it.
  *   - Functions without a status. toliman_fit_parameter_count, toliman_mask_get_json, toliman_period_count and
@@ -118,7 +126,7 @@ TOLIMAN_API const char *toliman_last_error_field(void) TOLIMAN_NOEXCEPT;
  *             loss 0.9"); valid during the callback
  *   fraction  completed fraction, from 0 to 1
  * Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED, except
- * toliman_mask_design, which returns the mask so far; its object stays usable. */
+ * toliman_mask_create, which returns the mask so far; its object stays usable. */
 typedef int32_t (*toliman_progress_fn)(const char *stage, double fraction, void *user_data);
 
 /* Levels of diagnostic messages. */
@@ -152,7 +160,7 @@ typedef struct toliman_allocator {
 /* Options of the toliman_X_load functions. */
 typedef struct toliman_load_options {
     uint32_t struct_size;
-    uint32_t reserved;                  /* 0 */
+    uint32_t threads; /* of the object: worker threads, 0 = one per processor. A periodogram has none */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
 } toliman_load_options;
 #define TOLIMAN_LOAD_OPTIONS_INIT TOLIMAN_INIT(toliman_load_options)
@@ -160,7 +168,7 @@ typedef struct toliman_load_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_load_options_init(toliman_load_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Returns the version of the running library as text ("0.2.0"). */
+/* Returns the version of the running library as text ("0.3.0"). */
 TOLIMAN_API const char *toliman_version(void) TOLIMAN_NOEXCEPT;
 
 /* Returns the version of the running library as 10000 major + 100 minor + patch. Compare it with

@@ -31,8 +31,7 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_sim_budget_options {
     uint32_t struct_size;
     uint32_t reserved;
-    const char *free_names; /* names of the free parameters, separated by spaces or commas; "" = none; NULL = those of
-                               preprocess.project */
+    const char *free_names; /* list of the free parameters; "" = none; NULL = those of preprocess.project */
     int64_t frames;         /* frames that share the parameters of the instrument, 0 = 1 */
     double earth_px;        /* displacement due to an Earth, px; 0 = that of the scene */
 } toliman_sim_budget_options;
@@ -80,13 +79,13 @@ typedef struct toliman_sim_budget_step {
 } toliman_sim_budget_step;
 #define TOLIMAN_SIM_BUDGET_STEP_INIT TOLIMAN_INIT(toliman_sim_budget_step)
 
-/* Writes the first `capacity` steps to steps[capacity] and their number to *count. Only the member `frames` of options,
- * which may be NULL, is used. A step omits parameters of which the scene has no derivative. TOLIMAN_E_ARGUMENT if
- * capacity is 0. */
+/* Writes the steps to steps[capacity] and their number to *count. Only the member `frames` of options, which may be
+ * NULL, is used. A step omits parameters of which the scene has no derivative. TOLIMAN_E_CAPACITY if capacity is too
+ * small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget_steps(const toliman_sim *sim,
                                                                            const toliman_sim_budget_options *options,
-                                                                           size_t capacity,
                                                                            toliman_sim_budget_step *steps,
+                                                                           size_t capacity,
                                                                            size_t *count) TOLIMAN_NOEXCEPT;
 
 /* One parameter of a budget. Amounts are absolute values; NaN where they are not known and infinite where the parameter
@@ -106,13 +105,13 @@ typedef struct toliman_sim_budget_row {
 } toliman_sim_budget_row;
 #define TOLIMAN_SIM_BUDGET_ROW_INIT TOLIMAN_INIT(toliman_sim_budget_row)
 
-/* Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the order of
- * their names, then every other parameter of which the scene has a derivative. Arguments and errors as
- * toliman_sim_get_budget; TOLIMAN_E_ARGUMENT if capacity is 0. Propagates the frame twice for each free parameter that
- * is not linear. */
+/* Writes the rows to rows[capacity] and their number to *count: the free parameters in the order of their names, then
+ * every other parameter of which the scene has a derivative. Arguments and errors as toliman_sim_get_budget;
+ * TOLIMAN_E_CAPACITY if capacity is too small. Propagates the frame twice for each free parameter that is not linear.
+ */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget_rows(const toliman_sim *sim,
                                                                           const toliman_sim_budget_options *options,
-                                                                          size_t capacity, toliman_sim_budget_row *rows,
+                                                                          toliman_sim_budget_row *rows, size_t capacity,
                                                                           size_t *count) TOLIMAN_NOEXCEPT;
 
 /* Writes the correlations of the estimates to correlations[count][count]: the separation, then the free parameters in

@@ -60,12 +60,12 @@ typedef struct toliman_cae_options {
     uint32_t struct_size;
     int32_t layout;                     /* TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT */
     int32_t input;                      /* TOLIMAN_CAE_INPUT_..., 0 = WHITENED */
-    uint32_t reserved;                  /* 0 */
+    uint32_t threads;                   /* worker threads of toliman_cae_encode_many, 0 = one per processor */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL */
     void *log_data;
-    int32_t centre;      /* TOLIMAN_CAE_CENTRE_..., 0 = SCENE */
-    uint32_t reserved_2; /* 0 */
+    int32_t centre;    /* TOLIMAN_CAE_CENTRE_..., 0 = SCENE */
+    uint32_t reserved; /* 0 */
 } toliman_cae_options;
 #define TOLIMAN_CAE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_options)
 
@@ -147,13 +147,13 @@ typedef struct toliman_cae_train_options {
     void *progress_data;
     toliman_frames_fn frames; /* UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each */
     void *frames_data;
-    uint64_t frame_count; /* UNSUPERVISED: number of frames, at least 2 */
-    uint64_t validation;  /* UNSUPERVISED: number of frames held out, chosen by the seed; 0 = a tenth, rounded to
+    size_t frame_count; /* UNSUPERVISED: number of frames, at least 2 */
+    size_t validation;  /* UNSUPERVISED: number of frames held out, chosen by the seed; 0 = a tenth, rounded to
                              nearest, at least 1 */
-    uint32_t batch;       /* UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16 */
-    uint32_t threads;     /* UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number */
-    double *losses;       /* [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1 */
-    uint64_t loss_count;  /* elements of losses. Losses of later steps, and of steps before a training was resumed, are
+    uint32_t batch;     /* UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16 */
+    uint32_t threads;   /* UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number */
+    double *losses;     /* [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1 */
+    size_t loss_count;  /* elements of losses. Losses of later steps, and of steps before a training was resumed, are
                              not written */
     toliman_epoch_fn epoch; /* UNSUPERVISED: may be NULL. If given, the validation frames are requested and
                                reconstructed again after each epoch */
@@ -192,7 +192,7 @@ toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae_train_options 
 /* Properties of a network. */
 typedef struct toliman_cae_info {
     uint32_t struct_size;       /* in: sizeof(toliman_cae_info) */
-    uint32_t trained;           /* 0 or 1 */
+    int32_t trained;            /* 0 or 1 */
     const char *layout;         /* "flight" or "paper"; static text */
     uint64_t layout_hash;       /* FNV-1a hash of the tensor table of the layout */
     uint64_t scene_digest;      /* toliman_sim_info.scene_digest of the scene */
@@ -236,15 +236,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_c
                                                                  size_t stride, double *latent_px,
                                                                  toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
-/* Encodes `count` frames of image. Each latent is bit-identical to that of toliman_cae_encode.
- *   threads     worker threads, 0 = one per processor
+/* Encodes `count` frames of image, on the threads of the network's options. Each latent is bit-identical to that of
+ * toliman_cae_encode.
  *   latents_px  [count]
  *   goodness    [count], or NULL; struct_size of the first must be set
  * Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
  * larger than the address space. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
-toliman_cae_encode_many(const toliman_cae *cae, const toliman_image *image, size_t count, uint32_t threads,
-                        double *latents_px, toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
+toliman_cae_encode_many(const toliman_cae *cae, const toliman_image *image, size_t count, double *latents_px,
+                        toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
 /* Decodes a latent: writes the decoder output to image[256][stride]. With input WHITENED, the output is the whitened
  * residual, in standard deviations of each pixel; it is linear in the latent up to 1 px. With the other inputs, the
@@ -286,16 +286,16 @@ typedef struct toliman_cae_save_options {
     uint32_t struct_size;
     int32_t weights_encoding; /* of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32 */
     int32_t planes_encoding;  /* of variance, target and nuisance images: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32 */
-    uint32_t training;        /* 1: also save the training state, so that toliman_cae_train can resume; 0: do not */
+    int32_t with_training;    /* 1: also save the training state, so that toliman_cae_train can resume; 0: do not */
 } toliman_cae_save_options;
 #define TOLIMAN_CAE_SAVE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_save_options)
 
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_cae_save_options_init(toliman_cae_save_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Saves a network as a weights blob. options may be NULL. If bytes is NULL, only *needed is set, to the size of the
- * blob; otherwise capacity must be at least that size (TOLIMAN_E_CAPACITY). The same network always gives the same
- * bytes, also after loading them. TOLIMAN_E_RANGE for numbers above 2^100, which the format excludes. */
+/* Saves a network as a weights blob. options may be NULL. *needed becomes the size of the blob. The same network
+ * always gives the same bytes, also after loading them. TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_RANGE
+ * for numbers above 2^100, which the format excludes. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save(const toliman_cae *cae,
                                                                const toliman_cae_save_options *options, void *bytes,
                                                                size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;

@@ -6,8 +6,8 @@
  *
  * Data flow (functions toliman_calibration_...)
  *
- *   toliman_sim (nominal scene), frames, times -> toliman_calibrate -> toliman_calibration
- *                                                  (options_init)          |
+ *   toliman_sim (nominal scene), frames, times -> create -> toliman_calibration
+ *                                              (options_init)       |
  *   values, errors, verdict              get_info, get_value, get_covariance, get_frame
  *   what the model lacks                 get_attempt, change_name, get_left_out
  *   images                               get_opd, get_chi_map, get_residual
@@ -80,14 +80,14 @@ TOLIMAN_API const char *toliman_calibration_change_name(uint32_t change) TOLIMAN
 /* An iteration of a calibration. */
 typedef struct toliman_calibration_step {
     uint32_t struct_size;
-    uint32_t map;        /* 1: of the OPD map; 0: of the parameters */
+    int32_t is_map;      /* 1: of the OPD map; 0: of the parameters */
     int32_t iteration;   /* 1, 2, ...; the numbers continue from the parameters to the map */
-    uint32_t accepted;   /* 0: the step was rejected */
+    int32_t accepted;    /* 1: the step was accepted; 0: it was rejected */
     double chi_square;   /* sum of squared residuals over their variances, per degree of freedom */
     double largest_step; /* of a parameter of the instrument, in its standard deviations; of the map: rms in nm */
     uint32_t change;     /* TOLIMAN_CALIBRATION_CHANGE_... that is tried, 0 for the model as given. The numbers of the
                             iterations begin with each change */
-    uint32_t recalled;   /* 1: the iteration of an earlier call, from the journal */
+    int32_t recalled;    /* 1: the iteration of an earlier call, from the journal */
 } toliman_calibration_step;
 #define TOLIMAN_CALIBRATION_STEP_INIT TOLIMAN_INIT(toliman_calibration_step)
 
@@ -100,8 +100,8 @@ typedef int32_t (*toliman_calibration_step_fn)(const toliman_calibration *so_far
 /* Options of a calibration. */
 typedef struct toliman_calibration_options {
     uint32_t struct_size;
-    uint32_t flags;   /* TOLIMAN_CALIBRATION_MAP and _IMPROVE, or 0 */
-    const char *free; /* parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
+    uint32_t flags;           /* TOLIMAN_CALIBRATION_MAP and _IMPROVE, or 0 */
+    const char *free;         /* list of the parameters to fit: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
                          focus zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the
                          parameter's unit. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation
                          jitter_xx jitter_yy jitter_xy temperature_a temperature_b spectrum_a_1-2 spectrum_b_1-2".
@@ -135,7 +135,7 @@ typedef struct toliman_calibration_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_calibration_options_init(toliman_calibration_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Calibrates a scene with `count` frames of image, and writes the result to *out, which the caller destroys.
+/* Creates a calibration of a scene: fits its parameters to `count` frames of image. The caller destroys *out.
  *   sim          nominal scene, not needed afterwards
  *   image        frames in the unit of the scene's frames (photons, electrons or DN); variances are those of the
  *                scene's detector and noise
@@ -157,10 +157,11 @@ TOLIMAN_API void toliman_calibration_options_init(toliman_calibration_options *o
  *   - TOLIMAN_E_FORMAT for any other file, TOLIMAN_E_STATE if another process writes to the journal, TOLIMAN_E_WRITE if
  *     it cannot be written or read: what it holds remains;
  *   - TOLIMAN_E_CANCELLED if step returned a nonzero value. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *image,
-                                                                size_t count, const toliman_fit_prediction *predictions,
-                                                                const toliman_calibration_options *options,
-                                                                toliman_calibration **out) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_create(const toliman_sim *sim,
+                                                                         const toliman_image *image, size_t count,
+                                                                         const toliman_fit_prediction *predictions,
+                                                                         const toliman_calibration_options *options,
+                                                                         toliman_calibration **out) TOLIMAN_NOEXCEPT;
 
 /* Destroys a calibration. NULL is allowed. */
 TOLIMAN_API void toliman_calibration_destroy(toliman_calibration *calibration) TOLIMAN_NOEXCEPT;
@@ -187,8 +188,8 @@ typedef struct toliman_calibration_info {
     int64_t frames;       /* frames that were calibrated */
     int64_t rows, cols;   /* shape of the frames */
     int64_t cells;        /* pupil cells per axis, N */
-    uint32_t parameters;  /* number of parameters of the instrument, at the start of each window */
-    uint32_t windows;     /* number of windows; the last one may have no frames: it starts at the end of one that has */
+    int64_t parameters;   /* number of parameters of the instrument, at the start of each window */
+    int64_t windows;      /* number of windows; the last one may have no frames: it starts at the end of one that has */
     int32_t iterations;   /* of the parameters, the rejected ones included */
     int32_t map_iterations;
     double chi_square;       /* sum of squared residuals over their variances, per degree of freedom: pixels minus
@@ -211,9 +212,9 @@ typedef struct toliman_calibration_info {
                            map_parameters: the limit below which chi_square is TOO_GOOD is lowered by this */
     uint32_t lacks;     /* with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need */
     uint32_t changes;   /* TOLIMAN_CALIBRATION_CHANGE_... that were kept */
-    int32_t attempts;   /* number of changes that were tried */
-    int32_t left_out;   /* number of default parameters that the scene does not have */
     int32_t reserved;   /* 0 */
+    int64_t attempts;   /* number of changes that were tried */
+    int64_t left_out;   /* number of default parameters that the scene does not have */
     double pupil_error; /* expected error of the pupil cells, relative to the peak: toliman_sim_plan_info */
     double peak_noise;  /* photon noise of the brightest pixel in all frames together, relative. A larger
                            pupil_error may make the model incomplete */
@@ -228,7 +229,7 @@ toliman_calibration_get_info(const toliman_calibration *calibration, toliman_cal
 typedef struct toliman_calibration_attempt {
     uint32_t struct_size; /* in: sizeof(toliman_calibration_attempt) */
     uint32_t change;      /* TOLIMAN_CALIBRATION_CHANGE_... */
-    uint32_t kept;        /* 1: the change was kept, and later ones build on it */
+    int32_t kept;         /* 1: the change was kept, and later ones build on it */
     uint32_t flags;       /* TOLIMAN_CALIBRATION_..., the verdict with this change */
     int64_t cells;        /* pupil cells per axis */
     double chi_square;    /* as in toliman_calibration_info, with this change */
@@ -241,7 +242,7 @@ typedef struct toliman_calibration_attempt {
 /* Writes attempt number `index` to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless 0 <= index <
  * attempts. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_attempt(
-    const toliman_calibration *calibration, int32_t index, toliman_calibration_attempt *out) TOLIMAN_NOEXCEPT;
+    const toliman_calibration *calibration, int64_t index, toliman_calibration_attempt *out) TOLIMAN_NOEXCEPT;
 
 /* A default parameter that was not fitted, as the scene does not have it. */
 typedef struct toliman_calibration_left_out {
@@ -255,7 +256,7 @@ typedef struct toliman_calibration_left_out {
 /* Writes number `index` of the parameters that were left out to *out, whose struct_size must be set. TOLIMAN_E_RANGE
  * unless 0 <= index < left_out. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_left_out(
-    const toliman_calibration *calibration, int32_t index, toliman_calibration_left_out *out) TOLIMAN_NOEXCEPT;
+    const toliman_calibration *calibration, int64_t index, toliman_calibration_left_out *out) TOLIMAN_NOEXCEPT;
 
 /* A fitted parameter of the instrument. */
 typedef struct toliman_calibration_value {
@@ -274,7 +275,7 @@ typedef struct toliman_calibration_value {
  * unless 0 <= index < parameters and 0 <= window < windows. With a map, the values exclude the map, which adds to their
  * aberrations. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
-toliman_calibration_get_value(const toliman_calibration *calibration, int64_t window, int32_t index,
+toliman_calibration_get_value(const toliman_calibration *calibration, int64_t window, int64_t index,
                               toliman_calibration_value *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the covariance of the parameters at the start of a window, with those of the frames free, to covariance[n][n];
@@ -286,7 +287,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_covariance
 /* Writes the parameters of frame number `index`, 0 <= index < frames, to *out, whose struct_size must be set: as
  * toliman_fit_frame with the fitted scene, where the standard deviations include the uncertainty of the instrument. A
  * scene with cadence.peak_photons gives its own peak that number of photons: fluxes are then relative to the nominal
- * scene. */
+ * scene. TOLIMAN_E_RANGE for any other index. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_frame(const toliman_calibration *calibration,
                                                                             int64_t index,
                                                                             toliman_fit_result *out) TOLIMAN_NOEXCEPT;
@@ -328,7 +329,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_residual(c
 
 /* Saves the fitted scene at the start of a window at `path`, a name that ends in ".json", and its map, if there is one,
  * in the same folder as <name>.opd.npy. Relative file names are rewritten relative to this folder. Replaces the files
- * atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE. */
+ * atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_RANGE for another window;
+ * TOLIMAN_E_WRITE. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_save_file(const toliman_calibration *calibration,
                                                                             int64_t window,
                                                                             const char *path) TOLIMAN_NOEXCEPT;

@@ -25,7 +25,7 @@ typedef struct toliman_components toliman_components;
 /* Options of a collection. */
 typedef struct toliman_components_options {
     uint32_t struct_size;
-    uint32_t raw;      /* 0: residuals (counts - reference)/sigma, with preprocess.project projected out;
+    int32_t raw;       /* 0: residuals (counts - reference)/sigma, with preprocess.project projected out;
                           1: counts */
     uint32_t bin;      /* sums blocks of bin x bin pixels before whitening; must be a divisor of rows and of columns; 0
                           = 1 */
@@ -93,7 +93,7 @@ TOLIMAN_API void toliman_components_train_options_init(toliman_components_train_
 typedef struct toliman_components_training {
     uint32_t struct_size; /* in: sizeof(toliman_components_training) */
     uint32_t iterations;  /* dictionary: number of iterations; 0 for PCA */
-    uint32_t converged;   /* 1: the last iteration improved the objective by less than 1e-5 of the total improvement;
+    int32_t converged;    /* 1: the last iteration improved the objective by less than 1e-5 of the total improvement;
                              0: stopped by the limit on iterations */
     uint32_t reserved;
     double objective; /* dictionary: objective / objective without atoms, 0 ... 1; 0 for PCA and for identical frames */
@@ -125,13 +125,14 @@ toliman_components_train(toliman_components *components, const toliman_component
  *           not add up to 1, because atoms are not orthogonal. May be NULL
  * Errors: TOLIMAN_E_STATE before training; TOLIMAN_E_RANGE for a component that was not trained. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_get_series(const toliman_components *components,
-                                                                            uint32_t component, double *values,
+                                                                            int64_t component, double *values,
                                                                             double *share) TOLIMAN_NOEXCEPT;
 
 /* Properties of a collection. */
 typedef struct toliman_components_info {
     uint32_t struct_size; /* in: sizeof(toliman_components_info) */
-    uint32_t raw, bin;    /* as in the options */
+    int32_t raw;          /* as in the options */
+    uint32_t bin;         /* as in the options */
     uint32_t projected;   /* number of nuisance images projected out; 0 if raw */
     int64_t capacity;     /* largest number of frames */
     int64_t frames;       /* number of frames pushed */

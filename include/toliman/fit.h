@@ -4,7 +4,7 @@
  *
  * Data flow (functions toliman_fit_...)
  *
- *   toliman_sim -> create -> toliman_fit -> frame, frames -> toliman_fit_result -> displacement, px -> period.h
+ *   toliman_sim -> create -> toliman_fit -> frame, frame_many -> toliman_fit_result -> displacement, px -> period.h
  *  (options_init, create_windows)   |   predict -> places of the stars, standard deviations
  *   time of the frame, pointing ^   parameter_count, get_parameter, get_info
  *  (toliman_fit_prediction)  destroy
@@ -43,8 +43,8 @@ typedef struct toliman_fit toliman_fit;
 /* Options of a fit. */
 typedef struct toliman_fit_options {
     uint32_t struct_size;
-    uint32_t reserved;                  /* 0 */
-    const char *free;                   /* further free parameters, names of sim_derivative.h separated by spaces:
+    uint32_t threads;                   /* worker threads, 0 = one per processor */
+    const char *free;                   /* further free parameters, a list of names of sim_derivative.h:
                                            "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that
                                            move the stars (roll, anisotropy, shear) are not available. "self" stands
                                            for the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and
@@ -62,8 +62,8 @@ typedef struct toliman_fit_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_fit_options_init(toliman_fit_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Creates the fit of a scene, on as many threads as the simulator has. The simulator is not needed afterwards. options
- * may be NULL. The caller destroys *out. The model images cover the scene's orbit over its cadence, plus capture_px.
+/* Creates the fit of a scene. The simulator is not needed afterwards. options may be NULL. The caller destroys *out.
+ * The model images cover the scene's orbit over its cadence, plus capture_px.
  * Errors:
  *   - TOLIMAN_E_ARGUMENT for an unknown parameter, or one that is named twice or always free;
  *   - TOLIMAN_E_SCENE if the scene's frame does not determine the parameters: it has too few pixels, a parameter is a
@@ -96,11 +96,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create_windows(const t
 TOLIMAN_API void toliman_fit_destroy(toliman_fit *fit) TOLIMAN_NOEXCEPT;
 
 /* Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL and after an error. */
-TOLIMAN_API int32_t toliman_fit_parameter_count(const toliman_fit *fit) TOLIMAN_NOEXCEPT;
+TOLIMAN_API int64_t toliman_fit_parameter_count(const toliman_fit *fit) TOLIMAN_NOEXCEPT;
 
 /* Writes parameter number `index`, 0 <= index < toliman_fit_parameter_count(), to *out, whose struct_size must be set.
  * TOLIMAN_E_RANGE for any other index. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_parameter(const toliman_fit *fit, int32_t index,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_parameter(const toliman_fit *fit, int64_t index,
                                                                         toliman_sim_parameter *out) TOLIMAN_NOEXCEPT;
 
 /* Properties of a fit. */
@@ -110,11 +110,10 @@ typedef struct toliman_fit_info {
     int64_t rows, cols;    /* shape of the frames */
     uint32_t taps;         /* samples per axis that interpolate a pixel of a model image */
     uint32_t images;       /* model images in memory */
-    uint32_t parameters;   /* number of parameters */
-    uint32_t reserved;
-    double image_error; /* predicted error of the interpolation, relative to the peak of the model image */
-    double capture_px;  /* as in the options */
-    uint64_t digest;    /* FNV-1a of all that determines results: model images, detector, orbit, parameters, capture */
+    int64_t parameters;    /* number of parameters */
+    double image_error;    /* predicted error of the interpolation, relative to the peak of the model image */
+    double capture_px;     /* as in the options */
+    uint64_t digest; /* FNV-1a of all that determines results: model images, detector, orbit, parameters, capture */
 } toliman_fit_info;
 #define TOLIMAN_FIT_INFO_INIT TOLIMAN_INIT(toliman_fit_info)
 
@@ -180,16 +179,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frame(const toliman_fi
                                                                 toliman_fit_result *result, double *values,
                                                                 double *covariance) TOLIMAN_NOEXCEPT;
 
-/* Fits `count` frames of image. Each result is bit-identical to that of toliman_fit_frame.
+/* Fits `count` frames of image, on the threads of the fit's options. Each result is bit-identical to that of
+ * toliman_fit_frame.
  *   predictions  [count]; NULL: time 0, no shift
- *   threads      worker threads, 0 = one per processor
  *   results      [count]; struct_size of the first must be set
  * Errors: as toliman_fit_frame, naming the frame; TOLIMAN_E_ARGUMENT for another shape. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frames(const toliman_fit *fit, const toliman_image *image,
-                                                                 size_t count,
-                                                                 const toliman_fit_prediction *predictions,
-                                                                 uint32_t threads,
-                                                                 toliman_fit_result *results) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frame_many(const toliman_fit *fit, const toliman_image *image,
+                                                                     size_t count,
+                                                                     const toliman_fit_prediction *predictions,
+                                                                     toliman_fit_result *results) TOLIMAN_NOEXCEPT;
 
 /* Writes what a fit of an undisturbed frame with this prediction would return: the expected frame to
  * image[rows][stride] (NULL: not computed), the parameters to values[n] and their covariance, the Cramer-Rao bound, to

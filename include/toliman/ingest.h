@@ -137,15 +137,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_next(toliman_ingest
  *   offset     of the frame's pixels in the file: that of its FRAME event
  *   reference  an undamaged frame of the same scene, shape and pixel type
  *   pixels     [rows][cols], receives the frame from where it looks most like the reference
- *   capacity   of pixels, in bytes
+ *   size       of pixels, in bytes
  *   shift      receives the bytes from the frame's place to there; 0 if it is not found elsewhere: pixels is unchanged
  * The size of the file, compared with that of the frames of all lines, tells whether bytes were lost or gained; with
  * GROWING it does not, and no frame is found. The likeness is that of images: let the estimator confirm the frame.
- * Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. */
+ * Errors: TOLIMAN_E_CAPACITY if size is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t offset,
                                                                         const toliman_frame *reference, void *pixels,
-                                                                        size_t capacity,
-                                                                        int64_t *shift) TOLIMAN_NOEXCEPT;
+                                                                        size_t size, int64_t *shift) TOLIMAN_NOEXCEPT;
 
 /* Sets the shift, in bytes, at which frames that were not reported yet are read, 0 at the beginning. No effect on a
  * file that has exactly the size of the frames of all lines. */
@@ -180,14 +179,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_get_info(const toli
                                                                       toliman_ingest_info *out) TOLIMAN_NOEXCEPT;
 
 /* Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table").
- *   clock   [capacity][2], pairs for toliman_track_options.clock. To query the number, pass capacity 0 and clock NULL
- *   points  becomes the number of pairs
- *   log     receives one warning if a rate differs from 1 by more than 1 %, for instance for columns in other units or
- *           in the wrong order, also in a query; may be NULL. user_data is passed to it
+ *   clock  [capacity][2], pairs for toliman_track_options.clock
+ *   count  becomes the number of pairs
+ *   log    receives one warning if a rate differs from 1 by more than 1 %, for instance for columns in other units or
+ *          in the wrong order, also if capacity is too small; may be NULL. user_data is passed to it
  * Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_FORMAT, with file and line, if the file is malformed or has no pair;
  * TOLIMAN_E_CAPACITY if capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_clock(const char *path, int64_t *clock,
-                                                                        size_t capacity, size_t *points,
+                                                                        size_t capacity, size_t *count,
                                                                         toliman_log_fn log,
                                                                         void *user_data) TOLIMAN_NOEXCEPT;
 
@@ -213,7 +212,7 @@ typedef struct toliman_leap_second {
 
 /* Reads a table of leap seconds.
  *   path     a leap-seconds.list of the IERS; NULL = the table of the ERFA library
- *   table    [capacity], with the struct_size of table[0] set. To query the number, pass capacity 0 and table NULL
+ *   table    [capacity], with the struct_size of table[0] set
  *   count    becomes the number of rows
  *   expires  becomes the day (MJD) from which on leap seconds may be missing: the expiry of the file, or 1 January of
  *            the first year that ERFA calls dubious; may be NULL
@@ -253,8 +252,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_parse_time(const ch
  * windows").
  *   leap_seconds  [leap_second_count] leap seconds for UTC, as in toliman_ingest_parse_time
  *   intervals     [capacity][2], start and end of each window in TAI nanoseconds since 1970-01-01T00:00:00 TAI,
- *                 increasing. A window may begin where the one before it ends. To query the number, pass capacity 0 and
- *                 intervals NULL
+ *                 increasing. A window may begin where the one before it ends
  *   count         becomes the number of windows, at least 1
  * Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_FORMAT, with file and line, if the file is malformed or has no window;
  * TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for a wrong table of leap seconds. */

@@ -26,7 +26,7 @@ typedef struct toliman_linear toliman_linear;
 /* Options of an estimator. */
 typedef struct toliman_linear_options {
     uint32_t struct_size;
-    uint32_t reserved;                  /* 0 */
+    uint32_t threads;                   /* worker threads of toliman_linear_encode_many, 0 = one per processor */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL */
     void *log_data;
@@ -58,16 +58,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode(const tolima
                                                                     size_t stride, double *value_px,
                                                                     toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
-/* Estimates the displacements of `count` frames of image. Each value is bit-identical to that of
- * toliman_linear_encode.
- *   threads    worker threads, 0 = one per processor
+/* Estimates the displacements of `count` frames of image, on the threads of the estimator's options. Each value is
+ * bit-identical to that of toliman_linear_encode.
  *   values_px  [count]
  *   goodness   [count], or NULL; struct_size of the first must be set
  * Errors: as toliman_linear_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
  * image larger than the address space. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
-toliman_linear_encode_many(const toliman_linear *linear, const toliman_image *image, size_t count, uint32_t threads,
-                           double *values_px, toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
+toliman_linear_encode_many(const toliman_linear *linear, const toliman_image *image, size_t count, double *values_px,
+                           toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
 /* Writes the predicted standard deviation of a value (px) to *sigma_px: the Cramer-Rao bound with the nuisances of
  * preprocess.project unknown. */

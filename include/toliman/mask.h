@@ -2,8 +2,8 @@
  *
  * Data flow (functions toliman_mask_...)
  *
- *   toliman_sim -> design -> toliman_mask -> get_info, get_place   scores of the designed mask and of the scene's own
- *    (design_options_init)        |       -> get_cells             the cells of the mask
+ *   toliman_sim -> create -> toliman_mask -> get_info, get_place   scores of the designed mask and of the scene's own
+ *     (options_init)              |       -> get_cells             the cells of the mask
  *                                 |       -> get_json              the mask, for a scene file -> sim.h
  *                              destroy    -> get_descent           the bound in each iteration
  *
@@ -34,19 +34,18 @@ typedef struct toliman_mask toliman_mask;
 #define TOLIMAN_MASK_SYMMETRY_ODD 843  /* the mask is its complement, as spirals of odd m are */
 
 /* Options of a design. */
-typedef struct toliman_mask_design_options {
+typedef struct toliman_mask_options {
     uint32_t struct_size;
     uint32_t threads; /* worker threads, 0 = one per processor */
     uint64_t seed;    /* seed of the random spirals that it starts from */
-    const char *free; /* parameters that are fitted together with the separation, names separated by spaces or commas,
-                         of flux_a, flux_b, shift_x, shift_y, roll, scale, focus and background; "" = none, NULL = all
-                         that the scene has */
+    const char *free; /* list of the parameters that are fitted together with the separation, of flux_a, flux_b,
+                         shift_x, shift_y, roll, scale, focus and background; "" = none; NULL = all of the scene */
     /* Places of the stars for which the mask is designed, at most one of the two lists; without, that of the scene. */
     const double *dates;               /* [date_count] Julian years; the scene must give the places by binary.orbit */
-    uint64_t date_count;               /* at most 64 */
+    size_t date_count;                 /* at most 64 */
     const double *position_angles_deg; /* [position_angle_count] of B from A; the scene must have
                                           binary.position_angle_deg */
-    uint64_t position_angle_count;     /* at most 64 */
+    size_t position_angle_count;       /* at most 64 */
     double peak_to_mean;    /* largest peak-to-mean ratio at every place, above 1; 0 = that of the scene's mask there */
     double light_in_frame;  /* smallest fraction of the light, in [0, 1); 0 = 0.875, or no limit
                                in a scene that gives peak_photons. Most designs meet it to 1 % */
@@ -58,13 +57,13 @@ typedef struct toliman_mask_design_options {
                                      ("polish: bound 1.8e-06 px"). A nonzero value ends the design: its result is the
                                      mask so far, not TOLIMAN_E_CANCELLED. May be NULL */
     void *progress_data;
-} toliman_mask_design_options;
-#define TOLIMAN_MASK_DESIGN_OPTIONS_INIT TOLIMAN_INIT(toliman_mask_design_options)
+} toliman_mask_options;
+#define TOLIMAN_MASK_OPTIONS_INIT TOLIMAN_INIT(toliman_mask_options)
 
 /* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_mask_design_options_init(toliman_mask_design_options *options, size_t size) TOLIMAN_NOEXCEPT;
+TOLIMAN_API void toliman_mask_options_init(toliman_mask_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Designs a mask of steps on the cells of the pupil (see Data flow above): from the best of iterations/2 random
+/* Creates a mask: designs steps on the cells of the pupil (see Data flow above): from the best of iterations/2 random
  * spirals, at most 125, Adam descends on the logarithm of the bound and penalties for pixels above the peak and for
  * light lost. The descent uses sketches: at most 128 cells per axis, the middle of the frame, and the wavelengths that
  * an accuracy of 1e-6 needs. Small features are then removed, and the scenes of all places judge the mask. The step is
@@ -76,8 +75,8 @@ TOLIMAN_API void toliman_mask_design_options_init(toliman_mask_design_options *o
  * Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation
  * has no bound with these parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the
  * engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_design(const toliman_sim *sim,
-                                                                  const toliman_mask_design_options *options,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_create(const toliman_sim *sim,
+                                                                  const toliman_mask_options *options,
                                                                   toliman_mask **out) TOLIMAN_NOEXCEPT;
 
 /* Destroys a mask. NULL is allowed. */
@@ -120,8 +119,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_info(const tolima
                                                                     toliman_mask_info *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the scores at place number `place` to *out, whose struct_size must be set; improved, stopped, iterations and
- * small_features are those of the whole. TOLIMAN_E_RANGE beyond the last place. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_place(const toliman_mask *mask, uint64_t place,
+ * small_features are those of the whole. TOLIMAN_E_RANGE for any other place. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_place(const toliman_mask *mask, int64_t place,
                                                                      toliman_mask_info *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the cells of the mask to cells[side][side], 1 where it steps and 0 elsewhere, also in cells without light;

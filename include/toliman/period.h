@@ -349,10 +349,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peak(const to
                                                                         toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the peak of toliman_period_query_peak, then the highest other local maxima, refined likewise, to
- * peaks[capacity]; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set. Each peak is
- * judged alone: power and FAP of a lower peak contain the scatter of higher ones. Errors as query_peak. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const toliman_period *period, size_t capacity,
-                                                                         toliman_period_peak *peaks,
+ * peaks[capacity], and their number to *count. The number is a choice of the caller: capacity is 1 to 64, and lower
+ * peaks are omitted. peaks[0].struct_size must be set. Each peak is judged alone: power and FAP of a lower peak contain
+ * the scatter of higher ones. Errors as query_peak. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const toliman_period *period,
+                                                                         toliman_period_peak *peaks, size_t capacity,
                                                                          size_t *count) TOLIMAN_NOEXCEPT;
 
 /* Refines the peak of query_peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
@@ -369,11 +370,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
                                                                        const double *y, const double *sigma, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
-/* Saves a periodogram as state bytes (formats.md, "TLMP"). If bytes is NULL, only *needed is set, to their number;
- * otherwise capacity must be at least that number (TOLIMAN_E_CAPACITY). The same samples give the same bytes in any
- * order. TOLIMAN_E_STATE if no set of samples can have these accumulators, so that the state could not be loaded.
- * This happens after retracting a sample that was never pushed, or one that was added by a merge between different
- * offsets (such a merge is not exact). */
+/* Saves a periodogram as state bytes (formats.md, "TLMP"): bytes[capacity], whose number becomes *needed.
+ * TOLIMAN_E_CAPACITY if capacity is too small. The same samples give the same bytes in any order. TOLIMAN_E_STATE if
+ * no set of samples can have these accumulators, so that the state could not be loaded. This happens after retracting
+ * a sample that was never pushed, or one that was added by a merge between different offsets (such a merge is not
+ * exact). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_period *period, void *bytes,
                                                                   size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 

@@ -64,13 +64,15 @@ typedef struct toliman_period_alias {
 #define TOLIMAN_PERIOD_ALIAS_INIT TOLIMAN_INIT(toliman_period_alias)
 
 /* Writes the aliases of a peak at `frequency` to aliases[capacity], those of the highest window function first; *count
- * becomes their number, at most capacity and at most 16. aliases[0].struct_size must be set. Days and years are those
- * of unit_ns. The window function is known from the accumulators, up to twice the last frequency of the grid. If the
- * highest peak of the grid is an alias of this one, it is among them.
- * Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT if frequency is outside the grid. */
+ * becomes their number, at most 16. aliases[0].struct_size must be set. Days and years are those of unit_ns. The
+ * window function is known from the accumulators, up to twice the last frequency of the grid. If the highest peak of
+ * the grid is an alias of this one, it is among them.
+ * Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT if frequency is outside the grid; TOLIMAN_E_CAPACITY if
+ * capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_aliases(const toliman_period *period,
-                                                                           double frequency, size_t capacity,
+                                                                           double frequency,
                                                                            toliman_period_alias *aliases,
+                                                                           size_t capacity,
                                                                            size_t *count) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS

@@ -11,7 +11,7 @@
  *                                             +-> get_pupil, get_spectrum, get_plate_scale   optics and light
  *                                             +-> expect, propagate, get_image               images, derivatives
  *                                             +-> sim_derivative.h                           all derivatives
- *                                             +-> stage_name, image_name                     names of constants
+ *                                             +-> stage_count, stage_name, image_name        names
  *                                          destroy
  *
  * Conventions
@@ -190,7 +190,8 @@ typedef struct toliman_sim_info {
     double aperture_m;                               /* diameter of the aperture */
     double pixel_scale_arcsec;                       /* size of a detector pixel on the sky */
     uint64_t scene_digest;        /* FNV-1a hash of the scene text, also stored in weights trained on the scene */
-    int64_t whole_counts;         /* 1 if counts are integers (photon noise only, or a bit depth), else 0 */
+    int32_t whole_counts;         /* 1 if counts are integers (photon noise only, or a bit depth), else 0 */
+    int32_t reserved;             /* 0 */
     double peak_counts;           /* brightest pixel of the expected frame, in its unit */
     int32_t unit;                 /* TOLIMAN_SIM_UNIT_..., of frames and expected images */
     int32_t bit_depth;            /* bits per pixel of the detector; 0 = counts are not rounded */
@@ -279,9 +280,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_json(const char *
                                                                     const toliman_sim_options *options,
                                                                     toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
-/* Returns the name of a stage, a physical effect that a scene may include: stage 0, 1, ... ("photon noise"), NULL
- * after the last one. Static text. Later versions may append stages. */
-TOLIMAN_API const char *toliman_sim_stage_name(int32_t stage) TOLIMAN_NOEXCEPT;
+/* Returns the number of stages, physical effects that a scene may include. Later versions may append stages. */
+TOLIMAN_API int64_t toliman_sim_stage_count(void) TOLIMAN_NOEXCEPT;
+
+/* Returns the name of stage number `index` ("photon noise"), 0 <= index < toliman_sim_stage_count(); "?" for any other
+ * index. Static text. */
+TOLIMAN_API const char *toliman_sim_stage_name(int64_t index) TOLIMAN_NOEXCEPT;
 
 /* Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for an unknown
  * name. */
@@ -383,14 +387,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_si
                                                                 uint64_t seed, int64_t k, double *image,
                                                                 size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Simulates frames first ... first + count - 1 to images[count][rows][cols].
- *   displacements_px  [count], or NULL: frames of the cadence with the scene's own signal (TOLIMAN_E_RANGE outside
- *                     it)
- *   threads           worker threads, 0 = one per processor
+/* Simulates frames first ... first + count - 1 to images[count][rows][cols], on the threads of the simulator's options.
+ *   displacements_px  [count], or NULL: frames of the cadence (others: TOLIMAN_E_RANGE) with the scene's own signal
  * Errors as toliman_sim_frame. After an error, images may hold some of the frames. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame_many(const toliman_sim *sim,
                                                                      const double *displacements_px, uint64_t seed,
-                                                                     int64_t first, size_t count, uint32_t threads,
+                                                                     int64_t first, size_t count,
                                                                      double *images) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS

@@ -55,11 +55,11 @@ typedef struct toliman_sim_parameter {
 #define TOLIMAN_SIM_PARAMETER_INIT TOLIMAN_INIT(toliman_sim_parameter)
 
 /* Returns the number of parameters. Later versions may append parameters. */
-TOLIMAN_API int32_t toliman_sim_parameter_count(void) TOLIMAN_NOEXCEPT;
+TOLIMAN_API int64_t toliman_sim_parameter_count(void) TOLIMAN_NOEXCEPT;
 
 /* Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must be set.
  * TOLIMAN_E_RANGE for any other index. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_parameter(int32_t index,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_parameter(int64_t index,
                                                                         toliman_sim_parameter *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the derivative of the expected frame by the parameter with this name to image[rows][stride], in the unit of

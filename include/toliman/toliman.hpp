@@ -48,6 +48,12 @@ inline void check(toliman_status status) {
         throw error(status);
 }
 
+// The same for a call that asks for the number of results: TOLIMAN_E_CAPACITY is the answer that there are some.
+inline void check_asked(toliman_status status) {
+    if (status != TOLIMAN_E_CAPACITY)
+        check(status);
+}
+
 // Owning handle: a std::unique_ptr whose deleter is the C destroy function. Pass handle.get() to C functions.
 template <class T, void (*destroy)(T *)> struct destroyer {
     void operator()(T *object) const noexcept { destroy(object); }

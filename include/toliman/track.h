@@ -165,8 +165,8 @@ typedef struct toliman_track_options {
     void *estimate_data;
     uint64_t estimator_id; /* number that identifies `estimate`. If no estimator is given: the number of the estimator
                               that wrote the ledger. Ignored with cae, linear and fit, which have their own */
-    char values[176];      /* names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of
-                              1 to 24 characters a-z 0-9 _; columns of a new ledger. "" with cae, linear and fit */
+    char values[176];      /* list of names ("dx dy") of additional values of `estimate`: at most 7, of 1 to 24
+                              characters a-z 0-9 _; columns of a new ledger. "" with cae, linear and fit */
     double sigma;          /* standard deviation of a value; 0 = Cramer-Rao bound of cae or linear, half of that of fit;
                               required with `estimate` and without an estimator */
     double value_limit;    /* a frame with |value| above it is an outlier; 0 = 10,000 sigma */
@@ -208,7 +208,7 @@ typedef struct toliman_track_options {
     double exposure_s; /* length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown */
     /* Estimator that follows moving stars. The prediction of a frame is its time in the scene, (TAI - time_offset_ns) /
      * 86400e9 days, so that time 0 of the scene is TAI time_offset_ns. The value is displacement_px, its sigma
-     * separation_sigma_px; the columns are those of values = "separation_px,x_px,y_px". The sigma of a frame may be 0.5
+     * separation_sigma_px; the columns are those of values = "separation_px x_px y_px". The sigma of a frame may be 0.5
      * to 16 times that of the scene's frame at time 0. A frame that does not converge is rejected with REASON_ESTIMATE.
      * REBUILD with another time_offset_ns does not change values recorded before. */
     const toliman_fit *fit;
@@ -216,7 +216,7 @@ typedef struct toliman_track_options {
      * (otherwise TOLIMAN_E_MISMATCH). Each frame is encoded by toliman_bank_encode with the prediction described at
      * `fit`. The value is displacement_px, and sigma is sigma_px of toliman_bank_result; chi_square is that of the fit.
      * The column flags is TOLIMAN_FIT_... + TOLIMAN_TRACK_BANK_FLAGS * TOLIMAN_BANK_.... The columns are those of
-     * values = "separation_px,x_px,y_px,fit_separation_px": the separation of the networks, the shift of the scene's
+     * values = "separation_px x_px y_px fit_separation_px": the separation of the networks, the shift of the scene's
      * centre, and the separation of the fit. The efficiency is sqrt(cov_fit_separation_px_fit_separation_px)/sigma.
      * Each network must be trained to an efficiency of at least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A
      * folder refuses another bank, as any other estimator. The bank must outlive the tracker. */
@@ -377,11 +377,10 @@ toliman_track_get_options(const toliman_track *track, toliman_track_options *opt
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_rejected(const toliman_track *track, int32_t reason,
                                                                          int64_t *frames) TOLIMAN_NOEXCEPT;
 
-/* Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *points becomes their number, 0
- * if camera time is TAI. To query the number, pass capacity 0 and clock NULL. TOLIMAN_E_CAPACITY if capacity is too
- * small. */
+/* Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *count becomes their number, 0
+ * if camera time is TAI. TOLIMAN_E_CAPACITY if capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *clock,
-                                                                      size_t capacity, size_t *points) TOLIMAN_NOEXCEPT;
+                                                                      size_t capacity, size_t *count) TOLIMAN_NOEXCEPT;
 
 /* Returns the tracker's periodogram in *out, for all queries of period.h. It is updated by every push and belongs to
  * the tracker, which destroys it. Queries during a push return TOLIMAN_E_STATE. */

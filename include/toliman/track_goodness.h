@@ -28,8 +28,8 @@ typedef struct toliman_track_goodness {
     int64_t cleaned;             /* number of these frames with a bad pixel */
     double chi_limit;            /* the limit in force */
     /* The scene with which the frames are measured, if it is that of a calibration. */
-    uint32_t is_calibrated; /* 1: it is */
-    uint32_t is_complete; /* 0: the calibration found an effect that its model lacks (TOLIMAN_CALIBRATION_INCOMPLETE) */
+    int32_t is_calibrated; /* 1: it is */
+    int32_t is_complete; /* 0: the calibration found an effect that its model lacks (TOLIMAN_CALIBRATION_INCOMPLETE) */
     double calibration_chi_square, calibration_chi_square_sigma; /* of the calibration; NaN if unknown */
     int32_t calibration_goodness;                                /* verdict on it */
     int32_t reserved;

@@ -37,8 +37,8 @@ typedef struct toliman_track_record {
 
 /* Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
  * start at toliman_track_info.records - count. Duplicates have no record. In memory, only valid frames have records,
- * one each. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened; some records may then have been
- * written. */
+ * one each. TOLIMAN_E_RANGE if first < 0; TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened; some
+ * records may then have been written. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const toliman_track *track, int64_t first,
                                                                         size_t count, toliman_track_record *records,
                                                                         size_t *done) TOLIMAN_NOEXCEPT;
@@ -71,8 +71,8 @@ typedef struct toliman_track_column {
 } toliman_track_column;
 #define TOLIMAN_TRACK_COLUMN_INIT TOLIMAN_INIT(toliman_track_column)
 
-/* Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number. To query the
- * number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too small. */
+/* Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number.
+ * TOLIMAN_E_CAPACITY if capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_columns(const toliman_track *track,
                                                                         toliman_track_column *columns, size_t capacity,
                                                                         size_t *count) TOLIMAN_NOEXCEPT;
@@ -86,11 +86,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_column(const tol
                                                                        size_t *done) TOLIMAN_NOEXCEPT;
 
 /* Writes the on-target intervals of a frame to intervals[capacity][2], start and end in s from the start of the
- * exposure by the camera clock; *count becomes their number, 0 if the frame had no list. To query the number, pass
- * capacity 0 and intervals NULL.
+ * exposure by the camera clock; *count becomes their number, 0 if the frame had no list.
  *   record  number of the record, as for toliman_track_get_records
- * Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_STATE in memory, where intervals are not kept;
- * TOLIMAN_E_LOST if damage to the ledger has lost them. */
+ * Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_RANGE for another record; TOLIMAN_E_STATE in memory,
+ * where intervals are not kept; TOLIMAN_E_LOST if damage to the ledger has lost them. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_intervals(const toliman_track *track, int64_t record,
                                                                           double *intervals, size_t capacity,
                                                                           size_t *count) TOLIMAN_NOEXCEPT;
@@ -108,8 +107,8 @@ typedef struct toliman_track_stream {
 } toliman_track_stream;
 #define TOLIMAN_TRACK_STREAM_INIT TOLIMAN_INIT(toliman_track_stream)
 
-/* Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number. To query the
- * number, pass capacity 0 and streams NULL. TOLIMAN_E_CAPACITY if capacity is too small. */
+/* Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number.
+ * TOLIMAN_E_CAPACITY if capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_streams(const toliman_track *track,
                                                                         toliman_track_stream *streams, size_t capacity,
                                                                         size_t *count) TOLIMAN_NOEXCEPT;

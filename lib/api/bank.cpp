@@ -5,7 +5,6 @@
 #include <optional>
 #include <vector>
 
-#include "api/bytes_out.hpp"
 #include "api/cae_choices.hpp"
 #include "api/fit_values.hpp"
 #include "api/goodness.hpp"
@@ -14,6 +13,7 @@
 #include "api/journal.hpp"
 #include "api/memory.hpp"
 #include "api/option.hpp"
+#include "api/output.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/struct_array.hpp"
 #include "api/track_estimators.hpp"
@@ -107,14 +107,14 @@ toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_opti
         });
         bank::check_size(scene.detector.rows, scene.detector.cols, dates.size(), options);
         toliman_bank_plan_info info = {};
-        info.dates = static_cast<uint32_t>(dates.size());
+        info.dates = static_cast<int64_t>(dates.size());
         info.places = options.places * options.places;
         info.networks = info.dates * info.places;
         info.first_days = options.first_days;
         info.last_days = options.last_days;
-        info.bytes_float32 = info.networks * bank::weight_bytes(cae::Encoding::float32);
-        info.bytes_half = info.networks * bank::weight_bytes(cae::Encoding::fp16);
-        info.train_s = kStepSeconds * options.steps * info.networks;
+        info.bytes_float32 = static_cast<uint64_t>(info.networks) * bank::weight_bytes(cae::Encoding::float32);
+        info.bytes_half = static_cast<uint64_t>(info.networks) * bank::weight_bytes(cae::Encoding::fp16);
+        info.train_s = kStepSeconds * options.steps * static_cast<double>(info.networks);
         deliver(info, out, "out");
     });
 }
@@ -128,7 +128,10 @@ toliman_status toliman_bank_create(const toliman_fit *fit, const toliman_bank_op
         toliman_bank *&made = required(out, "out");
         check_single(*fit, "fit");
         const fit::Fit &single = use->fit.first();
-        made = new toliman_bank{{}, bank::Bank(single, options_of(known, single.last_days())), bank_source};
+        if (known.reserved != 0)
+            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
+        made =
+            new toliman_bank{{}, bank::Bank(single, options_of(known, single.last_days())), known.threads, bank_source};
     });
 }
 
@@ -160,9 +163,9 @@ toliman_status toliman_bank_get_info(const toliman_bank *handle, toliman_bank_in
         const bank::Bank &bank = use->bank;
         const bank::Options &options = bank.options();
         toliman_bank_info info = {};
-        info.networks = static_cast<uint32_t>(bank.networks().size());
-        info.trained_networks = static_cast<uint32_t>(bank.trained());
-        info.dates = static_cast<uint32_t>(bank.dates().size());
+        info.networks = static_cast<int64_t>(bank.networks().size());
+        info.trained_networks = static_cast<int64_t>(bank.trained());
+        info.dates = static_cast<int64_t>(bank.dates().size());
         info.places = options.places * options.places;
         info.steps = options.steps;
         info.first_days = options.first_days;
@@ -182,11 +185,7 @@ toliman_status toliman_bank_get_network(const toliman_bank *handle, int64_t inde
     return guard([&] {
         const Use use(handle, "bank");
         const auto &networks = use->bank.networks();
-        const auto count = static_cast<int64_t>(networks.size());
-        if (index < 0 || index >= count)
-            fail(Status::range, "{index} = %lld: must be in [0, %lld]", static_cast<long long>(index),
-                 static_cast<long long>(count - 1));
-        const bank::Network &network = networks[static_cast<size_t>(index)];
+        const bank::Network &network = networks[required_index(index, networks.size(), "index")];
         const bank::Date &date = use->bank.dates()[network.date];
         toliman_bank_network found = {};
         found.trained = network.trained() ? 1 : 0;
@@ -223,7 +222,7 @@ toliman_status toliman_bank_encode(const toliman_bank *handle, const toliman_fit
 }
 
 toliman_status toliman_bank_encode_many(const toliman_bank *handle, const toliman_fit *fit, const toliman_image *image,
-                                        size_t count, const toliman_fit_prediction *predictions, uint32_t threads,
+                                        size_t count, const toliman_fit_prediction *predictions,
                                         toliman_bank_result *results, toliman_fit_result *fitted) noexcept {
     return guard([&] {
         const Use use(handle, "bank");
@@ -248,7 +247,7 @@ toliman_status toliman_bank_encode_many(const toliman_bank *handle, const tolima
             WorkPool<bank::BankWork>::Lease of_bank;
         };
         for_groups(
-            frames, count, 1, threads, [&] { return Work(*fit, *handle); },
+            frames, count, 1, use->threads, [&] { return Work(*fit, *handle); },
             [&](const ImageView<const double> *frame, size_t i, size_t, Work &work) {
                 found[i] = public_result(bank.estimate(
                     model->fit.first(), *frame, given ? prediction_of(given->get(i), "prediction") : fit::Prediction(),
@@ -303,7 +302,7 @@ toliman_status toliman_bank_load(const void *bytes, size_t size, const toliman_l
         const MemoryScope scope(memory_of(options));
         required(bytes, "bytes");
         toliman_bank *&made = required(out, "out");
-        made = new toliman_bank{{}, bank::from_bytes(bytes, size), bank_source};
+        made = new toliman_bank{{}, bank::from_bytes(bytes, size), threads_of(options), bank_source};
     });
 }
 
@@ -321,6 +320,8 @@ toliman_status toliman_bank_load_file(const char *path, const toliman_load_optio
         required(path, "path");
         toliman_bank *&made = required(out, "out");
         const std::vector<uint8_t> bytes = file::read(path, bank::most_bytes());
-        in_file(path, [&] { made = new toliman_bank{{}, bank::from_bytes(bytes.data(), bytes.size()), bank_source}; });
+        in_file(path, [&] {
+            made = new toliman_bank{{}, bank::from_bytes(bytes.data(), bytes.size()), threads_of(options), bank_source};
+        });
     });
 }

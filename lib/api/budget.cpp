@@ -7,8 +7,8 @@
 
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/output.hpp"
 #include "api/parameters.hpp"
-#include "api/struct_array.hpp"
 #include "information/budget.hpp"
 
 using namespace toliman;
@@ -88,11 +88,6 @@ toliman_sim_budget_row public_row(const information::BudgetRow &row, size_t i, c
     return result;
 }
 
-void check_capacity(size_t capacity) {
-    if (capacity < 1)
-        fail(Status::argument, "{capacity} = 0: must be at least 1");
-}
-
 } // namespace
 
 extern "C" {
@@ -122,40 +117,33 @@ toliman_status toliman_sim_get_budget(const toliman_sim *sim, const toliman_sim_
 }
 
 toliman_status toliman_sim_get_budget_steps(const toliman_sim *sim, const toliman_sim_budget_options *options,
-                                            size_t capacity, toliman_sim_budget_step *steps, size_t *count) noexcept {
+                                            toliman_sim_budget_step *steps, size_t capacity, size_t *count) noexcept {
     return guard([&] {
         const Use use(sim, "sim");
         const optics::Simulator &simulator = use->simulator;
         const Request request = request_of(simulator, options);
-        check_capacity(capacity);
-        const StructArray<toliman_sim_budget_step> results(steps, "steps");
-        required(count, "count");
+        const StructOutput<toliman_sim_budget_step> results(steps, "steps", capacity, count);
         std::vector<toliman_sim_budget_step> found;
         for (const information::BudgetStep &step : information::budget_steps(simulator)) {
             const information::BoundOfFrames bound = information::bound_of_frames(simulator, step.free, request.frames);
             found.push_back({0, 0, step.name, bound.one, bound.shared});
         }
-        *count = std::min(capacity, found.size());
-        for (size_t i = 0; i < *count; i++)
-            results.put(i, found[i]);
+        results.write(found.size(), "steps", [&](size_t i) { return found[i]; });
     });
 }
 
 toliman_status toliman_sim_get_budget_rows(const toliman_sim *sim, const toliman_sim_budget_options *options,
-                                           size_t capacity, toliman_sim_budget_row *rows, size_t *count) noexcept {
+                                           toliman_sim_budget_row *rows, size_t capacity, size_t *count) noexcept {
     return guard([&] {
         const Use use(sim, "sim");
         const optics::Simulator &simulator = use->simulator;
         const Request request = request_of(simulator, options);
-        check_capacity(capacity);
-        const StructArray<toliman_sim_budget_row> results(rows, "rows");
-        required(count, "count");
+        const StructOutput<toliman_sim_budget_row> results(rows, "rows", capacity, count);
         const information::BudgetFit fit = information::fit_of(simulator.images(), request.free);
         const double tenth_px = kTenth * information::bound_with(simulator.images(), request.free);
         const std::vector<information::BudgetRow> found = information::budget_rows(simulator, request.free, fit);
-        *count = std::min(capacity, found.size());
-        for (size_t i = 0; i < *count; i++)
-            results.put(i, public_row(found[i], i, fit, request.earth.px, tenth_px));
+        results.write(found.size(), "rows",
+                      [&](size_t i) { return public_row(found[i], i, fit, request.earth.px, tenth_px); });
     });
 }
 

@@ -8,12 +8,13 @@
 
 #include <toliman/cae.h>
 
-#include "api/bytes_out.hpp"
 #include "api/cae_choices.hpp"
 #include "api/frames_goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
+#include "api/option.hpp"
+#include "api/output.hpp"
 #include "api/pixel_frames.hpp"
 #include "backend/file.hpp"
 #include "cae/network.hpp"
@@ -139,7 +140,7 @@ toliman_cae_training train_unsupervised(toliman_cae &cae, const toliman_cae_trai
     toliman_cae_training result = {};
     if (options.epoch != nullptr)
         known.epoch = [&](const cae::Training &state) {
-            const toliman_cae so_far = {{}, cae::trained_network(cae.network, state), state};
+            const toliman_cae so_far = {{}, cae::trained_network(cae.network, state), state, cae.threads};
             result = result_of(state, quality_of(so_far.network));
             if (in_callback("epoch", [&] { return options.epoch(&so_far, &result, options.epoch_data); }) != 0)
                 fail(Status::cancelled, "epoch %u: cancelled by the epoch callback", state.done);
@@ -158,13 +159,12 @@ std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_opti
     const Use use(cae, "cae");
     const cae::Network &network = use->network;
     const toliman_cae_save_options options = accept(given, toliman_cae_save_options{}, "options");
-    if (options.training > 1)
-        fail(Status::argument, "{options->training} = %u: must be 0 or 1", options.training);
+    check_truth("options->with_training", options.with_training);
     return cae::to_blob(
         network,
         {kEncodings.to_enum_or(options.weights_encoding, cae::Encoding::float32, "options->weights_encoding"),
          kEncodings.to_enum_or(options.planes_encoding, cae::Encoding::float32, "options->planes_encoding")},
-        options.training != 0 ? training_of(*cae) : nullptr);
+        options.with_training != 0 ? training_of(*cae) : nullptr);
 }
 
 ImageView<const double> frame_of(const cae::Network &network, const double *counts, size_t stride) {
@@ -177,8 +177,8 @@ void copy_image(const Buffer<double> &from, double *image, size_t stride) {
         std::copy_n(&from[r * cae::kSide], cae::kSide, image + r * stride);
 }
 
-void store_network(cae::Blob &&blob, toliman_cae **out) {
-    *out = new toliman_cae{{}, std::move(blob.network), std::move(blob.training)};
+void store_network(cae::Blob &&blob, uint32_t threads, toliman_cae **out) {
+    *out = new toliman_cae{{}, std::move(blob.network), std::move(blob.training), threads};
 }
 
 } // namespace
@@ -196,9 +196,8 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
         const auto &simulator = use->simulator;
         const toliman_cae_options known = accept(options, toliman_cae_options{}, "options");
         const cae::Layout &layout = layout_of(known.layout);
-        for (const uint32_t reserved : {known.reserved, known.reserved_2})
-            if (reserved != 0)
-                fail(Status::argument, "{options->reserved} = %u: must be 0", reserved);
+        if (known.reserved != 0)
+            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
         required(out, "out");
         const MemoryScope scope(memory_of(known.allocator));
         store_network(
@@ -209,7 +208,7 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
                                              kCentres.to_enum_or(known.centre, cae::Centre::scene, "options->centre")),
                  seed),
              std::nullopt},
-            out);
+            known.threads, out);
     });
 }
 
@@ -260,7 +259,7 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *ou
         const cae::Network &network = use->network;
         const cae::Preprocess &preprocess = network.preprocess();
         toliman_cae_info info = {};
-        info.trained = network.trained();
+        info.trained = network.trained() ? 1 : 0;
         info.layout = network.layout().name;
         info.layout_hash = cae::layout_hash(network.layout());
         info.input = kInputs.to_constant(preprocess.input);
@@ -295,8 +294,7 @@ toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts, 
 }
 
 toliman_status toliman_cae_encode_many(const toliman_cae *cae, const toliman_image *image, size_t count,
-                                       uint32_t threads, double *latents_px,
-                                       toliman_frame_goodness *goodness) noexcept {
+                                       double *latents_px, toliman_frame_goodness *goodness) noexcept {
     return guard([&] {
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
@@ -306,7 +304,7 @@ toliman_status toliman_cae_encode_many(const toliman_cae *cae, const toliman_ima
         const PixelFrames frames = frames_of(image, count, preprocess.rows, preprocess.cols);
         double &latents = required(latents_px, "latents_px");
         FramesGoodness out(goodness, count);
-        network.encode_many(frames, count, threads, &latents, out.found());
+        network.encode_many(frames, count, use->threads, &latents, out.found());
         out.deliver();
     });
 }
@@ -367,7 +365,7 @@ toliman_status toliman_cae_load(const void *bytes, size_t size, const toliman_lo
         const MemoryScope scope(memory_of(options));
         required(bytes, "bytes");
         required(out, "out");
-        store_network(cae::from_blob(bytes, size), out);
+        store_network(cae::from_blob(bytes, size), threads_of(options), out);
     });
 }
 
@@ -386,7 +384,7 @@ toliman_status toliman_cae_load_file(const char *path, const toliman_load_option
         required(path, "path");
         required(out, "out");
         const std::vector<uint8_t> bytes = file::read(path, cae::kMaxBlob);
-        in_file(path, [&] { store_network(cae::from_blob(bytes.data(), bytes.size()), out); });
+        in_file(path, [&] { store_network(cae::from_blob(bytes.data(), bytes.size()), threads_of(options), out); });
     });
 }
 

@@ -153,18 +153,8 @@ calibrate::Point start_of(const calibrate::Problem &problem, const optics::Outli
 }
 
 const calibrate::Calibration &known(const toliman_calibration &handle, int64_t window) {
-    const auto count = static_cast<int64_t>(handle.calibration.windows.size());
-    if (window < 0 || window >= count)
-        fail(Status::range, "{window} = %lld: must be in [0, %lld]", static_cast<long long>(window),
-             static_cast<long long>(count - 1));
+    required_index(window, handle.calibration.windows.size(), "window");
     return handle.calibration;
-}
-
-template <class List> size_t known(int32_t index, const List &list) {
-    const auto count = static_cast<int32_t>(list.size());
-    if (index < 0 || index >= count)
-        fail(Status::range, "{index} = %d: must be at least 0 and below %d", index, count);
-    return static_cast<size_t>(index);
 }
 
 bool has_values(const calibrate::Calibration &calibration) {
@@ -184,7 +174,7 @@ void deliver_image(const Buffer<double> &values, const calibrate::Calibration &c
 toliman_calibration_step public_step(const calibrate::Report &report) {
     toliman_calibration_step step = {};
     step.struct_size = sizeof step;
-    step.map = report.of_map ? 1 : 0;
+    step.is_map = report.of_map ? 1 : 0;
     step.iteration = report.iteration;
     step.accepted = report.accepted ? 1 : 0;
     step.chi_square = report.chi_square;
@@ -219,9 +209,10 @@ void toliman_calibration_options_init(toliman_calibration_options *options, size
     deliver_defaults(toliman_calibration_options{}, options, size);
 }
 
-toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *image, size_t count,
-                                 const toliman_fit_prediction *predictions, const toliman_calibration_options *options,
-                                 toliman_calibration **out) noexcept {
+toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_image *image, size_t count,
+                                          const toliman_fit_prediction *predictions,
+                                          const toliman_calibration_options *options,
+                                          toliman_calibration **out) noexcept {
     return guard([&] {
         const toliman_calibration_options given = accept(options, toliman_calibration_options{}, "options");
         const MemoryScope scope(memory_of(given.allocator));
@@ -285,8 +276,8 @@ toliman_status toliman_calibration_get_info(const toliman_calibration *handle, t
         info.rows = static_cast<int64_t>(calibration.nominal.detector.rows);
         info.cols = static_cast<int64_t>(calibration.nominal.detector.cols);
         info.cells = static_cast<int64_t>(calibration.samples);
-        info.parameters = static_cast<uint32_t>(calibration.free.size());
-        info.windows = static_cast<uint32_t>(calibration.windows.size());
+        info.parameters = static_cast<int64_t>(calibration.free.size());
+        info.windows = static_cast<int64_t>(calibration.windows.size());
         info.iterations = calibration.iterations;
         info.map_iterations = calibration.map_iterations;
         // The chi-square is also that of a calibration that did not converge: it tells how far it came.
@@ -301,22 +292,19 @@ toliman_status toliman_calibration_get_info(const toliman_calibration *handle, t
         info.peak_noise = calibration.peak_noise;
         info.lacks = calibration.lacks;
         info.changes = calibration.improved;
-        info.attempts = static_cast<int32_t>(calibration.attempts.size());
-        info.left_out = static_cast<int32_t>(calibration.left_out.size());
+        info.attempts = static_cast<int64_t>(calibration.attempts.size());
+        info.left_out = static_cast<int64_t>(calibration.left_out.size());
         deliver(info, out, "out");
     });
 }
 
-toliman_status toliman_calibration_get_value(const toliman_calibration *handle, int64_t window, int32_t index,
+toliman_status toliman_calibration_get_value(const toliman_calibration *handle, int64_t window, int64_t index,
                                              toliman_calibration_value *out) noexcept {
     return guard([&] {
         const Use use(handle, "calibration");
         const calibrate::Calibration &calibration = known(*handle, window);
-        const auto count = static_cast<int32_t>(calibration.free.size());
-        if (index < 0 || index >= count)
-            fail(Status::range, "{index} = %d: must be in [0, %d]", index, count - 1);
-        const auto i = static_cast<size_t>(index), w = static_cast<size_t>(window), n = calibration.free.size(),
-                   at = w * n + i;
+        const size_t n = calibration.free.size(), i = required_index(index, n, "index"),
+                     w = static_cast<size_t>(window), at = w * n + i;
         const Parameter parameter = calibration.free[i].parameter;
         const bool valid = has_values(calibration);
         toliman_calibration_value value = {};
@@ -355,13 +343,10 @@ toliman_status toliman_calibration_get_frame(const toliman_calibration *handle, 
     return guard([&] {
         const Use use(handle, "calibration");
         const calibrate::Calibration &calibration = use->calibration;
-        const auto count = static_cast<int64_t>(calibration.point.own.size());
-        if (index < 0 || index >= count)
-            fail(Status::range, "{index} = %lld: must be in [0, %lld]", static_cast<long long>(index),
-                 static_cast<long long>(count - 1));
+        const size_t i = required_index(index, calibration.point.own.size(), "index");
         fit::Result result;
         if (has_values(calibration))
-            result = calibration.frames[static_cast<size_t>(index)];
+            result = calibration.frames[i];
         else
             result.flags = fit::not_converged;
         deliver(public_result(result, calibrate::kOwn), out, "out");
@@ -390,11 +375,12 @@ const char *toliman_calibration_change_name(uint32_t change) noexcept {
     return "?";
 }
 
-toliman_status toliman_calibration_get_attempt(const toliman_calibration *handle, int32_t index,
+toliman_status toliman_calibration_get_attempt(const toliman_calibration *handle, int64_t index,
                                                toliman_calibration_attempt *out) noexcept {
     return guard([&] {
         const Use use(handle, "calibration");
-        const calibrate::Attempt &attempt = use->calibration.attempts[known(index, use->calibration.attempts)];
+        const auto &all = use->calibration.attempts;
+        const calibrate::Attempt &attempt = all[required_index(index, all.size(), "index")];
         toliman_calibration_attempt tried = {};
         tried.change = attempt.lack;
         tried.kept = attempt.kept ? 1 : 0;
@@ -405,11 +391,12 @@ toliman_status toliman_calibration_get_attempt(const toliman_calibration *handle
     });
 }
 
-toliman_status toliman_calibration_get_left_out(const toliman_calibration *handle, int32_t index,
+toliman_status toliman_calibration_get_left_out(const toliman_calibration *handle, int64_t index,
                                                 toliman_calibration_left_out *out) noexcept {
     return guard([&] {
         const Use use(handle, "calibration");
-        const calibrate::LeftOut &left_out = use->calibration.left_out[known(index, use->calibration.left_out)];
+        const auto &all = use->calibration.left_out;
+        const calibrate::LeftOut &left_out = all[required_index(index, all.size(), "index")];
         toliman_calibration_left_out found = {};
         found.name = public_parameter(left_out.parameter).name;
         found.reason = left_out.why;
@@ -440,8 +427,7 @@ toliman_status toliman_calibration_get_residual(const toliman_calibration *handl
                                                 size_t stride) noexcept {
     return guard([&] {
         const Use use(handle, "calibration");
-        if (fitted != 0 && fitted != 1)
-            fail(Status::argument, "{fitted} = %d: must be 0 or 1", fitted);
+        check_truth("fitted", fitted);
         const calibrate::Calibration &calibration = use->calibration;
         deliver_image(fitted == 1 ? calibration.after : calibration.before, calibration, image, stride, "image");
     });

@@ -7,6 +7,7 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
+#include "api/option.hpp"
 #include "api/pixel_frames.hpp"
 #include "base/workers.hpp"
 #include "information/scene_model.hpp"
@@ -30,8 +31,7 @@ constexpr uint32_t kMostComponents = 64;
 constexpr double kLargestLambda = 1e6;
 
 linear::Preparation preparation_of(const toliman_components_options &options, int64_t cadence) {
-    if (options.raw > 1)
-        fail(Status::argument, "{options->raw} = %u: must be 0 or 1", options.raw);
+    check_truth("options->raw", options.raw);
     const int64_t capacity = options.capacity != 0 ? options.capacity : cadence;
     if (capacity < 2 || capacity > kMostFrames)
         fail(Status::argument, "{options->capacity} = %lld%s: must be in [2, %u] frames",
@@ -156,25 +156,23 @@ toliman_status toliman_components_train(toliman_components *handle, const tolima
         const linear::Components &trained = components->trained;
         if (report != nullptr)
             deliver(toliman_components_training{sizeof *report, static_cast<uint32_t>(trained.iterations),
-                                                trained.converged ? 1u : 0u, 0, trained.objective},
+                                                trained.converged ? 1 : 0, 0, trained.objective},
                     report, "report");
     });
 }
 
-toliman_status toliman_components_get_series(const toliman_components *handle, uint32_t component, double *values,
+toliman_status toliman_components_get_series(const toliman_components *handle, int64_t component, double *values,
                                              double *share) noexcept {
     return guard([&] {
         const Use components(handle, "components");
         const linear::Components &trained = components->trained;
         if (trained.frames == 0)
             fail(Status::state, "components: not trained, or not since the last push");
-        if (component >= trained.share.size())
-            fail(Status::range, "{component} = %u: must be below %zu, the number of trained components", component,
-                 trained.share.size());
+        const size_t at = required_index(component, trained.share.size(), "component");
         if (values != nullptr)
-            std::copy_n(&trained.series[component * trained.frames], trained.frames, values);
+            std::copy_n(&trained.series[at * trained.frames], trained.frames, values);
         if (share != nullptr)
-            *share = trained.share[component];
+            *share = trained.share[at];
     });
 }
 

@@ -21,6 +21,7 @@
 #include "api/struct_array.hpp"
 #include "api/track_estimators.hpp"
 #include "base/text.hpp"
+#include "base/workers.hpp"
 #include "fit/self.hpp"
 #include "frame/estimates.hpp"
 
@@ -44,8 +45,7 @@ double capture_of(const toliman_fit_options &options) {
 struct FitSettings {
     explicit FitSettings(const toliman_fit_options *options) {
         const toliman_fit_options known = accept(options, toliman_fit_options{}, "options");
-        if (known.reserved != 0)
-            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
+        threads = known.threads;
         free = parameters_of(known.free, "options->free", &self);
         capture_px = capture_of(known);
         memory = memory_of(known.allocator);
@@ -55,10 +55,11 @@ struct FitSettings {
     std::vector<Parameter> free_of(const optics::Simulator &simulator) const {
         std::vector<Parameter> all = free;
         if (self)
-            for (const Parameter parameter : fit::self_parameters(simulator, free))
+            for (const Parameter parameter : fit::self_parameters(simulator, free, worker_count(threads)))
                 all.push_back(parameter);
         return all;
     }
+    uint32_t threads;            // as given
     std::vector<Parameter> free; // those that are named
     bool self = false;
     double capture_px;
@@ -91,11 +92,12 @@ toliman_fit *make_fit(const std::vector<const optics::Simulator *> &simulators, 
     std::vector<optics::AtlasPlan> atlases;
     for (const optics::Simulator *simulator : simulators)
         atlases.push_back(simulator->plan().atlas);
-    return new toliman_fit{
-        {},
-        fit::Windows(simulators, first_days, settings.free_of(*simulators[0]), settings.capture_px, settings.progress),
-        std::move(atlases),
-        fit_source};
+    return new toliman_fit{{},
+                           fit::Windows(simulators, first_days, settings.free_of(*simulators[0]), settings.capture_px,
+                                        worker_count(settings.threads), settings.progress),
+                           std::move(atlases),
+                           settings.threads,
+                           fit_source};
 }
 
 // The numbers of a frame that was not fitted are NaN.
@@ -199,20 +201,17 @@ void toliman_fit_destroy(toliman_fit *fit) noexcept {
     destroy(fit);
 }
 
-int32_t toliman_fit_parameter_count(const toliman_fit *fit) noexcept {
-    return value_of(fit, "fit", int32_t{0},
-                    [](const toliman_fit &one) { return static_cast<int32_t>(one.fit.parameters().size()); });
+int64_t toliman_fit_parameter_count(const toliman_fit *fit) noexcept {
+    return value_of(fit, "fit", int64_t{0},
+                    [](const toliman_fit &one) { return static_cast<int64_t>(one.fit.parameters().size()); });
 }
 
-toliman_status toliman_fit_get_parameter(const toliman_fit *handle, int32_t index,
+toliman_status toliman_fit_get_parameter(const toliman_fit *handle, int64_t index,
                                          toliman_sim_parameter *out) noexcept {
     return guard([&] {
         const Use use(handle, "fit");
         const std::vector<Parameter> &parameters = use->fit.parameters();
-        const auto count = static_cast<int32_t>(parameters.size());
-        if (index < 0 || index >= count)
-            fail(Status::range, "{index} = %d: must be in [0, %d]", index, count - 1);
-        const Parameter parameter = parameters[static_cast<size_t>(index)];
+        const Parameter parameter = parameters[required_index(index, parameters.size(), "index")];
         toliman_sim_parameter found = public_parameter(parameter);
         if (parameter.kind == Parameter::Kind::position_angle)
             found.unit = "deg";
@@ -233,7 +232,7 @@ toliman_status toliman_fit_get_info(const toliman_fit *handle, toliman_fit_info 
         info.rows = static_cast<int64_t>(fit.rows());
         info.cols = static_cast<int64_t>(fit.cols());
         info.images = static_cast<uint32_t>(fit.images());
-        info.parameters = static_cast<uint32_t>(fit.parameters().size());
+        info.parameters = static_cast<int64_t>(fit.parameters().size());
         info.capture_px = fit.capture_px();
         info.digest = fit.digest();
         deliver(info, out, "out");
@@ -256,9 +255,8 @@ toliman_status toliman_fit_frame(const toliman_fit *handle, const double *counts
     });
 }
 
-toliman_status toliman_fit_frames(const toliman_fit *handle, const toliman_image *image, size_t count,
-                                  const toliman_fit_prediction *predictions, uint32_t threads,
-                                  toliman_fit_result *results) noexcept {
+toliman_status toliman_fit_frame_many(const toliman_fit *handle, const toliman_image *image, size_t count,
+                                      const toliman_fit_prediction *predictions, toliman_fit_result *results) noexcept {
     return guard([&] {
         const Use use(handle, "fit");
         const fit::Windows &fit = use->fit;
@@ -271,7 +269,7 @@ toliman_status toliman_fit_frames(const toliman_fit *handle, const toliman_image
             given.emplace(predictions, "predictions");
         Buffer<toliman_fit_result> found(count); // so that nothing is written if a frame fails
         for_groups(
-            frames, count, 1, threads, [&] { return fit.work(); },
+            frames, count, 1, use->threads, [&] { return fit.work(); },
             [&](const ImageView<const double> *frame, size_t i, size_t, fit::FitWork &work) {
                 fit::Result result;
                 fit.frame(*frame, given ? prediction_of(given->get(i), "prediction") : fit::Prediction(), work, result);

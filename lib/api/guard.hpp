@@ -52,6 +52,16 @@ inline void required_array(const void *pointer, size_t count, size_t bytes, cons
         required(pointer, name);
 }
 
+// Returns the position of an index in [0, count); Status::range, naming the argument, outside it.
+inline size_t required_index(int64_t index, size_t count, const char *name) {
+    const auto given = static_cast<long long>(index);
+    if (count == 0)
+        fail(Status::range, "{%s} = %lld: there is none", name, given);
+    if (index < 0 || static_cast<uint64_t>(index) >= count)
+        fail(Status::range, "{%s} = %lld: must be in [0, %zu]", name, given, count - 1);
+    return static_cast<size_t>(index);
+}
+
 // Runs work on the contents of a file and prefixes the messages of its errors with the path.
 template <class Work> void in_file(const char *path, Work work) {
     try {

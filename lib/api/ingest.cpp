@@ -174,7 +174,7 @@ toliman_status toliman_ingest_next(toliman_ingest *ingest, toliman_frame *frame,
 }
 
 toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t offset, const toliman_frame *reference,
-                                         void *pixels, size_t capacity, int64_t *shift) noexcept {
+                                         void *pixels, size_t size, int64_t *shift) noexcept {
     return guard([&] {
         const Use use(ingest, "ingest");
         if (offset < 0)
@@ -187,9 +187,8 @@ toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t o
             fail(Status::argument, "{reference}: must be a contiguous frame of the pixel type of the reader");
         const auto count = static_cast<size_t>(known.rows * known.cols);
         const size_t needed = count * size_of(kPixels.to_enum(known.pixel, "reference->pixel"));
-        if (capacity < needed)
-            fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the bytes of the reference", capacity,
-                 needed);
+        if (size < needed)
+            fail(Status::capacity, "{size} = %zu: must be at least %zu, the bytes of the reference", size, needed);
         *shift = use->pair.find(static_cast<uint64_t>(offset), count,
                                 &required(static_cast<const char *>(known.pixels), "reference->pixels"), pixels);
     });

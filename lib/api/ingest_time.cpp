@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "api/guard.hpp"
+#include "api/output.hpp"
 #include "api/text_out.hpp"
 #include "api/times.hpp"
 #include "ingest/clock_table.hpp"
@@ -18,11 +19,6 @@ using namespace toliman::api;
 using ingest::Scale;
 
 namespace {
-
-void check_capacity(size_t capacity, size_t count, const char *what) {
-    if (capacity > 0 && capacity < count)
-        fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the number of %s", capacity, count, what);
-}
 
 constexpr std::pair<const char *, const char * toliman_ingest_header::*> kHeaderKeys[] = {
     {"TIMESYS", &toliman_ingest_header::timesys},
@@ -51,19 +47,17 @@ constexpr std::pair<const char *, const char * toliman_ingest_header::*> kHeader
 
 extern "C" {
 
-toliman_status toliman_ingest_read_clock(const char *path, int64_t *clock, size_t capacity, size_t *points,
+toliman_status toliman_ingest_read_clock(const char *path, int64_t *clock, size_t capacity, size_t *count,
                                          toliman_log_fn log, void *log_data) noexcept {
     return guard([&] {
         required(path, "path");
-        required_array(clock, capacity, 2 * sizeof *clock, "clock");
-        required(points, "points");
+        const Output<int64_t> result(clock, "clock", capacity, count, 2);
         const std::vector<ingest::ClockPair> pairs = ingest::read_clock_table(path, {log, log_data});
-        check_capacity(capacity, pairs.size(), "clock pairs");
-        for (size_t i = 0; capacity > 0 && i < pairs.size(); i++) {
-            clock[2 * i] = pairs[i].camera_ns;
-            clock[2 * i + 1] = pairs[i].tai_ns;
+        int64_t *next = result.resize(pairs.size(), "clock pairs");
+        for (const ingest::ClockPair &pair : pairs) {
+            *next++ = pair.camera_ns;
+            *next++ = pair.tai_ns;
         }
-        *points = pairs.size();
     });
 }
 
@@ -72,31 +66,25 @@ toliman_status toliman_ingest_read_on_target(const char *path, const toliman_lea
                                              size_t *count) noexcept {
     return guard([&] {
         required(path, "path");
-        required_array(intervals, capacity, 2 * sizeof *intervals, "intervals");
-        required(count, "count");
+        const Output<int64_t> result(intervals, "intervals", capacity, count, 2);
         const std::vector<ingest::OnTargetWindow> windows =
             ingest::read_on_target(path, leap_seconds_of(leap_seconds, leap_second_count, "leap_seconds"));
-        check_capacity(capacity, windows.size(), "windows");
-        for (size_t i = 0; capacity > 0 && i < windows.size(); i++) {
-            intervals[2 * i] = windows[i].start_ns;
-            intervals[2 * i + 1] = windows[i].end_ns;
+        int64_t *next = result.resize(windows.size(), "windows");
+        for (const ingest::OnTargetWindow &window : windows) {
+            *next++ = window.start_ns;
+            *next++ = window.end_ns;
         }
-        *count = windows.size();
     });
 }
 
 toliman_status toliman_ingest_read_leap_seconds(const char *path, toliman_leap_second *table, size_t capacity,
                                                 size_t *count, int64_t *expires) noexcept {
     return guard([&] {
-        required(count, "count");
+        const StructOutput<toliman_leap_second> result(table, "table", capacity, count);
         const erfa::LeapSecondTable list = path != nullptr ? ingest::read_leap_seconds(path) : erfa::leap_seconds();
-        if (capacity > 0) {
-            const StructArray<toliman_leap_second> rows(table, "table");
-            check_capacity(capacity, list.rows.size(), "rows");
-            for (size_t i = 0; i < list.rows.size(); i++)
-                rows.put(i, {0, list.rows[i].tai_utc, list.rows[i].day});
-        }
-        *count = list.rows.size();
+        result.write(list.rows.size(), "rows", [&](size_t i) {
+            return toliman_leap_second{0, list.rows[i].tai_utc, list.rows[i].day};
+        });
         if (expires != nullptr)
             *expires = list.expires;
     });

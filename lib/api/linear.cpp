@@ -19,14 +19,14 @@ toliman_status toliman_linear_create(const toliman_sim *sim, const toliman_linea
                                      toliman_linear **out) noexcept {
     return guard([&] {
         const toliman_linear_options known = accept(options, toliman_linear_options{}, "options");
-        if (known.reserved != 0)
-            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
         const MemoryScope scope(memory_of(known.allocator));
         const Use use(sim, "sim");
         const auto &simulator = use->simulator;
         toliman_linear *&made = required(out, "out");
-        made = new toliman_linear{
-            {}, linear::TemplateEstimator(information::model_of(simulator, {known.log, known.log_data}))};
+        made =
+            new toliman_linear{{},
+                               linear::TemplateEstimator(information::model_of(simulator, {known.log, known.log_data})),
+                               known.threads};
     });
 }
 
@@ -49,8 +49,7 @@ toliman_status toliman_linear_encode(const toliman_linear *handle, const double 
 }
 
 toliman_status toliman_linear_encode_many(const toliman_linear *handle, const toliman_image *image, size_t count,
-                                          uint32_t threads, double *values_px,
-                                          toliman_frame_goodness *goodness) noexcept {
+                                          double *values_px, toliman_frame_goodness *goodness) noexcept {
     return guard([&] {
         const Use use(handle, "linear");
         const linear::TemplateEstimator &estimator = use->estimator;
@@ -59,7 +58,7 @@ toliman_status toliman_linear_encode_many(const toliman_linear *handle, const to
         const PixelFrames frames = frames_of(image, count, estimator.rows(), estimator.cols());
         double &values = required(values_px, "values_px");
         FramesGoodness out(goodness, count);
-        estimator.estimate_many(frames, count, threads, &values, out.found());
+        estimator.estimate_many(frames, count, use->threads, &values, out.found());
         out.deliver();
     });
 }

@@ -54,7 +54,7 @@ template <class T> T in_range_or(T value, T preset, T most, const char *name) {
     return value != 0 ? value : preset;
 }
 
-mask::DesignOptions design_options_of(const Scene &scene, const toliman_mask_design_options &given) {
+mask::DesignOptions design_options_of(const Scene &scene, const toliman_mask_options &given) {
     mask::DesignOptions known;
     if (given.reserved != 0)
         fail(Status::argument, "{options->reserved} = %u: must be 0", given.reserved);
@@ -90,7 +90,7 @@ double listed(const double *values, uint64_t i, double most, const char *name) {
 }
 
 // The scene with its stars at rest, at each of the places.
-std::vector<Scene> places_of(const Scene &scene, const toliman_mask_design_options &options) {
+std::vector<Scene> places_of(const Scene &scene, const toliman_mask_options &options) {
     const uint64_t dates = options.date_count, angles = options.position_angle_count;
     if (dates > 0 && angles > 0)
         fail(Status::argument, "{options->date_count} = %llu, position_angle_count = %llu: at most one may be above 0",
@@ -176,15 +176,15 @@ std::string json_of(const Mask &mask) {
 
 extern "C" {
 
-void toliman_mask_design_options_init(toliman_mask_design_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_mask_design_options{}, options, size);
+void toliman_mask_options_init(toliman_mask_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_mask_options{}, options, size);
 }
 
-toliman_status toliman_mask_design(const toliman_sim *sim, const toliman_mask_design_options *options,
+toliman_status toliman_mask_create(const toliman_sim *sim, const toliman_mask_options *options,
                                    toliman_mask **out) noexcept {
     return guard([&] {
         const Use use(sim, "sim");
-        const auto given = accept(options, toliman_mask_design_options{}, "options");
+        const auto given = accept(options, toliman_mask_options{}, "options");
         toliman_mask *&made = required(out, "out");
         if (use->simulator.plan().engine == optics::EngineKind::padded_fft)
             fail(Status::unsupported, "{sim}: the engine PADDED_FFT models no mask");
@@ -211,13 +211,10 @@ toliman_status toliman_mask_get_info(const toliman_mask *mask, toliman_mask_info
     });
 }
 
-toliman_status toliman_mask_get_place(const toliman_mask *mask, uint64_t place, toliman_mask_info *out) noexcept {
+toliman_status toliman_mask_get_place(const toliman_mask *mask, int64_t place, toliman_mask_info *out) noexcept {
     return guard([&] {
         const Use use(mask, "mask");
-        if (place >= use->places.size())
-            fail(Status::range, "{place} = %llu: must be below %zu, the number of places",
-                 static_cast<unsigned long long>(place), use->places.size());
-        deliver(use->places[place], out, "out");
+        deliver(use->places[required_index(place, use->places.size(), "place")], out, "out");
     });
 }
 

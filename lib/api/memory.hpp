@@ -22,9 +22,12 @@ inline Memory memory_of(const toliman_allocator *allocator) {
 
 inline Memory memory_of(const toliman_load_options *options) {
     const toliman_load_options known = accept(options, toliman_load_options{}, "options");
-    if (known.reserved != 0)
-        fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
     return memory_of(known.allocator);
+}
+
+// The worker threads of a loaded object.
+inline uint32_t threads_of(const toliman_load_options *options) {
+    return accept(options, toliman_load_options{}, "options").threads;
 }
 
 } // namespace toliman::api

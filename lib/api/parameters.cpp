@@ -6,6 +6,7 @@
 #include "api/choice.hpp"
 #include "base/error.hpp"
 #include "base/nearest_word.hpp"
+#include "base/words.hpp"
 
 namespace toliman::api {
 
@@ -38,13 +39,8 @@ std::string suggestion_for(const std::string &name) {
 }
 
 std::vector<Parameter> parameters_of(const char *names, const char *field, bool *self) {
-    constexpr char kBetween[] = " ,";
     std::vector<Parameter> parameters;
-    const std::string text = names != nullptr ? names : "";
-    for (size_t at = text.find_first_not_of(kBetween); at != std::string::npos;) {
-        const size_t end = std::min(text.find_first_of(kBetween, at), text.size());
-        const std::string name = text.substr(at, end - at);
-        at = text.find_first_not_of(kBetween, end);
+    for (const std::string &name : words_of(names != nullptr ? names : "")) {
         if (self != nullptr && name == "self") {
             *self = true;
             continue;

@@ -5,6 +5,7 @@
 #include <toliman/period.h>
 
 #include "api/goodness.hpp"
+#include "api/guard.hpp"
 #include "period/fap.hpp"
 #include "period/peak.hpp"
 #include "period/sampling.hpp"
@@ -30,9 +31,7 @@ inline uint32_t slow_flags(const period::Grid &grid, double frequency, double sp
 
 // Fails unless there is a model at frequency k.
 inline void check_model(const period::PowerQuery &query, const period::Stream &stream, int64_t k) {
-    if (k < 0 || k >= stream.grid().nf)
-        fail(Status::range, "{k} = %lld: must be in [0, %lld]", static_cast<long long>(k),
-             static_cast<long long>(stream.grid().nf - 1));
+    required_index(k, static_cast<size_t>(stream.grid().nf), "k");
     check_meaningful(query, stream, "a model");
     query.check();
 }

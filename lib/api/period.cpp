@@ -5,11 +5,11 @@
 
 #include <toliman/period.h>
 
-#include "api/bytes_out.hpp"
 #include "api/grid_flags.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
+#include "api/output.hpp"
 #include "api/peak.hpp"
 #include "api/period_samples.hpp"
 #include "backend/file.hpp"
@@ -265,7 +265,7 @@ toliman_status toliman_period_query_model(const toliman_period *period, int64_t 
     });
 }
 
-toliman_status toliman_period_query_peaks(const toliman_period *period, size_t capacity, toliman_period_peak *peaks,
+toliman_status toliman_period_query_peaks(const toliman_period *period, toliman_period_peak *peaks, size_t capacity,
                                           size_t *count) noexcept {
     return guard([&] {
         const Use use(period, "period");
@@ -306,10 +306,9 @@ toliman_status toliman_period_save(const toliman_period *period, void *bytes, si
     return guard([&] {
         const Use use(period, "period");
         const period::Stream &stream = use->stream;
-        if (bytes == nullptr)
-            required(needed, "needed") = stream.saved_size();
-        else
-            deliver_bytes(stream.save(), bytes, capacity, needed);
+        if (capacity < stream.saved_size()) // known without saving
+            check_bytes(stream.saved_size(), bytes, capacity, needed);
+        deliver_bytes(stream.save(), bytes, capacity, needed);
     });
 }
 

@@ -6,8 +6,8 @@
 #include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/output.hpp"
 #include "api/peak.hpp"
-#include "api/struct_array.hpp"
 #include "period/alias.hpp"
 #include "period/sampling.hpp"
 #include "period/stream/power.hpp"
@@ -64,20 +64,18 @@ const char *toliman_period_interval_name(int32_t interval_kind) noexcept {
     return kIntervals.contains(interval_kind) ? kNames[interval_kind - kIntervals.first] : "?";
 }
 
-toliman_status toliman_period_query_aliases(const toliman_period *period, double frequency, size_t capacity,
-                                            toliman_period_alias *aliases, size_t *count) noexcept {
+toliman_status toliman_period_query_aliases(const toliman_period *period, double frequency,
+                                            toliman_period_alias *aliases, size_t capacity, size_t *count) noexcept {
     return guard([&] {
         const Use use(period, "period");
         const period::Stream &stream = use->stream;
-        const StructArray<toliman_period_alias> results(aliases, "aliases");
-        required(count, "count");
+        const StructOutput<toliman_period_alias> results(aliases, "aliases", capacity, count);
         const period::Grid &grid = stream.grid();
         if (!(frequency >= grid.f0 && frequency <= grid.last()))
             fail(Status::argument, "{frequency} = %g: must be in the grid, [%g, %g]", frequency, grid.f0, grid.last());
         period::Alias found[period::kMaxAliases];
-        *count = std::min(capacity, period::find_aliases(stream, frequency, found));
-        for (size_t i = 0; i < *count; i++)
-            results.put(i, public_alias(found[i]));
+        results.write(period::find_aliases(stream, frequency, found), "aliases",
+                      [&](size_t i) { return public_alias(found[i]); });
     });
 }
 

@@ -254,7 +254,8 @@ toliman_status toliman_sim_create_file(const char *path, const toliman_sim_optio
         api::required(path, "path");
         api::required(out, "out");
         with_options(options, [&](const optics::Settings &settings) {
-            *out = new toliman_sim{{}, optics::Simulator(optics::outline_of(path, settings), settings)};
+            *out =
+                new toliman_sim{{}, optics::Simulator(optics::outline_of(path, settings), settings), settings.workers};
         });
     });
 }
@@ -265,7 +266,8 @@ toliman_status toliman_sim_create_json(const char *json, size_t size, const char
         api::required(json, "json");
         api::required(out, "out");
         with_options(options, [&](const optics::Settings &settings) {
-            *out = new toliman_sim{{}, optics::Simulator(outline_of_text(json, size, folder, settings), settings)};
+            *out = new toliman_sim{
+                {}, optics::Simulator(outline_of_text(json, size, folder, settings), settings), settings.workers};
         });
     });
 }
@@ -326,9 +328,12 @@ toliman_status toliman_sim_get_plan(const toliman_sim *sim, toliman_sim_plan_inf
     });
 }
 
-const char *toliman_sim_stage_name(int32_t stage) noexcept {
-    return stage >= 0 && static_cast<size_t>(stage) < optics::kStages ? optics::stage_name(static_cast<size_t>(stage))
-                                                                      : nullptr;
+int64_t toliman_sim_stage_count() noexcept {
+    return int64_t{optics::kStages};
+}
+
+const char *toliman_sim_stage_name(int64_t index) noexcept {
+    return index >= 0 && index < toliman_sim_stage_count() ? optics::stage_name(static_cast<size_t>(index)) : "?";
 }
 
 toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const char *name, int32_t *modelled) noexcept {
@@ -477,7 +482,7 @@ toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px,
 }
 
 toliman_status toliman_sim_frame_many(const toliman_sim *sim, const double *displacements_px, uint64_t seed,
-                                      int64_t first, size_t count, uint32_t threads, double *images) noexcept {
+                                      int64_t first, size_t count, double *images) noexcept {
     return api::guard([&] {
         const api::Use use(sim, "sim");
         const optics::Simulator &simulator = use->simulator;
@@ -488,6 +493,6 @@ toliman_status toliman_sim_frame_many(const toliman_sim *sim, const double *disp
         api::required_array(images, count, simulator.pixels() * sizeof *images, "images");
         for (size_t i = 0; own && i < count; i++)
             check_displacement(displacements_px[i], simulator.largest_displacement_px());
-        make_frames(simulator, seed, first, count, displacements_px, threads, images);
+        make_frames(simulator, seed, first, count, displacements_px, use->threads, images);
     });
 }

@@ -39,16 +39,14 @@ Buffer<double> weights_of(const toliman::Detector &detector, const double *weigh
 
 } // namespace
 
-int32_t toliman_sim_parameter_count() noexcept {
-    return static_cast<int32_t>(toliman::parameter_count());
+int64_t toliman_sim_parameter_count() noexcept {
+    return static_cast<int64_t>(toliman::parameter_count());
 }
 
-toliman_status toliman_sim_get_parameter(int32_t index, toliman_sim_parameter *out) noexcept {
+toliman_status toliman_sim_get_parameter(int64_t index, toliman_sim_parameter *out) noexcept {
     return api::guard([&] {
-        const int32_t count = toliman_sim_parameter_count();
-        if (index < 0 || index >= count)
-            fail(Status::range, "{index} = %d: must be in [0, %d]", index, count - 1);
-        api::deliver(api::public_parameter(toliman::all_parameters()[static_cast<size_t>(index)]), out, "out");
+        const size_t at = api::required_index(index, toliman::parameter_count(), "index");
+        api::deliver(api::public_parameter(toliman::all_parameters()[at]), out, "out");
     });
 }
 

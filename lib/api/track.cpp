@@ -25,6 +25,7 @@
 #include "api/track_functions.hpp"
 #include "api/track_handle.hpp"
 #include "api/track_results.hpp"
+#include "base/words.hpp"
 #include "base/workers.hpp"
 #include "track/tracker.hpp"
 
@@ -185,7 +186,8 @@ std::optional<track::Clock> clock_of(const toliman_track_options &options) {
 // The columns of a new ledger. An estimator of the library has values of its own.
 track::Columns columns_of(const toliman_track_options &options, const Source &source,
                           const track::Reference &reference) {
-    if (options.values[0] != 0 && options.values != source.values)
+    const std::vector<std::string> given = words_of(options.values);
+    if (!given.empty() && given != words_of(source.values))
         fail(Status::argument, "{options->values} = \"%s\": must be \"%s\", the values of the estimator",
              options.values, source.values.c_str());
     return track::Columns(source.values, reference.is_given());

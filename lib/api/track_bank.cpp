@@ -16,7 +16,7 @@ namespace toliman::api {
 
 namespace {
 
-constexpr char kValues[] = "separation_px,x_px,y_px,fit_separation_px";
+constexpr char kValues[] = "separation_px x_px y_px fit_separation_px";
 constexpr size_t kRows[] = {0, 0, 2, 3, 0}; // parameters of the value and of these
 
 // At its place. The tracker allows a sigma that is 16 times that of the fit at time 0.

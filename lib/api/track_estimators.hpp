@@ -18,7 +18,7 @@ struct Source {
     size_t rows = 0, cols = 0; // of the input image; 0: any
     double sigma = 0;          // standard deviation of a value; 0: unknown
     uint64_t digest = 0;       // identity of the estimator
-    std::string values;        // names of its further values, separated by commas
+    std::string values;        // names of its further values (base/words.hpp)
     track::Estimate estimate;
     double scale_arcsec = 0; // of a pixel; 0: unknown
     track::ModelVerdict model = {};

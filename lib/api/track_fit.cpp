@@ -10,7 +10,7 @@ namespace toliman::api {
 
 namespace {
 
-constexpr char kValues[] = "separation_px,x_px,y_px";
+constexpr char kValues[] = "separation_px x_px y_px";
 constexpr size_t kRows[] = {0, 0, 2, 3}; // parameters of value, separation_px, x_px, y_px
 
 // The value is the separation minus its prediction, so that it has the variance of the separation.

@@ -7,6 +7,7 @@
 #include <toliman/track_records.h>
 
 #include "api/guard.hpp"
+#include "api/output.hpp"
 #include "api/peak.hpp"
 #include "api/struct_array.hpp"
 #include "api/track_handle.hpp"
@@ -25,7 +26,7 @@ toliman_status toliman_track_get_records(const toliman_track *track, int64_t fir
         const track::Tracker &tracker = *use->tracker;
         required(done, "done");
         if (first < 0)
-            fail(Status::argument, "{first} = %lld: must be at least 0", static_cast<long long>(first));
+            fail(Status::range, "{first} = %lld: must be at least 0", static_cast<long long>(first));
         size_t written = 0;
         if (count == 0) {
             *done = 0;
@@ -45,16 +46,8 @@ toliman_status toliman_track_get_columns(const toliman_track *track, toliman_tra
     return guard([&] {
         const Use use(track, "track");
         const std::vector<track::Column> &all = use->tracker->columns().all();
-        required(count, "count");
-        if (capacity > 0) {
-            const StructArray<toliman_track_column> found(columns, "columns");
-            if (capacity < all.size())
-                fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the number of columns", capacity,
-                     all.size());
-            for (size_t i = 0; i < all.size(); i++)
-                found.put(i, public_column(all[i]));
-        }
-        *count = all.size();
+        const StructOutput<toliman_track_column> result(columns, "columns", capacity, count);
+        result.write(all.size(), "columns", [&](size_t i) { return public_column(all[i]); });
     });
 }
 
@@ -68,7 +61,7 @@ toliman_status toliman_track_get_column(const toliman_track *track, const char *
         if (at == columns.count())
             fail(Status::not_found, "{name} = \"%.64s\": is not a column of the ledger", name);
         if (first < 0)
-            fail(Status::argument, "{first} = %lld: must be at least 0", static_cast<long long>(first));
+            fail(Status::range, "{first} = %lld: must be at least 0", static_cast<long long>(first));
         required_array(values, count, sizeof *values, "values");
         size_t written = 0;
         use->tracker->visit(static_cast<uint64_t>(first), count,
@@ -84,21 +77,14 @@ toliman_status toliman_track_get_intervals(const toliman_track *track, int64_t r
     return guard([&] {
         const Use use(track, "track");
         const track::Tracker &tracker = *use->tracker;
-        required(count, "count");
+        const Output<double> result(intervals, "intervals", capacity, count, 2);
         if (use->options.folder == nullptr)
             fail(Status::state, "{track}: is in memory, which keeps no intervals");
         if (record < 0 || static_cast<uint64_t>(record) >= tracker.records())
-            fail(Status::argument, "{record} = %lld: must be in [0, %llu)", static_cast<long long>(record),
+            fail(Status::range, "{record} = %lld: must be in [0, %llu)", static_cast<long long>(record),
                  static_cast<unsigned long long>(tracker.records()));
         const std::vector<double> found = tracker.intervals_of(static_cast<uint64_t>(record));
-        if (intervals == nullptr && capacity > 0)
-            fail(Status::argument, "{intervals} is NULL");
-        if (intervals != nullptr && capacity < found.size() / 2)
-            fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the number of intervals", capacity,
-                 found.size() / 2);
-        if (intervals != nullptr)
-            std::copy(found.begin(), found.end(), intervals);
-        *count = found.size() / 2;
+        std::copy(found.begin(), found.end(), result.resize(found.size() / 2, "intervals"));
     });
 }
 
@@ -129,36 +115,23 @@ toliman_status toliman_track_get_streams(const toliman_track *track, toliman_tra
     return guard([&] {
         const Use use(track, "track");
         const track::Tracker &tracker = *use->tracker;
-        required(count, "count");
-        if (capacity > 0) {
-            const StructArray<toliman_track_stream> found(streams, "streams");
-            if (capacity < tracker.stream_count())
-                fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the number of sessions and regions",
-                     capacity, tracker.stream_count());
-            const std::vector<track::NamedStream> all = tracker.streams();
-            for (size_t i = 0; i < all.size(); i++)
-                found.put(i, public_stream(all[i]));
-        }
-        *count = tracker.stream_count();
+        const StructOutput<toliman_track_stream> result(streams, "streams", capacity, count);
+        const std::vector<track::NamedStream> all = tracker.streams();
+        result.write(all.size(), "sessions and regions", [&](size_t i) { return public_stream(all[i]); });
     });
 }
 
 toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *clock, size_t capacity,
-                                       size_t *points) noexcept {
+                                       size_t *count) noexcept {
     return guard([&] {
         const Use use(track, "track");
         const std::vector<track::ClockPoint> &known = use->tracker->plan().clock.points();
-        required(points, "points");
-        if (clock == nullptr && capacity > 0)
-            fail(Status::argument, "{clock} is NULL");
-        if (clock != nullptr && capacity < known.size())
-            fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the number of clock pairs", capacity,
-                 known.size());
-        for (size_t i = 0; clock != nullptr && i < known.size(); i++) {
-            clock[2 * i] = known[i].camera_ns;
-            clock[2 * i + 1] = known[i].tai_ns;
+        const Output<int64_t> result(clock, "clock", capacity, count, 2);
+        int64_t *next = result.resize(known.size(), "clock pairs");
+        for (const track::ClockPoint &point : known) {
+            *next++ = point.camera_ns;
+            *next++ = point.tai_ns;
         }
-        *points = known.size();
     });
 }
 

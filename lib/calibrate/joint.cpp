@@ -25,7 +25,8 @@ Joint::Joint(const Problem &problem, const Point &point, size_t window, const Jo
     : problem_(problem), point_(point), window_(problem.windows[window]) {
     const auto fit_at = [&](size_t start) {
         const optics::Simulator simulator(outline_at(problem, point.instrument[start], point.map_m), problem.settings);
-        return std::make_shared<const fit::Fit>(simulator, std::vector<Parameter>(), problem.capture_px, Progress());
+        return std::make_shared<const fit::Fit>(simulator, std::vector<Parameter>(), problem.capture_px,
+                                                simulator.plan().workers, Progress());
     };
     if (window_.frames.empty())
         return;

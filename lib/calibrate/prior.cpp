@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/nearest_word.hpp"
+#include "base/words.hpp"
 #include "optics/derivatives.hpp"
 #include "scene/instrument.hpp"
 
@@ -46,16 +47,6 @@ Item parse(const std::string &text) {
         refuse(text, "must end with a number, as zernike_5-21");
     item.name.resize(dash);
     return item;
-}
-
-std::vector<std::string> items_of(const std::string &text) {
-    std::vector<std::string> items;
-    for (size_t at = text.find_first_not_of(' '); at != std::string::npos;) {
-        const size_t end = std::min(text.find(' ', at), text.size());
-        items.push_back(text.substr(at, end - at));
-        at = text.find_first_not_of(' ', end);
-    }
-    return items;
 }
 
 Parameter parameter_of(const std::string &name) {
@@ -139,13 +130,13 @@ double default_sigma(Parameter parameter) noexcept {
 
 std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan,
                           std::vector<LeftOut> *left_out) {
-    const std::vector<std::string> items = items_of(text);
+    const std::vector<std::string> items = words_of(text);
     const auto is_added = [](const std::string &item) { return item[0] == '+'; };
     const bool adds = std::all_of(items.begin(), items.end(), is_added); // also if there are none
     if (!adds && std::any_of(items.begin(), items.end(), is_added))
         refuse(text, "all names or none begin with +, which adds to the default parameters");
     std::vector<Free> all, added;
-    for (const std::string &item : adds ? items_of(kDefaultParameters) : items)
+    for (const std::string &item : adds ? words_of(kDefaultParameters) : items)
         add(item, parse(item), scene, plan, !adds, all, left_out);
     for (size_t i = 0; adds && i < items.size(); i++)
         add(items[i], parse(items[i].substr(1)), scene, plan, true, added, left_out);

@@ -87,7 +87,7 @@ Own find(const fit::Fit &fit, ImageView<const double> counts, const fit::Predict
 
 std::vector<Own> find_frames(const Problem &problem, const std::vector<double> &changes, const Buffer<double> &map_m) {
     const optics::Simulator simulator(outline_at(problem, changes, map_m), problem.settings);
-    const fit::Fit fit(simulator, {}, problem.capture_px, {});
+    const fit::Fit fit(simulator, {}, problem.capture_px, simulator.plan().workers, {});
     std::vector<Own> found(problem.frames.count);
     run_jobs(problem.settings.workers, problem.frames.count, [&](size_t k) {
         Buffer<double> counts(fit.rows() * fit.cols());

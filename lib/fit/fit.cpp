@@ -75,10 +75,11 @@ std::vector<Parameter> all_of(const Scene &scene, const std::vector<Parameter> &
 
 } // namespace
 
-Fit::Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px,
+Fit::Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px, unsigned workers,
          const Progress &progress)
     : scene_(simulator.scene()), light_(simulator.light()), parameters_(all_of(scene_, free)),
-      model_(simulator, free, capture_px, progress), capture_px_(capture_px), share_a_(share_of(scene_, light_)) {
+      model_(simulator, free, capture_px, workers, progress), capture_px_(capture_px),
+      share_a_(share_of(scene_, light_)) {
     const auto &offset = light_.offset_px;
     for (size_t axis = 0; axis < 2; axis++)
         centre_[axis] = (1 - share_a_) * offset[0][axis] + share_a_ * offset[1][axis];

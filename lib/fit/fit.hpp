@@ -49,9 +49,10 @@ struct FitWork {
 // Const calls may run on several threads, each with its own work.
 class Fit {
   public:
-    // The simulator is not needed afterwards; reports the progress of the model images. Status::argument for parameters
-    // that are always free or given twice, Status::scene if the scene's frame does not determine all.
-    Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px,
+    // The simulator is not needed afterwards; workers compute the model images, whose progress is reported.
+    // Status::argument for parameters that are always free or given twice, Status::scene if the scene's frame does not
+    // determine all.
+    Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px, unsigned workers,
         const Progress &progress);
 
     // The fit between two of the same parameters: as Model. Predicted places are interpolated, too.

@@ -83,7 +83,7 @@ optics::Offsets reach_of(const Scene &scene, const optics::Light &light, double 
 } // namespace
 
 Model::Model(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px,
-             const Progress &progress, Effects effects)
+             unsigned workers, const Progress &progress, Effects effects)
     : rows_(simulator.scene().detector.rows), cols_(simulator.scene().detector.cols), pitch_((cols_ + 7) / 8 * 8),
       response_(rows_ * cols_, 1.0) {
     const Scene &scene = simulator.scene();
@@ -117,7 +117,7 @@ Model::Model(const optics::Simulator &simulator, const std::vector<Parameter> &f
         scene, simulator.pupil(), simulator.plan(), simulator.light(), reach_of(scene, simulator.light(), capture_px),
         [&](const optics::Plan &plan, const optics::Imager &imager, const optics::Light &light, size_t star) {
             if (star == 0)
-                drawn = draw(simulator, plan, imager, light, progress);
+                drawn = draw(simulator, plan, imager.with_workers(workers), light, progress);
             return std::move(drawn[star]);
         });
     if (effects == Effects::first_order)

@@ -45,7 +45,7 @@ class Model {
     // frame in first order.
     // With Effects::any, the latter are accepted: their derivatives are 0.
     enum class Effects { first_order, any };
-    Model(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px,
+    Model(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px, unsigned workers,
           const Progress &progress, Effects effects = Effects::first_order);
 
     // The model between two of the same parameters and detector: images are (1 - share) those of `first` plus share

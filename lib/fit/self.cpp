@@ -42,12 +42,12 @@ std::vector<Parameter> candidates(const optics::Simulator &simulator, const std:
 }
 
 // The scene with fewer wavelengths.
-optics::Simulator rough_of(const optics::Simulator &simulator) {
+optics::Simulator rough_of(const optics::Simulator &simulator, unsigned workers) {
     Scene scene = simulator.scene();
     if (scene.band)
         scene.band->steps = std::min(scene.band->steps, kBandSteps);
     optics::Settings settings;
-    settings.workers = simulator.plan().workers;
+    settings.workers = workers;
     return optics::Simulator(optics::outline_of(scene, settings), settings);
 }
 
@@ -76,12 +76,13 @@ double worst_of(const Buffer<double> &fisher, size_t n, const std::vector<size_t
 
 } // namespace
 
-std::vector<Parameter> self_parameters(const optics::Simulator &simulator, const std::vector<Parameter> &others) {
+std::vector<Parameter> self_parameters(const optics::Simulator &simulator, const std::vector<Parameter> &others,
+                                       unsigned workers) {
     std::vector<Parameter> free = others;
     const std::vector<Parameter> found = candidates(simulator, others);
     free.insert(free.end(), found.begin(), found.end());
-    const optics::Simulator rough = rough_of(simulator);
-    const Model model(rough, free, kCapture, {}, Model::Effects::any);
+    const optics::Simulator rough = rough_of(simulator, workers);
+    const Model model(rough, free, kCapture, workers, {}, Model::Effects::any);
     const size_t n = model.parameters(), first = always + others.size();
     std::vector<double> values(n), limits(n);
     std::vector<size_t> kept(n);

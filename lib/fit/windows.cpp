@@ -65,13 +65,13 @@ struct Part {
 } // namespace
 
 Windows::Windows(const std::vector<const optics::Simulator *> &simulators, const double *first_days,
-                 const std::vector<Parameter> &free, double capture_px, const Progress &progress)
+                 const std::vector<Parameter> &free, double capture_px, unsigned workers, const Progress &progress)
     : first_days_(first_days, first_days + simulators.size()) {
     for (size_t i = 1; i < simulators.size(); i++)
         check_same(simulators[0]->scene(), simulators[i]->scene(), i);
     for (size_t i = 0; i < simulators.size(); i++) {
         Part part = {progress, i, simulators.size()};
-        fits_.push_back(std::make_shared<Fit>(*simulators[i], free, capture_px, Progress{Part::call, &part}));
+        fits_.push_back(std::make_shared<Fit>(*simulators[i], free, capture_px, workers, Progress{Part::call, &part}));
     }
 }
 

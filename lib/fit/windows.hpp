@@ -13,7 +13,7 @@ class Windows {
     // first_days [scenes.size()], the increasing starts of the windows. Status::mismatch unless the frames, stars and
     // cadences of all scenes are the same; otherwise as Fit.
     Windows(const std::vector<const optics::Simulator *> &simulators, const double *first_days,
-            const std::vector<Parameter> &free, double capture_px, const Progress &progress);
+            const std::vector<Parameter> &free, double capture_px, unsigned workers, const Progress &progress);
 
     // The fit of frames at this time: between those of the windows that start before and after it; before the first
     // start and after the last one, that of the window which starts there.

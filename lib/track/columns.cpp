@@ -9,6 +9,8 @@
 #include <cstring>
 #include <limits>
 
+#include "base/words.hpp"
+
 namespace toliman::track {
 
 namespace {
@@ -36,16 +38,6 @@ bool is_column_name(std::string_view name, size_t longest) noexcept {
     return !name.empty() && name.size() <= longest && std::all_of(name.begin(), name.end(), allowed);
 }
 
-std::vector<std::string> names_in(std::string_view list) {
-    std::vector<std::string> names;
-    for (size_t at = 0; !list.empty() && at <= list.size();) {
-        const size_t end = std::min(list.find(',', at), list.size());
-        names.emplace_back(list.substr(at, end - at));
-        at = end + 1;
-    }
-    return names;
-}
-
 } // namespace
 
 const char *name_of(OwnColumn column) noexcept {
@@ -63,7 +55,7 @@ double Column::number(uint64_t cell) const noexcept {
 Columns::Columns(std::string_view further, bool reduced) {
     for (size_t i = 0; i < (reduced ? kOwnColumns : static_cast<size_t>(OwnColumn::factor)); i++)
         add(kOwn[i].name, kOwn[i].type, ColumnRole::own);
-    std::vector<std::string> names = names_in(further);
+    std::vector<std::string> names = words_of(further);
     for (const std::string &name : names) {
         if (!is_column_name(name, kLongestValue) || name == kFirstValue || name.rfind(kCovariance, 0) == 0 ||
             find(name) < count())
@@ -139,7 +131,7 @@ std::string Columns::further() const {
     std::string list;
     for (const Column &column : all_)
         if (column.role == ColumnRole::value)
-            list += (list.empty() ? "" : ",") + column.name;
+            list += (list.empty() ? "" : " ") + column.name;
     return list;
 }
 

@@ -139,7 +139,7 @@ static toliman_sim *simulate(double *frames, const char *folder) {
     refused("cancelled scene", toliman_sim_create_json(json, size, NULL, &options, &sim), TOLIMAN_E_CANCELLED);
     options.progress = keep_going;
     assert_ok(toliman_sim_create_json(json, size, NULL, &options, &sim));
-    assert_ok(toliman_sim_frame_many(sim, NULL, 5, 0, FRAMES, 2, frames));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 5, 0, FRAMES, frames));
     result("frames", frames, sizeof *frames * FRAMES * kPixels);
 
     toliman_sim *none = NULL;
@@ -161,7 +161,7 @@ static void learn(const toliman_sim *sim, const double *frames, const char *fold
     options.progress = keep_going;
     assert_ok(toliman_cae_train(cae, &options, NULL));
     double latents[FRAMES], image[kPixels], mmse, mssim, floor_of_noise;
-    assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), FRAMES, 2, latents, NULL));
+    assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), FRAMES, latents, NULL));
     result("latents", latents, sizeof latents);
     assert_ok(toliman_cae_reconstruct(cae, frames, kSide, image, kSide, &mmse, &mssim, &floor_of_noise));
     result("reconstruction", image, sizeof image);
@@ -215,7 +215,7 @@ static void follow_stars(const toliman_sim *sim, const double *frames, const cha
     snprintf(path, sizeof path, "%s/bank", folder);
     assert_ok(toliman_bank_save_file(bank, 0, path));
     assert_ok(toliman_bank_load_file(path, NULL, &again));
-    assert_ok(toliman_bank_encode_many(again, fit, PLAIN_IMAGE(frames), FRAMES, NULL, 2, found, NULL));
+    assert_ok(toliman_bank_encode_many(again, fit, PLAIN_IMAGE(frames), FRAMES, NULL, found, NULL));
     result("bank", found, sizeof found);
     assert_ok(toliman_bank_get_renewal(again, fit, 0.5, &days));
     refused("renewal", toliman_bank_get_renewal(again, fit, 2, &days), TOLIMAN_E_ARGUMENT);
@@ -236,13 +236,14 @@ static void calibrate(const toliman_sim *sim, const double *frames, const char *
     toliman_calibration *calibration = NULL, *none = NULL;
     toliman_calibration_value value = {.struct_size = sizeof value};
     char path[300];
-    assert_ok(toliman_calibrate(sim, PLAIN_IMAGE(frames), 2, NULL, &options, &calibration));
+    assert_ok(toliman_calibration_create(sim, PLAIN_IMAGE(frames), 2, NULL, &options, &calibration));
     assert_ok(toliman_calibration_get_value(calibration, 0, 0, &value));
     result("calibration", &value.value, sizeof value.value);
     snprintf(path, sizeof path, "%s/fitted.json", folder);
     assert_ok(toliman_calibration_save_file(calibration, 0, path));
     options.free = "focus=0";
-    refused("prior", toliman_calibrate(sim, PLAIN_IMAGE(frames), 2, NULL, &options, &none), TOLIMAN_E_ARGUMENT);
+    refused("prior", toliman_calibration_create(sim, PLAIN_IMAGE(frames), 2, NULL, &options, &none),
+            TOLIMAN_E_ARGUMENT);
     toliman_calibration_destroy(calibration);
 }
 
@@ -263,7 +264,7 @@ static void search(const char *folder) {
     assert_ok(toliman_period_query_peak(period, peaks));
     assert_ok(toliman_period_query_fit(period, t, y, NULL, SAMPLES, peaks));
     assert_close(peaks->period, PERIOD_DAYS, 0.01, 0);
-    assert_ok(toliman_period_query_peaks(period, 3, peaks, &count));
+    assert_ok(toliman_period_query_peaks(period, peaks, 3, &count));
     result("peaks", peaks, count * sizeof *peaks);
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 3 * SAMPLES, power));
     result("power", power, sizeof power);

@@ -182,12 +182,12 @@ class Program(Tree):
         """Recorded once the versions are raised."""
         self.change(BASE, "    int32_t processors;      /* number of online processors */\n", "    double new_one;\n    int32_t processors;      /* number of online processors */\n")
         self.refuses(RECORD + ":", "member toliman_machine.processors at 4: int32_t -> at 16: int32_t")
-        self.change("CMakeLists.txt", "set(TOLIMAN_ABI_VERSION 1)", "set(TOLIMAN_ABI_VERSION 2)")
+        self.change("CMakeLists.txt", "set(TOLIMAN_ABI_VERSION 2)", "set(TOLIMAN_ABI_VERSION 3)")
         self.refuses("processors at 4")
-        self.change("CMakeLists.txt", "project(toliman VERSION 0.2.0", "project(toliman VERSION 0.3.0")
+        self.change("CMakeLists.txt", "project(toliman VERSION 0.3.0", "project(toliman VERSION 0.4.0")
         code, output = self.check("--record")
         self.assertEqual(code, 0, output)
-        self.assertIn("recorded: version abi 1 of 0.2 -> 2 of 0.3", output)
+        self.assertIn("recorded: version abi 2 of 0.3 -> 3 of 0.4", output)
         self.assertEqual(self.check(), (0, ""))
 
     def test_addition(self):

@@ -155,9 +155,10 @@ struct Scene {
         info.struct_size = sizeof info;
         check(toliman_cae_get_info(cae, &info));
         const std::vector<double> still(kFrames, 0.0);
-        check(toliman_sim_frame_many(sim, still.data(), 1, 0, kFrames, 1, frames.data()));
+        check(toliman_sim_frame_many(sim, still.data(), 1, 0, kFrames, frames.data()));
         size_t size;
-        check(toliman_cae_save(cae, nullptr, nullptr, 0, &size));
+        check(toliman_cae_save(cae, nullptr, nullptr, 0, &size) == TOLIMAN_E_CAPACITY ? TOLIMAN_OK
+                                                                                      : TOLIMAN_E_INTERNAL);
         blob.resize(size);
         check(toliman_cae_save(cae, nullptr, blob.data(), size, &size));
     }
@@ -269,7 +270,7 @@ int main(int count, char **arguments) {
     toliman_image image = {};
     image.struct_size = sizeof image;
     image.pixels = scene.frames.data();
-    check(toliman_cae_encode_many(scene.cae, &image, kFrames, 1, latents.data(), nullptr));
+    check(toliman_cae_encode_many(scene.cae, &image, kFrames, latents.data(), nullptr));
     measure_tied(scene);
     measure_template(scene);
     for (const Isa isa : all) {

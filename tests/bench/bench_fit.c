@@ -105,10 +105,10 @@ static void measure_fits(const toliman_sim *sim, const toliman_fit *fit, const t
         const toliman_fit_info info = info_of(cases[c].fit);
         const timing spent = timing_of(cases[c].times, (size_t)count);
         const double steps = timing_of(cases[c].steps, (size_t)count).median;
-        printf("{\"part\": \"fit\", \"what\": \"%s\", \"parameters\": %u, \"frames\": %d, \"seconds\": %.5g, "
+        printf("{\"part\": \"fit\", \"what\": \"%s\", \"parameters\": %lld, \"frames\": %d, \"seconds\": %.5g, "
                "\"spread\": %.2g, \"steps\": %g, \"searched\": %d, \"rms_pull\": %.4g, \"largest_pull\": %.4g, "
                "\"roofline\": %.5g, \"gflops\": %.4g}\n",
-               cases[c].what, info.parameters, count, spent.median, spent.spread, steps, cases[c].searched,
+               cases[c].what, (long long)info.parameters, count, spent.median, spent.spread, steps, cases[c].searched,
                sqrt(cases[c].square / count), cases[c].largest, steps * 2 * operations_of_image(&info) / gflops * 1e-9,
                gflops);
     }

@@ -53,9 +53,9 @@ static void encode_frames(const toliman_sim *sim, toliman_cae *const *networks, 
     static const double zero[BATCH];
     double *const frames = new_image(BATCH * (size_t)kPixels);
     for (int first = 0; first < FRAMES; first += BATCH) {
-        assert_ok(toliman_sim_frame_many(sim, zero, 1, 1095 + first, BATCH, 0, frames));
+        assert_ok(toliman_sim_frame_many(sim, zero, 1, 1095 + first, BATCH, frames));
         for (int k = 0; k < COMBINATIONS; k++)
-            assert_ok(toliman_cae_encode_many(networks[k], PLAIN_IMAGE(frames), BATCH, 0, &latents[k][first], NULL));
+            assert_ok(toliman_cae_encode_many(networks[k], PLAIN_IMAGE(frames), BATCH, &latents[k][first], NULL));
     }
     free(frames);
 }

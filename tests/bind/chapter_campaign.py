@@ -159,7 +159,7 @@ def peaks(task):
         count = simulator.info.frames
         days = numpy.arange(float(count))
         moved = None if amplitude else numpy.zeros(count)
-        images = simulator.frames(displacements=moved, seed=seed, threads=1).reshape(count, -1)
+        images = simulator.frames(displacements=moved, seed=seed).reshape(count, -1)
     mean = images[::2].mean(0)
     images -= mean
     images /= numpy.sqrt(mean)

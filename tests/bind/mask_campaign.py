@@ -206,7 +206,7 @@ def errors_of_fit(options, mask):
         divided = covariance[0] - values[0] * covariance[scale]
         bounds[k] = covariance[0, 0]**0.5, (divided[0] - values[0] * divided[scale])**0.5
     for seed in range(1, options.seeds + 1):
-        for k, frame in enumerate(truth.frames(seed=seed, threads=1)):
+        for k, frame in enumerate(truth.frames(seed=seed)):
             result, values, _ = fit.frame(frame, time_days=times[k])
             errors.append((result.displacement_px - displacements[k] - [0, values[0] * values[scale]]) / bounds[k])
     return bounds.mean(0), numpy.array(errors)

@@ -17,6 +17,7 @@ static void must(toliman_status status, int line) {
     }
 }
 #define MUST(call) must(call, __LINE__)
+#define ASKS(call) must((call) == TOLIMAN_E_CAPACITY ? TOLIMAN_OK : TOLIMAN_E_INTERNAL, __LINE__)
 
 static void show(const char *name, double value) {
     uint64_t bits;
@@ -46,8 +47,8 @@ static void simulate(const toliman_sim *sim, int64_t rows, int64_t cols, double 
     show("star_a", image[120 * cols + 100]);
     MUST(toliman_sim_get_derivative(sim, "jitter_xy", image, (size_t)cols));
     show("jitter_xy", image[120 * cols + 100]);
-    show("parameters", toliman_sim_parameter_count());
-    MUST(toliman_sim_frame_many(sim, NULL, 3, 5, 2, 1, images));
+    show("parameters", (double)toliman_sim_parameter_count());
+    MUST(toliman_sim_frame_many(sim, NULL, 3, 5, 2, images));
     show("frame_many", images[rows * cols + 130 * cols + 100]);
     MUST(toliman_sim_get_series(sim, 8, 3, times, displacements));
     show("time", times[2]);
@@ -76,7 +77,7 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     MUST(toliman_cae_train(made, &options, &report));
     show("loss", report.loss);
     show("calls", calls);
-    MUST(toliman_cae_save(made, NULL, NULL, 0, &size));
+    ASKS(toliman_cae_save(made, NULL, NULL, 0, &size));
     void *bytes = malloc(size);
     MUST(toliman_cae_save(made, NULL, bytes, size, &size));
     show("bytes", (double)size);
@@ -84,7 +85,7 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     MUST(toliman_cae_encode(cae, frame, (size_t)cols, &latent, NULL));
     show("latent", latent);
     const toliman_image many = {.struct_size = sizeof many, .pixels = frame};
-    MUST(toliman_cae_encode_many(cae, &many, 1, 1, &latent, &goodness));
+    MUST(toliman_cae_encode_many(cae, &many, 1, &latent, &goodness));
     show("latent_of_many", latent);
     show("chi_square", goodness.chi_square);
     MUST(toliman_cae_decode(cae, 1e-3, image, 256));
@@ -113,10 +114,10 @@ static void follow(const toliman_sim *sim, const double *frame, int64_t cols) {
     options.steps = 2;
     MUST(toliman_fit_create(sim, &fit_options, &fit));
     MUST(toliman_bank_plan(sim, &options, &plan));
-    show("networks", plan.networks);
+    show("networks", (double)plan.networks);
     MUST(toliman_bank_create(fit, &options, &made));
     MUST(toliman_bank_train(made, fit, NULL));
-    MUST(toliman_bank_save(made, 0, NULL, 0, &size));
+    ASKS(toliman_bank_save(made, 0, NULL, 0, &size));
     void *bytes = malloc(size);
     MUST(toliman_bank_save(made, 0, bytes, size, &size));
     show("bank_bytes", (double)size);
@@ -127,7 +128,7 @@ static void follow(const toliman_sim *sim, const double *frame, int64_t cols) {
     show("bank_displacement", result.displacement_px);
     show("bank_sigma", result.sigma_px);
     show("fitted", fitted.displacement_px);
-    MUST(toliman_bank_encode_many(bank, fit, &image, 1, NULL, 1, &result, &fitted));
+    MUST(toliman_bank_encode_many(bank, fit, &image, 1, NULL, &result, &fitted));
     show("bank_of_many", result.displacement_px);
     MUST(toliman_bank_predict(bank, fit, NULL, &result));
     show("bank_efficiency", result.efficiency);
@@ -162,10 +163,10 @@ static void fit_linear(const toliman_sim *sim, const double *frame, int64_t rows
 
 static void design_mask(const toliman_sim *sim) {
     toliman_mask *mask;
-    toliman_mask_design_options options = TOLIMAN_MASK_DESIGN_OPTIONS_INIT;
+    toliman_mask_options options = TOLIMAN_MASK_OPTIONS_INIT;
     toliman_mask_info info = TOLIMAN_MASK_INFO_INIT;
     options.iterations = 1;
-    MUST(toliman_mask_design(sim, &options, &mask));
+    MUST(toliman_mask_create(sim, &options, &mask));
     MUST(toliman_mask_get_info(mask, &info));
     show("mask_crb", info.crb_px);
     show("mask_peak_to_mean", info.peak_to_mean);
@@ -200,9 +201,9 @@ static void search(void) {
     show("amplitude", model.amplitude);
     for (int k = 0; k < 3; k++)
         peaks[k].struct_size = sizeof *peaks;
-    MUST(toliman_period_query_peaks(period, 3, peaks, &count));
+    MUST(toliman_period_query_peaks(period, peaks, 3, &count));
     show("second_peak", peaks[1].frequency);
-    MUST(toliman_period_save(period, NULL, 0, &size));
+    ASKS(toliman_period_save(period, NULL, 0, &size));
     void *bytes = malloc(size);
     MUST(toliman_period_save(period, bytes, size, &size));
     MUST(toliman_period_load(bytes, size, NULL, &loaded));

@@ -57,7 +57,7 @@ contains
         call show('jitter_xy', image(101, 121))
         call show('parameters', real(sim%parameter_count(), c_double))
         allocate (images(size(image, 1), size(image, 2), 2))
-        call sim%frame_many(3_c_int64_t, 5_c_int64_t, 1, images)
+        call sim%frame_many(3_c_int64_t, 5_c_int64_t, images)
         call show('frame_many', images(101, 131, 2))
         call sim%get_series(8_c_int64_t, times, displacements)
         call show('time', times(3))
@@ -111,7 +111,7 @@ contains
         call show('latent', latent)
         many%pixel = TOLIMAN_PIXEL_F64
         many%pixels = c_loc(frame)
-        call cae%encode_many(many, 1, latents, goodness)
+        call cae%encode_many(many, latents, goodness)
         call show('latent_of_many', latents(1))
         call show('chi_square', goodness(1)%chi_square)
         allocate (image(256, 256))
@@ -154,7 +154,7 @@ contains
         call show('bank_sigma', answer%sigma_px)
         call show('fitted', fitted%displacement_px)
         image%pixels = c_loc(frame)
-        call bank%encode_many(fit, image, 1, answers, fitted=all_fitted)
+        call bank%encode_many(fit, image, answers, fitted=all_fitted)
         call show('bank_of_many', answers(1)%displacement_px)
         call bank%predict(fit, answer)
         call show('bank_efficiency', answer%efficiency)
@@ -180,7 +180,7 @@ contains
             call components%push(image)
         end do
         call components%train()
-        call components%get_series(0, values, share)
+        call components%get_series(0_c_int64_t, values, share)
         call show('component', values(3))
         call show('share', share)
     end subroutine
@@ -188,10 +188,10 @@ contains
     subroutine design_mask(sim)
         type(toliman_simulator), intent(in) :: sim
         type(toliman_phase_mask) :: mask
-        type(toliman_mask_design_options) :: options
+        type(toliman_mask_options) :: options
         type(toliman_mask_info) :: info
         options%iterations = 1
-        call mask%design(sim, options)
+        call mask%create(sim, options)
         call mask%get_info(info)
         call show('mask_crb', info%crb_px)
         call show('mask_peak_to_mean', info%peak_to_mean)

@@ -167,7 +167,7 @@ class Calibrations(unittest.TestCase):
         with self.assertRaises(toliman.Cancelled):
             toliman.calibrate(self.nominal, self.frames, free=STATICS, step=step)
         self.assertEqual([found.iteration for found in steps], [1, 2])
-        self.assertTrue(steps[0].accepted and not steps[0].map and steps[1].chi_square < steps[0].chi_square)
+        self.assertTrue(steps[0].accepted and not steps[0].is_map and steps[1].chi_square < steps[0].chi_square)
         with self.assertRaisesRegex(ValueError, "closed"):
             kept[0].values()
         with self.assertRaises(ZeroDivisionError):

@@ -40,7 +40,7 @@ SCENE = {**json.loads((ROOT / "examples" / "scenes" / "chapter.json").read_text(
 # Functions that Python provides in another way.
 NOT_NEEDED = {"toliman_last_error_copy", "toliman_goodness_name", "toliman_period_interval_name", "toliman_sky_cause_name", "toliman_mask_get_info", "toliman_version_number", "toliman_track_reason_name", "toliman_track_verdict_name",
               "toliman_cae_get_train_options", "toliman_cae_encode", "toliman_linear_encode",
-              "toliman_components_push", "toliman_load_options_init",
+              "toliman_components_push",
               "toliman_sim_image_name", "toliman_period_push", "toliman_period_push_samples", "toliman_period_retract",
               "toliman_period_retract_samples", "toliman_period_query_fit",
               "toliman_ingest_read_leap_seconds", "toliman_ingest_last_utc_day", "toliman_ingest_reason_name", "toliman_sky_observer_name",
@@ -244,7 +244,7 @@ class Cancellation(unittest.TestCase):
         frames = [None] * 4
 
         def make(place):
-            frames[place] = self.simulator.frames(0, 20, threads=1)
+            frames[place] = self.simulator.frames(0, 20)
         threads = [threading.Thread(target=make, args=(place,)) for place in range(4)]
         for thread in threads:
             thread.start()
@@ -275,7 +275,7 @@ class Importing(unittest.TestCase):
             (package / "toliman").symlink_to(PACKAGE / "toliman")
             environment = {**os.environ, "PYTHONPATH": str(package), "TOLIMAN_LIBRARY": "/nowhere/libtoliman.so"}
             done = subprocess.run([sys.executable, "-c", "from toliman import CAE"], env=environment, capture_output=True, text=True)
-        self.assertRegex(done.stderr, r"(?s)ImportError: libtoliman\.so\.0\.2 was not found: build it, install it, or set "
+        self.assertRegex(done.stderr, r"(?s)ImportError: libtoliman\.so\.0\.3 was not found: build it, install it, or set "
                                       r"TOLIMAN_LIBRARY to its path\. Tried:\n  /nowhere/libtoliman\.so: ")
 
     def test_package_at_any_location(self):
@@ -296,16 +296,16 @@ class Importing(unittest.TestCase):
                                    "'/usr/lib/python3/dist-packages']; import toliman; print(toliman.library_path())"],
                                   env=environment, capture_output=True, text=True)
             if done.returncode == 0:  # installed where the system searches
-                self.assertEqual(done.stdout, "libtoliman.so.0.2\n")
+                self.assertEqual(done.stdout, "libtoliman.so.0.3\n")
                 return
-            for tried in (f"{package}/libtoliman.so.0.2", f"{folder}/lib/libtoliman.so.0.2", "\n  libtoliman.so.0.2"):
+            for tried in (f"{package}/libtoliman.so.0.3", f"{folder}/lib/libtoliman.so.0.3", "\n  libtoliman.so.0.3"):
                 self.assertIn(tried, done.stderr)
 
     def test_incompatible_library(self):
         def refused(why, **functions):
             with self.assertRaisesRegex(ImportError, f"libold.so does not fit these bindings.*{why}"):
                 _library._fit(PatchedLibrary(**functions))
-        refused("its ABI is 7, expected 1", toliman_abi_version=lambda: 7)
+        refused("its ABI is 7, expected 2", toliman_abi_version=lambda: 7)
 
         def larger(name):
             return _library.library.toliman_get_struct_size(name) + 8

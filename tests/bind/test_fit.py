@@ -66,7 +66,7 @@ class Fits(unittest.TestCase):
     def test_all_calls_give_the_same_numbers(self):
         times = numpy.arange(5) * 2.0
         together = self.fit.frames(self.images, times_days=times, shifts=[[0.1, 0]] * 5)
-        whole = self.fit.frames(numpy.rint(self.images).astype("u4"), times_days=times, shifts=(0.1, 0), threads=1)
+        whole = self.fit.frames(numpy.rint(self.images).astype("u4"), times_days=times, shifts=(0.1, 0))
         self.assertNotIn("struct_size", together.dtype.names)
         self.assertEqual(len(together), 5)
         for k in range(5):

@@ -49,7 +49,7 @@ class Network(unittest.TestCase):
         self.assertAlmostEqual((latents[0] - latents[1]) / (2 * step), 1, delta=1e-3)
 
     def test_frames_in_any_form(self):
-        latents = network.encode(frames, threads=2)
+        latents = network.encode(frames)
         self.assertEqual([network.encode(frame) for frame in frames], latents.tolist())
         for same in (frames.astype(">f8"), frames.astype("<u4"), frames.astype(numpy.int64), frames.tolist(),
                      numpy.asfortranarray(frames), numpy.repeat(frames, 2, axis=0)[::2], frames[::-1][::-1]):
@@ -80,7 +80,7 @@ class Network(unittest.TestCase):
         template, damaged = toliman.Template(simulator), frames.copy()
         damaged[1, ::2] = 0
         for estimator, pixels in ((network, 65536), (template, ROWS * COLS)):
-            values, fits = estimator.encode(damaged, goodness=True, threads=2)
+            values, fits = estimator.encode(damaged, goodness=True)
             squares = fits["chi_square"]
             with self.assertWarnsRegex(toliman.FitWarning, "12 frames: the fit of 1, with a median chi-square of .*, is poor"):
                 self.assertEqual(values.tolist(), estimator.encode(damaged).tolist())

@@ -43,7 +43,7 @@ class Frames(unittest.TestCase):
             subprocess.run([os.environ["TOLIMAN"], "simulate", path / "scene.json", "--frames", "7:80", "--out",
                             path / "frames.npy"], check=True, stderr=subprocess.DEVNULL)
             theirs = numpy.load(path / "frames.npy")
-        ours = self.simulator.frames(7, 73, threads=2)
+        ours = self.simulator.frames(7, 73)
         self.assertEqual(ours.shape, (73, ROWS, COLS))
         self.assertTrue((ours == theirs).all())
         self.assertTrue((self.simulator.frame(79) == ours[72]).all())

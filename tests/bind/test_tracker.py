@@ -123,7 +123,7 @@ class Pushing(unittest.TestCase):
         with tracker() as ours:
             self.assertTrue(numpy.isnan(ours.push(frame_of(3)).chi_square))
         with self.assertRaisesRegex(InputError, "options->values"):
-            tracker(values="no name")
+            tracker(values="No.name")
 
     def test_options_in_force(self):
         with tempfile.TemporaryDirectory() as folder, tracker(folder=folder, sync="frame", values=["dx"]) as ours:

@@ -65,7 +65,7 @@ class Run(ReportTest):
 
     def test_page(self):
         page = self.check_page(self.top / "page", FIGURES)
-        for words in (f"toliman run: {NAME}", f"seed {SEED}.", "libtoliman 0.2.0", f"{FRAMES} frames", f"period {PERIOD} days",
+        for words in (f"toliman run: {NAME}", f"seed {SEED}.", "libtoliman 0.3.0", f"{FRAMES} frames", f"period {PERIOD} days",
                       self.result["provenance"]["command"], self.result["provenance"]["date"], "doi:10.1007/978-3-030-65867-0_8"):
             self.assertIn(words, page.text)
         self.assertNotIn("MMSE", page.text)

@@ -9,14 +9,15 @@ static const toliman_fit_prediction shifted[FRAMES] = {{.struct_size = sizeof *s
 
 static const toliman_fit *fitter(void) {
     static toliman_fit *fit;
-    const toliman_fit_options options = {.struct_size = sizeof options, .capture_px = 2};
+    const toliman_fit_options options = {.struct_size = sizeof options, .capture_px = 2, .threads = 1};
     if (fit == NULL)
         assert_ok(toliman_fit_create(large_sim(), &options, &fit));
     return fit;
 }
 
 static toliman_status create_with(int32_t layout, void **made) {
-    const toliman_bank_options options = {.struct_size = sizeof options, .layout = layout, .places = 2, .steps = 2};
+    const toliman_bank_options options = {
+        .struct_size = sizeof options, .layout = layout, .places = 2, .steps = 2, .threads = 1};
     return toliman_bank_create(fitter(), &options, (toliman_bank **)made);
 }
 
@@ -170,7 +171,7 @@ static toliman_status encode(attempt *a) {
 }
 /* One thread: a second one may find no free workspace in any call, and leave one more in the pool. */
 static toliman_status encode_many(attempt *a) {
-    return toliman_bank_encode_many(bank(), fitter(), PLAIN_IMAGE(large_frames()), 3, shifted, 1, (void *)a->out, NULL);
+    return toliman_bank_encode_many(bank(), fitter(), PLAIN_IMAGE(large_frames()), 3, shifted, (void *)a->out, NULL);
 }
 static toliman_status predict(attempt *a) {
     return toliman_bank_predict(bank(), fitter(), shifted, (void *)a->out);

@@ -11,6 +11,7 @@ static toliman_status create_with(int32_t layout, int32_t input, void **made) {
     toliman_cae_options_init(&options, sizeof options);
     options.layout = layout;
     options.input = input;
+    options.threads = 3;
     return toliman_cae_create(large_sim(), 3, &options, (toliman_cae **)made);
 }
 
@@ -109,11 +110,11 @@ static const toliman_cae *trained(void) {
 }
 
 /* Weights blobs; an earlier network's blob is in the files before. */
-static toliman_cae_save_options save_options(int32_t encoding, uint32_t training) {
+static toliman_cae_save_options save_options(int32_t encoding, int32_t training) {
     toliman_cae_save_options options;
     toliman_cae_save_options_init(&options, sizeof options);
     options.weights_encoding = options.planes_encoding = encoding;
-    options.training = training;
+    options.with_training = training;
     return options;
 }
 
@@ -124,7 +125,7 @@ typedef struct {
     size_t size;
 } blob;
 
-static blob blob_of(const toliman_cae *cae, uint32_t training) {
+static blob blob_of(const toliman_cae *cae, int32_t training) {
     const toliman_cae_save_options options = save_options(TOLIMAN_CAE_ENCODING_FLOAT32, training);
     blob made = {malloc(BLOB_CAPACITY), 0};
     assert_ok(toliman_cae_save(cae, &options, made.bytes, BLOB_CAPACITY, &made.size));
@@ -217,7 +218,7 @@ static toliman_status encode(attempt *a) {
     return toliman_cae_encode(network(), large_frames(), LARGE, (double *)a->out, NULL);
 }
 static toliman_status encode_many(attempt *a) {
-    return toliman_cae_encode_many(network(), PLAIN_IMAGE(large_frames()), FRAMES, 3, (double *)a->out, NULL);
+    return toliman_cae_encode_many(network(), PLAIN_IMAGE(large_frames()), FRAMES, (double *)a->out, NULL);
 }
 static toliman_status reconstruct(attempt *a) {
     double *const out = (double *)a->out;

@@ -16,7 +16,8 @@ static toliman_status create_with(const char *names, const char *journal, void *
                                                  .capture_px = 3,
                                                  .most_iterations = 4,
                                                  .journal = journal};
-    return toliman_calibrate(small_sim(), PLAIN_IMAGE(small_frames()), 2, NULL, &options, (toliman_calibration **)out);
+    return toliman_calibration_create(small_sim(), PLAIN_IMAGE(small_frames()), 2, NULL, &options,
+                                      (toliman_calibration **)out);
 }
 
 static void *make(void) {
@@ -59,8 +60,8 @@ static int32_t stop(const toliman_calibration *so_far, const toliman_calibration
 }
 static toliman_status cancel(attempt *a) {
     const toliman_calibration_options options = {.struct_size = sizeof options, .free = "scale", .step = stop};
-    return toliman_calibrate(small_sim(), PLAIN_IMAGE(small_frames()), 2, NULL, &options,
-                             (toliman_calibration **)&a->made);
+    return toliman_calibration_create(small_sim(), PLAIN_IMAGE(small_frames()), 2, NULL, &options,
+                                      (toliman_calibration **)&a->made);
 }
 static toliman_status destroy(attempt *a) {
     toliman_calibration_destroy(a->object);
@@ -144,7 +145,7 @@ static void put_journal(void) {
                                                      .capture_px = 3,
                                                      .most_iterations = 1,
                                                      .journal = in_folder(kJournal)};
-        assert_ok(toliman_calibrate(small_sim(), PLAIN_IMAGE(small_frames()), 2, NULL, &options, &made));
+        assert_ok(toliman_calibration_create(small_sim(), PLAIN_IMAGE(small_frames()), 2, NULL, &options, &made));
         toliman_calibration_destroy(made);
         keep_file(kJournal, &journal);
     }
@@ -162,21 +163,21 @@ static void check_saved(attempt *a, toliman_status status) {
 }
 
 static const scenario all[] = {
-    {.function = "toliman_calibrate", .call = calibrate, .made = &calibrations, .stage = put_all, .slow = 1},
-    {.function = "toliman_calibrate",
+    {.function = "toliman_calibration_create", .call = calibrate, .made = &calibrations, .stage = put_all, .slow = 1},
+    {.function = "toliman_calibration_create",
      "new journal",
      calibrate_with_journal,
      .made = &calibrations,
      .stage = no_journal,
      .slow = 1},
-    {.function = "toliman_calibrate",
+    {.function = "toliman_calibration_create",
      "journal",
      calibrate_with_journal,
      .made = &calibrations,
      .stage = put_journal,
      .check = check_journal,
      .slow = 1},
-    {.function = "toliman_calibrate",
+    {.function = "toliman_calibration_create",
      "cancelled",
      cancel,
      .made = &calibrations,

@@ -6,7 +6,7 @@
 static const toliman_fit_prediction shifted[FRAMES] = {{.struct_size = sizeof *shifted, .x_px = 0.25}};
 
 static toliman_status create_with(const char *names, void **out) {
-    const toliman_fit_options options = {.struct_size = sizeof options, .free = names, .capture_px = 3};
+    const toliman_fit_options options = {.struct_size = sizeof options, .free = names, .capture_px = 3, .threads = 1};
     return toliman_fit_create(small_sim(), &options, (toliman_fit **)out);
 }
 
@@ -39,7 +39,7 @@ static toliman_status create(attempt *a) {
     return create_with("scale", &a->made);
 }
 static toliman_status create_windows(attempt *a) {
-    const toliman_fit_options options = {.struct_size = sizeof options, .free = "scale", .capture_px = 3};
+    const toliman_fit_options options = {.struct_size = sizeof options, .free = "scale", .capture_px = 3, .threads = 1};
     const toliman_sim *const sims[] = {small_sim(), small_sim()};
     static const double starts[] = {0, 1};
     return toliman_fit_create_windows(sims, starts, 2, &options, (toliman_fit **)&a->made);
@@ -54,7 +54,7 @@ static toliman_status options_init(attempt *a) {
     return TOLIMAN_OK;
 }
 static toliman_status parameter_count(attempt *a) {
-    const int32_t count = toliman_fit_parameter_count(fitter());
+    const int64_t count = toliman_fit_parameter_count(fitter());
     memcpy(a->out, &count, sizeof count);
     return TOLIMAN_OK;
 }
@@ -69,7 +69,7 @@ static toliman_status frame(attempt *a) {
     return toliman_fit_frame(fitter(), small_frames(), SMALL, shifted, (void *)a->out, numbers, numbers + 8);
 }
 static toliman_status many_frames(attempt *a) {
-    return toliman_fit_frames(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, shifted, 1, (void *)a->out);
+    return toliman_fit_frame_many(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, shifted, (void *)a->out);
 }
 static toliman_status predict(attempt *a) {
     double *const numbers = (double *)a->out;
@@ -102,7 +102,7 @@ static const scenario all[] = {
      .stage = put_frames,
      .struct_size = RESULT,
      .allocates_nothing = 1},
-    {.function = "toliman_fit_frames", .call = many_frames, .stage = put_frames, .struct_size = RESULT},
+    {.function = "toliman_fit_frame_many", .call = many_frames, .stage = put_frames, .struct_size = RESULT},
     {.function = "toliman_fit_predict", .call = predict, .stage = put_frames, .allocates_nothing = 1},
 };
 SCENARIO_LIST(fit_scenarios, all);

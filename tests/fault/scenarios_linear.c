@@ -6,8 +6,9 @@
 enum { PIXELS = SMALL * SMALL };
 
 static void *make(void) {
+    const toliman_linear_options options = {.struct_size = sizeof options, .threads = 3};
     toliman_linear *linear = NULL;
-    assert_ok(toliman_linear_create(small_sim(), NULL, &linear));
+    assert_ok(toliman_linear_create(small_sim(), &options, &linear));
     return linear;
 }
 
@@ -62,7 +63,7 @@ static uint64_t digest_components(const void *components) {
     assert_ok(toliman_components_get_info(components, &info));
     uint64_t hash = fnv1a(FNV_START, &info, sizeof info);
     for (int64_t i = 0; i < info.components; i++) {
-        assert_ok(toliman_components_get_series(components, (uint32_t)i, series, NULL));
+        assert_ok(toliman_components_get_series(components, (int64_t)i, series, NULL));
         hash = fnv1a(hash, series, (size_t)info.frames * sizeof *series);
     }
     return hash;
@@ -84,8 +85,7 @@ static toliman_status encode(attempt *a) {
 static toliman_status encode_many(attempt *a) {
     double *const out = (double *)a->out;
     toliman_frame_goodness fits[FRAMES] = {TOLIMAN_FRAME_GOODNESS_INIT};
-    const toliman_status status =
-        toliman_linear_encode_many(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, 3, out, fits);
+    const toliman_status status = toliman_linear_encode_many(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, out, fits);
     if (status == TOLIMAN_OK)
         memcpy(out + FRAMES, fits, sizeof fits);
     return status;

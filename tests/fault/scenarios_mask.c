@@ -5,9 +5,9 @@
 #include "scenario.h"
 
 /* Of the shortest design: one iteration of each descent. */
-static toliman_mask_design_options options_of_design(void) {
-    toliman_mask_design_options options;
-    toliman_mask_design_options_init(&options, sizeof options);
+static toliman_mask_options options_of_design(void) {
+    toliman_mask_options options;
+    toliman_mask_options_init(&options, sizeof options);
     options.threads = 1;
     options.seed = 1;
     options.iterations = 2;
@@ -17,8 +17,8 @@ static toliman_mask_design_options options_of_design(void) {
 
 static void *make(void) {
     toliman_mask *mask = NULL;
-    const toliman_mask_design_options options = options_of_design();
-    assert_ok(toliman_mask_design(small_sim(), &options, &mask));
+    const toliman_mask_options options = options_of_design();
+    assert_ok(toliman_mask_create(small_sim(), &options, &mask));
     return mask;
 }
 
@@ -36,12 +36,12 @@ static uint64_t digest(const void *mask) {
 static const object_kind masks = {end, digest};
 
 static toliman_status init_design(attempt *a) {
-    toliman_mask_design_options_init((void *)a->out, sizeof(toliman_mask_design_options));
+    toliman_mask_options_init((void *)a->out, sizeof(toliman_mask_options));
     return TOLIMAN_OK;
 }
 static toliman_status design(attempt *a) {
-    const toliman_mask_design_options options = options_of_design();
-    return toliman_mask_design(small_sim(), &options, (toliman_mask **)&a->made);
+    const toliman_mask_options options = options_of_design();
+    return toliman_mask_create(small_sim(), &options, (toliman_mask **)&a->made);
 }
 static toliman_status get_place(attempt *a) {
     return toliman_mask_get_place(a->object, 0, (void *)a->out);
@@ -74,8 +74,8 @@ static void put_scene(void) {
 }
 
 static const scenario all[] = {
-    {.function = "toliman_mask_design_options_init", .call = init_design},
-    {.function = "toliman_mask_design", .call = design, .made = &masks, .stage = put_scene, .slow = 1},
+    {.function = "toliman_mask_options_init", .call = init_design},
+    {.function = "toliman_mask_create", .call = design, .made = &masks, .stage = put_scene, .slow = 1},
     {.function = "toliman_mask_get_place",
      .call = get_place,
      .make = make,

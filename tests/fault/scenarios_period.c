@@ -253,7 +253,7 @@ static toliman_status query_peak(attempt *a) {
     return toliman_period_query_peak(samples(), (void *)a->out);
 }
 static toliman_status query_peaks(attempt *a) {
-    return toliman_period_query_peaks(samples(), PEAKS, (void *)a->out, (size_t *)(a->out + 8192));
+    return toliman_period_query_peaks(samples(), (void *)a->out, PEAKS, (size_t *)(a->out + 8192));
 }
 static toliman_status query_fit(attempt *a) {
     return toliman_period_query_fit(samples(), t, y, NULL, SAMPLES, (void *)a->out);
@@ -274,7 +274,7 @@ static toliman_status query_sampling(attempt *a) {
     return toliman_period_query_sampling(samples(), t, SAMPLES, (void *)a->out);
 }
 static toliman_status query_aliases(attempt *a) {
-    return toliman_period_query_aliases(samples(), F0, PEAKS, (void *)a->out, (size_t *)(a->out + 8192));
+    return toliman_period_query_aliases(samples(), F0, (void *)a->out, PEAKS, (size_t *)(a->out + 8192));
 }
 static toliman_status interval_name(attempt *a) {
     (void)a;

@@ -106,7 +106,7 @@ int main() {
     toliman_sim *sim = nullptr;
     must(toliman_sim_create_json(kScene, std::strlen(kScene), nullptr, nullptr, &sim) == TOLIMAN_OK, "the scene", 0);
     std::vector<double> images(kFrames * kSide * kSide);
-    must(toliman_sim_frame_many(sim, nullptr, 3, 0, kFrames, 1, images.data()) == TOLIMAN_OK, "its frames", 0);
+    must(toliman_sim_frame_many(sim, nullptr, 3, 0, kFrames, images.data()) == TOLIMAN_OK, "its frames", 0);
     int failed = 0;
     for (int round = 0; round < kRounds; round++)
         for (int allowed = 0; !push(sim, images, allowed, failed); allowed++)

@@ -28,7 +28,7 @@ toliman_bank *load(const Bytes &bytes) {
 Bytes save(const toliman_bank *bank, const Bytes &like) {
     const int32_t encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + like[kAtEncoding];
     size_t size = 0;
-    require(toliman_bank_save(bank, encoding, nullptr, 0, &size) == TOLIMAN_OK, toliman_last_error());
+    require(toliman_bank_save(bank, encoding, nullptr, 0, &size) == TOLIMAN_E_CAPACITY, toliman_last_error());
     Bytes bytes(size);
     require(toliman_bank_save(bank, encoding, bytes.data(), size, &size) == TOLIMAN_OK, toliman_last_error());
     return bytes;
@@ -39,8 +39,8 @@ void check_networks(const toliman_bank *bank) {
     info.struct_size = sizeof info;
     require(toliman_bank_get_info(bank, &info) == TOLIMAN_OK, toliman_last_error());
     require(info.networks == info.dates * info.places && info.networks <= 1024, "impossible information");
-    uint32_t trained = 0;
-    for (uint32_t i = 0; i < info.networks; i++) {
+    int64_t trained = 0;
+    for (int64_t i = 0; i < info.networks; i++) {
         auto network = toliman_bank_network{};
         network.struct_size = sizeof network;
         require(toliman_bank_get_network(bank, i, &network) == TOLIMAN_OK, toliman_last_error());

@@ -18,7 +18,7 @@ constexpr size_t kHeader = toliman::period::Stream::kHeaderSize, kMostFrequencie
 
 Bytes saved(const toliman_period *period) {
     size_t size = 0;
-    require(toliman_period_save(period, nullptr, 0, &size) == TOLIMAN_OK, "no size of the state");
+    require(toliman_period_save(period, nullptr, 0, &size) == TOLIMAN_E_CAPACITY, "no size of the state");
     Bytes bytes(size);
     require(toliman_period_save(period, bytes.data(), size, &size) == TOLIMAN_OK, "the state cannot be saved");
     return bytes;

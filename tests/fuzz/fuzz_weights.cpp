@@ -36,9 +36,9 @@ Bytes save(const toliman_cae *cae, const Bytes &like) {
     toliman_cae_save_options_init(&options, sizeof options);
     options.weights_encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + like[68];
     options.planes_encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + like[70];
-    options.training = (like[20] & 8) != 0;
+    options.with_training = (like[20] & 8) != 0;
     size_t size = 0;
-    require(toliman_cae_save(cae, &options, nullptr, 0, &size) == TOLIMAN_OK, toliman_last_error());
+    require(toliman_cae_save(cae, &options, nullptr, 0, &size) == TOLIMAN_E_CAPACITY, toliman_last_error());
     Bytes bytes(size);
     require(toliman_cae_save(cae, &options, bytes.data(), size, &size) == TOLIMAN_OK, toliman_last_error());
     return bytes;

@@ -87,7 +87,7 @@ int shim_instrument_derivative(const char *json, const char *folder, const char 
     std::fill_n(difference, rows * cols, 0.0);
     for (const double sign : {-1.0, 1.0}) {
         const optics::Simulator simulator(outline_at(problem, {sign * step}, {}), problem.settings);
-        const fit::Fit fit(simulator, {}, problem.capture_px, {});
+        const fit::Fit fit(simulator, {}, problem.capture_px, 1, {});
         fit::Work work = fit.model().work();
         fit.model().expect(own, {image.data(), rows, cols, cols}, work);
         for (size_t i = 0; i < rows * cols; i++)

@@ -65,7 +65,7 @@ static void make_frames(const toliman_sim *sim, double *frames) {
     double times[FRAMES], displacements[FRAMES];
     assert_ok(toliman_sim_get_series(sim, 0, FRAMES, times, displacements));
     if (order == 0)
-        assert_ok(toliman_sim_frame_many(sim, NULL, 5, 0, FRAMES, workers, frames));
+        assert_ok(toliman_sim_frame_many(sim, NULL, 5, 0, FRAMES, frames));
     for (size_t i = 0; order != 0 && i < FRAMES; i++)
         assert_ok(toliman_sim_frame(sim, displacements[places[i]], 5, (int64_t)places[i], frames + places[i] * kPixels,
                                     kSide));
@@ -114,8 +114,9 @@ static void estimate(const toliman_sim *sim, const double *frames) {
     if (strcmp(model, "-") == 0)
         model = into;
     for (int blob = 0; blob < 2; blob++) {
-        assert_ok(toliman_cae_load(bytes, read_values(blobs[blob][0], bytes, sizeof bytes), NULL, &cae));
-        assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), FRAMES, workers, values, NULL));
+        const toliman_load_options how = {.struct_size = sizeof how, .threads = workers};
+        assert_ok(toliman_cae_load(bytes, read_values(blobs[blob][0], bytes, sizeof bytes), &how, &cae));
+        assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), FRAMES, values, NULL));
         keep(blobs[blob][1], values, sizeof values);
         toliman_cae_destroy(cae);
     }
@@ -256,7 +257,7 @@ int main(int count, char **arguments) {
     order = (uint64_t)atoi(arguments[5]);
     if (!shim_choose_isa(atoi(arguments[3])))
         return 77;
-    toliman_sim *sim = make_sim(kSide, kSide, 0, "\"shift_x\"");
+    toliman_sim *sim = make_sim_on_threads(kSide, kSide, 0, "\"shift_x\"", workers);
     double *frames = new_image((size_t)FRAMES * kPixels);
     make_frames(sim, frames);
     train(sim, frames);

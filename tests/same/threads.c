@@ -55,7 +55,7 @@ static int use_sim(results *found) {
 /* A simulator shared by all threads. */
 static int use_shared(results *found) {
     double frames[2 * SIDE_PX * SIDE_PX], power[3];
-    int32_t status = toliman_sim_frame_many(shared_sim, NULL, 5, 1, 2, 2, frames);
+    int32_t status = toliman_sim_frame_many(shared_sim, NULL, 5, 1, 2, frames);
     if (status == TOLIMAN_OK)
         status = toliman_period_query_power(shared_period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 3, power);
     for (size_t i = 0; i < 2 * SIDE_PX * SIDE_PX; i += 100)
@@ -106,7 +106,7 @@ static int use_network(results *found) {
     if (status == TOLIMAN_OK)
         status = toliman_cae_encode(cae, wide_frames, kSide, &latents[0], NULL);
     if (status == TOLIMAN_OK)
-        status = toliman_cae_encode_many(shared_cae, PLAIN_IMAGE(wide_frames), 2, 2, &latents[1], NULL);
+        status = toliman_cae_encode_many(shared_cae, PLAIN_IMAGE(wide_frames), 2, &latents[1], NULL);
     for (int i = 0; i < 3; i++)
         add(found, latents[i]);
     toliman_cae_destroy(cae);
@@ -228,7 +228,7 @@ static void *host(void *failed) {
 
 static void prepare_network(void) {
     toliman_sim *wide = make_sim(kSide, kSide, 0, "");
-    assert_ok(toliman_sim_frame_many(wide, NULL, 5, 0, 2, 1, wide_frames));
+    assert_ok(toliman_sim_frame_many(wide, NULL, 5, 0, 2, wide_frames));
     shared_cae = make_cae(wide, 1, 0, NULL);
     blob = saved(shared_cae, &blob_size);
     toliman_sim_destroy(wide);

@@ -38,6 +38,9 @@
             fail_msg("%s: %s: %s", #call, toliman_status_name(ok_status_), toliman_last_error());                      \
     } while (0)
 
+/* The call, with capacity 0, asks for the number of results; there are some. */
+#define assert_asks(call) assert_int_equal((call), TOLIMAN_E_CAPACITY)
+
 /* The field of the last error occurs in its message, and is not "" for a status that always has one. */
 static inline void assert_field_fits(toliman_status status, const char *call) {
     const char *const field = toliman_last_error_field(), *const text = toliman_last_error();

@@ -71,7 +71,7 @@ static inline toliman_bank_network bank_network_of(const toliman_bank *bank, int
 
 /* The caller frees the bytes. */
 static inline uint8_t *bank_bytes(const toliman_bank *bank, int32_t encoding, size_t *size) {
-    assert_ok(toliman_bank_save(bank, encoding, NULL, 0, size));
+    assert_asks(toliman_bank_save(bank, encoding, NULL, 0, size));
     uint8_t *const bytes = malloc(*size);
     assert_non_null(bytes);
     assert_ok(toliman_bank_save(bank, encoding, bytes, *size, size));

@@ -37,12 +37,18 @@ static inline size_t write_scene(char *json, size_t capacity, int rows, int cols
         offset_px - 5, offset_px + 8, offset_px + 15, offset_px - 24, rows, cols, project);
 }
 
-static inline toliman_sim *make_sim(int rows, int cols, double offset_px, const char *project) {
+static inline toliman_sim *make_sim_on_threads(int rows, int cols, double offset_px, const char *project,
+                                               uint32_t threads) {
     char json[2048];
     const size_t size = write_scene(json, sizeof json, rows, cols, offset_px, project);
+    const toliman_sim_options options = {.struct_size = sizeof options, .threads = threads};
     toliman_sim *sim = NULL;
-    assert_ok(toliman_sim_create_json(json, size, NULL, NULL, &sim));
+    assert_ok(toliman_sim_create_json(json, size, NULL, &options, &sim));
     return sim;
+}
+
+static inline toliman_sim *make_sim(int rows, int cols, double offset_px, const char *project) {
+    return make_sim_on_threads(rows, cols, offset_px, project, 0);
 }
 
 static inline toliman_cae *make_cae(const toliman_sim *sim, uint64_t seed, uint32_t steps,
@@ -93,12 +99,23 @@ static inline uint8_t *saved_as(const toliman_cae *cae, int32_t weights, int32_t
 static inline uint8_t *saved_with_training(const toliman_cae *cae, size_t *size) {
     toliman_cae_save_options options;
     toliman_cae_save_options_init(&options, sizeof options);
-    options.training = 1;
+    options.with_training = 1;
     return saved_with(cae, options, size);
 }
 
 static inline uint8_t *saved(const toliman_cae *cae, size_t *size) {
     return saved_as(cae, 0, 0, size);
+}
+
+/* A copy of a network that encodes on this number of threads. */
+static inline toliman_cae *cae_on_threads(const toliman_cae *cae, uint32_t threads) {
+    const toliman_load_options options = {.struct_size = sizeof options, .threads = threads};
+    size_t size;
+    uint8_t *const bytes = saved(cae, &size);
+    toliman_cae *copy = NULL;
+    assert_ok(toliman_cae_load(bytes, size, &options, &copy));
+    free(bytes);
+    return copy;
 }
 
 #endif

@@ -27,7 +27,7 @@ static char folder[300];
 static toliman_calibration *calibrated(const toliman_sim *sim, const double *of, size_t count,
                                        const toliman_calibration_options *options) {
     toliman_calibration *made = NULL;
-    assert_ok(toliman_calibrate(sim, PLAIN_IMAGE(of), count, NULL, options, &made));
+    assert_ok(toliman_calibration_create(sim, PLAIN_IMAGE(of), count, NULL, options, &made));
     return made;
 }
 
@@ -35,7 +35,7 @@ static int set_up(void **unused) {
     (void)unused;
     nominal = calibrate_sim(NULL);
     truth = calibrate_sim(&kTrueChange);
-    assert_ok(toliman_sim_frame_many(truth, NULL, 3, 0, ALL, 0, frames));
+    assert_ok(toliman_sim_frame_many(truth, NULL, 3, 0, ALL, frames));
     const toliman_calibration_options options = {.struct_size = sizeof options, .free = kKnown};
     whole = calibrated(nominal, frames, FRAMES, &options);
     make_folder(folder, sizeof folder);
@@ -63,12 +63,12 @@ static inline void assert_same(const toliman_calibration *one, const toliman_cal
     static double numbers[2][PIXELS];
     assert_memory_equal(&info, &same, sizeof info);
     for (int64_t w = 0; w < info.windows; w++) {
-        for (int32_t i = 0; i < (int32_t)info.parameters; i++) {
+        for (int64_t i = 0; i < info.parameters; i++) {
             const toliman_calibration_value value = calibrate_value_of(one, w, i),
                                             equal = calibrate_value_of(other, w, i);
             assert_memory_equal(&value, &equal, sizeof value);
         }
-        const size_t size = info.parameters * info.parameters * sizeof(double);
+        const size_t size = (size_t)(info.parameters * info.parameters) * sizeof(double);
         assert_ok(toliman_calibration_get_covariance(one, w, numbers[0]));
         assert_ok(toliman_calibration_get_covariance(other, w, numbers[1]));
         assert_memory_equal(numbers[0], numbers[1], size);

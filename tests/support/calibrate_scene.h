@@ -85,7 +85,7 @@ static inline toliman_calibration_info calibrate_info_of(const toliman_calibrati
 }
 
 static inline toliman_calibration_value calibrate_value_of(const toliman_calibration *calibration, int64_t window,
-                                                           int32_t index) {
+                                                           int64_t index) {
     toliman_calibration_value value = {.struct_size = sizeof value};
     assert_ok(toliman_calibration_get_value(calibration, window, index, &value));
     return value;

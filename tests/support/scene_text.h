@@ -55,10 +55,15 @@ static inline char *replaced_again(char *text, const char *from, const char *to)
     return result;
 }
 
-static inline toliman_sim *sim_of(const char *json) {
+static inline toliman_sim *sim_on_threads(const char *json, uint32_t threads) {
+    const toliman_sim_options options = {.struct_size = sizeof options, .threads = threads};
     toliman_sim *sim = NULL;
-    assert_ok(toliman_sim_create_json(json, strlen(json), NULL, NULL, &sim));
+    assert_ok(toliman_sim_create_json(json, strlen(json), NULL, &options, &sim));
     return sim;
+}
+
+static inline toliman_sim *sim_of(const char *json) {
+    return sim_on_threads(json, 0);
 }
 
 /* Simulator of the scene with one place replaced. */

@@ -22,7 +22,7 @@ static int set_up(void **unused) {
     bank = bank_of(fit, 1, 2.5, STEPS);
     train_bank(bank, fit, 0);
     static const double no_signal[FRAMES];
-    assert_ok(toliman_sim_frame_many(sim, no_signal, 7, 0, FRAMES, 0, frames[0]));
+    assert_ok(toliman_sim_frame_many(sim, no_signal, 7, 0, FRAMES, frames[0]));
     return 0;
 }
 
@@ -102,7 +102,7 @@ static void networks_are_listed(void **state) {
     assert_true(info.dates == 5 && info.rows == SIDE && info.cols == SIDE && info.seed == 1);
     assert_string_equal(info.layout, "flight");
     double last = info.first_days;
-    for (uint32_t i = 0; i < info.networks; i++) {
+    for (int64_t i = 0; i < info.networks; i++) {
         const toliman_bank_network network = bank_network_of(many, i);
         assert_true(network.trained == 0);
         assert_close(network.cosine, 0, 0, 0);
@@ -256,18 +256,25 @@ static void all_calls_give_the_same_bits(void **state) {
         assert_int_equal(alone[i].flags & TOLIMAN_BANK_NOT_FITTED, 0);
         assert_int_equal(alone[i].network, i > 2);
     }
+    size_t size;
+    uint8_t *const bytes = bank_bytes(bank, 0, &size);
     for (uint32_t threads = 1; threads <= 3; threads += 2) {
+        const toliman_load_options options = {.struct_size = sizeof options, .threads = threads};
+        toliman_bank *copy = NULL;
+        assert_ok(toliman_bank_load(bytes, size, &options, &copy));
         memset(together, 0x5a, sizeof together);
         together[0].struct_size = sizeof *together;
         fits[0].struct_size = sizeof *fits;
-        assert_ok(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(backwards), MANY, reversed, threads, together, fits));
+        assert_ok(toliman_bank_encode_many(copy, fit, PLAIN_IMAGE(backwards), MANY, reversed, together, fits));
+        toliman_bank_destroy(copy);
         for (int i = 0; i < MANY; i++) {
             assert_memory_equal(&together[MANY - 1 - i], &alone[i], sizeof *alone);
             assert_memory_equal(&fits[MANY - 1 - i], &fits_alone[i], sizeof *fits);
         }
     }
+    free(bytes);
     together[0].struct_size = sizeof *together;
-    assert_ok(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frames), 1, NULL, 0, together, NULL));
+    assert_ok(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frames), 1, NULL, together, NULL));
     assert_memory_equal(together, alone, sizeof *alone);
 }
 
@@ -385,7 +392,7 @@ static void errors_have_the_stated_size(void **state) {
     toliman_fit_prediction predictions[FRAMES];
     for (int k = 0; k < FRAMES; k++)
         predictions[k] = at(k);
-    assert_ok(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frames), FRAMES, predictions, 0, results, NULL));
+    assert_ok(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frames), FRAMES, predictions, results, NULL));
     for (int k = 0; k < FRAMES; k++) {
         const double error = results[k].displacement_px / results[k].sigma_px;
         squares += error * error;

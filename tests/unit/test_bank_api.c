@@ -159,21 +159,21 @@ static void bad_arguments_are_refused(void **state) {
     assert_fails(toliman_bank_encode(bank, fit, frame, kSide, NULL, &result, &fitted), TOLIMAN_E_ARGUMENT,
                  "fitted->struct_size = 8");
     assert_memory_equal(&result, &before, sizeof result);
-    assert_fails(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(bad), 2, NULL, 1, results, NULL), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(bad), 2, NULL, results, NULL), TOLIMAN_E_ARGUMENT,
                  "frame 1: counts[3][7] = nan");
     assert_int_equal(results[0].network, 0); /* nothing was written */
     assert_true(results[0].efficiency <= 0);
-    assert_fails(toliman_bank_encode_many(bank, fit, NULL, 1, NULL, 1, results, NULL), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_bank_encode_many(bank, fit, NULL, 1, NULL, results, NULL), TOLIMAN_E_ARGUMENT,
                  "image is NULL");
-    assert_fails(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frame), 1, NULL, 1, NULL, NULL), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frame), 1, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT,
                  "results is NULL");
-    assert_fails(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frame), 1, NULL, 1, results, &fitted),
-                 TOLIMAN_E_ARGUMENT, "fitted->struct_size = 8");
-    assert_fails(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frame), 1, &wrong, 1, results, NULL),
-                 TOLIMAN_E_ARGUMENT, "prediction->x_px = nan");
+    assert_fails(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frame), 1, NULL, results, &fitted), TOLIMAN_E_ARGUMENT,
+                 "fitted->struct_size = 8");
+    assert_fails(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frame), 1, &wrong, results, NULL), TOLIMAN_E_ARGUMENT,
+                 "prediction->x_px = nan");
     const toliman_image small = {.struct_size = sizeof small, .pixels = frame, .rows = 128, .cols = 128};
-    assert_fails(toliman_bank_encode_many(bank, fit, &small, 1, NULL, 1, results, NULL), TOLIMAN_E_ARGUMENT, "rows");
-    assert_ok(toliman_bank_encode_many(bank, fit, NULL, 0, NULL, 1, NULL, NULL));
+    assert_fails(toliman_bank_encode_many(bank, fit, &small, 1, NULL, results, NULL), TOLIMAN_E_ARGUMENT, "rows");
+    assert_ok(toliman_bank_encode_many(bank, fit, NULL, 0, NULL, NULL, NULL));
     assert_fails(toliman_bank_predict(bank, fit, &wrong, &result), TOLIMAN_E_ARGUMENT, "prediction->x_px = nan");
     assert_fails(toliman_bank_predict(bank, fit, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     result.struct_size = 8;
@@ -204,7 +204,7 @@ static void other_fits_are_refused(void **state) {
     for (size_t i = 0; i < 3; i++) {
         assert_fails(toliman_bank_encode(bank, others[i], frame, kSide, NULL, &result, NULL), TOLIMAN_E_MISMATCH,
                      "bank was made for another fit");
-        assert_fails(toliman_bank_encode_many(bank, others[i], PLAIN_IMAGE(frame), 1, NULL, 1, &result, NULL),
+        assert_fails(toliman_bank_encode_many(bank, others[i], PLAIN_IMAGE(frame), 1, NULL, &result, NULL),
                      TOLIMAN_E_MISMATCH, "another fit");
         assert_fails(toliman_bank_predict(bank, others[i], NULL, &result), TOLIMAN_E_MISMATCH, "another fit");
         assert_fails(toliman_bank_get_renewal(bank, others[i], 0.5, &days), TOLIMAN_E_MISMATCH, "another fit");

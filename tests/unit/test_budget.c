@@ -77,7 +77,7 @@ static toliman_sim_budget budget_of(const toliman_sim *sim, const toliman_sim_bu
 static size_t rows_of(const toliman_sim *sim, const toliman_sim_budget_options *options, toliman_sim_budget_row *rows) {
     size_t count = 0;
     rows[0].struct_size = sizeof *rows;
-    assert_ok(toliman_sim_get_budget_rows(sim, options, ROWS, rows, &count));
+    assert_ok(toliman_sim_get_budget_rows(sim, options, rows, ROWS, &count));
     return count;
 }
 
@@ -182,7 +182,7 @@ static void steps_are_the_bounds_of_the_scene(void **state) {
     const toliman_sim_bounds bounds = sim_bounds_of(sim);
     toliman_sim_budget_step steps[8] = {TOLIMAN_SIM_BUDGET_STEP_INIT};
     size_t count = 0;
-    assert_ok(toliman_sim_get_budget_steps(sim, NULL, 8, steps, &count));
+    assert_ok(toliman_sim_get_budget_steps(sim, NULL, steps, 8, &count));
     assert_int_equal(count, 8);
     assert_int_equal(budget_of(sim, NULL).steps, 8);
     assert_close(steps[0].crb_px, bounds.crb_px, 0, 0);
@@ -306,9 +306,15 @@ static void bad_arguments_are_refused(void **state) {
                  "count = 2: must be 1, the separation and the free parameters");
     toliman_sim_budget_row row = TOLIMAN_SIM_BUDGET_ROW_INIT;
     size_t count = 7;
-    assert_fails(toliman_sim_get_budget_rows(sim, NULL, 0, &row, &count), TOLIMAN_E_ARGUMENT,
-                 "capacity = 0: must be at least 1");
+    assert_fails(toliman_sim_get_budget_rows(sim, NULL, NULL, 2, &count), TOLIMAN_E_ARGUMENT, "rows is NULL");
     assert_int_equal(count, 7);
+    assert_asks(toliman_sim_get_budget_rows(sim, NULL, NULL, 0, &count));
+    const size_t needed = count;
+    row.name = "as before";
+    assert_fails(toliman_sim_get_budget_rows(sim, NULL, &row, 1, &count), TOLIMAN_E_CAPACITY, "capacity = 1");
+    assert_int_equal(count, needed);
+    assert_string_equal(row.name, "as before");
+    assert_asks(toliman_sim_get_budget_steps(sim, NULL, NULL, 0, &count));
     toliman_sim_destroy(sim);
 }
 

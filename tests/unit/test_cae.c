@@ -307,9 +307,11 @@ static void test_same_bits_on_any_number_of_workers(void **unused) {
     (void)unused;
     enum { kFrames = 7 };
     double *frames = new_image((size_t)kFrames * kPixels), latents[kFrames], one;
-    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, kFrames, 0, frames));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, kFrames, frames));
     for (uint32_t workers = 0; workers <= 3; workers++) {
-        assert_ok(toliman_cae_encode_many(trained, PLAIN_IMAGE(frames), kFrames, workers, latents, NULL));
+        toliman_cae *const copy = cae_on_threads(trained, workers);
+        assert_ok(toliman_cae_encode_many(copy, PLAIN_IMAGE(frames), kFrames, latents, NULL));
+        toliman_cae_destroy(copy);
         for (int k = 0; k < kFrames; k++) {
             assert_ok(toliman_cae_encode(trained, frames + (size_t)k * kPixels, kSide, &one, NULL));
             assert_memory_equal(&one, &latents[k], sizeof one);
@@ -317,10 +319,10 @@ static void test_same_bits_on_any_number_of_workers(void **unused) {
     }
     latents[0] = latents[6] = -5;
     frames[5 * kPixels + 300] = NAN;
-    assert_fails(toliman_cae_encode_many(trained, PLAIN_IMAGE(frames), kFrames, 2, latents, NULL), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_cae_encode_many(trained, PLAIN_IMAGE(frames), kFrames, latents, NULL), TOLIMAN_E_ARGUMENT,
                  "frame 5: counts[1][44] = nan");
     assert_true(latents[0] == -5 && latents[6] == -5);
-    assert_ok(toliman_cae_encode_many(trained, NULL, 0, 1, NULL, NULL));
+    assert_ok(toliman_cae_encode_many(trained, NULL, 0, NULL, NULL));
     free(frames);
 }
 
@@ -440,7 +442,7 @@ static void test_arguments(void **unused) {
     assert_fails(toliman_cae_encode(trained, image, kSide - 1, &latent, NULL), TOLIMAN_E_ARGUMENT,
                  "stride of counts = 255");
     assert_fails(toliman_cae_encode(trained, image, kSide, NULL, NULL), TOLIMAN_E_ARGUMENT, "latent_px is NULL");
-    assert_fails(toliman_cae_encode_many(trained, NULL, 1, 1, &latent, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
+    assert_fails(toliman_cae_encode_many(trained, NULL, 1, &latent, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
     assert_fails(toliman_cae_decode(trained, NAN, image, kSide), TOLIMAN_E_ARGUMENT, "latent_px = nan");
     assert_fails(toliman_cae_decode(trained, 0, image, 3), TOLIMAN_E_ARGUMENT, "stride of image = 3");
     assert_fails(toliman_cae_get_target(NULL, image, kSide), TOLIMAN_E_ARGUMENT, "cae is NULL");

@@ -203,7 +203,7 @@ static void test_weights_out_of_range(void **unused) {
             continue;
         }
         assert_ok(status);
-        if (toliman_cae_save(cae, NULL, NULL, 0, &size) == TOLIMAN_OK) {
+        if (toliman_cae_save(cae, NULL, NULL, 0, &size) == TOLIMAN_E_CAPACITY) {
             bytes = saved(cae, &size);
             toliman_cae_destroy(loaded_from(bytes, size));
             free(bytes);
@@ -230,10 +230,10 @@ static void test_options(void **unused) {
     options.planes_encoding = -1;
     assert_fails(toliman_cae_save(trained, &options, NULL, 0, &needed), TOLIMAN_E_ARGUMENT, "planes_encoding = -1");
     options.planes_encoding = 0;
-    options.training = 2;
+    options.with_training = 2;
     assert_fails(toliman_cae_save(trained, &options, NULL, 0, &needed), TOLIMAN_E_ARGUMENT,
-                 "options->training = 2: must be 0 or 1");
-    options.training = 0;
+                 "options->with_training = 2: must be 0 or 1");
+    options.with_training = 0;
     options.struct_size = 3;
     assert_fails(toliman_cae_save(trained, &options, NULL, 0, &needed), TOLIMAN_E_ARGUMENT, "struct_size");
     assert_true(needed == 7);

@@ -37,7 +37,7 @@ static toliman_status give_frames(size_t first, size_t count, double *counts, vo
     if (source->failure != TOLIMAN_OK)
         return source->failure;
     const toliman_status status =
-        toliman_sim_frame_many(sim, source->displacements + first, 5, (int64_t)first, count, 1, counts);
+        toliman_sim_frame_many(sim, source->displacements + first, 5, (int64_t)first, count, counts);
     if (source->poisoned)
         counts[777] = NAN;
     for (size_t i = 0; source->dark && i < kPixels; i++)
@@ -70,7 +70,7 @@ static toliman_cae *make_network(int32_t layout, int32_t input) {
 static double first_latent(const toliman_cae *cae) {
     static double frame[kPixels];
     double latent, displacement = 3e-3;
-    assert_ok(toliman_sim_frame_many(sim, &displacement, 5, 1000, 1, 1, frame));
+    assert_ok(toliman_sim_frame_many(sim, &displacement, 5, 1000, 1, frame));
     assert_ok(toliman_cae_encode(cae, frame, kSide, &latent, NULL));
     assert_true(isfinite(latent));
     return latent;
@@ -203,8 +203,8 @@ static void test_learns_a_large_signal(void **unused) {
     double *frames = new_image((size_t)kFresh * kPixels), displacements[kFresh], latents[kFresh];
     for (int i = 0; i < kFresh; i++)
         displacements[i] = 1e-2 * sin(1.3 * i + 0.4);
-    assert_ok(toliman_sim_frame_many(sim, displacements, 6, 0, kFresh, 0, frames));
-    assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), kFresh, 0, latents, NULL));
+    assert_ok(toliman_sim_frame_many(sim, displacements, 6, 0, kFresh, frames));
+    assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), kFresh, latents, NULL));
     double sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
     for (int i = 0; i < kFresh; i++) {
         const double x = displacements[i], y = latents[i];
@@ -373,9 +373,6 @@ static void test_refusals(void **unused) {
     how.reserved = 3;
     assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "reserved = 3");
     how.reserved = 0;
-    how.reserved_2 = 4;
-    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "reserved = 4");
-    how.reserved_2 = 0;
     how.centre = 3;
     assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "centre = 3");
     how.centre = 0;

@@ -27,7 +27,7 @@ static toliman_status run(steps *all, int32_t most_iterations, toliman_calibrati
                                                  .step = watch,
                                                  .step_data = all,
                                                  .most_iterations = most_iterations};
-    return toliman_calibrate(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, made);
+    return toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, made);
 }
 
 static void begin(void) {
@@ -147,8 +147,8 @@ static void others_are_refused(void **state) {
     begin();
     toliman_calibration_options options = {
         .struct_size = sizeof options, .free = kKnown, .journal = path, .step = call_again};
-    assert_fails(toliman_calibrate(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made), TOLIMAN_E_CANCELLED,
-                 "");
+    assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
+                 TOLIMAN_E_CANCELLED, "");
     memcpy(changed, frames, sizeof changed);
     changed[FRAMES * PIXELS - 1] += 1;
     toliman_fit_prediction predictions[FRAMES] = {{.struct_size = sizeof *predictions}};
@@ -182,8 +182,8 @@ static void others_are_refused(void **state) {
                                                 .start = cases[i].start,
                                                 .step = watch,
                                                 .step_data = &all};
-        assert_fails(toliman_calibrate(cases[i].sim, PLAIN_IMAGE(cases[i].frames), cases[i].count, cases[i].predictions,
-                                       &options, &made),
+        assert_fails(toliman_calibration_create(cases[i].sim, PLAIN_IMAGE(cases[i].frames), cases[i].count,
+                                                cases[i].predictions, &options, &made),
                      TOLIMAN_E_MISMATCH, cases[i].what);
         assert_string_equal(toliman_last_error_field(), path);
     }
@@ -223,9 +223,9 @@ static void other_times_are_refused(void **state) {
         predictions[k] = (toliman_fit_prediction){.struct_size = sizeof *predictions, .time_days = 15.0 * k};
     const toliman_calibration_options options = {
         .struct_size = sizeof options, .free = kKnown, .journal = path, .step = watch, .step_data = &all};
-    assert_fails(toliman_calibrate(sims[0], PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made),
+    assert_fails(toliman_calibration_create(sims[0], PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made),
                  TOLIMAN_E_CANCELLED, "");
-    assert_fails(toliman_calibrate(sims[1], PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made),
+    assert_fails(toliman_calibration_create(sims[1], PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made),
                  TOLIMAN_E_MISMATCH, "with another scene: ");
     for (int i = 0; i < 2; i++)
         toliman_sim_destroy(sims[i]);

@@ -7,7 +7,7 @@ static double plain[FEW * PIXELS]; /* frames of the nominal scene */
 
 static int set_up_plain(void **state) {
     const int failed = set_up(state);
-    assert_ok(toliman_sim_frame_many(nominal, NULL, 5, 0, FEW, 0, plain));
+    assert_ok(toliman_sim_frame_many(nominal, NULL, 5, 0, FEW, plain));
     return failed;
 }
 
@@ -114,8 +114,8 @@ static void verdicts_may_be_missing(void **state) {
 
     const toliman_calibration_options options = {.struct_size = sizeof options, .free = "focus", .step = save_and_stop};
     toliman_calibration *made = NULL;
-    assert_fails(toliman_calibrate(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made), TOLIMAN_E_CANCELLED,
-                 "cancelled");
+    assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
+                 TOLIMAN_E_CANCELLED, "cancelled");
     info = opened(in_folder("part.json"), &warning);
     assert_int_equal(info.calibration, TOLIMAN_SIM_CALIBRATION_INCOMPLETE);
     assert_int_equal(info.calibration_goodness, TOLIMAN_GOODNESS_UNKNOWN);
@@ -168,7 +168,7 @@ static void missing_default_parameters_are_named(void **state) {
         const toliman_calibration_options options = {.struct_size = sizeof options, .most_iterations = 1};
         toliman_calibration *const made = calibrated(sim, frames, 2, &options);
         const toliman_calibration_info info = calibrate_info_of(made);
-        int32_t count = 0;
+        int64_t count = 0;
         for (; cases[i].names[count] != NULL; count++) {
             toliman_calibration_left_out left_out = TOLIMAN_CALIBRATION_LEFT_OUT_INIT;
             assert_ok(toliman_calibration_get_left_out(made, count, &left_out));

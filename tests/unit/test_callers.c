@@ -50,7 +50,7 @@ static void defaults_stay_within_their_size(void **state) {
     CHECK_INIT(toliman_components);
     CHECK_INIT(toliman_ingest);
     CHECK_INIT(toliman_components_train);
-    CHECK_INIT(toliman_mask_design);
+    CHECK_INIT(toliman_mask);
     CHECK_INIT(toliman_period);
     CHECK_INIT(toliman_period_bootstrap);
     CHECK_INIT(toliman_period_batch);

@@ -222,7 +222,7 @@ static void the_template_is_one_step(void **state) {
     assert_ok(toliman_linear_get_sigma(linear, &sigma));
     double *const frames = malloc(FRAMES * PIXELS * sizeof *frames);
     assert_non_null(frames);
-    assert_ok(toliman_sim_frame_many(sim, NULL, 5, 0, FRAMES, 1, frames));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 5, 0, FRAMES, frames));
     for (int k = 0; k < FRAMES; k++) {
         double value;
         assert_ok(toliman_linear_encode(linear, frames + k * PIXELS, SIDE, &value, NULL));
@@ -309,9 +309,9 @@ static void errors_are_as_predicted(void **state) {
         toliman_fit *const fit = fit_of(sim, NULL);
         double *const frames = malloc(FRAMES * PIXELS * sizeof *frames);
         assert_non_null(frames);
-        assert_ok(toliman_sim_frame_many(sim, NULL, 9, 0, FRAMES, 2, frames));
+        assert_ok(toliman_sim_frame_many(sim, NULL, 9, 0, FRAMES, frames));
         toliman_fit_result results[FRAMES] = {{.struct_size = sizeof *results}};
-        assert_ok(toliman_fit_frames(fit, PLAIN_IMAGE(frames), FRAMES, NULL, 2, results));
+        assert_ok(toliman_fit_frame_many(fit, PLAIN_IMAGE(frames), FRAMES, NULL, results));
         double sum = 0, square = 0, chi_square = 0, largest = 0;
         for (int k = 0; k < FRAMES; k++) {
             const double pull = results[k].displacement_px / results[k].separation_sigma_px;

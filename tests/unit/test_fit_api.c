@@ -11,12 +11,13 @@ static toliman_sim *sim;
 static toliman_fit *fit;
 static double frames[FRAMES * PIXELS];
 
+static const toliman_fit_options kOptions = {.struct_size = sizeof kOptions, .free = "scale jitter_xx"};
+
 static int set_up(void **unused) {
     (void)unused;
     sim = sim_of(kBinaryScene);
-    const toliman_fit_options options = {.struct_size = sizeof options, .free = "scale jitter_xx"};
-    assert_ok(toliman_fit_create(sim, &options, &fit));
-    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, FRAMES, 1, frames));
+    assert_ok(toliman_fit_create(sim, &kOptions, &fit));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, FRAMES, frames));
     return 0;
 }
 
@@ -56,8 +57,7 @@ static void bad_options_are_refused(void **state) {
             options.struct_size = sizeof options;
         assert_fails(toliman_fit_create(sim, &options, &made), TOLIMAN_E_ARGUMENT, cases[i].message);
     }
-    toliman_fit_options options = {.struct_size = sizeof options, .reserved = 1};
-    assert_fails(toliman_fit_create(sim, &options, &made), TOLIMAN_E_ARGUMENT, "options->reserved = 1: must be 0");
+    toliman_fit_options options;
     static const char *const moving[] = {"roll", "focus anisotropy", "shear"};
     for (size_t i = 0; i < 3; i++) {
         options = (toliman_fit_options){.struct_size = sizeof options, .free = moving[i]};
@@ -82,7 +82,7 @@ static void parameters_are_listed(void **state) {
     toliman_sim_parameter parameter = {.struct_size = sizeof parameter};
     assert_int_equal(toliman_fit_parameter_count(fit), 9);
     assert_int_equal(toliman_fit_parameter_count(NULL), 0);
-    for (int32_t i = 0; i < 9; i++) {
+    for (int64_t i = 0; i < 9; i++) {
         assert_ok(toliman_fit_get_parameter(fit, i, &parameter));
         assert_string_equal(parameter.name, expected[i][0]);
         assert_string_equal(parameter.unit, expected[i][1]);
@@ -200,7 +200,7 @@ static void bad_frames_and_predictions_are_refused(void **state) {
     assert_fails(toliman_fit_frame(fit, bad + PIXELS, SIDE, NULL, &result, NULL, NULL), TOLIMAN_E_ARGUMENT,
                  "counts[3][7] = nan");
     toliman_fit_result results[2] = {{.struct_size = sizeof *results}};
-    assert_fails(toliman_fit_frames(fit, PLAIN_IMAGE(bad), 2, NULL, 1, results), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_fit_frame_many(fit, PLAIN_IMAGE(bad), 2, NULL, results), TOLIMAN_E_ARGUMENT,
                  "frame 1: counts[3][7] = nan");
     assert_int_equal(results[0].iterations, 0); /* nothing was written */
     assert_fails(toliman_fit_frame(fit, frames, SIDE - 1, NULL, &result, NULL, NULL), TOLIMAN_E_ARGUMENT,
@@ -216,16 +216,17 @@ static void bad_frames_and_predictions_are_refused(void **state) {
 static void bad_arrays_of_frames_are_refused(void **state) {
     (void)state;
     toliman_fit_result results[2] = {{.struct_size = sizeof *results}};
-    assert_fails(toliman_fit_frames(fit, NULL, 2, NULL, 1, results), TOLIMAN_E_ARGUMENT, "image is NULL");
-    assert_fails(toliman_fit_frames(fit, PLAIN_IMAGE(frames), 2, NULL, 1, NULL), TOLIMAN_E_ARGUMENT, "results is NULL");
-    assert_ok(toliman_fit_frames(fit, NULL, 0, NULL, 1, NULL));
+    assert_fails(toliman_fit_frame_many(fit, NULL, 2, NULL, results), TOLIMAN_E_ARGUMENT, "image is NULL");
+    assert_fails(toliman_fit_frame_many(fit, PLAIN_IMAGE(frames), 2, NULL, NULL), TOLIMAN_E_ARGUMENT,
+                 "results is NULL");
+    assert_ok(toliman_fit_frame_many(fit, NULL, 0, NULL, NULL));
     const toliman_image small = {.struct_size = sizeof small, .pixels = frames, .rows = 32, .cols = 32};
-    assert_fails(toliman_fit_frames(fit, &small, 2, NULL, 1, results), TOLIMAN_E_ARGUMENT, "rows");
+    assert_fails(toliman_fit_frame_many(fit, &small, 2, NULL, results), TOLIMAN_E_ARGUMENT, "rows");
     const toliman_fit_prediction predictions[2] = {{.struct_size = sizeof *predictions}, {.x_px = NAN}};
-    assert_fails(toliman_fit_frames(fit, PLAIN_IMAGE(frames), 2, predictions, 1, results), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_fit_frame_many(fit, PLAIN_IMAGE(frames), 2, predictions, results), TOLIMAN_E_ARGUMENT,
                  "frame 1: prediction->x_px = nan: must be finite");
     results[0].struct_size = 8;
-    assert_fails(toliman_fit_frames(fit, PLAIN_IMAGE(frames), 2, NULL, 1, results), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_fit_frame_many(fit, PLAIN_IMAGE(frames), 2, NULL, results), TOLIMAN_E_ARGUMENT,
                  "results->struct_size = 8");
 }
 
@@ -244,14 +245,25 @@ static void all_calls_give_the_same_bits(void **state) {
         }
         alone[i] = fitted(frames + i * PIXELS, &predictions[i]);
     }
-    for (uint32_t threads = 0; threads < 4; threads++)
+    toliman_fit_info as_given = {.struct_size = sizeof as_given};
+    assert_ok(toliman_fit_get_info(fit, &as_given));
+    for (uint32_t threads = 0; threads < 4; threads++) {
+        toliman_fit_options options = kOptions;
+        options.threads = threads;
+        toliman_fit *other = NULL;
+        assert_ok(toliman_fit_create(sim, &options, &other));
+        toliman_fit_info info = {.struct_size = sizeof info};
+        assert_ok(toliman_fit_get_info(other, &info));
+        assert_true(info.digest == as_given.digest); /* the model images */
         for (int kind = 0; kind < 2; kind++) {
             const toliman_image *const image = kind ? IMAGE_OF(TOLIMAN_PIXEL_U32, whole) : PLAIN_IMAGE(frames);
             memset(together, 0x5a, sizeof together);
             together[0].struct_size = sizeof *together;
-            assert_ok(toliman_fit_frames(fit, image, FRAMES, predictions, threads, together));
+            assert_ok(toliman_fit_frame_many(other, image, FRAMES, predictions, together));
             assert_memory_equal(together, alone, sizeof together);
         }
+        toliman_fit_destroy(other);
+    }
 }
 
 static void values_and_covariance_match_the_result(void **state) {

@@ -27,7 +27,7 @@ static int set_up(void **unused) {
     sims[0] = sim_of(kBinaryScene);
     sims[1] = scene_of("290", "0.2002}");
     sims[2] = scene_of("285", "0.21}");
-    assert_ok(toliman_sim_frame_many(sims[1], NULL, 3, 0, FRAMES, 1, frames));
+    assert_ok(toliman_sim_frame_many(sims[1], NULL, 3, 0, FRAMES, frames));
     return 0;
 }
 
@@ -72,7 +72,7 @@ static void frames_at_starts_have_the_bits_of_their_window(void **state) {
     toliman_fit_result results[FRAMES] = {{.struct_size = sizeof *results}};
     for (size_t i = 0; i < FRAMES; i++)
         predictions[i] = (toliman_fit_prediction){.struct_size = sizeof *predictions, .time_days = kTimes[i]};
-    assert_ok(toliman_fit_frames(all, PLAIN_IMAGE(frames), FRAMES, predictions, 3, results));
+    assert_ok(toliman_fit_frame_many(all, PLAIN_IMAGE(frames), FRAMES, predictions, results));
     for (size_t i = 0; i < FRAMES; i++) {
         toliman_fit *const one = single(kWindows[i]);
         toliman_fit_result result = {.struct_size = sizeof result}, again = result;

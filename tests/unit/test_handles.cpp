@@ -40,9 +40,9 @@ int make_one_of_each() {
     const auto fit = make<frame_fit>(toliman_fit_create, sim.get(), nullptr);
     const auto bank = make<network_bank>(toliman_bank_create, fit.get(), nullptr);
     const auto components = make<component_set>(toliman_components_create, sim.get(), nullptr);
-    auto one = sized<toliman_mask_design_options>();
+    auto one = sized<toliman_mask_options>();
     one.iterations = 1;
-    const auto mask = make<phase_mask>(toliman_mask_design, sim.get(), &one);
+    const auto mask = make<phase_mask>(toliman_mask_create, sim.get(), &one);
     const auto period = make<periodogram>(toliman_period_create, 0.0, 0.1, 3, nullptr);
     double times[10], values[10];
     for (int i = 0; i < 10; i++) {

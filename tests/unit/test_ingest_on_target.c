@@ -147,11 +147,11 @@ static void tables(void **state) {
         int64_t intervals[4] = {0};
         size_t count = 0;
         put_table(texts[i]);
-        assert_ok(read_table(NULL, 0, &count));
+        assert_asks(read_table(NULL, 0, &count));
         assert_int_equal(count, 2);
         count = 77;
         assert_fails(read_table(intervals, 1, &count), TOLIMAN_E_CAPACITY, "capacity = 1: must be at least 2");
-        assert_true(count == 77 && intervals[0] == 0);
+        assert_true(count == 2 && intervals[0] == 0);
         assert_ok(read_table(intervals, 2, &count));
         assert_int_equal(count, 2);
         assert_int_equal(intervals[0], start);

@@ -147,14 +147,15 @@ static void leap_seconds(void **unused) {
     (void)unused;
     size_t count = 0, again = 0;
     int64_t expires = 0;
-    assert_ok(toliman_ingest_read_leap_seconds(NULL, NULL, 0, &count, &expires));
-    assert_true(expires > 61000);
+    assert_asks(toliman_ingest_read_leap_seconds(NULL, NULL, 0, &count, &expires));
+    assert_true(expires == 0);
     toliman_leap_second table[100] = {TOLIMAN_LEAP_SECOND_INIT};
     assert_in_range(count, 28, 99);
     assert_fails(toliman_ingest_read_leap_seconds(NULL, table, count - 1, &again, NULL), TOLIMAN_E_CAPACITY,
                  "capacity");
-    assert_int_equal(again, 0);
-    assert_ok(toliman_ingest_read_leap_seconds(NULL, table, count, &again, NULL));
+    assert_true(again == count && table[0].mjd == 0);
+    assert_ok(toliman_ingest_read_leap_seconds(NULL, table, count, &again, &expires));
+    assert_true(expires > 61000);
     assert_true(again == count && table[0].mjd == 41317 && table[0].tai_utc_s == 10);
     assert_true(table[27].mjd == 57754 && table[27].tai_utc_s == 37);
     for (size_t i = 1; i < count; i++) {
@@ -333,7 +334,7 @@ static void wrong_arguments(void **unused) {
     assert_fails(toliman_ingest_read_leap_seconds(NULL, &row, 1, &count, NULL), TOLIMAN_E_ARGUMENT, "struct_size");
     assert_fails(toliman_ingest_read_clock(NULL, NULL, 0, &count, NULL, NULL), TOLIMAN_E_ARGUMENT, "path");
     assert_fails(toliman_ingest_read_clock("x", NULL, 1, &count, NULL, NULL), TOLIMAN_E_ARGUMENT, "clock");
-    assert_fails(toliman_ingest_read_clock("x", NULL, 0, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "points");
+    assert_fails(toliman_ingest_read_clock("x", NULL, 0, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "count");
 }
 
 #define ROWS LEAP_SECOND_ROWS
@@ -420,12 +421,12 @@ static void clock_tables(void **unused) {
         size_t points = 0;
         char warning[300] = "";
         write_file(texts[i]);
-        assert_ok(toliman_ingest_read_clock(path, NULL, 0, &points, NULL, NULL));
+        assert_asks(toliman_ingest_read_clock(path, NULL, 0, &points, NULL, NULL));
         assert_int_equal(points, 2);
         points = 77;
         assert_fails(toliman_ingest_read_clock(path, clock, 1, &points, NULL, NULL), TOLIMAN_E_CAPACITY,
                      "capacity = 1");
-        assert_int_equal(points, 77);
+        assert_true(points == 2 && clock[1] == 0);
         assert_ok(toliman_ingest_read_clock(path, clock, 2, &points, keep_warning, warning));
         assert_true(clock[0] == 0 && clock[1] == 5 && clock[2] == 1000 && clock[3] == 1005);
         assert_string_equal(warning, "");
@@ -472,7 +473,7 @@ static void rates_of_clocks(void **unused) {
         size_t points = 0;
         snprintf(text, sizeof text, "0,0\n1000000,1000000\n2000000,%" PRId64 "\n3000000,9000000000\n", cases[i].last);
         write_file(text);
-        assert_ok(toliman_ingest_read_clock(path, NULL, 0, &points, keep_warning, warning));
+        assert_asks(toliman_ingest_read_clock(path, NULL, 0, &points, keep_warning, warning));
         assert_int_equal(points, 4);
         assert_non_null(strstr(warning, cases[i].odd));
         assert_non_null(strstr(warning, "both columns must be in ns"));

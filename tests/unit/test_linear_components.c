@@ -9,7 +9,7 @@
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE, FRAMES = 100 };
 
-static toliman_components *collection(const toliman_sim *sim, uint32_t raw, uint32_t bin) {
+static toliman_components *collection(const toliman_sim *sim, int32_t raw, uint32_t bin) {
     toliman_components *components = NULL;
     toliman_components_options options;
     toliman_components_options_init(&options, sizeof options);
@@ -66,7 +66,7 @@ static void every_method_finds_a_period_above_the_threshold_and_none_below(void 
     toliman_sim *sim = sim_with(kBinaryScene, "\"peak_photons\": 1e5", "\"peak_photons\": 1e7");
     double times[FRAMES], displacement[FRAMES];
     assert_ok(toliman_sim_get_series(sim, 0, FRAMES, times, displacement));
-    for (uint32_t raw = 0; raw < 2; raw++)
+    for (int32_t raw = 0; raw < 2; raw++)
         for (uint32_t bin = 1; bin <= 4; bin *= 2) {
             toliman_components *const components = collection(sim, raw, bin);
             push_frames(components, sim, 1, FRAMES);
@@ -276,7 +276,9 @@ static void errors_name_the_argument_and_change_nothing(void **state) {
     training.lambda = 0;
     double series[2] = {0};
     assert_ok(toliman_components_train(components, &training, NULL));
-    assert_fails(toliman_components_get_series(components, 1, series, NULL), TOLIMAN_E_RANGE, "component = 1");
+    assert_fails(toliman_components_get_series(components, 1, series, NULL), TOLIMAN_E_RANGE,
+                 "component = 1: must be in [0, 0]");
+    assert_fails(toliman_components_get_series(components, -1, series, NULL), TOLIMAN_E_RANGE, "component = -1");
     assert_ok(toliman_components_get_series(components, 0, series, NULL));
     assert_true(series[0] != 0); /* two frames are opposite relative to their mean */
     assert_close(series[1], -series[0], 1e-12, 0);
@@ -312,7 +314,7 @@ static void dependent_nuisances_are_logged(void **state) {
     const toliman_cae_options of_network = {.struct_size = sizeof of_network, .log = count_line, .log_data = &lines};
     assert_ok(toliman_cae_create(sim, 1, &of_network, &cae));
     assert_int_equal(lines, 2);
-    for (uint32_t raw = 0; raw < 2; raw++) { /* raw counts are not projected */
+    for (int32_t raw = 0; raw < 2; raw++) { /* raw counts are not projected */
         toliman_components *components = NULL;
         const toliman_components_options options = {
             .struct_size = sizeof options, .raw = raw, .log = count_line, .log_data = &lines};

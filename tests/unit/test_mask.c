@@ -10,8 +10,8 @@ static const char kMask[] =
     "{\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 297.5,"
     "   \"terms\": [{\"a\": 0.819, \"f\": 2.918, \"m\": -7, \"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}";
 
-static toliman_mask_design_options options_of(uint64_t seed, uint32_t iterations, uint32_t threads) {
-    toliman_mask_design_options options = TOLIMAN_MASK_DESIGN_OPTIONS_INIT;
+static toliman_mask_options options_of(uint64_t seed, uint32_t iterations, uint32_t threads) {
+    toliman_mask_options options = TOLIMAN_MASK_OPTIONS_INIT;
     options.seed = seed;
     options.iterations = iterations;
     options.threads = threads;
@@ -20,9 +20,9 @@ static toliman_mask_design_options options_of(uint64_t seed, uint32_t iterations
     return options;
 }
 
-static toliman_mask *design(const toliman_sim *sim, toliman_mask_design_options options) {
+static toliman_mask *design(const toliman_sim *sim, toliman_mask_options options) {
     toliman_mask *mask = NULL;
-    assert_ok(toliman_mask_design(sim, &options, &mask));
+    assert_ok(toliman_mask_create(sim, &options, &mask));
     return mask;
 }
 
@@ -186,7 +186,7 @@ static void a_stopped_design_keeps_its_mask(void **state) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         Watch watch = {.stage = cases[i].stage, .call = cases[i].call};
-        toliman_mask_design_options options = options_of(3, 10, 0);
+        toliman_mask_options options = options_of(3, 10, 0);
         options.progress = stop_in_stage;
         options.progress_data = &watch;
         toliman_mask *const mask = design(sim, options);
@@ -254,7 +254,7 @@ static void scenes_with_files_of_the_pupil(void **state) {
     toliman_mask_destroy(made);
     made = NULL;
     assert_int_equal(unlink(path_of("amplitude.npy")), 0);
-    assert_fails(toliman_mask_design(sim, NULL, &made), TOLIMAN_E_NOT_FOUND, "amplitude.npy");
+    assert_fails(toliman_mask_create(sim, NULL, &made), TOLIMAN_E_NOT_FOUND, "amplitude.npy");
     assert_null(made);
     toliman_sim_destroy(sim);
     free(text);
@@ -266,22 +266,23 @@ static void refusals(void **state) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     toliman_mask *mask = NULL;
     toliman_mask_info info = TOLIMAN_MASK_INFO_INIT;
-    toliman_mask_design_options options = options_of(1, 1, 1);
+    toliman_mask_options options = options_of(1, 1, 1);
     options.struct_size--;
-    assert_fails(toliman_mask_design(sim, &options, &mask), TOLIMAN_E_ARGUMENT, "options->struct_size");
+    assert_fails(toliman_mask_create(sim, &options, &mask), TOLIMAN_E_ARGUMENT, "options->struct_size");
     options = options_of(1, 1, 1);
     options.free = "flux_a separation";
-    assert_fails(toliman_mask_design(sim, &options, &mask), TOLIMAN_E_ARGUMENT, "options->free: separation");
+    assert_fails(toliman_mask_create(sim, &options, &mask), TOLIMAN_E_ARGUMENT, "options->free: separation");
     assert_string_equal(toliman_last_error_field(), "options->free");
-    assert_fails(toliman_mask_design(NULL, NULL, &mask), TOLIMAN_E_ARGUMENT, "sim is NULL");
-    assert_fails(toliman_mask_design(sim, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_fails(toliman_mask_create(NULL, NULL, &mask), TOLIMAN_E_ARGUMENT, "sim is NULL");
+    assert_fails(toliman_mask_create(sim, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     assert_fails(toliman_mask_get_info(NULL, &info), TOLIMAN_E_ARGUMENT, "mask is NULL");
     assert_string_equal(toliman_mask_get_json(NULL), "");
     assert_null(mask);
     mask = design(sim, options_of(1, 1, 1));
     assert_fails(toliman_mask_get_descent(mask, 0, few), TOLIMAN_E_ARGUMENT, "count = 0: must be");
     assert_fails(toliman_mask_get_cells(mask, 1, few), TOLIMAN_E_ARGUMENT, "side = 1: must be 96");
-    assert_fails(toliman_mask_get_place(mask, 1, &info), TOLIMAN_E_RANGE, "place = 1: must be below 1");
+    assert_fails(toliman_mask_get_place(mask, 1, &info), TOLIMAN_E_RANGE, "place = 1: must be in [0, 0]");
+    assert_fails(toliman_mask_get_place(mask, -1, &info), TOLIMAN_E_RANGE, "place = -1: must be in [0, 0]");
     toliman_mask_destroy(mask);
     mask = NULL;
     toliman_mask_destroy(NULL);
@@ -291,11 +292,11 @@ static void refusals(void **state) {
     toliman_sim *padded = NULL;
     fft.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     assert_ok(toliman_sim_create_json(kSingleScene, strlen(kSingleScene), NULL, &fft, &padded));
-    assert_fails(toliman_mask_design(padded, NULL, &mask), TOLIMAN_E_UNSUPPORTED, "PADDED_FFT");
+    assert_fails(toliman_mask_create(padded, NULL, &mask), TOLIMAN_E_UNSUPPORTED, "PADDED_FFT");
     toliman_sim_destroy(padded);
 
     toliman_sim *const pixel = sim_with(kSingleScene, "[32, 32]", "[1, 1]"); /* one number, eight unknown */
-    assert_fails(toliman_mask_design(pixel, NULL, &mask), TOLIMAN_E_SCENE, "the separation has no Cramer-Rao bound");
+    assert_fails(toliman_mask_create(pixel, NULL, &mask), TOLIMAN_E_SCENE, "the separation has no Cramer-Rao bound");
     toliman_sim_destroy(pixel);
     assert_null(mask);
 }

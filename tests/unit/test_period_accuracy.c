@@ -122,7 +122,7 @@ static void inaccurate_powers_are_flagged(void **unused) {
         toliman_period_sampling sampling = {.struct_size = sizeof sampling};
         size_t count;
         assert_ok(toliman_period_query_peak(period, &peak));
-        assert_ok(toliman_period_query_peaks(period, 1, &peaks, &count));
+        assert_ok(toliman_period_query_peaks(period, &peaks, 1, &count));
         assert_ok(toliman_period_query_fit(period, times, values, NULL, kSamples, &fit));
         assert_ok(toliman_period_query_model(period, 0, &model));
         assert_ok(toliman_period_query_sampling(period, NULL, 0, &sampling));
@@ -186,7 +186,7 @@ static void well_sampled_series_are_not_flagged(void **unused) {
         for (int i = 0; i < 8; i++)
             peaks[i].struct_size = sizeof peaks[i];
         size_t count;
-        assert_ok(toliman_period_query_peaks(period, 8, peaks, &count));
+        assert_ok(toliman_period_query_peaks(period, peaks, 8, &count));
         for (size_t i = 0; i < count; i++)
             assert_int_equal(peaks[i].flags & TOLIMAN_PERIOD_INACCURATE, 0);
         toliman_period_destroy(period);

@@ -82,7 +82,7 @@ static void choice_and_list(void **state) {
         toliman_period_alias aliases[LISTED];
         aliases[0].struct_size = sizeof *aliases;
         size_t count = 0;
-        assert_ok(toliman_period_query_aliases(period, at, LISTED, aliases, &count));
+        assert_ok(toliman_period_query_aliases(period, at, aliases, LISTED, &count));
         int found = cases[c].kind == 0;
         for (size_t i = 0; i < count; i++) {
             const toliman_period_alias *alias = aliases + i;
@@ -123,7 +123,7 @@ static void choice_does_not_depend_on_order(void **state) {
     toliman_period_peak peaks[5];
     peaks[0].struct_size = sizeof *peaks;
     size_t count = 0;
-    assert_ok(toliman_period_query_peaks(whole, 5, peaks, &count));
+    assert_ok(toliman_period_query_peaks(whole, peaks, 5, &count));
     assert_true(count == 5 && peaks[0].frequency == one.frequency && (peaks[0].flags & TOLIMAN_PERIOD_ALIAS) == 0);
     for (size_t i = 1; i < 3; i++)
         assert_true((peaks[i].flags & TOLIMAN_PERIOD_ALIAS) != 0 && peaks[i].power > 0.9 * peaks[0].power);
@@ -137,12 +137,12 @@ static void invalid_arguments_are_refused(void **state) {
     toliman_period *period = pushed(sample(3, 0.02, 366, 300, 0), 0.5, 86400e9);
     toliman_period_alias aliases[2] = {TOLIMAN_PERIOD_ALIAS_INIT};
     size_t count = 9;
-    assert_fails(toliman_period_query_aliases(period, 0.6, 2, aliases, &count), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_period_query_aliases(period, 0.6, aliases, 2, &count), TOLIMAN_E_ARGUMENT,
                  "frequency = 0.6: must be in the grid");
-    assert_fails(toliman_period_query_aliases(period, NAN, 2, aliases, &count), TOLIMAN_E_ARGUMENT, "frequency = nan");
-    assert_fails(toliman_period_query_aliases(period, 0.1, 2, NULL, &count), TOLIMAN_E_ARGUMENT, "aliases is NULL");
+    assert_fails(toliman_period_query_aliases(period, NAN, aliases, 2, &count), TOLIMAN_E_ARGUMENT, "frequency = nan");
+    assert_fails(toliman_period_query_aliases(period, 0.1, NULL, 2, &count), TOLIMAN_E_ARGUMENT, "aliases is NULL");
     assert_ok(toliman_period_reset(period));
-    assert_fails(toliman_period_query_aliases(period, 0.1, 2, aliases, &count), TOLIMAN_E_STATE,
+    assert_fails(toliman_period_query_aliases(period, 0.1, aliases, 2, &count), TOLIMAN_E_STATE,
                  "at least five samples");
     assert_int_equal(count, 9);
     toliman_period_destroy(period);

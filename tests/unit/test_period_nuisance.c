@@ -49,7 +49,7 @@ static void fill(void) {
 }
 
 static uint8_t *bytes_of(const toliman_period *period, size_t *size) {
-    assert_ok(toliman_period_save(period, NULL, 0, size));
+    assert_asks(toliman_period_save(period, NULL, 0, size));
     uint8_t *bytes = malloc(*size);
     assert_ok(toliman_period_save(period, bytes, *size, size));
     return bytes;

@@ -198,7 +198,7 @@ static void test_peaks_and_aliases(void **unused) {
     toliman_period_peak peaks[kWanted], highest = {.struct_size = sizeof highest};
     peaks[0].struct_size = sizeof *peaks; /* valid for all peaks */
     size_t count = 0;
-    assert_ok(toliman_period_query_peaks(period, kWanted, peaks, &count));
+    assert_ok(toliman_period_query_peaks(period, peaks, kWanted, &count));
     assert_int_equal(count, kWanted);
     assert_ok(toliman_period_query_peak(period, &highest));
     assert_true(peaks[0].frequency == highest.frequency && peaks[0].power == highest.power);
@@ -219,13 +219,13 @@ static void test_peaks_and_aliases(void **unused) {
     }
     assert_int_equal(own, 2);
     assert_true(aliases >= 3);
-    assert_ok(toliman_period_query_peaks(period, 1, peaks, &count));
+    assert_ok(toliman_period_query_peaks(period, peaks, 1, &count));
     assert_int_equal(count, 1);
     assert_true(peaks[0].frequency == highest.frequency);
-    assert_fails(toliman_period_query_peaks(period, 0, peaks, &count), TOLIMAN_E_ARGUMENT, "capacity = 0");
-    assert_fails(toliman_period_query_peaks(period, 65, peaks, &count), TOLIMAN_E_ARGUMENT, "capacity = 65");
+    assert_fails(toliman_period_query_peaks(period, peaks, 0, &count), TOLIMAN_E_ARGUMENT, "capacity = 0");
+    assert_fails(toliman_period_query_peaks(period, peaks, 65, &count), TOLIMAN_E_ARGUMENT, "capacity = 65");
     peaks[0].struct_size = 3;
-    assert_fails(toliman_period_query_peaks(period, 2, peaks, &count), TOLIMAN_E_ARGUMENT, "peaks");
+    assert_fails(toliman_period_query_peaks(period, peaks, 2, &count), TOLIMAN_E_ARGUMENT, "peaks");
     toliman_period_destroy(period);
 }
 

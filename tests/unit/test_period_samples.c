@@ -174,7 +174,7 @@ static void a_wrong_retract_makes_no_perfect_detection(void **unused) {
             assert_int_equal(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 180, power), status);
             for (int k = 0; k < 180; k++)
                 assert_true(power[k] < 1 && (status == TOLIMAN_OK || power[k] == 0));
-            assert_int_equal(toliman_period_query_peaks(period, 3, peaks, &count), status);
+            assert_int_equal(toliman_period_query_peaks(period, peaks, 3, &count), status);
             assert_ok(toliman_period_save(period, bytes, kCapacity, &size));
             assert_ok(toliman_period_load(bytes, size, NULL, &loaded));
             assert_int_equal(toliman_period_query_peak(loaded, &peak), status);
@@ -350,7 +350,7 @@ static void a_grid_in_another_unit_is_flagged(void **unused) {
         toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT, fit = peak, peaks[2] = {peak};
         size_t count;
         assert_ok(toliman_period_query_peak(period, &peak));
-        assert_ok(toliman_period_query_peaks(period, 2, peaks, &count));
+        assert_ok(toliman_period_query_peaks(period, peaks, 2, &count));
         assert_ok(toliman_period_query_fit(period, times, y, NULL, kCount, &fit));
         assert_int_equal(peak.flags & both, way == 0 ? 0 : TOLIMAN_PERIOD_COARSE);
         assert_int_equal(peaks[0].flags & both, way == 0 ? 0 : TOLIMAN_PERIOD_COARSE);

@@ -46,7 +46,7 @@ static void push(toliman_period *period, int i) {
 }
 
 static uint8_t *bytes_of(const toliman_period *period, size_t *size) {
-    assert_ok(toliman_period_save(period, NULL, 0, size));
+    assert_asks(toliman_period_save(period, NULL, 0, size));
     uint8_t *bytes = malloc(*size);
     assert_ok(toliman_period_save(period, bytes, *size, size));
     return bytes;

@@ -238,7 +238,7 @@ static void check_derivative(const toliman_sim *sim, const keys *base, const cha
  * parameters with a number only the first two. */
 static void check_all(const keys *base, int few) {
     toliman_sim *const sim = sim_of_keys(base);
-    for (int32_t i = 0; i < toliman_sim_parameter_count(); i++) {
+    for (int64_t i = 0; i < toliman_sim_parameter_count(); i++) {
         toliman_sim_parameter parameter = TOLIMAN_SIM_PARAMETER_INIT;
         assert_ok(toliman_sim_get_parameter(i, &parameter));
         const row *const r = row_of(parameter.name);
@@ -276,14 +276,14 @@ static void wavelengths_increase(void **state) {
 
 static void parameters_have_names(void **state) {
     (void)state;
-    const int32_t count = toliman_sim_parameter_count();
+    const int64_t count = toliman_sim_parameter_count();
     static char names[200][40];
     assert_true(count > 70 && count < 200);
-    for (int32_t i = 0; i < count; i++) {
+    for (int64_t i = 0; i < count; i++) {
         toliman_sim_parameter parameter = TOLIMAN_SIM_PARAMETER_INIT;
         assert_ok(toliman_sim_get_parameter(i, &parameter));
         strcpy(names[i], parameter.name);
-        for (int32_t j = 0; j < i; j++)
+        for (int64_t j = 0; j < i; j++)
             assert_string_not_equal(names[i], names[j]);
         if (strcmp(parameter.name, "zernike_7") == 0) {
             assert_string_equal(parameter.unit, "nm");

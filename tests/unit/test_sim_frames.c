@@ -9,10 +9,10 @@
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
 
-static double *frames_of(const toliman_sim *sim, uint64_t seed, int64_t first, size_t count, uint32_t threads) {
+static double *frames_of(const toliman_sim *sim, uint64_t seed, int64_t first, size_t count) {
     double *const frames = malloc(count * PIXELS * sizeof *frames);
     assert_non_null(frames);
-    assert_ok(toliman_sim_frame_many(sim, NULL, seed, first, count, threads, frames));
+    assert_ok(toliman_sim_frame_many(sim, NULL, seed, first, count, frames));
     return frames;
 }
 
@@ -55,11 +55,13 @@ static void without_noise_frames_are_expectations(void **state) {
 static void frames_do_not_depend_on_threads_or_order(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
-    double *const one = frames_of(sim, 7, 20, 13, 1);
-    for (uint32_t threads = 2; threads <= 64; threads += threads < 8 ? 1 : 56) {
-        double *const many = frames_of(sim, 7, 20, 13, threads);
+    double *const one = frames_of(sim, 7, 20, 13);
+    for (uint32_t threads = 1; threads <= 64; threads += threads < 8 ? 1 : 56) {
+        toliman_sim *const other = sim_on_threads(kBinaryScene, threads);
+        double *const many = frames_of(other, 7, 20, 13);
         assert_memory_equal(one, many, 13 * PIXELS * sizeof *one);
         free(many);
+        toliman_sim_destroy(other);
     }
     for (int64_t k = 32; k >= 20; k -= 4) { /* one by one, backwards and with a stride */
         double image[SIDE][SIDE + 3], displacement;
@@ -72,7 +74,7 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
     /* With given displacements a frame may have any number, inside the cadence or not. */
     static double image[PIXELS], alone[PIXELS];
     const double displacement = 0.05;
-    assert_ok(toliman_sim_frame_many(sim, &displacement, 7, 123456789012, 1, 1, image));
+    assert_ok(toliman_sim_frame_many(sim, &displacement, 7, 123456789012, 1, image));
     assert_ok(toliman_sim_frame(sim, displacement, 7, 123456789012, alone, SIDE));
     assert_memory_equal(image, alone, sizeof image);
     toliman_sim_destroy(sim);
@@ -81,7 +83,7 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
 static void seeds_and_numbers_make_different_frames(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
-    double *const frames = frames_of(sim, 7, 0, 2, 1), *const others = frames_of(sim, 8, 0, 2, 1);
+    double *const frames = frames_of(sim, 7, 0, 2), *const others = frames_of(sim, 8, 0, 2);
     size_t equal = 0;
     for (size_t i = 0; i < PIXELS; i++) {
         equal += frames[i] == others[i];
@@ -156,10 +158,10 @@ static void impossible_calls_are_refused(void **state) {
     assert_fails(toliman_sim_propagate(sim, INFINITY, image, SIDE), TOLIMAN_E_RANGE, "[-100, 100] px");
     assert_fails(toliman_sim_get_image(sim, 12, image, SIDE), TOLIMAN_E_ARGUMENT,
                  "kind = 12: must be one of TOLIMAN_SIM_IMAGE_..., 311 to 322");
-    assert_fails(toliman_sim_frame_many(sim, NULL, 1, 99, 2, 1, image), TOLIMAN_E_RANGE, "cadence of 100 frames");
-    assert_fails(toliman_sim_frame_many(sim, NULL, 1, 0, SIZE_MAX, 1, image), TOLIMAN_E_RANGE, "cadence");
+    assert_fails(toliman_sim_frame_many(sim, NULL, 1, 99, 2, image), TOLIMAN_E_RANGE, "cadence of 100 frames");
+    assert_fails(toliman_sim_frame_many(sim, NULL, 1, 0, SIZE_MAX, image), TOLIMAN_E_RANGE, "cadence");
     const double far_away = -0.3;
-    assert_fails(toliman_sim_frame_many(sim, &far_away, 1, 0, 1, 1, image), TOLIMAN_E_RANGE, "displacement_px = -0.3");
+    assert_fails(toliman_sim_frame_many(sim, &far_away, 1, 0, 1, image), TOLIMAN_E_RANGE, "displacement_px = -0.3");
     assert_close(image[0], -1, 0, 0);
     toliman_sim_info info = {0};
     assert_fails(toliman_sim_get_info(sim, &info), TOLIMAN_E_ARGUMENT, "out->struct_size = 0");
@@ -270,11 +272,11 @@ static void images_do_not_depend_on_what_was_asked_before(void **state) {
     toliman_sim *sim = sim_of(scene);
     const toliman_sim_bounds bounds = sim_bounds_of(sim); /* needs all derivatives at once */
     get_images(sim, 0, expected);
-    double *const frame = frames_of(sim, 1, 0, 1, 1);
+    double *const frame = frames_of(sim, 1, 0, 1);
     toliman_sim_destroy(sim);
     for (int reversed = 0; reversed < 2; reversed++) {
         sim = sim_of(scene);
-        double *const same = frames_of(sim, 1, 0, 1, 1);
+        double *const same = frames_of(sim, 1, 0, 1);
         assert_memory_equal(same, frame, PIXELS * sizeof *frame);
         free(same);
         get_images(sim, reversed, images);

@@ -33,7 +33,7 @@ static double error_against(const toliman_sim *sim, int64_t k, const char *text)
     static double frame[PIXELS], there[PIXELS];
     double displacement, worst = 0;
     assert_ok(toliman_sim_get_series(sim, k, 1, NULL, &displacement));
-    assert_ok(toliman_sim_frame_many(sim, NULL, 1, k, 1, 1, frame));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 1, k, 1, frame));
     toliman_sim *const still = sim_of(text);
     assert_ok(toliman_sim_propagate(still, displacement, there, SIDE));
     for (int i = 0; i < PIXELS; i++)
@@ -244,13 +244,13 @@ static void frames_are_computed_in_any_order(void **state) {
     enum { FRAMES = 12 };
     char *const text = scene_at(2027, ", \"moving\": true", "\"frames\": 12000, \"interval_days\": 0.1",
                                 "\"noise\": {\"photon\": true, \"seed\": 3}, \"accuracy\": 1e-9");
-    toliman_sim *const sim = sim_of(text), *const other = sim_of(text);
+    toliman_sim *const sim = sim_on_threads(text, 4), *const other = sim_on_threads(text, 1);
     double *const frames = malloc(FRAMES * PIXELS * sizeof *frames), *const again = malloc(PIXELS * sizeof *again);
     assert_non_null(frames);
     assert_non_null(again);
-    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 5000, FRAMES, 4, frames)); /* the first ones, on several threads */
+    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 5000, FRAMES, frames)); /* the first ones, on several threads */
     for (int64_t i = FRAMES; i-- > 0;) {
-        assert_ok(toliman_sim_frame_many(other, NULL, 3, 5000 + i, 1, 1, again));
+        assert_ok(toliman_sim_frame_many(other, NULL, 3, 5000 + i, 1, again));
         assert_memory_equal(again, frames + i * PIXELS, PIXELS * sizeof *again);
     }
     free(frames);

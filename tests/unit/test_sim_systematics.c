@@ -386,11 +386,15 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
     enum { count = 17 };
     toliman_sim *const sim = made(noisy_text(kAll));
     static double one[count][PIXELS], many[count][PIXELS], alone[PIXELS];
-    assert_ok(toliman_sim_frame_many(sim, NULL, 7, 20, count, 1, one[0]));
-    const uint32_t workers[] = {2, 3, 8};
-    for (size_t i = 0; i < 3; i++) {
-        assert_ok(toliman_sim_frame_many(sim, NULL, 7, 20, count, workers[i], many[0]));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 7, 20, count, one[0]));
+    const uint32_t workers[] = {1, 2, 3, 8};
+    for (size_t i = 0; i < 4; i++) {
+        char *const text = noisy_text(kAll);
+        toliman_sim *const other = sim_on_threads(text, workers[i]);
+        assert_ok(toliman_sim_frame_many(other, NULL, 7, 20, count, many[0]));
         assert_memory_equal(one, many, sizeof one);
+        toliman_sim_destroy(other);
+        free(text);
     }
     for (int64_t k = 36; k >= 20; k -= 4) {
         double displacement;

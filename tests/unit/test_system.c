@@ -153,7 +153,7 @@ static int make_frames_without_threads(void) {
     const struct rlimit none = {0, 0};
     if (setrlimit(RLIMIT_NPROC, &none) != 0)
         return 98;
-    if (toliman_sim_frame_many(sim, displacements, 7, 0, kFrames, 8, frames) != TOLIMAN_OK)
+    if (toliman_sim_frame_many(sim, displacements, 7, 0, kFrames, frames) != TOLIMAN_OK)
         return 1;
     return memcmp(frames, expected, sizeof frames) != 0 ? 2 : 0;
 }
@@ -161,12 +161,17 @@ static int make_frames_without_threads(void) {
 /* With fewer threads than requested, even with none, the frames are the same. */
 static void threads_that_cannot_be_created(void **state) {
     (void)state;
-    sim = sim_with(kSingleScene, "\"peak_photons\": 1e6}", "\"peak_photons\": 1e6}, \"noise\": {\"photon\": true}");
-    assert_ok(toliman_sim_frame_many(sim, displacements, 7, 0, kFrames, 1, expected));
+    char *const text =
+        replaced(kSingleScene, "\"peak_photons\": 1e6}", "\"peak_photons\": 1e6}, \"noise\": {\"photon\": true}");
+    sim = sim_on_threads(text, 8);
+    assert_ok(toliman_sim_frame_many(sim, displacements, 7, 0, kFrames, expected));
     assert_int_equal(as_nobody(make_frames_without_threads), 0);
-    assert_ok(toliman_sim_frame_many(sim, displacements, 7, 0, kFrames, UINT32_MAX, frames));
+    toliman_sim_destroy(sim);
+    sim = sim_on_threads(text, 1);
+    assert_ok(toliman_sim_frame_many(sim, displacements, 7, 0, kFrames, frames));
     assert_memory_equal(frames, expected, sizeof frames);
     toliman_sim_destroy(sim);
+    free(text);
 }
 
 int main(void) {

@@ -44,7 +44,7 @@ static int set_up(void **unused) {
     sim = sim_of(text);
     free(text);
     assert_ok(toliman_fit_create(sim, NULL, &fit));
-    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, FRAMES, 1, frames));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, FRAMES, frames));
     bank = trained(100);
     weak = trained(30);
     return 0;
@@ -186,7 +186,7 @@ static void values_are_those_of_the_bank_at_the_frames_times(void **state) {
     assert_true(info.estimator_id == made.digest && made.digest != of_fit.digest);
     toliman_track_options known = {.struct_size = sizeof known};
     assert_ok(toliman_track_get_options(track, &known));
-    assert_string_equal(known.values, "separation_px,x_px,y_px,fit_separation_px");
+    assert_string_equal(known.values, "separation_px x_px y_px fit_separation_px");
     assert_null(known.bank);
     toliman_track_destroy(track);
 }
@@ -299,7 +299,7 @@ static void options_that_do_not_fit_are_refused(void **state) {
     options = options_of(NULL, bank);
     strcpy(options.values, "separation_px,x_px,y_px");
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-                 "must be \"separation_px,x_px,y_px,fit_separation_px\", the values of the estimator");
+                 "must be \"separation_px x_px y_px fit_separation_px\", the values of the estimator");
     toliman_bank *const control = untrained(30);
     options = options_of(NULL, control);
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,

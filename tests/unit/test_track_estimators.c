@@ -72,8 +72,8 @@ static void values_match_the_estimators(void **unused) {
             double value;
             toliman_frame_goodness goodness = TOLIMAN_FRAME_GOODNESS_INIT;
             const toliman_image image = {.struct_size = sizeof image, .pixels = counts};
-            assert_ok(which ? toliman_cae_encode_many(cae, &image, 1, 1, &value, &goodness)
-                            : toliman_linear_encode_many(linear, &image, 1, 1, &value, &goodness));
+            assert_ok(which ? toliman_cae_encode_many(cae, &image, 1, &value, &goodness)
+                            : toliman_linear_encode_many(linear, &image, 1, &value, &goodness));
             asked = 0;
             assert_ok(toliman_track_push(track, &frame, 1, &outcome, &done));
             assert_int_equal(asked, 0);

@@ -26,7 +26,7 @@ static int set_up(void **unused) {
     sim = sim_of(text);
     free(text);
     assert_ok(toliman_fit_create(sim, NULL, &fit));
-    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, FRAMES, 1, frames));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, FRAMES, frames));
     return 0;
 }
 
@@ -144,7 +144,7 @@ static void values_are_those_of_fits_at_the_frames_times(void **state) {
     assert_true(info.value_limit == 1e4 * info.sigma && info.estimator_id == made.digest);
     toliman_track_options known = {.struct_size = sizeof known};
     assert_ok(toliman_track_get_options(track, &known));
-    assert_string_equal(known.values, "separation_px,x_px,y_px");
+    assert_string_equal(known.values, "separation_px x_px y_px");
     assert_null(known.fit);
     toliman_track_destroy(track);
 }
@@ -216,7 +216,7 @@ static void other_estimators_are_refused(void **state) {
     options = options_of(NULL, fit);
     strcpy(options.values, "dx");
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-                 "options->values = \"dx\": must be \"separation_px,x_px,y_px\", the values of the estimator");
+                 "options->values = \"dx\": must be \"separation_px x_px y_px\", the values of the estimator");
     options = options_of(NULL, fit);
     options.image_rows = 32;
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,

@@ -33,7 +33,7 @@ def flowing(text, indent):
 
 
 def first_sentence(text):
-    return re.split(r"(?<=\.)\s+(?=[A-Z*])", text.split("\n\n")[0], maxsplit=1)[0]
+    return re.split(r"(?<=\.)(?:\s+(?=[A-Z*])|\n(?=  ))", text.split("\n\n")[0], maxsplit=1)[0]
 
 
 def fortran_name(model, item):

@@ -229,7 +229,7 @@ class Procedure:
             self.shapes.append(f"{name}({', '.join(extents)})")
         place = self.item.arguments.index(argument)
         neighbours = self.item.arguments[max(place - 1, 0):place] + self.item.arguments[place + 1:place + 2]
-        series = kind.const and argument.extents in (other.extents for other in neighbours)
+        series = kind.const and argument.extents in (other.extents for other in neighbours if other.type.const)
         self.add_dummy(name, f"{base_type(self.model, kind)}, intent({intent}){optional} :: {name}{shape}", series)
         self.actual.append(name)
 

@@ -120,7 +120,7 @@ class Job {
     void push(uint64_t seed, int64_t begin, int64_t end, const toliman::periodogram &into) const {
         std::vector<double> image(scene_.pixels());
         for (int64_t k = begin; k < end; k++) {
-            check(toliman_sim_frame_many(scene_.sim.get(), nullptr, seed, k, 1, 1, image.data()));
+            check(toliman_sim_frame_many(scene_.sim.get(), nullptr, seed, k, 1, image.data()));
             check(toliman_period_push(into.get(), times_[static_cast<size_t>(k)], estimate(image), 1));
         }
     }

@@ -12,7 +12,8 @@ import typing
 import numpy
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import check
+from . import _raw
+from ._library import check, check_asked, library
 
 Doubles = NDArray[numpy.float64]
 doubles = ctypes.POINTER(ctypes.c_double)
@@ -145,10 +146,16 @@ def options_of(kind: type, initialise: typing.Any, /, **members: typing.Any) -> 
     return options
 
 
+def load_options(threads: int) -> typing.Any:
+    """Returns the options of a load function."""
+    return ctypes.byref(options_of(_raw.toliman_load_options, library.toliman_load_options_init,
+                                   threads=whole("threads", threads, 2**32)))
+
+
 def saved(save: typing.Any) -> bytes:
     """Returns the bytes written by a save function with the arguments (bytes, capacity, needed)."""
     needed = ctypes.c_size_t()
-    check(save(None, 0, ctypes.byref(needed)))
+    check_asked(save(None, 0, ctypes.byref(needed)))
     content = ctypes.create_string_buffer(needed.value)
     check(save(content, needed, ctypes.byref(needed)))
     return content.raw

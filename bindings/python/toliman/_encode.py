@@ -8,7 +8,7 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import Doubles, array_of, pointer, whole
+from ._arguments import Doubles, array_of, pointer
 from ._goodness import warn_of
 from ._library import check
 from ._pixels import frames_of, image_of
@@ -23,10 +23,10 @@ Fits = typing.Union[FrameGoodness, NDArray]
 
 
 def encode(function: typing.Any, handle: typing.Any, frames: ArrayLike, shape: tuple[int, int], goodness: bool,
-           threads: int, progress: Progress | bool | None) -> Values | tuple[Values, Fits]:
+           progress: Progress | bool | None) -> Values | tuple[Values, Fits]:
     """Returns the value of one frame or the array of several; with goodness, a pair with the goodness of fit. `function`
     is toliman_cae_encode_many or toliman_linear_encode_many."""
-    images, threads = frames_of(frames, shape), whole("threads", threads, 2**32)
+    images = frames_of(frames, shape)
     one = images.ndim == 2
     images = images[None] if one else images
     values = numpy.empty(len(images))
@@ -36,7 +36,7 @@ def encode(function: typing.Any, handle: typing.Any, frames: ArrayLike, shape: t
         image, array = image_of(images[first:first + count])
         if len(array) > 0:
             fits[first].struct_size = ctypes.sizeof(fits[first])
-        return function(handle, ctypes.byref(image), len(array), threads, pointer(values[first:]),
+        return function(handle, ctypes.byref(image), len(array), pointer(values[first:]),
                         ctypes.byref(fits[first]) if len(array) > 0 else None)
 
     if one:

@@ -131,6 +131,12 @@ def check(status: int) -> None:
                                         os.fsdecode(library.toliman_last_error_field()))
 
 
+def check_asked(status: int) -> None:
+    """The same for a call that asks for the number of results: TOLIMAN_E_CAPACITY is the answer that there are some."""
+    if status != _raw.TOLIMAN_E_CAPACITY:
+        check(status)
+
+
 def above(levels: int) -> pathlib.Path:
     """Returns the folder `levels` above this package's folder, or the root."""
     folder = pathlib.Path(__file__).parent.resolve()  # in a build folder, the file is a link to the sources
@@ -198,7 +204,7 @@ library = _functions()
 
 
 def version() -> str:
-    """Returns the version of the loaded library, such as "0.2.0"."""
+    """Returns the version of the loaded library, such as "0.3.0"."""
     return library.toliman_version().decode()
 
 

@@ -10,7 +10,7 @@ import typing
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import array_of, file_name, has_shape, of_kind, options_of, pointer, real, saved, shaped, whole
+from ._arguments import array_of, file_name, has_shape, load_options, of_kind, options_of, pointer, real, saved, shaped, whole
 from ._goodness import warn_of
 from ._handle import Handle
 from ._library import check, library
@@ -43,6 +43,7 @@ class Bank(Handle):
     places: sub-pixel places along x and along y; 0 means 3.
     steps: steps of the training of each network; 0 means 600.
     seed: seed of the initial weights; 0 means 1.
+    threads: number of worker threads of encode(); 0 means one per processor.
 
     The displacement is the separation minus its prediction. The prediction is made by time_days, shift, separation and
     position_angle, as in Fit. The efficiency is the Cramer-Rao bound divided by the standard deviation of the
@@ -55,9 +56,10 @@ class Bank(Handle):
     _kind, _destroy = _raw.toliman_bank, "toliman_bank_destroy"
 
     def __init__(self, fit: Fit, *, layout: str = "flight", first_days: float = 0, last_days: float = 0,
-                 spacing_px: float = 0, places: int = 0, steps: int = 0, seed: int = 0):
+                 spacing_px: float = 0, places: int = 0, steps: int = 0, seed: int = 0, threads: int = 0):
         of_kind("fit", fit, Fit)
         options = _options(layout, first_days, last_days, spacing_px, places, steps, seed)
+        options.threads = whole("threads", threads, 2**32)
         super().__init__(self._create(library.toliman_bank_create, fit._c, ctypes.byref(options)))
         self.fit = fit
 
@@ -120,12 +122,12 @@ class Bank(Handle):
         return BankResult._of(result), FitResult._of(fitted)
 
     def encode(self, frames: ArrayLike, *, times_days: ArrayLike = 0, shifts: ArrayLike = (0, 0),
-               separations: ArrayLike = 0, position_angles: ArrayLike = 0, threads: int = 0,
+               separations: ArrayLike = 0, position_angles: ArrayLike = 0,
                progress: Progress | bool | None = None) -> tuple[NDArray, NDArray]:
         """Encodes frames [frame][row][column] of any pixel type. The predictions are one number (shifts: one pair) for
         all frames, or one per frame. Returns two structured arrays: a field for each member of toliman_bank_result, whose
         `flags` are the bits TOLIMAN_BANK_..., and the results of the fits, as Fit.frames()."""
-        images, threads, shape = frames_of(frames, self.shape), whole("threads", threads, 2**32), self.shape
+        images, shape = frames_of(frames, self.shape), self.shape
         has_shape("frames", images, (-1, *shape))
         count = len(images)
         arrays = (predictions_of(count, times_days, shifts, separations, position_angles),
@@ -137,7 +139,7 @@ class Bank(Handle):
                     structs[first].struct_size = ctypes.sizeof(structs[first])
                 predictions, results, fits = (ctypes.byref(structs[first]) for structs in arrays)
                 watch.check(library.toliman_bank_encode_many(self._c, self.fit._c, ctypes.byref(image), len(array),
-                                                             predictions, threads, results, fits))
+                                                             predictions, results, fits))
                 watch.step("encode", (first + len(array)) / count)
         found, fitted = structured(arrays[1])[:count], structured(arrays[2])[:count]
         warn_of(found, stacklevel=3)
@@ -170,21 +172,21 @@ class Bank(Handle):
         return saved(functools.partial(library.toliman_bank_save, self._c, _encoding(encoding)))
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str], fit: Fit) -> Bank:
+    def load(cls, path: str | os.PathLike[str], fit: Fit, *, threads: int = 0) -> Bank:
         """Loads a bank from a file written by save(). fit: Fit of the same scene with the same options as that of the
         saved bank. With any other fit, the first use of the bank raises InputError."""
-        return cls._with_fit(fit, library.toliman_bank_load_file, file_name(path))
+        return cls._with_fit(fit, threads, library.toliman_bank_load_file, file_name(path))
 
     @classmethod
-    def from_bytes(cls, content: bytes, fit: Fit) -> Bank:
+    def from_bytes(cls, content: bytes, fit: Fit, *, threads: int = 0) -> Bank:
         """Loads a bank from the bytes returned by to_bytes(). fit: as for load()."""
         content = memoryview(content).tobytes()
-        return cls._with_fit(fit, library.toliman_bank_load, content, len(content))
+        return cls._with_fit(fit, threads, library.toliman_bank_load, content, len(content))
 
     @classmethod
-    def _with_fit(cls, fit: Fit, load: typing.Any, *source: typing.Any) -> Bank:
+    def _with_fit(cls, fit: Fit, threads: int, load: typing.Any, *source: typing.Any) -> Bank:
         of_kind("fit", fit, Fit)
-        bank = cls._adopt(cls._create(load, *source, None))
+        bank = cls._adopt(cls._create(load, *source, load_options(threads)))
         bank.fit = fit
         return bank
 

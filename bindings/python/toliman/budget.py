@@ -25,7 +25,7 @@ class Budget(typing.NamedTuple):
 def _array(function: typing.Any, sim: typing.Any, options: typing.Any, struct: typing.Any, capacity: int) -> typing.Any:
     """Calls a function that fills an array of structs."""
     found, count = array_of(struct, capacity), ctypes.c_size_t()
-    check(function(sim, ctypes.byref(options), capacity, found, ctypes.byref(count)))
+    check(function(sim, ctypes.byref(options), found, capacity, ctypes.byref(count)))
     return found[:count.value]
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from . import _raw
 from ._library import check, library
-from ._arguments import Doubles, file_name, of_kind, options_of, pointer, real, saved, shaped, whole
+from ._arguments import Doubles, file_name, load_options, of_kind, options_of, pointer, real, saved, shaped, whole
 from ._encode import Fits, Values, encode
 from ._handle import Handle
 from ._log import log
@@ -60,6 +60,7 @@ class CAE(Handle):
     layout: "flight", which reaches the photon limit, or "paper", the layout of the chapter.
     input: "whitened" ((counts - reference)/sigma per pixel), "residual" or "raw".
     centre: "scene", a crop at the same place of all frames, or "image", moved by whole pixels with each barycentre.
+    threads: number of worker threads of encode(); 0 means one per processor.
 
     An untrained network of the default layout and input encodes too, as a control, but about a hundred times as
     noisily; see info.trained.
@@ -70,11 +71,12 @@ class CAE(Handle):
     _kind, _destroy = _raw.toliman_cae, "toliman_cae_destroy"
 
     def __init__(self, simulator: Simulator, *, seed: int | None = None, layout: str = "flight",
-                 input: str = "whitened", centre: str = "scene"):
+                 input: str = "whitened", centre: str = "scene", threads: int = 0):
         options = options_of(_raw.toliman_cae_options, library.toliman_cae_options_init,
                              layout=number("layout", layout, "TOLIMAN_CAE_LAYOUT"),
                              input=number("input", input, "TOLIMAN_CAE_INPUT"),
-                             centre=number("centre", centre, "TOLIMAN_CAE_CENTRE"), log=log)
+                             centre=number("centre", centre, "TOLIMAN_CAE_CENTRE"),
+                             threads=whole("threads", threads, 2**32), log=log)
         of_kind("simulator", simulator, Simulator)
         seed = simulator.info.seed if seed is None else whole("seed", seed, 2**64)
         super().__init__(self._create(library.toliman_cae_create, simulator._c, seed, ctypes.byref(options)))
@@ -133,14 +135,14 @@ class CAE(Handle):
         return Training._of(report)
 
     @typing.overload
-    def encode(self, frames: ArrayLike, *, goodness: typing.Literal[False] = False, threads: int = 0,
+    def encode(self, frames: ArrayLike, *, goodness: typing.Literal[False] = False,
                progress: Progress | bool | None = None) -> Values: ...
 
     @typing.overload
-    def encode(self, frames: ArrayLike, *, goodness: typing.Literal[True], threads: int = 0,
+    def encode(self, frames: ArrayLike, *, goodness: typing.Literal[True],
                progress: Progress | bool | None = None) -> tuple[Values, Fits]: ...
 
-    def encode(self, frames: ArrayLike, *, goodness: bool = False, threads: int = 0,
+    def encode(self, frames: ArrayLike, *, goodness: bool = False,
                progress: Progress | bool | None = None) -> Values | tuple[Values, Fits]:
         """Encodes one frame [row][column] to its latent (px), a float; or frames [frame][row][column] to an array.
 
@@ -155,7 +157,7 @@ class CAE(Handle):
 
         Raises ValueError for another shape than `shape`, InputError for a non-finite count.
         """
-        return encode(library.toliman_cae_encode_many, self._c, frames, self.shape, goodness, threads, progress)
+        return encode(library.toliman_cae_encode_many, self._c, frames, self.shape, goodness, progress)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -200,15 +202,15 @@ class CAE(Handle):
         return saved(functools.partial(library.toliman_cae_save, self._c, options))
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> CAE:
+    def load(cls, path: str | os.PathLike[str], *, threads: int = 0) -> CAE:
         """Loads a network from a file written by save()."""
-        return cls._adopt(cls._create(library.toliman_cae_load_file, file_name(path), None))
+        return cls._adopt(cls._create(library.toliman_cae_load_file, file_name(path), load_options(threads)))
 
     @classmethod
-    def from_bytes(cls, content: bytes) -> CAE:
+    def from_bytes(cls, content: bytes, *, threads: int = 0) -> CAE:
         """Loads a network from the bytes returned by to_bytes()."""
         content = memoryview(content).tobytes()
-        return cls._adopt(cls._create(library.toliman_cae_load, content, len(content), None))
+        return cls._adopt(cls._create(library.toliman_cae_load, content, len(content), load_options(threads)))
 
     def __reduce__(self):
         return type(self).from_bytes, (self.to_bytes(),)
@@ -224,7 +226,7 @@ class CAE(Handle):
 
 def _save_options(weights: str, planes: str, training: bool) -> typing.Any:
     return ctypes.byref(options_of(
-        _raw.toliman_cae_save_options, library.toliman_cae_save_options_init, training=int(training),
+        _raw.toliman_cae_save_options, library.toliman_cae_save_options_init, with_training=int(training),
         weights_encoding=number("weights", weights, "TOLIMAN_CAE_ENCODING"),
         planes_encoding=number("planes", planes, "TOLIMAN_CAE_ENCODING")))
 

@@ -242,7 +242,7 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
         if start is not None:
             options.start = of_kind("start", start, Simulator)._c
         return Calibration._adopt(Calibration._create(
-            library.toliman_calibrate, simulator._c, ctypes.byref(image), count, ctypes.byref(predictions[0]),
+            library.toliman_calibration_create, simulator._c, ctypes.byref(image), count, ctypes.byref(predictions[0]),
             ctypes.byref(options), check=watch.check))
 
 

@@ -29,7 +29,8 @@ class Fit(Handle):
     free: names of further free parameters, such as ["scale", "focus"]. Separation, position_angle, shift_x, shift_y,
         flux_a, flux_b and background are always free.
     capture_px: largest shift of both stars from their predicted places, along x and y; 0 means 15.
-    progress: of the preparation of the model images, on as many threads as the simulator has.
+    threads: number of worker threads; 0 means one per processor.
+    progress: of the preparation of the model images.
 
     A frame is predicted by its time: a moving binary is at its place on the scene's orbit. Further knowledge of a frame:
     shift (x, y) of both stars in px, and the separation in px with its position angle in degrees, both 0 for those of
@@ -40,20 +41,21 @@ class Fit(Handle):
 
     _kind, _destroy = _raw.toliman_fit, "toliman_fit_destroy"
 
-    def __init__(self, simulator: Simulator, *, free: typing.Iterable[str] = (), capture_px: float = 0,
+    def __init__(self, simulator: Simulator, *, free: typing.Iterable[str] = (), capture_px: float = 0, threads: int = 0,
                  progress: Progress | bool | None = None):
         of_kind("simulator", simulator, Simulator)
         names = [free] if isinstance(free, str) else list(free)
         with Watch(progress) as watch:
             options = options_of(_raw.toliman_fit_options, library.toliman_fit_options_init, free=text("free", " ".join(names)),
-                                 capture_px=real("capture_px", capture_px), progress=watch.callback)
+                                 capture_px=real("capture_px", capture_px), threads=whole("threads", threads, 2**32),
+                                 progress=watch.callback)
             super().__init__(self._create(library.toliman_fit_create, simulator._c, ctypes.byref(options),
                                           check=watch.check))
         self.shape = simulator.shape
 
     @classmethod
     def of_windows(cls, simulators: typing.Sequence[Simulator], first_days: ArrayLike, *, free: typing.Iterable[str] = (),
-                   capture_px: float = 0, progress: Progress | bool | None = None) -> Fit:
+                   capture_px: float = 0, threads: int = 0, progress: Progress | bool | None = None) -> Fit:
         """Returns a fit whose optics change with time, such as those of a calibration with windows: at first_days[i] the
         model is that of simulators[i], and in between it is linear in time. Arguments otherwise as those of Fit."""
         sims = list(simulators)
@@ -63,7 +65,8 @@ class Fit(Handle):
         names = [free] if isinstance(free, str) else list(free)
         with Watch(progress) as watch:
             options = options_of(_raw.toliman_fit_options, library.toliman_fit_options_init, free=text("free", " ".join(names)),
-                                 capture_px=real("capture_px", capture_px), progress=watch.callback)
+                                 capture_px=real("capture_px", capture_px), threads=whole("threads", threads, 2**32),
+                                 progress=watch.callback)
             handles = (ctypes.POINTER(_raw.toliman_sim) * len(sims))(*(simulator._c for simulator in sims))
             made = cls._adopt(cls._create(library.toliman_fit_create_windows, handles, pointer(starts), len(sims),
                                           ctypes.byref(options), check=watch.check))
@@ -99,12 +102,12 @@ class Fit(Handle):
         return FitResult._of(result), values, covariance
 
     def frames(self, frames: ArrayLike, *, times_days: ArrayLike = 0, shifts: ArrayLike = (0, 0),
-               separations: ArrayLike = 0, position_angles: ArrayLike = 0, threads: int = 0,
+               separations: ArrayLike = 0, position_angles: ArrayLike = 0,
                progress: Progress | bool | None = None) -> NDArray:
         """Fits frames [frame][row][column] of any pixel type. The predictions are one number (shifts: one pair) for all
         frames, or one per frame. Returns a structured array with a field for each member of toliman_fit_result; `flags`
         are the bits TOLIMAN_FIT_..., `goodness` a number TOLIMAN_GOODNESS_... Issues a FitWarning as frame()."""
-        images, threads = frames_of(frames, self.shape), whole("threads", threads, 2**32)
+        images = frames_of(frames, self.shape)
         has_shape("frames", images, (-1, *self.shape))
         count = len(images)
         results = array_of(_raw.toliman_fit_result, count)
@@ -114,9 +117,8 @@ class Fit(Handle):
             for first in range(0, count, FRAMES_PER_CALL):
                 image, array = image_of(images[first:first + FRAMES_PER_CALL])
                 results[first].struct_size, predictions[first].struct_size = size, prediction_size
-                watch.check(library.toliman_fit_frames(self._c, ctypes.byref(image), len(array),
-                                                       ctypes.byref(predictions[first]), threads,
-                                                       ctypes.byref(results[first])))
+                watch.check(library.toliman_fit_frame_many(self._c, ctypes.byref(image), len(array),
+                                                       ctypes.byref(predictions[first]), ctypes.byref(results[first])))
                 watch.step("fit", (first + len(array)) / count)
         found = structured(results)[:count]
         warn_of(found, stacklevel=3)

@@ -30,30 +30,32 @@ class Template(Handle):
         value = template.encode(frame)             # px; its standard deviation is template.sigma
 
     simulator: Simulator of the scene; not needed afterwards. Nuisances listed in the scene's preprocess.project are
-    fitted along with the separation. Raises InputError if they leave nothing of the signal.
+    fitted along with the separation. threads: number of worker threads of encode(); 0 means one per processor. Raises
+    InputError if the nuisances leave nothing of the signal.
     """
 
     _kind, _destroy = _raw.toliman_linear, "toliman_linear_destroy"
 
-    def __init__(self, simulator: Simulator):
+    def __init__(self, simulator: Simulator, *, threads: int = 0):
         of_kind("simulator", simulator, Simulator)
-        options = options_of(_raw.toliman_linear_options, library.toliman_linear_options_init, log=log)
+        options = options_of(_raw.toliman_linear_options, library.toliman_linear_options_init,
+                             threads=whole("threads", threads, 2**32), log=log)
         super().__init__(self._create(library.toliman_linear_create, simulator._c, ctypes.byref(options)))
         self.shape = simulator.shape
 
     @typing.overload
-    def encode(self, frames: ArrayLike, *, goodness: typing.Literal[False] = False, threads: int = 0,
+    def encode(self, frames: ArrayLike, *, goodness: typing.Literal[False] = False,
                progress: Progress | bool | None = None) -> Values: ...
 
     @typing.overload
-    def encode(self, frames: ArrayLike, *, goodness: typing.Literal[True], threads: int = 0,
+    def encode(self, frames: ArrayLike, *, goodness: typing.Literal[True],
                progress: Progress | bool | None = None) -> tuple[Values, Fits]: ...
 
-    def encode(self, frames: ArrayLike, *, goodness: bool = False, threads: int = 0,
+    def encode(self, frames: ArrayLike, *, goodness: bool = False,
                progress: Progress | bool | None = None) -> Values | tuple[Values, Fits]:
         """Estimates the displacement (px) of one frame [row][column], a float; or of frames [frame][row][column], an
         array. Pixel types, goodness, warnings and exceptions as in CAE.encode."""
-        return encode(library.toliman_linear_encode_many, self._c, frames, self.shape, goodness, threads, progress)
+        return encode(library.toliman_linear_encode_many, self._c, frames, self.shape, goodness, progress)
 
     @property
     def sigma(self) -> float:
@@ -139,7 +141,7 @@ class Components(Handle):
         """Returns the time series of a component, one value per frame in the order of the pushes, and the component's
         share of the frames' sum of squares. Raises StateError before train()."""
         values, share = numpy.empty(self.info.frames), ctypes.c_double()
-        check(library.toliman_components_get_series(self._c, whole("component", component, 2**32), pointer(values),
+        check(library.toliman_components_get_series(self._c, whole("component", component), pointer(values),
                                                 ctypes.byref(share)))
         return values, share.value
 

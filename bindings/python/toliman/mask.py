@@ -83,7 +83,7 @@ def design_mask(simulator: Simulator, *, free: typing.Iterable[str] | None = Non
     counts = {name: 0 if values is None else len(values) for name, values in lists.items()}
     with Watch(progress) as watch:
         options = options_of(
-            _raw.toliman_mask_design_options, library.toliman_mask_design_options_init, seed=whole("seed", seed, 2**64),
+            _raw.toliman_mask_options, library.toliman_mask_options_init, seed=whole("seed", seed, 2**64),
             free=None if free is None else text("free", " ".join(free)), dates=pointer(lists["dates"]),
             date_count=counts["dates"], position_angles_deg=pointer(lists["position_angles"]),
             position_angle_count=counts["position_angles"], peak_to_mean=real("peak_to_mean", peak_to_mean),
@@ -92,5 +92,5 @@ def design_mask(simulator: Simulator, *, free: typing.Iterable[str] | None = Non
             symmetry=number("symmetry", symmetry, "TOLIMAN_MASK_SYMMETRY"),
             iterations=whole("iterations", iterations, 2**32), threads=whole("threads", threads, 2**32),
             progress=watch.callback)
-        made = _Mask._create(library.toliman_mask_design, simulator._c, ctypes.byref(options))
+        made = _Mask._create(library.toliman_mask_create, simulator._c, ctypes.byref(options))
     return _Mask._adopt(made).designed(simulator.info.pupil_samples, max(1, *counts.values()))

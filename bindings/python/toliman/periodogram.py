@@ -242,7 +242,7 @@ class View(Handle):
         """Returns peak() and the other local maxima, highest first, up to `most` <= 64. `alias` marks peaks that the sampling could produce
         from a higher one. Power and FAP of each peak assume that it is the only signal."""
         found, count = array_of(_raw.toliman_period_peak, whole("most", most, 65)), ctypes.c_size_t()
-        check(library.toliman_period_query_peaks(self._c, most, found, ctypes.byref(count)))
+        check(library.toliman_period_query_peaks(self._c, found, len(found), ctypes.byref(count)))
         peaks = [Peak._of(peak) for peak in found[:count.value]]
         warn_if_inaccurate(any(peak.inaccurate for peak in peaks))
         return peaks
@@ -251,7 +251,7 @@ class View(Handle):
         """Returns the aliases of a peak at `frequency`: the frequencies at which the sampling repeats it, with interval
         and power. `equal` marks those that the samples do not tell from the peak."""
         found, count = array_of(_raw.toliman_period_alias, 16), ctypes.c_size_t()
-        check(library.toliman_period_query_aliases(self._c, real("frequency", frequency), len(found), found,
+        check(library.toliman_period_query_aliases(self._c, real("frequency", frequency), found, len(found),
                                                    ctypes.byref(count)))
         return [Alias._of(alias) for alias in found[:count.value]]
 

@@ -3,7 +3,6 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import itertools
 import json
 import math
 import os
@@ -101,11 +100,8 @@ def _options(watch: Watch, threads: int, engine: str | None,
 
 
 def _stage_names() -> typing.Iterator[bytes]:
-    for stage in itertools.count():
-        name = library.toliman_sim_stage_name(stage)
-        if name is None:
-            return
-        yield name
+    for index in range(library.toliman_sim_stage_count()):
+        yield library.toliman_sim_stage_name(index)
 
 
 def _has_stage(plan: typing.Any, name: bytes) -> bool:
@@ -301,10 +297,10 @@ class Simulator(Handle):
         return self._image(library.toliman_sim_frame, moved, self._seed(seed), k)
 
     def frames(self, first: int = 0, count: int | None = None, *, displacements: ArrayLike | None = None,
-               seed: int | None = None, threads: int = 0, progress: Progress | bool | None = None) -> NDArray:
+               seed: int | None = None, progress: Progress | bool | None = None) -> NDArray:
         """Simulates frames first ... first + count - 1, [frame][row][column]; by default all from `first`.
 
-        displacements: one value (px) per frame instead of the scene's signal. seed, threads, progress: as above. Raises
+        displacements: one value (px) per frame instead of the scene's signal. seed, progress: as above. Raises
         InputError outside the scene's cadence unless displacements are given.
         """
         if displacements is not None:
@@ -317,7 +313,7 @@ class Simulator(Handle):
                 part = images[start:start + _FRAMES_PER_CALL]
                 moved = None if displacements is None else displacements[start:start + len(part)]
                 watch.check(library.toliman_sim_frame_many(self._c, pointer(moved), seed, first + start, len(part),
-                                                           whole("threads", threads, 2**32), pointer(part)))
+                                                           pointer(part)))
                 watch.step("frames", (start + len(part)) / count)
         return images
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from . import _raw
 from ._arguments import file_name, refuse_lost, text
-from ._library import check, library
+from ._library import check, check_asked, library
 from ._log import log
 from ._results import HeaderTime
 from ._words import number
@@ -84,7 +84,7 @@ def read_clock(path: str | os.PathLike[str]) -> NDArray[numpy.int64]:
     """Reads a clock table for Tracker(clock=...): lines camera_ns,tai_ns. Returns pairs [n][2]."""
     points = ctypes.c_size_t()
     no_log = ctypes.cast(0, _raw.toliman_log_fn)
-    check(library.toliman_ingest_read_clock(file_name(path), None, 0, ctypes.byref(points), no_log, None))
+    check_asked(library.toliman_ingest_read_clock(file_name(path), None, 0, ctypes.byref(points), no_log, None))
     clock = numpy.empty((points.value, 2), numpy.int64)
     check(library.toliman_ingest_read_clock(file_name(path), clock.ctypes.data_as(_int64), len(clock),
                                             ctypes.byref(points), log, None))
@@ -95,7 +95,7 @@ def read_on_target(path: str | os.PathLike[str]) -> NDArray[numpy.int64]:
     """Reads a table of on-target windows. Returns start and end of each in TAI nanoseconds [n][2], for
     example for Sky.predict_mean(). Leap seconds are those of ERFA."""
     count = ctypes.c_size_t()
-    check(library.toliman_ingest_read_on_target(file_name(path), None, 0, None, 0, ctypes.byref(count)))
+    check_asked(library.toliman_ingest_read_on_target(file_name(path), None, 0, None, 0, ctypes.byref(count)))
     windows = numpy.empty((count.value, 2), numpy.int64)
     check(library.toliman_ingest_read_on_target(file_name(path), None, 0, windows.ctypes.data_as(_int64), len(windows),
                                                 ctypes.byref(count)))

@@ -13,7 +13,7 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._library import check, library
+from ._library import check, check_asked, library
 from ._arguments import (INT64, array_of, file_name, of_kind, options_of, pointer, real, refuse_lost, shaped, text,
                          whole, whole_float, within)
 from ._handle import Handle
@@ -296,7 +296,7 @@ class Tracker(Handle):
         options = {name: getattr(struct, name) for name, kind in struct._fields_
                    if kind in (ctypes.c_double, ctypes.c_int32, ctypes.c_int64, ctypes.c_uint32, ctypes.c_uint64)}
         del options["struct_size"]
-        options["values"] = tuple(filter(None, struct.values.decode().split(",")))
+        options["values"] = tuple(filter(None, struct.values.decode().split()))
         options["folder"] = None if struct.folder is None else os.fsdecode(struct.folder)
         options["sync"] = words("TOLIMAN_TRACK_SYNC")[struct.sync]
         options["stamp"] = words("TOLIMAN_FRAME_STAMP")[struct.stamp]
@@ -362,7 +362,7 @@ class Tracker(Handle):
         """Returns the on-target intervals with which the frame of a record came, [n][2] in s from the start of the exposure by
         the camera clock; empty without a list. record: index in records()."""
         record, count = within("record", record, 0, INT64), ctypes.c_size_t()
-        check(library.toliman_track_get_intervals(self._c, record, None, 0, ctypes.byref(count)))
+        check_asked(library.toliman_track_get_intervals(self._c, record, None, 0, ctypes.byref(count)))
         found = numpy.empty((count.value, 2))
         if count.value > 0:
             check(library.toliman_track_get_intervals(self._c, record, pointer(found), count, ctypes.byref(count)))
@@ -371,7 +371,7 @@ class Tracker(Handle):
     def _columns(self) -> list[tuple[str, type]]:
         """Returns names and types of the ledger's columns."""
         count = ctypes.c_size_t()
-        check(library.toliman_track_get_columns(self._c, None, 0, ctypes.byref(count)))
+        check_asked(library.toliman_track_get_columns(self._c, None, 0, ctypes.byref(count)))
         found = array_of(_raw.toliman_track_column, count.value)
         check(library.toliman_track_get_columns(self._c, found, count, ctypes.byref(count)))
         return [(column.name.decode(), numpy.int64 if column.type == _raw.TOLIMAN_TRACK_COLUMN_I64 else numpy.float64)
@@ -380,7 +380,7 @@ class Tracker(Handle):
     def streams(self) -> list[Stream]:
         """Returns the sessions and regions, sorted by name, each with its range of frame ids and the number missing."""
         count = ctypes.c_size_t()
-        check(library.toliman_track_get_streams(self._c, None, 0, ctypes.byref(count)))
+        check_asked(library.toliman_track_get_streams(self._c, None, 0, ctypes.byref(count)))
         found = array_of(_raw.toliman_track_stream, count.value)
         check(library.toliman_track_get_streams(self._c, found, count, ctypes.byref(count)))
         return [Stream._of(stream) for stream in found[:count.value]]
@@ -388,7 +388,7 @@ class Tracker(Handle):
     def clock(self) -> NDArray[numpy.int64]:
         """Returns the clock pairs [n][2] of camera and TAI nanoseconds; empty if camera times are TAI."""
         points = ctypes.c_size_t()
-        check(library.toliman_track_get_clock(self._c, None, 0, ctypes.byref(points)))
+        check_asked(library.toliman_track_get_clock(self._c, None, 0, ctypes.byref(points)))
         pairs = numpy.empty((points.value, 2), numpy.int64)
         if len(pairs) > 0:
             check(library.toliman_track_get_clock(self._c, pairs.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
@@ -480,8 +480,8 @@ def _chi_limit_of(chi_limit: float | str | None) -> float:
 
 
 def _names(values: typing.Sequence[str]) -> bytes:
-    """Joins names of values, which C takes as one comma-separated string."""
-    names = text("values", ",".join([values] if isinstance(values, str) else values))
+    """Joins names of values, which C takes as one text."""
+    names = text("values", " ".join([values] if isinstance(values, str) else values))
     if len(names) >= _raw.toliman_track_options.values.size:
         raise ValueError(f"values has {len(names)} characters: must be at most "
                          f"{_raw.toliman_track_options.values.size - 1}")

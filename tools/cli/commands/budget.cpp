@@ -48,7 +48,7 @@ template <class Item, class Get>
 std::vector<Item> items_of(Get get, const Scene &scene, const toliman_sim_budget_options &options, size_t capacity) {
     std::vector<Item> items(capacity, toliman::sized<Item>());
     size_t count = 0;
-    toliman::check(get(scene.sim.get(), &options, capacity, items.data(), &count));
+    toliman::check(get(scene.sim.get(), &options, items.data(), capacity, &count));
     items.resize(count);
     return items;
 }

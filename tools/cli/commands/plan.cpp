@@ -24,7 +24,7 @@ struct Options {
 
 std::string stages(const toliman_sim_plan_info &plan, bool there) {
     std::vector<std::string> names;
-    for (int32_t i = 0; toliman_sim_stage_name(i) != nullptr; i++)
+    for (int64_t i = 0; i < toliman_sim_stage_count(); i++)
         if (has_stage(plan, toliman_sim_stage_name(i)) == there)
             names.emplace_back(toliman_sim_stage_name(i));
     return names.empty() ? "nothing" : joined(names);
@@ -103,9 +103,10 @@ void print_bank(const BankPlan &bank) {
         return;
     }
     const toliman_bank_plan_info &info = *bank.info;
-    const unsigned processors = std::clamp(std::thread::hardware_concurrency(), 1u, info.networks);
+    const auto networks = static_cast<unsigned>(info.networks), places = static_cast<unsigned>(info.places);
+    const unsigned processors = std::clamp(std::thread::hardware_concurrency(), 1u, networks);
     std::printf("bank          %u networks (places x dates: %u x %u), %s as float32, %s as fp16, %.2g s to train\n",
-                info.networks, info.places, info.dates, size_text(static_cast<double>(info.bytes_float32)).c_str(),
+                networks, places, networks / places, size_text(static_cast<double>(info.bytes_float32)).c_str(),
                 size_text(static_cast<double>(info.bytes_half)).c_str(), info.train_s / processors);
 }
 
@@ -167,7 +168,7 @@ Json bank_json(const toliman_bank_plan_info &info) {
 
 std::string as_json(const toliman_sim_plan_info &plan, const SetUp &found, const std::string &scene) {
     Json stages_there;
-    for (int32_t i = 0; toliman_sim_stage_name(i) != nullptr; i++)
+    for (int64_t i = 0; i < toliman_sim_stage_count(); i++)
         stages_there.set(toliman_sim_stage_name(i), has_stage(plan, toliman_sim_stage_name(i)) ? 1.0 : 0.0);
     Json json("schema", "toliman-plan/1", "scene", scene, "engine", engine_name(plan), "accuracy", plan.accuracy);
     json.set("scene_wavelengths", plan.scene_wavelengths, "wavelengths", plan.wavelengths, "order", plan.order);

@@ -26,7 +26,7 @@ struct Options {
     std::string scene, out, symmetry = "none";
     std::optional<std::string> free;
     std::vector<double> dates, angles;
-    toliman_mask_design_options design = toliman::sized<toliman_mask_design_options>();
+    toliman_mask_options design = toliman::sized<toliman_mask_options>();
     bool as_json = false;
 };
 
@@ -59,7 +59,7 @@ struct Design {
 }
 
 toliman::phase_mask design_of(const Scene &scene, const Options &options, const std::string &free, Progress &progress) {
-    toliman_mask_design_options design = options.design;
+    toliman_mask_options design = options.design;
     design.free = free.c_str();
     design.dates = options.dates.data();
     design.date_count = options.dates.size();
@@ -71,7 +71,7 @@ toliman::phase_mask design_of(const Scene &scene, const Options &options, const 
     design.progress = Progress::callback;
     design.progress_data = &progress;
     try {
-        return toliman::make<toliman::phase_mask>(toliman_mask_design, scene.sim.get(), &design);
+        return toliman::make<toliman::phase_mask>(toliman_mask_create, scene.sim.get(), &design);
     } catch (const toliman::error &error) {
         refuse(error);
     }
@@ -83,7 +83,7 @@ Design result_of(const Scene &scene, const Options &options, Progress &progress)
     const toliman::phase_mask mask = design_of(scene, options, design.free, progress);
     for (size_t place = 0; place < std::max({size_t{1}, options.dates.size(), options.angles.size()}); place++) {
         design.places.push_back(toliman::sized<toliman_mask_info>());
-        toliman::check(toliman_mask_get_place(mask.get(), place, &design.places.back()));
+        toliman::check(toliman_mask_get_place(mask.get(), static_cast<int64_t>(place), &design.places.back()));
     }
     design.descent.resize(design.places[0].iterations);
     toliman::check(toliman_mask_get_descent(mask.get(), design.descent.size(), design.descent.data()));
@@ -238,7 +238,7 @@ CLI::Option *add_list(CLI::App *command, const char *name, std::vector<double> &
 void add_pupil(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "pupil");
     auto options = std::make_shared<Options>();
-    toliman_mask_design_options &design = options->design;
+    toliman_mask_options &design = options->design;
     add_scene(*command, options->scene);
     add_option(command, "--out", options->out, "FOLDER",
                "write mask.npy, scene.json and pupil.json to this folder, for other commands and `toliman report`");

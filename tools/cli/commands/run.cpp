@@ -68,8 +68,9 @@ void print_following(const Pipeline &pipeline) {
                 sigma_text(pipeline.result(), "; ").c_str(), fit.bound_px,
                 efficiency_text(pipeline.efficiency()).c_str());
     if (pipeline.bank) {
-        std::printf("bank          %u networks for %u dates; efficiency at least %.3f\n", pipeline.bank->info.networks,
-                    pipeline.bank->info.dates, pipeline.bank->least_efficiency);
+        std::printf("bank          %lld networks for %lld dates; efficiency at least %.3f\n",
+                    static_cast<long long>(pipeline.bank->info.networks),
+                    static_cast<long long>(pipeline.bank->info.dates), pipeline.bank->least_efficiency);
         std::printf("fit           %sefficiency %s, log10 FAP %.1f\n", sigma_text(fit.signal, "; ").c_str(),
                     efficiency_text(fit.efficiency).c_str(), fit.signal.peak.log10_fap);
     }

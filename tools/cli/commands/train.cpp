@@ -173,7 +173,7 @@ struct Frames {
         const StopLimit limit;
         const auto &frames = *static_cast<const Frames *>(user_data);
         return toliman_sim_frame_many(frames.scene.sim.get(), nullptr, frames.seed, static_cast<int64_t>(first), count,
-                                      0, counts);
+                                      counts);
     }
 };
 
@@ -182,7 +182,7 @@ using Bytes = std::vector<unsigned char>;
 Bytes bytes_of_network(const toliman_cae *cae, const std::string &payload, bool with_training) {
     auto how = toliman::sized<toliman_cae_save_options>();
     how.weights_encoding = how.planes_encoding = kPayloads.at(payload);
-    how.training = with_training ? 1 : 0;
+    how.with_training = with_training ? 1 : 0;
     return bytes_of([&](unsigned char *data, size_t capacity, size_t *size) {
         return toliman_cae_save(cae, &how, data, capacity, size);
     });

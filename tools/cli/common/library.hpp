@@ -16,7 +16,7 @@ template <class Info, class Get, class Object> Info info_from(Get get, const Obj
 // The bytes that save(data, capacity, &size) delivers.
 template <class Save> std::vector<unsigned char> bytes_of(Save save) {
     size_t size = 0;
-    toliman::check(save(nullptr, size_t{0}, &size));
+    toliman::check_asked(save(nullptr, size_t{0}, &size));
     std::vector<unsigned char> bytes(size);
     toliman::check(save(bytes.data(), size, &size));
     return bytes;

@@ -141,10 +141,10 @@ std::string remedy_of(const FolderOptions &given, const toliman_track_options &h
 
 // Names the free parameters of a new folder that were not asked for.
 void tell_free(const EstimatorOptions &given, const Estimator &estimator, Progress &progress) {
-    constexpr int32_t kAlways = 7;
-    const int32_t count = given.free.empty() ? toliman_fit_parameter_count(estimator.fit.get()) : 0;
+    constexpr int64_t kAlways = 7;
+    const int64_t count = given.free.empty() ? toliman_fit_parameter_count(estimator.fit.get()) : 0;
     std::string names;
-    for (int32_t i = kAlways; i < count; i++) {
+    for (int64_t i = kAlways; i < count; i++) {
         auto parameter = toliman::sized<toliman_sim_parameter>();
         toliman::check(toliman_fit_get_parameter(estimator.fit.get(), i, &parameter));
         names += std::string(names.empty() ? "" : " ") + parameter.name;

@@ -94,7 +94,7 @@ void write_periodogram(const std::vector<double> &power, const toliman_track_opt
 
 std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker) {
     size_t count = 0;
-    toliman::check(toliman_track_get_streams(tracker.get(), nullptr, 0, &count));
+    toliman::check_asked(toliman_track_get_streams(tracker.get(), nullptr, 0, &count));
     std::vector<toliman_track_stream> streams(count);
     if (count == 0)
         return streams;

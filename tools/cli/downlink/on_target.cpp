@@ -67,14 +67,15 @@ Wide end_of(const toliman_frame &frame) {
 } // namespace
 
 OnTarget::OnTarget(const std::string &path, const LeapSeconds &leap_seconds) : path_(path) {
-    const auto read = [&](int64_t *intervals, size_t capacity) {
-        size_t count = 0;
-        toliman::check(toliman_ingest_read_on_target(path.c_str(), leap_seconds.rows.data(), leap_seconds.rows.size(),
-                                                     intervals, capacity, &count));
-        return count;
+    size_t count = 0;
+    const auto read = [&](int64_t *intervals) {
+        return toliman_ingest_read_on_target(path.c_str(), leap_seconds.rows.data(), leap_seconds.rows.size(),
+                                             intervals, count, &count);
     };
-    std::vector<int64_t> times(2 * read(nullptr, 0));
-    windows_.resize(read(times.data(), times.size() / 2));
+    toliman::check_asked(read(nullptr));
+    std::vector<int64_t> times(2 * count);
+    toliman::check(read(times.data()));
+    windows_.resize(count);
     for (size_t i = 0; i < windows_.size(); i++)
         windows_[i] = {times[2 * i], times[2 * i + 1], false, false};
 }

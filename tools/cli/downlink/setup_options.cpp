@@ -58,7 +58,7 @@ std::vector<int64_t> read_clock(const std::string &path, Progress &progress) {
     if (path == "camera")
         return {0, 0};
     size_t points = 0;
-    toliman::check(toliman_ingest_read_clock(path.c_str(), nullptr, 0, &points, nullptr, nullptr));
+    toliman::check_asked(toliman_ingest_read_clock(path.c_str(), nullptr, 0, &points, nullptr, nullptr));
     std::vector<int64_t> clock(2 * points);
     toliman::check(toliman_ingest_read_clock(path.c_str(), clock.data(), points, &points, Progress::log, &progress));
     clock.resize(2 * points);

@@ -46,8 +46,8 @@ FitMethod::FitMethod(const Scene &scene)
 
 void FitMethod::push(const double *images, const double *times_days, size_t count) {
     const toliman_image image = plain_image(images);
-    toliman::check(toliman_fit_frames(fit_.get(), &image, count, predictions_at(times_days, count).data(), 0,
-                                      append(results_, count)));
+    toliman::check(toliman_fit_frame_many(fit_.get(), &image, count, predictions_at(times_days, count).data(),
+                                          append(results_, count)));
 }
 
 std::vector<double> FitMethod::series() {
@@ -83,7 +83,7 @@ void BankMethod::push(const double *images, const double *times_days, size_t cou
     const toliman_image image = plain_image(images);
     toliman_fit_result *const fitted = append(results_, count);
     toliman::check(toliman_bank_encode_many(bank_.get(), fit_.get(), &image, count,
-                                            predictions_at(times_days, count).data(), 0, append(estimates_, count),
+                                            predictions_at(times_days, count).data(), append(estimates_, count),
                                             fitted));
 }
 

@@ -18,9 +18,10 @@ toliman::network_bank trained_bank(const std::string &path) {
     toliman::network_bank bank = load_bank(path);
     const auto info = info_from<toliman_bank_info>(toliman_bank_get_info, bank.get());
     if (info.trained_networks < info.networks)
-        malformed(path, formatted("contains an interrupted training, %u of %u networks: continue it with `toliman "
-                                  "train --resume`",
-                                  info.trained_networks, info.networks));
+        malformed(path,
+                  formatted("contains an interrupted training, %lld of %lld networks: continue it with `toliman "
+                            "train --resume`",
+                            static_cast<long long>(info.trained_networks), static_cast<long long>(info.networks)));
     return bank;
 }
 
@@ -64,7 +65,7 @@ namespace {
 // Those options of the training that are not the defaults.
 std::string training_text(const toliman_bank_info &info) {
     std::string text;
-    if (const long places = std::lround(std::sqrt(info.places)); places != 3)
+    if (const long places = std::lround(std::sqrt(static_cast<double>(info.places))); places != 3)
         text += formatted(" --places %ld", places);
     if (info.spacing_px != 0.5)
         text += formatted(" --spacing %g", info.spacing_px);

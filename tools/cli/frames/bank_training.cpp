@@ -105,15 +105,16 @@ std::vector<unsigned char> BankTraining::bytes(int32_t encoding) const {
 std::string BankTraining::result() const {
     const toliman_bank_info all = info();
     double least = 1, most = 0;
-    for (uint32_t i = 0; i < all.networks; i++) {
+    for (int64_t i = 0; i < all.networks; i++) {
         auto network = toliman::sized<toliman_bank_network>();
         toliman::check(toliman_bank_get_network(bank_.get(), i, &network));
         least = std::min(least, network.cosine);
         most = std::max(most, network.cosine);
     }
     const std::string use = use_of(bank_, scene_fit_.fit, scene_fit_.scene);
-    return formatted("%u networks (places x dates: %u x %u), cosine %.4f to %.4f", all.networks, all.places, all.dates,
-                     least, most) +
+    return formatted("%lld networks (places x dates: %lld x %lld), cosine %.4f to %.4f",
+                     static_cast<long long>(all.networks), static_cast<long long>(all.places),
+                     static_cast<long long>(all.dates), least, most) +
            (use.empty() ? "" : ", " + use);
 }
 

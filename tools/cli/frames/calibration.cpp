@@ -85,8 +85,8 @@ int32_t Calibration::on_step(const toliman_calibration *, const toliman_calibrat
     if (step->recalled == 0)
         run.progress_->line("calibrate",
                             formatted("%s%s iteration %d: chi-square %.6g, largest step %.3g %s%s", change.c_str(),
-                                      step->map != 0 ? "map" : "parameters", step->iteration, step->chi_square,
-                                      step->largest_step, step->map != 0 ? "nm" : "sigma",
+                                      step->is_map != 0 ? "map" : "parameters", step->iteration, step->chi_square,
+                                      step->largest_step, step->is_map != 0 ? "nm" : "sigma",
                                       step->accepted != 0 ? "" : ", rejected"));
     return stop_signal() != 0 ? 1 : 0;
 }
@@ -100,8 +100,8 @@ toliman::scene_calibration Calibration::calibrated(const toliman_sim *start) {
     options.step = on_step;
     options.step_data = this;
     const toliman_image image = plain_image(frames_.pixels.data());
-    return toliman::make<toliman::scene_calibration>(toliman_calibrate, scene_.sim.get(), &image, frames_.places.size(),
-                                                     frames_.predictions.data(), &options);
+    return toliman::make<toliman::scene_calibration>(toliman_calibration_create, scene_.sim.get(), &image,
+                                                     frames_.places.size(), frames_.predictions.data(), &options);
 }
 
 // With --resume a calibration without a journal starts from the scene that --out holds, if there is one. A journal may

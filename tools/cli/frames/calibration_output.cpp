@@ -27,12 +27,13 @@ toliman_calibration_info info_of(const Calibration &calibration) {
 // Parameters and covariance of a window.
 struct Window {
     Window(const Calibration &calibration, const toliman_calibration_info &info, int64_t number)
-        : about(toliman::sized<toliman_calibration_window>()), covariance(info.parameters * info.parameters) {
+        : about(toliman::sized<toliman_calibration_window>()),
+          covariance(static_cast<size_t>(info.parameters * info.parameters)) {
         const toliman_calibration *const made = calibration.get();
         toliman::check(toliman_calibration_get_window(made, number, &about));
-        for (uint32_t i = 0; i < info.parameters; i++) {
+        for (int64_t i = 0; i < info.parameters; i++) {
             values.push_back(toliman::sized<toliman_calibration_value>());
-            toliman::check(toliman_calibration_get_value(made, number, static_cast<int32_t>(i), &values.back()));
+            toliman::check(toliman_calibration_get_value(made, number, i, &values.back()));
         }
         toliman::check(toliman_calibration_get_covariance(made, number, covariance.data()));
     }
@@ -43,7 +44,7 @@ struct Window {
 
 std::vector<Window> windows_of(const Calibration &calibration, const toliman_calibration_info &info) {
     std::vector<Window> windows;
-    for (uint32_t i = 0; i < info.windows; i++)
+    for (int64_t i = 0; i < info.windows; i++)
         windows.emplace_back(calibration, info, i);
     return windows;
 }
@@ -106,7 +107,7 @@ std::string lacks_of(const toliman_calibration_info &info) {
 std::vector<toliman_calibration_attempt> attempts_of(const Calibration &calibration,
                                                      const toliman_calibration_info &info) {
     std::vector<toliman_calibration_attempt> attempts;
-    for (int32_t i = 0; i < info.attempts; i++) {
+    for (int64_t i = 0; i < info.attempts; i++) {
         attempts.push_back(toliman::sized<toliman_calibration_attempt>());
         toliman::check(toliman_calibration_get_attempt(calibration.get(), i, &attempts.back()));
     }
@@ -116,7 +117,7 @@ std::vector<toliman_calibration_attempt> attempts_of(const Calibration &calibrat
 std::vector<toliman_calibration_left_out> left_out_of(const Calibration &calibration,
                                                       const toliman_calibration_info &info) {
     std::vector<toliman_calibration_left_out> left_out;
-    for (int32_t i = 0; i < info.left_out; i++) {
+    for (int64_t i = 0; i < info.left_out; i++) {
         left_out.push_back(toliman::sized<toliman_calibration_left_out>());
         toliman::check(toliman_calibration_get_left_out(calibration.get(), i, &left_out.back()));
     }
@@ -187,7 +188,7 @@ Json json_of(const toliman_calibration_step &step) {
     std::optional<std::string> change;
     if (step.change != 0)
         change = toliman_calibration_change_name(step.change);
-    return Json("change", change, "map", step.map != 0, "iteration", step.iteration, "accepted", step.accepted != 0,
+    return Json("change", change, "map", step.is_map != 0, "iteration", step.iteration, "accepted", step.accepted != 0,
                 "chi_square", step.chi_square, "largest_step", step.largest_step);
 }
 
@@ -309,8 +310,8 @@ void CalibrationOutput::write_arrays(const Calibration &calibration) {
     const toliman_calibration_info info = info_of(calibration);
     const toliman_calibration *const made = calibration.get();
     const auto rows = static_cast<size_t>(info.rows), cols = static_cast<size_t>(info.cols),
-               cells = static_cast<size_t>(info.cells);
-    std::vector<double> image(rows * cols), opd(info.windows * cells * cells);
+               cells = static_cast<size_t>(info.cells), windows = static_cast<size_t>(info.windows);
+    std::vector<double> image(rows * cols), opd(windows * cells * cells);
     const auto write_image = [&](OutputFile &file) { write_npy(file, image, {rows, cols}); };
     toliman::check(toliman_calibration_get_residual(made, 0, image.data(), cols));
     write_image(before_);
@@ -318,9 +319,9 @@ void CalibrationOutput::write_arrays(const Calibration &calibration) {
     write_image(after_);
     toliman::check(toliman_calibration_get_chi_map(made, image.data(), cols));
     write_image(chi_map_);
-    for (size_t i = 0; i < info.windows; i++)
+    for (size_t i = 0; i < windows; i++)
         toliman::check(toliman_calibration_get_opd(made, static_cast<int64_t>(i), &opd[i * cells * cells]));
-    write_npy(opd_, opd, {info.windows, cells, cells});
+    write_npy(opd_, opd, {windows, cells, cells});
 }
 
 void CalibrationOutput::warn(const Calibration &calibration, Progress &progress) const {
@@ -345,8 +346,8 @@ void CalibrationOutput::print(const Calibration &calibration) const {
     const std::vector<Window> windows = windows_of(calibration, info);
     for (const std::string &sentence : verdict_of(info, windows))
         std::printf("%s\n", sentence.c_str());
-    std::printf("\nframes       %lld, in %u %s\n", static_cast<long long>(info.frames), info.windows,
-                info.windows == 1 ? "window" : "windows");
+    std::printf("\nframes       %lld, in %lld %s\n", static_cast<long long>(info.frames),
+                static_cast<long long>(info.windows), info.windows == 1 ? "window" : "windows");
     std::printf("iterations   %d of the parameters%s\n", info.iterations,
                 info.map_iterations > 0 ? formatted(", %d of the map", info.map_iterations).c_str() : "");
     std::printf("chi-square   %s per degree of freedom, %s; largest residual %.1f sigma\n",

@@ -57,7 +57,7 @@ class FitEncoder final : public Encoder {
     void open(FrameFile &frames) override { predictions_.open(frames); }
 
     toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
-        return toliman_fit_frames(fit_, &image, count, predictions_.from(first, count), 0, results_.data());
+        return toliman_fit_frame_many(fit_, &image, count, predictions_.from(first, count), results_.data());
     }
 
     std::string line(size_t i) const override {
@@ -96,7 +96,7 @@ class BankEncoder final : public Encoder {
     toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
         const toliman_status status =
             toliman_bank_encode_many(estimator_.bank.get(), estimator_.fit.get(), &image, count,
-                                     predictions_.from(first, count), 0, results_.data(), fits_.data());
+                                     predictions_.from(first, count), results_.data(), fits_.data());
         for (size_t i = 0; status == TOLIMAN_OK && i < count; i++)
             record(results_[i]);
         return status;
@@ -109,8 +109,8 @@ class BankEncoder final : public Encoder {
         add_words(kFitFlags, fit.flags, words);
         add_words(kBankFlags, result.flags, words);
         return formatted("%.17g,", result.displacement_px) + goodness_cells(goodness_of(result)) +
-               formatted(",%.17g,%.6g,%.6g,%d,%.17g,", result.separation_px, result.sigma_px, result.efficiency,
-                         result.network, fit.displacement_px) +
+               formatted(",%.17g,%.6g,%.6g,%lld,%.17g,", result.separation_px, result.sigma_px, result.efficiency,
+                         static_cast<long long>(result.network), fit.displacement_px) +
                place_words(fit) + joined(words, "+");
     }
 
@@ -150,7 +150,7 @@ class BankEncoder final : public Encoder {
             return;
         efficiencies_.push_back(result.efficiency);
         outside_ += (result.flags & TOLIMAN_BANK_OUTSIDE) != 0;
-        at_last_date_ = at_last_date_ || result.network >= static_cast<int32_t>(info_.networks - info_.places);
+        at_last_date_ = at_last_date_ || result.network >= info_.networks - info_.places;
     }
 
     // Whether the frames are at the last date of a bank whose efficiency decreases towards it.

@@ -19,7 +19,7 @@ void for_frames(const Scene &scene, uint64_t seed, int64_t first, size_t total, 
             const Stopwatch watch(seconds != nullptr ? *seconds : ignored);
             toliman::check(toliman_sim_frame_many(scene.sim.get(),
                                                   displacements != nullptr ? displacements + done : nullptr, seed,
-                                                  first + static_cast<int64_t>(done), count, 0, images.data()));
+                                                  first + static_cast<int64_t>(done), count, images.data()));
         }
         work(done, count, images.data());
         done += count;

@@ -40,7 +40,7 @@ Aliases aliases_of(const toliman_period *periodogram, double frequency) {
         return {};
     Aliases aliases(kMost, toliman::sized<toliman_period_alias>());
     size_t count = 0;
-    toliman::check(toliman_period_query_aliases(periodogram, frequency, kMost, aliases.data(), &count));
+    toliman::check(toliman_period_query_aliases(periodogram, frequency, aliases.data(), kMost, &count));
     aliases.resize(count);
     return aliases;
 }

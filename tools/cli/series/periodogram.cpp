@@ -153,7 +153,7 @@ std::vector<toliman_period_peak> peaks_of(const Periodogram &periodogram, size_t
     for (toliman_period_peak &peak : peaks)
         peak.struct_size = sizeof peak;
     size_t count = 0;
-    toliman::check(toliman_period_query_peaks(periodogram.handle.get(), most, peaks.data(), &count));
+    toliman::check(toliman_period_query_peaks(periodogram.handle.get(), peaks.data(), most, &count));
     peaks.resize(count);
     return peaks;
 }

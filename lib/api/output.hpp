@@ -1,0 +1,71 @@
+// Arrays of results whose number the caller does not know, as arguments (..., array, capacity, count) of a function.
+// *count becomes the number of results. If capacity is smaller, the call fails with Status::capacity and writes nothing
+// else; so does the question for the number, with array NULL and capacity 0, unless there are no results.
+#pragma once
+#include <cstring>
+#include <optional>
+#include <vector>
+
+#include "api/guard.hpp"
+#include "api/struct_array.hpp"
+
+namespace toliman::api {
+
+// Each result has `width` numbers.
+template <class T> class Output {
+  public:
+    Output(T *array, const char *name, size_t capacity, size_t *count, size_t width = 1)
+        : array_(array), capacity_(capacity), count_(&required(count, "count")) {
+        required_array(array, capacity, width * sizeof(T), name);
+    }
+
+    // Sets *count. Returns the array, which has at least `found` elements; `what` names them.
+    T *resize(size_t found, const char *what) const {
+        *count_ = found;
+        if (capacity_ < found)
+            fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the number of %s", capacity_, found, what);
+        return array_;
+    }
+
+  private:
+    T *array_;
+    size_t capacity_;
+    size_t *count_;
+};
+
+// An array of public structs.
+template <class T> class StructOutput {
+  public:
+    StructOutput(T *array, const char *name, size_t capacity, size_t *count) : output_(array, name, capacity, count) {
+        if (capacity > 0)
+            structs_.emplace(array, name);
+    }
+
+    // Sets *count and writes convert(i), which must not fail, to each element i < found; `what` names them.
+    template <class Convert> void write(size_t found, const char *what, Convert convert) const {
+        output_.resize(found, what);
+        for (size_t i = 0; i < found; i++)
+            structs_->put(i, convert(i));
+    }
+
+  private:
+    Output<T> output_;
+    std::optional<StructArray<T>> structs_;
+};
+
+// The same rule for the content of a file, (..., bytes, capacity, needed): the check, and the copy with the check.
+inline void check_bytes(size_t size, const void *bytes, size_t capacity, size_t *needed) {
+    required(needed, "needed");
+    if (capacity > 0)
+        required(bytes, "bytes");
+    *needed = size;
+    if (capacity < size)
+        fail(Status::capacity, "{capacity} = %zu: must be at least %zu bytes", capacity, size);
+}
+
+inline void deliver_bytes(const std::vector<uint8_t> &content, void *bytes, size_t capacity, size_t *needed) {
+    check_bytes(content.size(), bytes, capacity, needed);
+    std::memcpy(bytes, content.data(), content.size());
+}
+
+} // namespace toliman::api

@@ -1,0 +1,75 @@
+"""Tests tools/check/shape with headers of another shape: each must be named with its line."""
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+TOP = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../.."))
+
+# One change of a header each, and the complaint.
+CHANGES = [
+    ("fit.h", "toliman_fit_get_info(", "toliman_fit_tell_info(", "toliman_fit_tell_info has no verb of the list"),
+    ("fit.h", "toliman_fit_get_info(", "toliman_fitting_get_info(", "does not begin with the name of an object"),
+    ("fit.h", "toliman_fit_get_info(", "toliman_mask_get_info_2(", "is named after mask, but its first argument is a fit"),
+    ("fit.h", "toliman_fit_frame_many(", "toliman_fit_frames(", "must be named toliman_fit_frame_many"),
+    ("mask.h", "toliman_mask_create(", "toliman_mask_plan(", "has no toliman_mask_create"),
+    ("mask.h", "toliman_mask_destroy(", "toliman_mask_reset(", "has no toliman_mask_destroy"),
+    ("fit.h", "int64_t index,", "int32_t index,", "has the index index of type int32_t: must be int64_t"),
+    ("fit.h", "TOLIMAN_API int64_t toliman_fit_parameter_count", "TOLIMAN_API int32_t toliman_fit_parameter_count",
+     "has an index below toliman_fit_parameter_count(), which must return int64_t"),
+    ("bank.h", "int64_t networks;             /* dates times places */\n    int64_t trained",
+     "uint64_t networks;            /* dates times places */\n    int64_t trained",
+     "has an index below toliman_bank_info.networks, which must be int64_t"),
+    ("fit.h", "TOLIMAN_E_RANGE for any other index", "Fails for any other index",
+     "does not say that index out of range is TOLIMAN_E_RANGE"),
+    ("ingest.h", "size_t *count,\n", "size_t *points,\n", "must have the arguments (..., array, capacity, count)"),
+    ("cae.h", "size_t *needed)", "size_t *size)", "must have the arguments (..., array, capacity, needed)"),
+    ("budget.h", "TOLIMAN_E_CAPACITY if capacity is too small.", "", "does not say that a capacity which is too small"),
+    ("mask.h", "size_t count,\n", "size_t *count,\n", "writes count, which must follow array and capacity"),
+    ("cae.h", "int32_t trained; ", "uint32_t trained;", "has the truth value trained of type uint32_t: must be int32_t"),
+    ("fit.h", "uint32_t flags;            /* 0 */", "int32_t flags;             /* 0 */",
+     "has flags of type int32_t: must be uint32_t"),
+    ("linear.h", "size_t count, double *values_px,", "size_t count, uint32_t threads, double *values_px,",
+     "has threads: must be a member of options"),
+    ("mask.h", "list of the parameters", "list, separated by commas, of the parameters", "describes how names are separated"),
+    ("sim.h", '"?" for any other\n * index', "NULL for any other\n * index", 'the name of an unknown value is "?"'),
+]
+
+
+class Shape(unittest.TestCase):
+    def setUp(self):
+        self.top = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, self.top)
+        shutil.copy(os.path.join(TOP, "CMakeLists.txt"), self.top)
+        shutil.copytree(os.path.join(TOP, "include"), os.path.join(self.top, "include"))
+
+    def run_check(self):
+        run = subprocess.run([os.path.join(TOP, "tools/check/shape"), self.top], stdout=subprocess.PIPE,
+                             stderr=subprocess.STDOUT, universal_newlines=True)
+        return run.returncode, run.stdout
+
+    def test_good(self):
+        self.assertEqual(self.run_check(), (0, ""))
+
+    def test_bad(self):
+        for header, before, after, complaint in CHANGES:
+            with self.subTest(complaint):
+                path = os.path.join(self.top, "include/toliman", header)
+                with open(path, encoding="utf-8") as stream:
+                    text = stream.read()
+                self.assertIn(before, text)
+                with open(path, "w", encoding="utf-8") as stream:
+                    stream.write(text.replace(before, after, 1))
+                code, output = self.run_check()
+                with open(path, "w", encoding="utf-8") as stream:
+                    stream.write(text)
+                self.assertEqual(code, 1, output)
+                self.assertRegex(output, rf"(?m)^include/toliman/{header}:\d+: .*{re.escape(complaint)}")
+
+
+if __name__ == "__main__":
+    sys.dont_write_bytecode = True
+    unittest.main()
