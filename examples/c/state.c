@@ -16,7 +16,7 @@ int main(int argc, char **argv) {
     const toliman_measure_options measured = {.struct_size = sizeof measured, .kind = TOLIMAN_MEASURE_SEPARATION};
     toliman_measure *separations = NULL, *reduced = NULL;
     toliman_sky *sky = NULL, *better = NULL;
-    toliman_planets *planets = NULL;
+    toliman_planet *planets = NULL;
     toliman_sky_refit_result fit = TOLIMAN_SKY_REFIT_RESULT_INIT;
     toliman_planet_info found = TOLIMAN_PLANET_INFO_INIT;
     if (argc != 3)
@@ -25,7 +25,7 @@ int main(int argc, char **argv) {
     check(toliman_measure_load_file(argv[1], &measured, &separations));
     check(toliman_sky_refit(sky, separations, 0, &fit, &better));
     check(toliman_measure_load_file(argv[1], NULL, &reduced));
-    check(toliman_planet_search(reduced, NULL, &planets));
+    check(toliman_planet_create(reduced, NULL, &planets));
     check(toliman_planet_get_info(planets, &found));
     printf("orbit: chi-square %.3f; %u planets\n", fit.chi_square, found.planets);
     toliman_planet_destroy(planets);

@@ -21,7 +21,7 @@ program state
     call separations%load_file(trim(folder), measured)
     call sky%refit(separations, 0d0, fit, better)
     call reduced%load_file(trim(folder))
-    call planets%search(reduced)
+    call planets%create(reduced)
     call planets%get_info(found)
     print '(a, f0.3, a, i0, a)', 'orbit: chi-square ', fit%chi_square, '; ', found%planets, ' planets'
 end program

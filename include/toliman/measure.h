@@ -7,8 +7,8 @@
  *   the bytes of such a file -------------------> load ------+-> toliman_measure -> toliman_sky_reduce    (sky.h)
  *   arrays -------------------------------------> create ----+    |                 toliman_sky_refit     (sky.h)
  *   tracker -> toliman_track_get_measure ---------------------+    |                 toliman_sky_diagnose
- *   (options_init, data_init)                                     |                 toliman_planet_search (planet.h)
- *                                                                 |                 toliman_period_noise_search
+ *   (options_init, data_init)                                     |                 toliman_planet_create (planet.h)
+ *                                                                 |                 toliman_measure_query_noise
  *     set_trend, add_column, set_prior -> functions fitted with --+
  *     the mean                                                    +-> get_info, get_function, get_values, get_times,
  *                                                                      kind_name
@@ -24,9 +24,10 @@
  * Unit         arcsec (velocities: m/s) per unit of the values and sigmas. The values keep their own unit.
  * Functions    Fitted with the mean, as in period_nuisance.h: the polynomials T_1 ... of a trend, then columns. At most
  *              8. A coefficient may have a Gaussian prior.
- * State folder Its frames in order of arrival. By default the values of all accepted frames, as in its sums, with the
- *              functions and priors of the sums. With kind TOLIMAN_MEASURE_SEPARATION the measured separations of
- *              accepted and unreduced frames, which need a fit; those whose time on target is not known are left out.
+ * Frames       Of a state folder, in order of arrival. By default the values of all accepted frames, as in its sums,
+ *              with the functions and priors of the sums. With kind TOLIMAN_MEASURE_SEPARATION the measured separations
+ *              of accepted and unreduced frames, which need a fit; those whose time on target is not known are left
+ *              out.
  */
 #ifndef TOLIMAN_MEASURE_H
 #define TOLIMAN_MEASURE_H

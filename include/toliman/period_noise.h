@@ -1,13 +1,13 @@
 /* libtoliman, periodogram with correlated noise: the power of a whole series, and its false alarm probability, when
  * errors of neighbouring samples are correlated.
  *
- * Data flow (functions toliman_period_...)
+ * Data flow (functions toliman_measure_...)
  *
- *   toliman_measure -> noise_search -> power[nf], toliman_period_noise: correlation, whiteness, highest peak
- *     (measure.h)     (noise_options_init)  | rho
- *                                           v
- *                   -> noise_bootstrap -> log10(1 - power) of the highest peak of each resampling
- *                     (noise_bootstrap_options_init)
+ *   toliman_measure -> query_noise -> power[nf], toliman_period_noise: correlation, whiteness, highest peak
+ *     (measure.h)        | rho
+ *                        v
+ *                      query_noise_bootstrap -> log10(1 - power) of the highest peak of each resampling
+ *   (toliman_period_noise_options_init, toliman_period_noise_bootstrap_options_init)
  *
  * Model        y = c_0 + sum over j of c_j b_j + a cos(2 pi f t) + b sin(2 pi f t) + noise, with the k functions b_j
  *              of the series. All coefficients are fitted together at each frequency.
@@ -48,7 +48,7 @@ TOLIMAN_BEGIN_DECLS
 /* Flag of toliman_period_noise_options: power and FAP for white noise, rho = 0. The whiteness test is unchanged. */
 #define TOLIMAN_PERIOD_WHITE_NOISE 1024u
 
-/* Options of toliman_period_noise_search. */
+/* Options of toliman_measure_query_noise. */
 typedef struct toliman_period_noise_options {
     uint32_t struct_size;
     uint32_t flags;               /* TOLIMAN_PERIOD_WHITE_NOISE */
@@ -104,11 +104,11 @@ typedef struct toliman_period_noise {
  * function without a prior is a combination of the mean and the functions before it, or the grid is impossible;
  * TOLIMAN_E_STATE if n < k + 6, or if mean and functions describe all values; TOLIMAN_E_RANGE for |t| > 1e100, |y| >
  * 1e300 or phases of more than 2^50 cycles; TOLIMAN_E_CANCELLED. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_noise_search(
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_query_noise(
     const toliman_measure *series, double f0, double df, int64_t nf, const toliman_period_noise_options *options,
     double *power, double *coefficients, double *errors, toliman_period_noise *out) TOLIMAN_NOEXCEPT;
 
-/* Options of toliman_period_noise_bootstrap. */
+/* Options of toliman_measure_query_noise_bootstrap. */
 typedef struct toliman_period_noise_bootstrap_options {
     uint32_t struct_size;
     uint32_t threads;             /* worker threads, 0 = one per processor; results do not depend on the number */
@@ -125,15 +125,15 @@ TOLIMAN_API void toliman_period_noise_bootstrap_options_init(toliman_period_nois
 
 /* Moving-block bootstrap: writes log10(1 - P) of the highest power of each of `count` resamplings to
  * log10_residuals[count], sorted, strongest peak first. It assumes no distribution of the noise.
- *   rho  correlation over one step, in [0, 0.999]; out->rho of toliman_period_noise_search
+ *   rho  correlation over one step, in [0, 0.999]; out->rho of toliman_measure_query_noise
  * The residuals about mean and functions are
  * whitened with rho. A resampling strings blocks of consecutive residuals together, each from a random place, so that
  * correlations up to the length of a block remain, also those that rho does not describe. Times and sigmas do not
  * change. With rho = 0 the blocks must be longer than the correlation and the period. If m entries are at or below the
  * log10_residual of the highest peak, its FAP is (m + 1)/(count + 1). Each resampling takes the time of one
  * periodogram.
- * Errors: as toliman_period_noise_search; TOLIMAN_E_RANGE for rho or block out of range. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_noise_bootstrap(
+ * Errors: as toliman_measure_query_noise; TOLIMAN_E_RANGE for rho or block out of range. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_query_noise_bootstrap(
     const toliman_measure *series, double f0, double df, int64_t nf, double rho,
     const toliman_period_noise_bootstrap_options *options, size_t count, double *log10_residuals) TOLIMAN_NOEXCEPT;
 

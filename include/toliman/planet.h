@@ -2,15 +2,15 @@
  *
  * Data flow (functions toliman_planet_...)
  *
- *   series, options -> search -> toliman_planets -> get_info                       number of planets, residuals, priors
- *   (measure.h,                                -> get -> toliman_planet         orbit, mass, odds
- *    options_init)                             -> get_samples                   samples of the posterior
- *                                                -> get_signal, get_residuals     for figures
- *                                                -> get_outliers                  samples that do not belong
- *                                                -> get_limits, get_efficiency    upper limits, detection probability
- *                                                -> inject                        rate of detection by injection
- *                                                destroy
- *   reason -> reason_name                                                         why a candidate is not a planet
+ *   series, options -> create -> toliman_planet -> get_info                       number of planets, residuals, priors
+ *   (measure.h,                                -> get_candidate                  orbit, mass, odds
+ *    options_init)                             -> get_samples                    samples of the posterior
+ *                                              -> get_signal, get_residuals      for figures
+ *                                              -> get_outliers                   samples that do not belong
+ *                                              -> get_limits, get_efficiency     upper limits, detection probability
+ *                                              -> inject                         rate of detection by injection
+ *                                              destroy
+ *   reason -> reason_name                                                        why a candidate is not a planet
  *
  * Series       Reduced separations of a binary (toliman_sky_reduce, or a state folder), or the radial velocities of a
  *              star, or values of another kind, without masses. The mean must not have a prior.
@@ -57,7 +57,7 @@
  *              the joint fit. The standard deviation is the sigma times that of the residuals, by their median, if that
  *              is above 1. Outliers have no weight in the search: a sharp periastron would describe any single one of
  *              them. With one or more no candidate is a planet, except with TOLIMAN_PLANET_CLIP.
- * Noise        Must be white. toliman_period_noise_search tests it.
+ * Noise        Must be white. toliman_measure_query_noise tests it.
  * Source       Hogg, Myers and Bovy (2010), ApJ 725, 2166, and Price-Whelan et al. (2017), ApJ 837, 20, for the
  *              marginalisation; Kipping (2013), MNRAS 434, L51, for the prior of the eccentricity; Golub and Pereyra
  *              (1973), SIAM J. Numer. Anal. 10, 413, for the joint fit.
@@ -71,7 +71,7 @@
 TOLIMAN_BEGIN_DECLS
 
 /* Result of a search. Several threads may use it at the same time. */
-typedef struct toliman_planets toliman_planets;
+typedef struct toliman_planet toliman_planet;
 
 /* Flags of toliman_planet_options. */
 #define TOLIMAN_PLANET_NO_JITTER 2u /* the sigmas are exact: no jitter is fitted, however poor the fit */
@@ -124,12 +124,12 @@ TOLIMAN_API void toliman_planet_options_init(toliman_planet_options *options, si
  * all times are equal, or a function without a prior is a combination of those before it; TOLIMAN_E_STATE if n is below
  * the number of functions + 6; TOLIMAN_E_RANGE if the first lattice would have more than 2e7 nodes, because period_min
  * is too short; TOLIMAN_E_CANCELLED. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_search(const toliman_measure *series,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_create(const toliman_measure *series,
                                                                     const toliman_planet_options *options,
-                                                                    toliman_planets **out) TOLIMAN_NOEXCEPT;
+                                                                    toliman_planet **out) TOLIMAN_NOEXCEPT;
 
 /* Destroys a result. NULL is allowed. */
-TOLIMAN_API void toliman_planet_destroy(toliman_planets *planets) TOLIMAN_NOEXCEPT;
+TOLIMAN_API void toliman_planet_destroy(toliman_planet *planets) TOLIMAN_NOEXCEPT;
 
 /* Properties of a result. */
 typedef struct toliman_planet_info {
@@ -156,11 +156,11 @@ typedef struct toliman_planet_info {
 #define TOLIMAN_PLANET_INFO_INIT TOLIMAN_INIT(toliman_planet_info)
 
 /* Writes the properties to *out, whose struct_size must be set. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toliman_planets *planets,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toliman_planet *planets,
                                                                       toliman_planet_info *out) TOLIMAN_NOEXCEPT;
 
-/* Flag of toliman_planet: more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max,
- * or the best fit is outside the range of periods. */
+/* Flag of toliman_planet_candidate: more than 1 % of the posterior is within 1 % of period_min, period_max or
+ * eccentricity_max, or the best fit is outside the range of periods. */
 #define TOLIMAN_PLANET_AT_EDGE 1u
 
 /* Reasons against a planet, one bit each.
@@ -192,8 +192,8 @@ TOLIMAN_API const char *toliman_planet_reason_name(uint32_t bit) TOLIMAN_NOEXCEP
 
 /* A candidate. Three numbers are the 16, 50 and 84 % points of the samples of the posterior. Those of angles and epochs
  * are taken within half a turn or half a period of the best fit. */
-typedef struct toliman_planet {
-    uint32_t struct_size; /* in: sizeof(toliman_planet) */
+typedef struct toliman_planet_candidate {
+    uint32_t struct_size; /* in: sizeof(toliman_planet_candidate) */
     uint32_t flags;       /* TOLIMAN_PLANET_AT_EDGE */
     uint32_t reasons;     /* TOLIMAN_PLANET_REASON_...; 0: a planet */
     uint32_t reserved;
@@ -215,28 +215,28 @@ typedef struct toliman_planet {
     double best_error[5];     /* standard errors of the joint fit, from its linearisation */
     double correlation[25];   /* [5][5], of the posterior of the same five */
     double power_left;        /* share of the squared signal that the nuisance functions and other planets leave */
-} toliman_planet;
-#define TOLIMAN_PLANET_INIT TOLIMAN_INIT(toliman_planet)
+} toliman_planet_candidate;
+#define TOLIMAN_PLANET_CANDIDATE_INIT TOLIMAN_INIT(toliman_planet_candidate)
 
 /* Writes candidate `index` to *out, whose struct_size must be set. Candidates are numbered as they were found. Errors:
  * TOLIMAN_E_RANGE if index is not in [0, info.candidates). */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get(const toliman_planets *planets, int64_t index,
-                                                                 toliman_planet *out) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_candidate(
+    const toliman_planet *planets, int64_t index, toliman_planet_candidate *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the first `count` samples of the posterior of a candidate, of equal weight and in random order.
  *   count    number of samples, at most `samples` of the options
  *   samples  [count][TOLIMAN_PLANET_COLUMNS]: period, eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b,
  *            jitter
- * Errors: TOLIMAN_E_RANGE as toliman_planet_get; TOLIMAN_E_ARGUMENT for a bad count. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_samples(const toliman_planets *planets, int64_t index,
+ * Errors: TOLIMAN_E_RANGE as toliman_planet_get_candidate; TOLIMAN_E_ARGUMENT for a bad count. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_samples(const toliman_planet *planets, int64_t index,
                                                                          size_t count,
                                                                          double *samples) TOLIMAN_NOEXCEPT;
 
 /* Writes the signal of a candidate's joint fit at times t[n] to signal[n].
  *   position_angle_deg  [n], as in the series; NULL = the mean axis, also if the series has none
- * Errors: TOLIMAN_E_RANGE as toliman_planet_get; TOLIMAN_E_ARGUMENT for position angles of a fixed axis, or numbers
- * that are not finite. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_signal(const toliman_planets *planets, int64_t index,
+ * Errors: TOLIMAN_E_RANGE as toliman_planet_get_candidate; TOLIMAN_E_ARGUMENT for position angles of a fixed axis, or
+ * numbers that are not finite. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_signal(const toliman_planet *planets, int64_t index,
                                                                         const double *t,
                                                                         const double *position_angle_deg, size_t n,
                                                                         double *signal) TOLIMAN_NOEXCEPT;
@@ -244,12 +244,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_signal(const to
 /* Writes the residuals of the joint fit of nuisance functions and all candidates that reach the threshold to
  * residuals[n], in the order of the series. The signal of a candidate below the threshold remains in them. Errors:
  * TOLIMAN_E_ARGUMENT if n is not that of the series. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_residuals(const toliman_planets *planets, size_t n,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_residuals(const toliman_planet *planets, size_t n,
                                                                            double *residuals) TOLIMAN_NOEXCEPT;
 
 /* Writes the indices of the samples that do not belong, in the order of the series, to indices[count]. Errors:
  * TOLIMAN_E_ARGUMENT if count is not info.outliers. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_outliers(const toliman_planets *planets, size_t count,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_outliers(const toliman_planet *planets, size_t count,
                                                                           int64_t *indices) TOLIMAN_NOEXCEPT;
 
 /* Limits at one period, for circular orbits. */
@@ -274,20 +274,20 @@ typedef struct toliman_planet_limit {
  * with a probability of 1 - probability, at all periods. A gain below the 16 % point of noise counts as that point; a
  * limit is 0 only for a probability below 0.84.
  * Detected: log10_bayes, summed over circular orbits alone, reaches the threshold, log10_fap of the sinusoid is at
- * most log10 of detection_fap, and the posterior is not at the edges of the prior: what toliman_planet_search needs
+ * most log10 of detection_fap, and the posterior is not at the edges of the prior: what toliman_planet_create needs
  * for a planet. The period that is found may differ: that of a planet near period_max is drawn towards shorter ones by
  * the prior of the amplitude. Amplitudes are along the mean axis. `detectable` is that of 400 simulated series, within
  * 5 % in amplitude, and agrees with toliman_planet_inject within 0.03 in probability. 0.02 to 0.1 s of processor time
  * per period with 200 to 1,100 samples; worker threads as for the search. Errors: TOLIMAN_E_ARGUMENT for bad numbers
  * and periods outside the prior. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_limits(const toliman_planets *planets,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_limits(const toliman_planet *planets,
                                                                         const double *periods, size_t count,
                                                                         double probability,
                                                                         toliman_planet_limit *limits) TOLIMAN_NOEXCEPT;
 
 /* Writes the probability of detecting a circular orbit of this period and amplitude, in units of t and y, to
  * *efficiency. Errors: TOLIMAN_E_ARGUMENT for bad numbers. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_efficiency(const toliman_planets *planets,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_efficiency(const toliman_planet *planets,
                                                                             double period, double amplitude,
                                                                             double *efficiency) TOLIMAN_NOEXCEPT;
 
@@ -313,7 +313,7 @@ typedef struct toliman_planet_cell {
  * 1/(10 T) apart, for the lifetime of *planets; T is the last minus the first time. The same `planets` and `cell` give
  * the same number. Errors: TOLIMAN_E_ARGUMENT for bad numbers, and for masses if unit, parallax or the mass of the
  * star is unknown. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_inject(const toliman_planets *planets,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_inject(const toliman_planet *planets,
                                                                     const toliman_planet_cell *cell,
                                                                     uint32_t *detected) TOLIMAN_NOEXCEPT;
 

@@ -94,7 +94,7 @@ inline void destroy_measure(toliman_measure *measure) {
 inline void destroy_period(toliman_period *period) {
     toliman_period_destroy(period);
 }
-inline void destroy_planets(toliman_planets *planets) {
+inline void destroy_planets(toliman_planet *planets) {
     toliman_planet_destroy(planets);
 }
 inline void destroy_series(toliman_series *series) {
@@ -118,7 +118,7 @@ using phase_mask = handle<toliman_mask, destroy_mask>;
 using pair_reader = handle<toliman_ingest, destroy_ingest>;
 using measurements = handle<toliman_measure, destroy_measure>;
 using periodogram = handle<toliman_period, destroy_period>;
-using planet_set = handle<toliman_planets, destroy_planets>;
+using planet_set = handle<toliman_planet, destroy_planets>;
 using series_parser = handle<toliman_series, destroy_series>;
 using sky_predictor = handle<toliman_sky, destroy_sky>;
 using tracker = handle<toliman_track, destroy_track>;

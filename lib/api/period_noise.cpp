@@ -89,7 +89,7 @@ void toliman_period_noise_options_init(toliman_period_noise_options *options, si
     deliver_defaults(toliman_period_noise_options{}, options, size);
 }
 
-toliman_status toliman_period_noise_search(const toliman_measure *series, double f0, double df, int64_t nf,
+toliman_status toliman_measure_query_noise(const toliman_measure *series, double f0, double df, int64_t nf,
                                            const toliman_period_noise_options *options, double *power,
                                            double *coefficients, double *errors, toliman_period_noise *out) noexcept {
     return guard([&] {
@@ -121,9 +121,9 @@ void toliman_period_noise_bootstrap_options_init(toliman_period_noise_bootstrap_
     deliver_defaults(toliman_period_noise_bootstrap_options{}, options, size);
 }
 
-toliman_status toliman_period_noise_bootstrap(const toliman_measure *series, double f0, double df, int64_t nf,
-                                              double rho, const toliman_period_noise_bootstrap_options *options,
-                                              size_t count, double *log10_residuals) noexcept {
+toliman_status toliman_measure_query_noise_bootstrap(const toliman_measure *series, double f0, double df, int64_t nf,
+                                                     double rho, const toliman_period_noise_bootstrap_options *options,
+                                                     size_t count, double *log10_residuals) noexcept {
     return guard([&] {
         const Use use(series, "series");
         const auto known = accept(options, toliman_period_noise_bootstrap_options{}, "options");

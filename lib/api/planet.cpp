@@ -20,9 +20,9 @@
 using namespace toliman;
 using namespace toliman::api;
 
-struct toliman_planets : Handle<toliman_planets> {
-    static constexpr char kType[] = "toliman_planets";
-    toliman_planets(const planet::GivenSeries &given, const planet::Settings &settings) : result(given, settings) {}
+struct toliman_planet : Handle<toliman_planet> {
+    static constexpr char kType[] = "toliman_planet";
+    toliman_planet(const planet::GivenSeries &given, const planet::Settings &settings) : result(given, settings) {}
 
     const planet::Result result;
 
@@ -194,10 +194,10 @@ void set_correlation(const std::vector<Row> &rows, double *out) {
             out[i * count + j] = i == j ? 1 : sums[i][j] / std::sqrt(std::max(sums[i][i] * sums[j][j], 1e-300));
 }
 
-toliman_planet public_planet(const planet::Result &result, int64_t index) {
+toliman_planet_candidate public_planet(const planet::Result &result, int64_t index) {
     const planet::Candidate &candidate = candidate_of(result, index);
     const std::vector<Row> rows = rows_of(result, candidate);
-    toliman_planet out = {};
+    toliman_planet_candidate out = {};
     out.flags = candidate.at_edge ? TOLIMAN_PLANET_AT_EDGE : 0;
     out.reasons = candidate.reasons;
     out.log10_bayes = candidate.log10_bayes;
@@ -257,23 +257,23 @@ void toliman_planet_options_init(toliman_planet_options *options, size_t size) n
     deliver_defaults(toliman_planet_options{}, options, size);
 }
 
-toliman_status toliman_planet_search(const toliman_measure *series, const toliman_planet_options *options,
-                                     toliman_planets **out) noexcept {
+toliman_status toliman_planet_create(const toliman_measure *series, const toliman_planet_options *options,
+                                     toliman_planet **out) noexcept {
     return guard([&] {
         const Use use(series, "series");
         required(out, "out");
         const planet::Settings settings =
             settings_of(accept(options, toliman_planet_options{}, "options"), use->series);
         const Given given(use->series, settings.jitter);
-        *out = new toliman_planets(given.get(), settings);
+        *out = new toliman_planet(given.get(), settings);
     });
 }
 
-void toliman_planet_destroy(toliman_planets *planets) noexcept {
+void toliman_planet_destroy(toliman_planet *planets) noexcept {
     destroy(planets);
 }
 
-toliman_status toliman_planet_get_info(const toliman_planets *planets, toliman_planet_info *out) noexcept {
+toliman_status toliman_planet_get_info(const toliman_planet *planets, toliman_planet_info *out) noexcept {
     return guard([&] {
         check_struct_size("out", required(out, "out"));
         const Use use(planets, "planets");
@@ -306,7 +306,8 @@ toliman_status toliman_planet_get_info(const toliman_planets *planets, toliman_p
     });
 }
 
-toliman_status toliman_planet_get(const toliman_planets *planets, int64_t index, toliman_planet *out) noexcept {
+toliman_status toliman_planet_get_candidate(const toliman_planet *planets, int64_t index,
+                                            toliman_planet_candidate *out) noexcept {
     return guard([&] {
         check_struct_size("out", required(out, "out"));
         const Use use(planets, "planets");
@@ -314,7 +315,7 @@ toliman_status toliman_planet_get(const toliman_planets *planets, int64_t index,
     });
 }
 
-toliman_status toliman_planet_get_samples(const toliman_planets *planets, int64_t index, size_t count,
+toliman_status toliman_planet_get_samples(const toliman_planet *planets, int64_t index, size_t count,
                                           double *samples) noexcept {
     return guard([&] {
         const Use use(planets, "planets");
@@ -329,7 +330,7 @@ toliman_status toliman_planet_get_samples(const toliman_planets *planets, int64_
     });
 }
 
-toliman_status toliman_planet_get_signal(const toliman_planets *planets, int64_t index, const double *t,
+toliman_status toliman_planet_get_signal(const toliman_planet *planets, int64_t index, const double *t,
                                          const double *position_angle_deg, size_t n, double *signal) noexcept {
     return guard([&] {
         const Use use(planets, "planets");
@@ -356,7 +357,7 @@ toliman_status toliman_planet_get_signal(const toliman_planets *planets, int64_t
     });
 }
 
-toliman_status toliman_planet_get_residuals(const toliman_planets *planets, size_t n, double *residuals) noexcept {
+toliman_status toliman_planet_get_residuals(const toliman_planet *planets, size_t n, double *residuals) noexcept {
     return guard([&] {
         const Use use(planets, "planets");
         const Buffer<double> &values = use->result.residuals;
@@ -367,7 +368,7 @@ toliman_status toliman_planet_get_residuals(const toliman_planets *planets, size
     });
 }
 
-toliman_status toliman_planet_get_outliers(const toliman_planets *planets, size_t count, int64_t *indices) noexcept {
+toliman_status toliman_planet_get_outliers(const toliman_planet *planets, size_t count, int64_t *indices) noexcept {
     return guard([&] {
         const Use use(planets, "planets");
         const std::vector<size_t> &outliers = use->result.outliers;
@@ -379,7 +380,7 @@ toliman_status toliman_planet_get_outliers(const toliman_planets *planets, size_
     });
 }
 
-toliman_status toliman_planet_get_limits(const toliman_planets *planets, const double *periods, size_t count,
+toliman_status toliman_planet_get_limits(const toliman_planet *planets, const double *periods, size_t count,
                                          double probability, toliman_planet_limit *limits) noexcept {
     return guard([&] {
         const Use use(planets, "planets");
@@ -415,7 +416,7 @@ toliman_status toliman_planet_get_limits(const toliman_planets *planets, const d
     });
 }
 
-toliman_status toliman_planet_get_efficiency(const toliman_planets *planets, double period, double amplitude,
+toliman_status toliman_planet_get_efficiency(const toliman_planet *planets, double period, double amplitude,
                                              double *efficiency) noexcept {
     return guard([&] {
         required(efficiency, "efficiency");
@@ -427,7 +428,7 @@ toliman_status toliman_planet_get_efficiency(const toliman_planets *planets, dou
     });
 }
 
-toliman_status toliman_planet_inject(const toliman_planets *planets, const toliman_planet_cell *cell,
+toliman_status toliman_planet_inject(const toliman_planet *planets, const toliman_planet_cell *cell,
                                      uint32_t *detected) noexcept {
     return guard([&] {
         required(detected, "detected");

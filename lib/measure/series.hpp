@@ -73,7 +73,7 @@ struct Series {
 
     // Sets the trend; both ends 0: from the first to the last time. Status::argument if all times are equal.
     void set_trend(int32_t order, double start, double end);
-    // Makes room for a sample, and adds those of another series with the same members.
+    // Adds a sample of a series with the same members.
     void add(const Series &from, size_t sample);
 };
 

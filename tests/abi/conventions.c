@@ -286,8 +286,8 @@ static void search(const char *folder) {
 
 static void find_planets(void) {
     double t[SAMPLES], y[SAMPLES], residuals[SAMPLES], samples[8 * TOLIMAN_PLANET_COLUMNS];
-    toliman_planets *planets = NULL;
-    toliman_planet planet = {.struct_size = sizeof planet};
+    toliman_planet *planets = NULL;
+    toliman_planet_candidate planet = {.struct_size = sizeof planet};
     for (int i = 0; i < SAMPLES; i++) {
         t[i] = 5 * i;
         y[i] = sin(2 * M_PI * t[i] / 90) + 0.001 * (double)(mixed((uint64_t)i) % 1000);
@@ -300,8 +300,8 @@ static void find_planets(void) {
     options.flags = 0;
     options.period_max = 150;
     options.threads = 2;
-    assert_ok(toliman_planet_search(series, &options, &planets));
-    assert_ok(toliman_planet_get(planets, 0, &planet));
+    assert_ok(toliman_planet_create(series, &options, &planets));
+    assert_ok(toliman_planet_get_candidate(planets, 0, &planet));
     assert_close(planet.period[1], 90, 1, 0);
     result("planet", &planet, sizeof planet);
     assert_ok(toliman_planet_get_samples(planets, 0, 8, samples));

@@ -218,12 +218,12 @@ static void find_planets(void) {
     static double t[SERIES], y[SERIES], sigma[SERIES], rows[SERIES], signal[SERIES],
         samples[16][TOLIMAN_PLANET_COLUMNS];
     const double periods[2] = {70, 150};
-    toliman_planets *planets;
+    toliman_planet *planets;
     toliman_measure_data series = TOLIMAN_MEASURE_DATA_INIT;
     toliman_measure *measure;
     toliman_planet_options options = TOLIMAN_PLANET_OPTIONS_INIT;
     toliman_planet_info info = TOLIMAN_PLANET_INFO_INIT;
-    toliman_planet planet = TOLIMAN_PLANET_INIT;
+    toliman_planet_candidate planet = TOLIMAN_PLANET_CANDIDATE_INIT;
     toliman_planet_limit limits[2] = {TOLIMAN_PLANET_LIMIT_INIT};
     toliman_planet_cell cell = TOLIMAN_PLANET_CELL_INIT;
     double efficiency;
@@ -243,11 +243,11 @@ static void find_planets(void) {
     options.threads = 1;
     options.period_max = 200;
     options.samples = 100;
-    MUST(toliman_planet_search(measure, &options, &planets));
+    MUST(toliman_planet_create(measure, &options, &planets));
     MUST(toliman_planet_get_info(planets, &info));
     show("planet_candidates", info.candidates);
     show("planet_residual_rms", info.rms);
-    MUST(toliman_planet_get(planets, 0, &planet));
+    MUST(toliman_planet_get_candidate(planets, 0, &planet));
     show("planet_period", planet.period[1]);
     show("planet_bayes", planet.log10_bayes);
     MUST(toliman_planet_get_samples(planets, 0, 16, *samples));

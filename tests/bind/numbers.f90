@@ -239,7 +239,7 @@ contains
         type(toliman_measurements) :: measure
         type(toliman_planet_options) :: options
         type(toliman_planet_info) :: info
-        type(toliman_planet) :: planet
+        type(toliman_planet_candidate) :: planet
         type(toliman_planet_limit) :: limits(2)
         type(toliman_planet_cell) :: cell
         real(c_double), target :: t(many), y(many), sigma(many), rows(many)
@@ -261,11 +261,11 @@ contains
         options%threads = 1
         options%period_max = 200
         options%samples = 100
-        call planets%search(measure, options)
+        call planets%create(measure, options)
         call planets%get_info(info)
         call show('planet_candidates', real(info%candidates, c_double))
         call show('planet_residual_rms', info%rms)
-        call planets%get(0_c_int64_t, planet)
+        call planets%get_candidate(0_c_int64_t, planet)
         call show('planet_period', planet%period(2))
         call show('planet_bayes', planet%log10_bayes)
         call planets%get_samples(0_c_int64_t, samples)

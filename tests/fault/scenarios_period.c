@@ -314,7 +314,7 @@ static toliman_status noise_search(attempt *a) {
         series = measure_of(t, y, NULL, SAMPLES);
         assert_ok(toliman_measure_add_column(series, "c", t + SAMPLES, SAMPLES, 0));
     }
-    return toliman_period_noise_search(series, F0, DF, FREQUENCIES, &options, (double *)(a->out + 4096),
+    return toliman_measure_query_noise(series, F0, DF, FREQUENCIES, &options, (double *)(a->out + 4096),
                                        (double *)(a->out + 2048), (double *)(a->out + 2056), (void *)a->out);
 }
 static toliman_status noise_bootstrap(attempt *a) {
@@ -325,7 +325,7 @@ static toliman_status noise_bootstrap(attempt *a) {
     static toliman_measure *series;
     if (series == NULL)
         series = measure_of(t, y, NULL, SAMPLES);
-    return toliman_period_noise_bootstrap(series, F0, DF, FREQUENCIES, 0.3, &options, DRAWS, (double *)a->out);
+    return toliman_measure_query_noise_bootstrap(series, F0, DF, FREQUENCIES, 0.3, &options, DRAWS, (double *)a->out);
 }
 
 static void put_states(void) {
@@ -402,7 +402,7 @@ static const scenario all[] = {
     {.function = "toliman_period_batch", "FFT", batch_fft, .stage = put_states},
     {.function = "toliman_period_batch", "threads", batch_threads, .stage = put_states},
     {.function = "toliman_period_batch", "exact", batch_exact, .stage = put_states},
-    {.function = "toliman_period_noise_search", .call = noise_search, .struct_size = sizeof(toliman_period_noise)},
-    {.function = "toliman_period_noise_bootstrap", .call = noise_bootstrap},
+    {.function = "toliman_measure_query_noise", .call = noise_search, .struct_size = sizeof(toliman_period_noise)},
+    {.function = "toliman_measure_query_noise_bootstrap", .call = noise_bootstrap},
 };
 SCENARIO_LIST(period_scenarios, all);

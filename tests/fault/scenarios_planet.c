@@ -29,7 +29,7 @@ static toliman_status search_of(void **made) {
     options.threads = 2;
     options.period_max = 200;
     options.samples = DRAWS;
-    return toliman_planet_search(series, &options, (toliman_planets **)made);
+    return toliman_planet_create(series, &options, (toliman_planet **)made);
 }
 
 static void *make(void) {
@@ -49,8 +49,8 @@ static uint64_t digest(const void *made) {
     assert_ok(toliman_planet_get_residuals(made, SAMPLES, residuals));
     uint64_t all = fnv1a(fnv1a(FNV_START, &info, sizeof info), residuals, sizeof residuals);
     for (uint32_t i = 0; i < info.candidates; i++) {
-        toliman_planet planet = {.struct_size = sizeof planet};
-        assert_ok(toliman_planet_get(made, i, &planet));
+        toliman_planet_candidate planet = {.struct_size = sizeof planet};
+        assert_ok(toliman_planet_get_candidate(made, i, &planet));
         assert_ok(toliman_planet_get_samples(made, i, DRAWS, *samples));
         all = fnv1a(fnv1a(all, &planet, sizeof planet), samples, sizeof samples);
     }
@@ -75,7 +75,7 @@ static toliman_status get_info(attempt *a) {
     return toliman_planet_get_info(a->object, (void *)a->out);
 }
 static toliman_status get(attempt *a) {
-    return toliman_planet_get(a->object, 0, (void *)a->out);
+    return toliman_planet_get_candidate(a->object, 0, (void *)a->out);
 }
 static toliman_status get_samples(attempt *a) {
     return toliman_planet_get_samples(a->object, 0, DRAWS, (double *)a->out);
@@ -112,11 +112,11 @@ static toliman_status inject(attempt *a) {
     { .function = "toliman_planet_" #name, .call = name, .make = make, .of = &results, .struct_size = size, .slow = 1 }
 
 static const scenario all[] = {
-    {.function = "toliman_planet_search", .call = search, .made = &results, .slow = 1},
+    {.function = "toliman_planet_create", .call = search, .made = &results, .slow = 1},
     {.function = "toliman_planet_options_init", .call = options_init},
     ON_ONE(destroy, 0),
     ON_ONE(get_info, sizeof(toliman_planet_info)),
-    ON_ONE(get, sizeof(toliman_planet)),
+    ON_ONE(get, sizeof(toliman_planet_candidate)),
     ON_ONE(get_samples, 0),
     ON_ONE(get_signal, 0),
     ON_ONE(get_residuals, 0),

@@ -62,7 +62,7 @@ static inline toliman_status noise_search_of(double f0, double df, int64_t nf, c
     if (status == TOLIMAN_OK)
         status = add_measure_columns(made, functions, precision, n, k);
     if (status == TOLIMAN_OK)
-        status = toliman_period_noise_search(made, f0, df, nf, options, power, coefficients, errors, out);
+        status = toliman_measure_query_noise(made, f0, df, nf, options, power, coefficients, errors, out);
     toliman_measure_destroy(made);
     return status;
 }

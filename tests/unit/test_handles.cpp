@@ -56,7 +56,7 @@ int make_one_of_each() {
     const auto measured = make<measurements>(toliman_measure_create, &series);
     auto searching = sized<toliman_planet_options>();
     searching.threads = 1;
-    const auto planets = make<planet_set>(toliman_planet_search, measured.get(), &searching);
+    const auto planets = make<planet_set>(toliman_planet_create, measured.get(), &searching);
     const EmptyPair files;
     auto reading = sized<toliman_ingest_options>();
     reading.pixel = TOLIMAN_PIXEL_U16;

@@ -167,8 +167,8 @@ static void a_reduction_adds_its_functions(void **state) {
         assert_true(info.parallax_arcsec > 0.7 && info.star_mass[1] > 0.8 && info.unit == 1);
         toliman_measure *again = NULL;
         assert_fails(toliman_sky_reduce(sky, reduced, NULL, &again), TOLIMAN_E_ARGUMENT, "measure: its kind must be");
-        toliman_planets *planets = NULL;
-        assert_fails(toliman_planet_search(measured, NULL, &planets), TOLIMAN_E_ARGUMENT,
+        toliman_planet *planets = NULL;
+        assert_fails(toliman_planet_create(measured, NULL, &planets), TOLIMAN_E_ARGUMENT,
                      "series: is of measured separations: reduce them");
         toliman_measure_destroy(reduced);
         toliman_measure_destroy(measured);

@@ -271,7 +271,7 @@ static const struct {
     DESTROYS(toliman_linear, toliman_linear_destroy),
     DESTROYS(toliman_mask, toliman_mask_destroy),
     DESTROYS(toliman_period, toliman_period_destroy),
-    DESTROYS(toliman_planets, toliman_planet_destroy),
+    DESTROYS(toliman_planet, toliman_planet_destroy),
     DESTROYS(toliman_series, toliman_series_destroy),
     DESTROYS(toliman_sim, toliman_sim_destroy),
     DESTROYS(toliman_sky, toliman_sky_destroy),

@@ -133,8 +133,8 @@ static void grids(void **unused) {
     }
 }
 
-/* All that a result of toliman_planet_search reports. */
-static void assert_finite_planets(const toliman_planets *planets) {
+/* All that a result of toliman_planet_create reports. */
+static void assert_finite_planets(const toliman_planet *planets) {
     toliman_planet_info info = {.struct_size = sizeof info};
     double residuals[SAMPLES], samples[8][TOLIMAN_PLANET_COLUMNS];
     assert_ok(toliman_planet_get_info(planets, &info));
@@ -142,8 +142,8 @@ static void assert_finite_planets(const toliman_planets *planets) {
     assert_ok(toliman_planet_get_residuals(planets, SAMPLES, residuals));
     assert_finite(residuals, SAMPLES);
     for (uint32_t i = 0; i < info.candidates; i++) {
-        toliman_planet planet = {.struct_size = sizeof planet};
-        assert_ok(toliman_planet_get(planets, i, &planet));
+        toliman_planet_candidate planet = {.struct_size = sizeof planet};
+        assert_ok(toliman_planet_get_candidate(planets, i, &planet));
         assert_finite(&planet.log10_bayes, 2);
         assert_finite(planet.period, 15);
         assert_finite(planet.best, 5);
@@ -187,7 +187,7 @@ static void series_of_planets(void **unused) {
             rows[i] = i % 4;
             angles[i] = 0.1 * i;
         }
-        toliman_planets *planets = NULL;
+        toliman_planet *planets = NULL;
         const size_t place = draw(&draws, SAMPLES), which = draw(&draws, 5);
         const double good = arrays[which][place];
         arrays[which][place] = wrong_number();
@@ -197,7 +197,7 @@ static void series_of_planets(void **unused) {
         arrays[which][place] = odd_number();
         int32_t status = series_with(&data, rows, &series);
         if (status == TOLIMAN_OK)
-            status = toliman_planet_search(series, &options, &planets);
+            status = toliman_planet_create(series, &options, &planets);
         if (status == TOLIMAN_OK)
             assert_finite_planets(planets);
         else
@@ -212,7 +212,7 @@ static void series_of_planets(void **unused) {
                                   &options.amplitude_min, &options.amplitude_max, &options.jitter_max,
                                   &options.threshold,     &options.detection_fap, &options.star_mass[1]};
         *limits[draw(&draws, sizeof limits / sizeof *limits)] = wrong_number();
-        assert_refused(toliman_planet_search(series, &options, &planets));
+        assert_refused(toliman_planet_create(series, &options, &planets));
         assert_null(planets);
         assert_refused(toliman_measure_set_trend(series, 1, wrong_number(), 1));
         assert_refused(toliman_measure_set_prior(series, 0, wrong_number()));

@@ -276,7 +276,8 @@ static toliman_status draw(double rho, uint64_t block, uint32_t threads, size_t 
     options.seed = 9;
     toliman_measure *const given = measure_of(times, values, sigmas, N);
     assert_ok(add_measure_columns(given, columns(2), NULL, N, 2));
-    const toliman_status status = toliman_period_noise_bootstrap(given, kF0, kDf, NF, rho, &options, count, peaks);
+    const toliman_status status =
+        toliman_measure_query_noise_bootstrap(given, kF0, kDf, NF, rho, &options, count, peaks);
     toliman_measure_destroy(given);
     return status;
 }

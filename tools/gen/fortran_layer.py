@@ -11,11 +11,8 @@ from model import Callback, Function, Handle, Struct
 TYPES = {"toliman_sim": "simulator", "toliman_cae": "autoencoder", "toliman_linear": "linear_estimator",
          "toliman_fit": "frame_fit", "toliman_bank": "network_bank",
          "toliman_calibration": "scene_calibration", "toliman_components": "component_set", "toliman_mask": "phase_mask",
-         "toliman_ingest": "pair_reader", "toliman_measure": "measurements", "toliman_period": "periodogram", "toliman_planets": "planet_set",
+         "toliman_ingest": "pair_reader", "toliman_measure": "measurements", "toliman_period": "periodogram", "toliman_planet": "planet_set",
          "toliman_series": "series_parser", "toliman_sky": "sky_predictor", "toliman_track": "tracker"}
-
-# Prefixes of the functions of handles, where they are not the handle's name.
-PREFIXES = {"toliman_planets": "toliman_planet"}
 
 STATUS_ARGUMENTS = ["integer, intent(out), optional :: stat",
           "character(len=*), intent(inout), optional :: errmsg"]
@@ -63,7 +60,7 @@ class Layer:
 
     def module_of(self, item):
         """Returns the handle whose name prefixes a function: toliman_sim for toliman_sim_plan_file."""
-        return min((handle for handle in TYPES if item.name.startswith(PREFIXES.get(handle, handle) + "_")), key=len,
+        return min((handle for handle in TYPES if item.name.startswith(handle + "_")), key=len,
                    default=None)
 
     def bind(self, item):
@@ -72,7 +69,7 @@ class Layer:
         if owner is None or item.name.endswith("_init") or "_destroy" in item.name:
             return
         module = self.module_of(item)
-        prefix = PREFIXES.get(module, module) if owner == module else "toliman"
+        prefix = module if owner == module else "toliman"
         binding = item.name[len(prefix) + 1:]
         bound = creator or (bool(item.arguments) and self.handle_of(item.arguments[0]) == owner)
         self.bindings[owner].append((binding, bound))

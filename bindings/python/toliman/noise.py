@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from . import _raw
 from ._arguments import Doubles, options_of, plain, pointer, real, whole
-from ._library import InputError, library
+from ._library import library
 from ._progress import Progress, Watch
 from ._result_base import result
 from ._results import NoisePeak
@@ -45,7 +45,7 @@ def _measured(t: Measurements | ArrayLike, y: ArrayLike | None, sigma: ArrayLike
         raise ValueError(f"precision has the shape {prior.shape}: must be {matrix.shape[1:]}")
     for place, (column, one) in enumerate(zip(matrix.T, prior)):
         if not one >= 0:
-            raise InputError(f"precision[{place}] = {one}: must be at least 0")
+            raise ValueError(f"precision[{place}] = {one}: must be at least 0")
         series.add_column(f"column {place + 1}", column, 1 / one**.5 if one > 0 else 0)
     return series
 
@@ -71,7 +71,7 @@ def search_correlated(t: Measurements | ArrayLike, y: ArrayLike | None = None, s
     with Watch(progress) as watch:
         options = options_of(_raw.toliman_period_noise_options, library.toliman_period_noise_options_init,
                              flags=_raw.TOLIMAN_PERIOD_WHITE_NOISE if white else 0, progress=watch.callback)
-        watch.check(library.toliman_period_noise_search(
+        watch.check(library.toliman_measure_query_noise(
             series._c, real("f0", f0), real("df", df), len(power), ctypes.byref(options), pointer(power),
             pointer(coefficients), pointer(errors), ctypes.byref(found)))
     return NoiseSearch._of(found), power, coefficients, errors
@@ -94,7 +94,7 @@ def bootstrap_correlated(t: Measurements | ArrayLike, y: ArrayLike | None = None
                              library.toliman_period_noise_bootstrap_options_init, seed=whole("seed", seed, 2**64),
                              threads=whole("threads", threads, 2**32), block=whole("block", block, 2**64),
                              progress=watch.callback)
-        watch.check(library.toliman_period_noise_bootstrap(
+        watch.check(library.toliman_measure_query_noise_bootstrap(
             series._c, real("f0", f0), real("df", df), whole("nf", nf), real("rho", rho), ctypes.byref(options), count,
             pointer(peaks)))
     return peaks

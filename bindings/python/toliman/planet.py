@@ -51,7 +51,7 @@ class Planet(_results.Planet):
 class Planets(Handle):
     """Result of planets(). Several threads may use it at the same time."""
 
-    _kind, _destroy = _raw.toliman_planets, "toliman_planet_destroy"
+    _kind, _destroy = _raw.toliman_planet, "toliman_planet_destroy"
     _n: int
     _samples: int
 
@@ -80,8 +80,8 @@ class Planets(Handle):
         return indices
 
     def _candidate(self, index: int) -> Planet:
-        found = _raw.toliman_planet()
-        check(library.toliman_planet_get(self._c, index, ctypes.byref(found)))
+        found = _raw.toliman_planet_candidate()
+        check(library.toliman_planet_get_candidate(self._c, index, ctypes.byref(found)))
         return Planet._of(found)
 
     def samples(self, index: int = 0, count: int | None = None) -> NDArray:
@@ -201,11 +201,11 @@ def planets(t: Measurements | ArrayLike, y: ArrayLike | None = None, sigma: Arra
     range, StateError for fewer samples than functions and 6; Cancelled.
     """
     if isinstance(t, Measurements):
-        given = [name for name, value, unset in (
-            ("y", y, None), ("sigma", sigma, None), ("rows", rows, None), ("priors", priors, None), ("trend", trend, 0),
-            ("position_angle_deg", position_angle_deg, None), ("span", span, None), ("velocity", velocity, False),
-            ("frame_chi_square", frame_chi_square, 0), ("time_unit_days", time_unit_days, 1), ("unit", unit, None))
-            if value is not unset and not (numpy.ndim(value) == 0 and value == unset)]
+        given = [name for name, is_given in (
+            ("y", y is not None), ("sigma", sigma is not None), ("rows", rows is not None), ("priors", priors is not None),
+            ("trend", trend != 0), ("position_angle_deg", position_angle_deg is not None), ("span", span is not None),
+            ("velocity", velocity), ("frame_chi_square", frame_chi_square != 0), ("time_unit_days", time_unit_days != 1),
+            ("unit", unit is not None)) if is_given]
         if given:
             raise TypeError(f"{given[0]}: must not be given with a series")
         series = t
@@ -227,7 +227,7 @@ def planets(t: Measurements | ArrayLike, y: ArrayLike | None = None, sigma: Arra
                 ("period_min", period_min), ("period_max", period_max), ("eccentricity_max", eccentricity_max),
                 ("amplitude_min", amplitude_min), ("amplitude_max", amplitude_max), ("jitter_max", jitter_max),
                 ("threshold", threshold), ("detection_fap", detection_fap))})
-        made = Planets._adopt(Planets._create(library.toliman_planet_search, series._c, ctypes.byref(options),
+        made = Planets._adopt(Planets._create(library.toliman_planet_create, series._c, ctypes.byref(options),
                                               check=watch.check))
     made._n, made._samples = len(series), whole("samples", samples, 2**32) or 4096
     return made

@@ -21,8 +21,8 @@ std::vector<double> resample(const FapOptions &options, const toliman_measure *s
     how.progress = Progress::callback;
     how.progress_data = &progress;
     std::vector<double> peaks(options.resamplings);
-    toliman::check(
-        toliman_period_noise_bootstrap(series, grid.f0, grid.df, grid.nf, rho, &how, peaks.size(), peaks.data()));
+    toliman::check(toliman_measure_query_noise_bootstrap(series, grid.f0, grid.df, grid.nf, rho, &how, peaks.size(),
+                                                         peaks.data()));
     return peaks;
 }
 
@@ -64,7 +64,7 @@ void Noise::search(const toliman_measure *series, const FrequencyGrid &grid, Pro
     auto found = toliman::sized<toliman_period_noise>();
     coefficients_.resize(static_cast<size_t>(info_of(series).functions));
     errors_.resize(coefficients_.size());
-    toliman::check(toliman_period_noise_search(series, grid.f0, grid.df, grid.nf, &options, nullptr,
+    toliman::check(toliman_measure_query_noise(series, grid.f0, grid.df, grid.nf, &options, nullptr,
                                                coefficients_.data(), errors_.data(), &found));
     found_ = found;
 }

@@ -55,7 +55,7 @@ std::string PlanetReport::amplitude_text(double value) const {
     return formatted("%.4g ", value) + (search.unit.name.empty() ? "units of y" : search.unit.name);
 }
 
-std::string PlanetReport::mass_text(const toliman_planet &planet) const {
+std::string PlanetReport::mass_text(const toliman_planet_candidate &planet) const {
     std::string text;
     if (search.knows_mass(0))
         text = interval_text(planet.mass_a) + (search.unit.is_velocity ? "" : " on A");
@@ -68,7 +68,7 @@ std::string PlanetReport::mass_text(const toliman_planet &planet) const {
 }
 
 std::string PlanetReport::planet_text(size_t index) const {
-    const toliman_planet &planet = search.candidates[index];
+    const toliman_planet_candidate &planet = search.candidates[index];
     const bool uas = search.unit.in_uas();
     const std::string unit = uas ? "uas" : search.unit.name;
     std::string text =
@@ -91,7 +91,7 @@ std::string PlanetReport::planet_text(size_t index) const {
 std::string PlanetReport::candidate_text() const {
     if (search.fitted() == search.candidates.size())
         return "";
-    const toliman_planet &next = search.candidates.back();
+    const toliman_planet_candidate &next = search.candidates.back();
     const Apart bayes = apart(next.log10_bayes, search.options.threshold, 3);
     return formatted("candidate   period %.6g d, log10 Bayes factor %s below the threshold %s: not a planet; log10 FAP "
                      "%.2f\n",
@@ -198,7 +198,7 @@ std::vector<double> PlanetReport::in_uas(const double (&points)[3]) const {
 }
 
 Json PlanetReport::planet_json(size_t index) const {
-    const toliman_planet &planet = search.candidates[index];
+    const toliman_planet_candidate &planet = search.candidates[index];
     std::vector<std::vector<double>> correlation;
     for (size_t i = 0; i < 5; i++)
         correlation.emplace_back(planet.correlation + 5 * i, planet.correlation + 5 * (i + 1));

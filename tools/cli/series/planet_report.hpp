@@ -28,7 +28,7 @@ struct PlanetReport {
     std::string candidate_text() const;
     std::string fit_text() const;
     std::string outlier_text() const;
-    std::string mass_text(const toliman_planet &planet) const;
+    std::string mass_text(const toliman_planet_candidate &planet) const;
     std::string axis_text() const;
     std::string limits_text() const;
     std::string amplitude_text(double value) const; // with its unit

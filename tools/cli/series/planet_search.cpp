@@ -149,7 +149,9 @@ StarData PlanetOptions::stars(const StarData &system) const {
 }
 
 size_t PlanetSearch::fitted() const noexcept {
-    const auto is_fitted = [](const toliman_planet &one) { return (one.reasons & TOLIMAN_PLANET_REASON_ODDS) == 0; };
+    const auto is_fitted = [](const toliman_planet_candidate &one) {
+        return (one.reasons & TOLIMAN_PLANET_REASON_ODDS) == 0;
+    };
     return static_cast<size_t>(std::count_if(candidates.begin(), candidates.end(), is_fitted));
 }
 
@@ -174,14 +176,14 @@ PlanetSearch find_planets(const Series &series, const PlanetOptions &options, co
     try {
         const toliman::measurements given =
             measure_of(series, unit.is_velocity ? TOLIMAN_MEASURE_VELOCITY : TOLIMAN_MEASURE_REDUCED, unit.factor);
-        search.handle = toliman::make<toliman::planet_set>(toliman_planet_search, given.get(), &search.options);
+        search.handle = toliman::make<toliman::planet_set>(toliman_planet_create, given.get(), &search.options);
     } catch (const toliman::error &error) {
         fail(error, series);
     }
     search.info = info_from<toliman_planet_info>(toliman_planet_get_info, search.handle.get());
     for (int64_t i = 0; i < search.info.candidates; i++) {
-        search.candidates.push_back(toliman::sized<toliman_planet>());
-        toliman::check(toliman_planet_get(search.handle.get(), i, &search.candidates.back()));
+        search.candidates.push_back(toliman::sized<toliman_planet_candidate>());
+        toliman::check(toliman_planet_get_candidate(search.handle.get(), i, &search.candidates.back()));
     }
     search.outliers.resize(search.info.outliers);
     toliman::check(toliman_planet_get_outliers(search.handle.get(), search.outliers.size(), search.outliers.data()));

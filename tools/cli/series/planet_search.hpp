@@ -51,8 +51,8 @@ struct PlanetSearch {
     ValueUnit unit;
     toliman_planet_options options; // as the library received them
     toliman_planet_info info;
-    std::vector<toliman_planet> candidates; // as they were found
-    std::vector<int64_t> outliers;          // indices of the samples that do not belong
+    std::vector<toliman_planet_candidate> candidates; // as they were found
+    std::vector<int64_t> outliers;                    // indices of the samples that do not belong
 
     // The first candidates: those of the joint fit, whose odds reach the threshold.
     size_t fitted() const noexcept;
