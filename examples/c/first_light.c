@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include <toliman/toliman.h>
+#include <toliman/core.h>
 
 static void check(toliman_status status) {
     if (status == TOLIMAN_OK)

@@ -23,5 +23,5 @@ program state
     call reduced%load_file(trim(folder))
     call planets%create(reduced)
     call planets%get_info(found)
-    print '(a, f0.3, a, i0, a)', 'orbit: chi-square ', fit%chi_square, '; ', found%planets, ' planets'
+    print '(a, f5.3, a, i0, a)', 'orbit: chi-square ', fit%chi_square, '; ', found%planets, ' planets'
 end program

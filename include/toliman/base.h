@@ -1,6 +1,7 @@
 /* libtoliman, base: status codes, error messages, callbacks, memory, versions, machine.
  *
- * Data flow: one header per module. The first comment of each header shows its functions.
+ * Data flow: one header per module. The first comment of each header shows its functions. core.h: the few that suffice
+ * for a start.
  *
  *   scene.json -> sim.h -> frames -> cae.h, linear.h -> latent, px -> period.h -> period, false alarm probability
  *                             ^                                           ^

@@ -90,7 +90,8 @@ typedef struct toliman_measure_options {
     size_t leap_second_count;
     uint32_t flags; /* TOLIMAN_SERIES_PLAIN_TIMES */
     uint32_t reserved;
-    double unit;        /* as toliman_measure_data; of a state folder: arcsec per px instead of its own plate scale */
+    double unit; /* as toliman_measure_data; of a state folder: arcsec per px instead of its own plate scale, not for
+                          reduced frames */
     double exposure_s;  /* length of each exposure, whose middle is t, s; 0: not known. Times must be dates. Not for
                           state folders */
     toliman_log_fn log; /* receives warnings; may be NULL */

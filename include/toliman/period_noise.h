@@ -7,7 +7,7 @@
  *     (measure.h)        | rho
  *                        v
  *                      query_noise_bootstrap -> log10(1 - power) of the highest peak of each resampling
- *   (toliman_period_noise_options_init, toliman_period_noise_bootstrap_options_init)
+ *   (toliman_period_: noise_options_init, noise_bootstrap_options_init)
  *
  * Model        y = c_0 + sum over j of c_j b_j + a cos(2 pi f t) + b sin(2 pi f t) + noise, with the k functions b_j
  *              of the series. All coefficients are fitted together at each frequency.

@@ -7,7 +7,7 @@
  *   TAI times [count]          -> predict --------+-> toliman_sky_prediction [count]
  *   on-target intervals [count] -> predict_mean --+-> toliman_sky_prediction
  *   exposures [count]           -> predict_mean_many -> toliman_sky_prediction [count]
- *   measured separations       -> reduce ---------+-> reduced separations (both measure.h)
+ *   measured separations       -> reduce ---------+-> reduced separations (both measure.h; reduce_options_init)
  *   measured separations       -> refit ----------+-> toliman_sky with another orbit -> save_file -> system file
  *                                                 +-> set_columns -> toliman_period_options (period_nuisance.h)
  *                                                 +-> diagnose (sky_diagnosis.h)

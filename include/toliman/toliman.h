@@ -8,6 +8,7 @@
 #include <toliman/cae.h>
 #include <toliman/calibrate.h>
 #include <toliman/components.h>
+#include <toliman/core.h>
 #include <toliman/fit.h>
 #include <toliman/frame.h>
 #include <toliman/goodness.h>

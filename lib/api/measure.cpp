@@ -107,6 +107,8 @@ measure::Series series_of(std::string_view bytes, const char *name, const tolima
     lines.leap_second_count = options.leap_second_count;
     lines.name = name;
     check_exposure(options.exposure_s);
+    if ((options.flags & ~TOLIMAN_SERIES_PLAIN_TIMES) != 0)
+        fail(Status::argument, "{options->flags} = 0x%x: must be 0 or TOLIMAN_SERIES_PLAIN_TIMES", options.flags);
     measure::Text text = measure::read_text(bytes, series_options(lines));
     measure::Series &series = text.series;
     series.kind = kMeasureKinds.to_enum_or(options.kind, measure::Kind::value, "options->kind");
@@ -125,6 +127,10 @@ measure::Series series_of(std::string_view bytes, const char *name, const tolima
 bool is_folder(const char *path) {
     std::error_code unknown;
     return std::filesystem::is_directory(path, unknown);
+}
+
+bool has_length(const sky::Exposure &exposure) noexcept {
+    return exposure.intervals.front().start_ns != exposure.intervals.back().end_ns;
 }
 
 int64_t known_function(const measure::Series &series, int64_t index, const char *name) {
@@ -147,6 +153,26 @@ std::vector<double> function_values(const measure::Series &series, size_t f) {
     for (size_t i = 0; i < series.count(); i++)
         values.push_back(rows[i * series.functions() + f]);
     return values;
+}
+
+// Names of get_values() that no column may have.
+bool is_reserved(const std::string &name) {
+    static const char *const names[] = {"t",
+                                        "y",
+                                        "sigma",
+                                        "position_angle_deg",
+                                        "separation_arcsec",
+                                        "factor",
+                                        "geometric_arcsec",
+                                        "T1",
+                                        "T2",
+                                        "T3",
+                                        "T4",
+                                        "T5",
+                                        "T6",
+                                        "T7",
+                                        "T8"};
+    return std::find(std::begin(names), std::end(names), name) != std::end(names);
 }
 
 const std::vector<double> *member_of(const measure::Series &series, const std::string &name) {
@@ -235,8 +261,8 @@ toliman_status toliman_measure_set_trend(toliman_measure *measure, int32_t order
         if (order < 0 || order > most)
             fail(Status::argument, "{order} = %d: must be in [0, %lld], as there are at most %zu functions", order,
                  static_cast<long long>(most), measure::kMostFunctions);
-        if (!std::isfinite(start) || !std::isfinite(end))
-            fail(Status::argument, "{start} = %g, end = %g: must be finite", start, end);
+        if (!(std::fabs(start) <= 1e100) || !(std::fabs(end) <= 1e100))
+            fail(Status::argument, "{start} = %g, end = %g: must be finite and at most 1e100", start, end);
         series.set_trend(order, start, end);
     });
 }
@@ -250,6 +276,8 @@ toliman_status toliman_measure_add_column(toliman_measure *measure, const char *
         required_array(values, n, sizeof *values, "values");
         if (n != series.count())
             fail(Status::argument, "{n} = %zu: must be %zu, the number of samples", n, series.count());
+        if (is_reserved(column.name))
+            fail(Status::argument, "{name} = \"%.64s\": is a name of the series itself, or of a polynomial", name);
         for (size_t f = 0; f < series.functions(); f++)
             if (series.function_name(f) == column.name)
                 fail(Status::argument, "{name} = \"%.64s\": is the name of another function", name);
@@ -291,7 +319,7 @@ toliman_status toliman_measure_get_info(const toliman_measure *measure, toliman_
             info.time_scale = kScales.to_constant(series.dates->scale);
         }
         info.is_weighted = series.sigma.empty() ? 0 : 1;
-        info.has_exposures = series.exposures.empty() ? 0 : 1;
+        info.has_exposures = std::any_of(series.exposures.begin(), series.exposures.end(), has_length) ? 1 : 0;
         info.trend_start = series.trend.start;
         info.trend_end = series.trend.end;
         info.unit = series.unit;

@@ -26,6 +26,8 @@ class Search {
         grid_.nf = nf;
         grid_.sigma_ceiling = grid_.sigma_floor;
         grid_.check();
+        if (series.kind == measure::Kind::separation)
+            fail(Status::argument, "{series}: is of measured separations: reduce them by toliman_sky_reduce");
         for (size_t f = 0; f < series.functions(); f++)
             precision_.push_back(series.precision(f));
     }

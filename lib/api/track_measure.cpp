@@ -45,6 +45,9 @@ measure::Series series_of(const toliman_track &track, const toliman_measure_opti
              toliman_measure_kind_name(kMeasureKinds.to_constant(series.kind)));
     if (!(options.unit >= 0 && options.unit <= 1e100))
         fail(Status::argument, "{options->unit} = %g: must be in (0, 1e100], or 0", options.unit);
+    if (series.kind == measure::Kind::reduced && options.unit != 0 && options.unit != series.unit)
+        fail(Status::argument, "{options->unit} = %g: must be 0 for reduced frames: that of the reduction is %g arcsec",
+             options.unit, series.unit);
     if (options.unit != 0)
         series.unit = options.unit;
     series.name = track.folder;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "base/error.hpp"
 #include "measure/reduction.hpp"
@@ -13,6 +15,7 @@ namespace toliman::measure {
 namespace {
 
 constexpr double kNsPerDay = 86400e9;
+constexpr double kRounding = 1e-10; // days, of a Modified Julian Day
 
 double number(const track::Columns &columns, size_t column, const track::Record &record) noexcept {
     return columns.all()[column].number(record.cells[column]);
@@ -99,51 +102,103 @@ Series values_of(const track::Tracker &tracker, const period::Grid &grid) {
         return mjd_of(grid.time_offset_ns) + t * (static_cast<double>(grid.unit_ns) / kNsPerDay);
     };
     if (grid.basis.trend > 0) {
-        series.set_trend(grid.basis.trend, date(grid.basis.start), date(grid.basis.end));
+        const auto [first, last] = std::minmax_element(series.t.begin(), series.t.end());
+        const auto rounded = [](double end, double t) { return std::fabs(end - t) < kRounding ? t : end; };
+        series.set_trend(grid.basis.trend, rounded(date(grid.basis.start), *first),
+                         rounded(date(grid.basis.end), *last));
         std::copy_n(grid.basis.precision.begin() + 1, series.trend.precision.size(), series.trend.precision.begin());
     }
     set_system(reference, series);
     return series;
 }
 
+namespace {
+
+// What the frames of a tracker have in the columns of its ledger.
+class Frames {
+  public:
+    explicit Frames(const track::Tracker &tracker)
+        : tracker_(tracker), separation_(find(track::kMeasured)),
+          exposure_(find(name_of(track::OwnColumn::exposure_s))), shift_(find(name_of(track::OwnColumn::shift_s))),
+          listed_(find(name_of(track::OwnColumn::intervals))) {
+        if (!has(separation_) || !has(exposure_))
+            fail(Status::not_found, "has no column %s: must have frames measured by a fit", track::kMeasured);
+    }
+
+    // Not a number, 0 or negative where the fit failed.
+    double separation(const track::Record &record) const noexcept { return number(columns(), separation_, record); }
+
+    // None if the time on target is not known. place: number of the record.
+    std::optional<sky::Exposure> exposure(const track::Record &record, const track::Outcome &outcome,
+                                          uint64_t place) const {
+        const double own_s = number(columns(), exposure_, record),
+                     listed = has(listed_) ? number(columns(), listed_, record) : 0;
+        // Without the column, frames that came with intervals are those whose middle was shifted.
+        const bool is_lost = listed < 0 || (!has(listed_) && has(shift_) && number(columns(), shift_, record) != 0);
+        if (is_lost || outcome.flaw.reason == track::Reason::no_intervals)
+            return std::nullopt;
+        std::vector<double> intervals;
+        if (listed > 0 && !read(place, intervals))
+            return std::nullopt;
+        track::OnTarget on_target;
+        if (!find_on_target(record.camera_ns, own_s > 0 ? own_s : tracker_.plan().timing.exposure_s, intervals.data(),
+                            intervals.size() / 2, tracker_.plan().clock, on_target))
+            return std::nullopt;
+        return exposure_of(on_target);
+    }
+
+  private:
+    const track::Columns &columns() const noexcept { return tracker_.columns(); }
+    size_t find(const char *name) const noexcept { return columns().find(name); }
+    bool has(size_t column) const noexcept { return column < columns().count(); }
+
+    // False if their records are damaged, or were not kept, as by a tracker in memory.
+    bool read(uint64_t place, std::vector<double> &intervals) const {
+        try {
+            intervals = tracker_.intervals_of(place);
+            return true;
+        } catch (const Error &error) {
+            if (error.status() != Status::lost && error.status() != Status::state)
+                throw;
+            return false;
+        }
+    }
+
+    const track::Tracker &tracker_;
+    size_t separation_, exposure_, shift_, listed_;
+};
+
+} // namespace
+
 Series separations_of(const track::Tracker &tracker) {
-    const track::Columns &columns = tracker.columns();
-    const track::Plan &plan = tracker.plan();
-    const size_t separation = columns.find(track::kMeasured),
-                 exposure = columns.find(name_of(track::OwnColumn::exposure_s)),
-                 listed = columns.find(name_of(track::OwnColumn::intervals));
-    if (separation == columns.count() || exposure == columns.count())
-        fail(Status::not_found, "has no column %s: must have frames measured by a fit", track::kMeasured);
+    const Frames frames(tracker);
     Series series;
     series.kind = Kind::separation;
     series.dates = Dates{ingest::TimeFormat::mjd, ingest::Scale::tai};
-    series.unit = plan.reference.scale_arcsec;
+    series.unit = tracker.plan().reference.scale_arcsec;
+    std::vector<double> chi_squares;
     uint64_t place = 0;
     tracker.visit(0, tracker.records(), [&](const track::Record &record, const track::Outcome &outcome) {
         const uint64_t at = place++;
         if (!is_measured(outcome.verdict))
             return;
-        const double own_s = number(columns, exposure, record);
-        std::vector<double> intervals;
-        if (listed < columns.count() && number(columns, listed, record) > 0)
-            intervals = tracker.intervals_of(at);
-        const bool is_lost = listed < columns.count() && number(columns, listed, record) < 0;
-        track::OnTarget on_target;
-        const bool is_known = !is_lost && outcome.flaw.reason != track::Reason::no_intervals &&
-                              find_on_target(record.camera_ns, own_s > 0 ? own_s : plan.timing.exposure_s,
-                                             intervals.data(), intervals.size() / 2, plan.clock, on_target);
-        if (!is_known) {
+        std::optional<sky::Exposure> exposure = frames.exposure(record, outcome, at);
+        const double separation = frames.separation(record);
+        if (!exposure || !(separation > 0 && std::isfinite(separation))) {
             series.left_out++;
             return;
         }
-        series.tai_ns.push_back(record.tai_ns);
-        series.t.push_back(mjd_of(record.tai_ns));
-        series.y.push_back(number(columns, separation, record));
+        series.tai_ns.push_back(outcome.tai_ns);
+        series.t.push_back(mjd_of(outcome.tai_ns));
+        series.y.push_back(separation);
         series.sigma.push_back(record.sigma);
-        series.exposures.push_back(exposure_of(on_target));
+        series.exposures.push_back(std::move(*exposure));
+        if (outcome.goodness.chi_square > 0)
+            chi_squares.push_back(outcome.goodness.chi_square);
     });
     if (series.t.empty())
         fail(Status::not_found, "has no accepted or unreduced frame whose time on target is known");
+    series.frame_chi_square = middle_of(std::move(chi_squares));
     return series;
 }
 

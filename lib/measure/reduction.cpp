@@ -41,13 +41,13 @@ void check_unit(std::vector<double> ratios) {
 void check_measured(const Series &measured) {
     if (measured.kind != Kind::separation)
         fail(Status::argument,
-             "{measure}: its kind must be TOLIMAN_MEASURE_SEPARATION: separations as they were measured");
+             "{measured}: its kind must be TOLIMAN_MEASURE_SEPARATION: separations as they were measured");
     if (measured.count() == 0)
-        fail(Status::argument, "{measure}: has no samples");
+        fail(Status::argument, "{measured}: has no samples");
     if (!(measured.unit > 0))
-        fail(Status::argument, "{measure}: its unit is not known: must be arcsec per unit of its values");
+        fail(Status::argument, "{measured}: its unit is not known: must be arcsec per unit of its values");
     if (measured.exposures.empty())
-        fail(Status::argument, "{measure}: its exposures are not known: must have intervals, or dates and exposure_s");
+        fail(Status::argument, "{measured}: its exposures are not known: must have intervals, or dates and exposure_s");
 }
 
 std::vector<sky::Reduced> reduced_of(const Series &measured, const sky::Predictor &predictor) {
@@ -131,7 +131,7 @@ Reduction reduce(const Series &measured, const sky::Predictor &predictor, double
         seen.push_back(prediction);
     }
     if (series.t.empty())
-        fail(Status::range, "{measure}: the observer is not known for the time of any sample");
+        fail(Status::range, "{measured}: the observer is not known for the time of any sample");
     check_unit(std::move(ratios));
     series.position_angle_deg = std::move(angles);
     set_stars(predictor.system(), series);
@@ -144,7 +144,7 @@ Reduction reduce(const Series &measured, const sky::Predictor &predictor, double
 std::vector<sky::Measurement> measurements_of(const Series &measured) {
     check_measured(measured);
     if (measured.sigma.empty())
-        fail(Status::argument, "{measure}: has no sigma: must have the standard deviation of each separation");
+        fail(Status::argument, "{measured}: has no sigma: must have the standard deviation of each separation");
     std::vector<sky::Measurement> measurements;
     measurements.reserve(measured.count());
     for (size_t i = 0; i < measured.count(); i++)
@@ -158,14 +158,17 @@ std::vector<sky::Measurement> covered(const sky::Predictor &predictor, std::vect
     const auto is_missing = [&](const sky::Measurement &measurement) {
         try {
             place++;
-            return mean_over(predictor, measurement.exposure).outcome == sky::ExposureMean::Outcome::no_state;
+            const sky::ExposureMean mean = mean_over(predictor, measurement.exposure);
+            if (mean.outcome == sky::ExposureMean::Outcome::unknown)
+                fail(Status::argument, "{intervals}: %s", mean.why.c_str());
+            return mean.outcome == sky::ExposureMean::Outcome::no_state;
         } catch (const Error &error) {
             fail_within(error, error.status(), "measurement %zu: %s", place - 1, error.what());
         }
     };
     measurements.erase(std::remove_if(measurements.begin(), measurements.end(), is_missing), measurements.end());
     if (measurements.empty())
-        fail(Status::range, "{measure}: the observer is not known for the time of any sample");
+        fail(Status::range, "{measured}: the observer is not known for the time of any sample");
     return measurements;
 }
 

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 
 namespace toliman::measure {
 
@@ -143,7 +143,7 @@ std::vector<int64_t> tai_of(const Series &series) {
     const ingest::LeapSeconds none({});
     for (const double t : series.t) {
         char text[40];
-        std::snprintf(text, sizeof text, "%.17g", t);
+        print_text(text, sizeof text, "%.17g", t);
         times.push_back(ingest::parse_time(text, ingest::TimeFormat::mjd, series.dates->scale, none));
     }
     return times;

@@ -2,11 +2,11 @@
 // times then have the same rules in every format.
 #include "measure/text.hpp"
 
-#include <cstdio>
 #include <cstring>
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 #include "frame/npy.hpp"
 
 namespace toliman::measure {
@@ -37,7 +37,7 @@ class Reader {
             series_.dates = Dates{*format, parser_.scale()};
         Text text = {std::move(series_), ""};
         if (parser_.truncated())
-            text.warning = name + ":" + std::to_string(parser_.lines()) +
+            text.warning = (name.empty() ? "series" : name) + ":" + std::to_string(parser_.lines()) +
                            ": has no newline at its end; its last number may be truncated";
         return text;
     }
@@ -77,7 +77,8 @@ Text read_table(std::string_view bytes, ingest::SeriesOptions options) {
     const size_t rows = header.shape[0];
     if (rows > (bytes.size() - at) / (cols * sizeof(double)))
         fail(Status::format, "{%s}: is truncated: it is shorter than its header states", name.c_str());
-    options.columns.clear();
+    if (!options.columns.empty())
+        fail(Status::argument, "{options->columns}: must be NULL for a .npy table, whose columns have no names");
     options.name.clear();
     Reader reader(options);
     reader.read(cols == 3 ? "t,y,sigma\n" : "t,y\n");
@@ -85,10 +86,10 @@ Text read_table(std::string_view bytes, ingest::SeriesOptions options) {
         double row[3];
         next(row, cols * sizeof *row);
         char line[100];
-        const int size = cols == 3 ? std::snprintf(line, sizeof line, "%.17g,%.17g,%.17g\n", row[0], row[1], row[2])
-                                   : std::snprintf(line, sizeof line, "%.17g,%.17g\n", row[0], row[1]);
+        const size_t size = cols == 3 ? print_text(line, sizeof line, "%.17g,%.17g,%.17g\n", row[0], row[1], row[2])
+                                      : print_text(line, sizeof line, "%.17g,%.17g\n", row[0], row[1]);
         try {
-            reader.read({line, static_cast<size_t>(size)});
+            reader.read({line, size});
         } catch (const Error &error) {
             fail_within(error, error.status(), "{%s}: row %zu, %s", name.c_str(), i, error.what());
         }

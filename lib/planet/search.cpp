@@ -38,8 +38,8 @@ Size size_of(const Series &series) {
     if (const size_t function = design.dependent(); function < series.functions.size()) {
         const bool is_column = function > series.trend;
         fail(Status::argument,
-             is_column ? "{series->rows}: column %zu is a combination of the functions before it"
-                       : "{series->trend}: T_%zu is a combination of the functions before it",
+             is_column ? "{series}: column %zu is a combination of the functions before it"
+                       : "{series}: T_%zu is a combination of the functions before it",
              is_column ? function - series.trend - 1 : function);
     }
     double weight = 0, square = 0;
@@ -65,7 +65,7 @@ void set_periods(Settings &settings) {
 Settings settled(const Series &series, Settings settings) {
     const Size size = size_of(series);
     if (series.median_sigma == 0 && !(size.rms > 0))
-        fail(Status::argument, "{series->y}: the functions describe all values: no jitter can be fitted");
+        fail(Status::argument, "{series}: the functions describe all values: no jitter can be fitted");
     set_periods(settings);
     const Units &units = settings.units;
     if (settings.amplitude_max == 0) {

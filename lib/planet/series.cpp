@@ -16,13 +16,13 @@ constexpr double kMostValue = 1e100;
 void check(const char *name, const double *values, size_t n) {
     for (size_t i = 0; i < n; i++)
         if (!(std::fabs(values[i]) <= kMostValue))
-            fail(Status::argument, "{series->%s}[%zu] = %g: must be finite and at most 1e100", name, i, values[i]);
+            fail(Status::argument, "{series}: %s[%zu] = %g: must be finite and at most 1e100", name, i, values[i]);
 }
 
 void check_sigmas(const double *sigma, size_t n) {
     for (size_t i = 0; i < n; i++)
         if (!(sigma[i] >= 1e-100 && sigma[i] <= kMostValue))
-            fail(Status::argument, "{series->sigma}[%zu] = %g: must be in [1e-100, 1e100]", i, sigma[i]);
+            fail(Status::argument, "{series}: sigma[%zu] = %g: must be in [1e-100, 1e100]", i, sigma[i]);
 }
 
 double median(std::vector<double> values) {
@@ -71,13 +71,13 @@ void add_trend(const GivenSeries &given, Series &series) {
         end = *std::max_element(given.t, given.t + given.n);
     }
     if (given.trend > 0 && !(start < end))
-        fail(Status::argument, "{series->trend_start} = %.9g: must be below trend_end = %.9g", start, end);
+        fail(Status::argument, "{series}: trend_start = %.9g: must be below trend_end = %.9g", start, end);
     for (int32_t order = 1; order <= given.trend; order++) {
         Function function;
         function.values.assign(series.rows, 0.0);
         for (size_t i = 0; i < given.n; i++) {
             if (given.t[i] < start || given.t[i] > end)
-                fail(Status::argument, "{series->t}[%zu] = %.9g: outside the span of the trend, %.9g to %.9g", i,
+                fail(Status::argument, "{series}: t[%zu] = %.9g: outside the span of the trend, %.9g to %.9g", i,
                      given.t[i], start, end);
             const double x = std::clamp(((given.t[i] - start) - (end - given.t[i])) / (end - start), -1.0, 1.0);
             function.values[i] = std::cos(order * std::acos(x));
@@ -101,7 +101,7 @@ void set_priors(const GivenSeries &given, Series &series) {
     for (size_t j = 0; j < series.functions.size(); j++) {
         const double precision = given.precision[j];
         if (!(precision >= 0 && precision <= kMostValue))
-            fail(Status::argument, "{series->prior_precision}[%zu] = %g: must be in [0, 1e100]", j, precision);
+            fail(Status::argument, "{series}: prior_precision[%zu] = %g: must be in [0, 1e100]", j, precision);
         series.functions[j].precision = precision;
     }
 }
@@ -116,7 +116,7 @@ Series::Series(const GivenSeries &given) : n(given.n), velocity(given.velocity) 
     check("rows", given.rows, n * static_cast<size_t>(given.columns));
     const size_t needed = 7 + static_cast<size_t>(given.trend) + static_cast<size_t>(given.columns);
     if (n < needed)
-        fail(Status::state, "{series->n} = %zu: must be at least %zu, the number of functions and 6", n, needed);
+        fail(Status::state, "{series}: n = %zu: must be at least %zu, the number of functions and 6", n, needed);
     rows = (n + kernels::kRowLanes - 1) / kernels::kRowLanes * kernels::kRowLanes;
     time_reference = mean(given.t, given.sigma, n);
     trend = static_cast<size_t>(given.trend);
@@ -133,7 +133,7 @@ Series::Series(const GivenSeries &given) : n(given.n), velocity(given.velocity) 
     span = *std::max_element(t.begin(), t.begin() + static_cast<std::ptrdiff_t>(n)) -
            *std::min_element(t.begin(), t.begin() + static_cast<std::ptrdiff_t>(n));
     if (!(span > 0))
-        fail(Status::argument, "{series->t}: all times are %.9g: must differ", given.t[0]);
+        fail(Status::argument, "{series}: all times are %.9g: must differ", given.t[0]);
     median_sigma = given.sigma != nullptr ? median({given.sigma, given.sigma + n}) : 0;
     if (given.position_angle_deg != nullptr)
         set_axis(given, *this);

@@ -160,14 +160,14 @@ Refit fit(const Predictor &reference, const std::vector<Measurement> &measuremen
         for (size_t i = 0; i < kAll; i++)
             if (!(std::fabs(moved[i]) <= kFarthest))
                 fail(Status::argument,
-                     "{separations_arcsec}: the fit moves %s by %.3g standard deviations: must be at most 10; check "
+                     "{measured}: the fit moves %s by %.3g standard deviations: must be at most 10; check "
                      "system, unit (arcsec), times and plate scale",
                      kNames[i], std::fabs(moved[i]));
         const Orbit &orbit = out.system.value.orbit;
         if (!(orbit.eccentricity >= 0 && orbit.eccentricity <= kMostEccentricity && orbit.period_years > 0 &&
               orbit.semi_major_arcsec > 0 && orbit.inclination_deg >= 0 && orbit.inclination_deg <= 180))
             fail(Status::argument,
-                 "{separations_arcsec}: no orbit near that of the system has them: eccentricity %g, "
+                 "{measured}: no orbit near that of the system has them: eccentricity %g, "
                  "semi-major axis %g arcsec, period %g years, inclination %g deg",
                  orbit.eccentricity, orbit.semi_major_arcsec, orbit.period_years, orbit.inclination_deg);
         out.scale = moved[kScale] * sigma[kScale];
@@ -178,7 +178,7 @@ Refit fit(const Predictor &reference, const std::vector<Measurement> &measuremen
     if (std::fabs(periastron) > 360)
         periastron -= std::copysign(360, periastron);
     if (longest > kStill)
-        fail(Status::argument, "{separations_arcsec}: the fit does not converge");
+        fail(Status::argument, "{measured}: the fit does not converge");
     const Step last = step_at(Predictor(out.system, reference), measurements, sigma, out.scale, jitter);
     out.rms_arcsec = std::sqrt(last.squares / static_cast<double>(measurements.size()));
     set_goodness(last.residuals, measurements, determined, out);

@@ -62,6 +62,8 @@ void Records::visit(uint64_t first, uint64_t most, const EachRecord &each) const
 }
 
 std::vector<double> Records::intervals_of(uint64_t number) const {
+    if (!ledger_)
+        fail(Status::state, "a tracker in memory keeps no intervals");
     const size_t column = columns_.find(name_of(OwnColumn::intervals)), pairs = columns_.count() / 2;
     const Record frame = ledger_->read(number);
     const auto count = column < columns_.count() ? static_cast<int64_t>(frame.cells[column]) : 0;

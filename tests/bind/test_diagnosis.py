@@ -137,7 +137,7 @@ class Times(unittest.TestCase):
         found, all_of_them = self.sky.diagnose(self.exposures[:19], measured(self.sky, self.exposures)[:19] + 1e-3, SIGMA)
         self.assertEqual((found.used, found.cause), (19, "none"))
         self.assertTrue(math.isnan(all_of_them["scale"].value))
-        with self.assertRaisesRegex(toliman.InputError, "measure: has no samples"):
+        with self.assertRaisesRegex(toliman.InputError, "measured: has no samples"):
             self.sky.diagnose(self.exposures[:0], [], [])
 
     def test_refused_measurements(self):

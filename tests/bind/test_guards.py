@@ -43,7 +43,7 @@ class Separations(unittest.TestCase):
         damaged[10] = math.nan
         with self.assertRaisesRegex(ValueError, r"y\[10\] = nan: must be above 0"):
             self.sky.reduce(self.exposures, damaged)
-        with self.assertRaisesRegex(ValueError, "measure: has no samples"):
+        with self.assertRaisesRegex(ValueError, "measured: has no samples"):
             self.sky.reduce(self.exposures[:0], [])
 
 

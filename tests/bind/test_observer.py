@@ -232,13 +232,13 @@ class Files(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "tai_ns: must be a time or a pair for each measurement, or an array"):
             self.sky.reduce([exposures[0], exposures[:2]], 9.8)
         self.assertEqual(self.sky.refit(exposures, 9.8, 1)[1].left_out, 2)
-        with self.assertRaisesRegex(toliman.InputError, "measure: the observer is not known for the time of any sample"):
+        with self.assertRaisesRegex(toliman.InputError, "measured: the observer is not known for the time of any sample"):
             self.sky.refit(exposures[[1, 3]], 9.8, 1)
         with self.assertRaisesRegex(ValueError, "on_target=False: must have one interval"):
             self.sky.reduce([exposures[:2]], 9.8, on_target=False)
         with self.assertRaisesRegex(toliman.Error, "measurement 0: time = "):  # not a matter of the file
             self.sky.reduce([[-(2**62), 1 - 2**62]], 9.8, on_target=True)
-        with self.assertRaisesRegex(toliman.InputError, "measure: has no samples"):
+        with self.assertRaisesRegex(toliman.InputError, "measured: has no samples"):
             self.sky.reduce([], [])
 
     def test_scenes(self):

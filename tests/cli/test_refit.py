@@ -117,7 +117,7 @@ class Refit(ProgramTest):
         self.assertRegex(done.stdout, "\noutliers    1\n")
 
     def test_no_measurements(self):
-        with self.assertRaisesRegex(toliman.InputError, "measure: has no samples"):
+        with self.assertRaisesRegex(toliman.InputError, "measured: has no samples"):
             toliman.Sky(altitude_km=600).refit(numpy.empty((0, 2), numpy.int64), [], [])
 
     def test_a_wrong_plate_scale(self):

@@ -106,7 +106,7 @@ class RefitState(ProgramTest):
         self.track("s", "--system", "wrong.json", "--observer", "definitive.csv")
         found = json.loads(self.succeed("refit", "wrong.json", "s", "--observer", "definitive.csv", "--json"))
         self.assertEqual((found["n"], found["unreduced"]), (FRAMES, 0))
-        self.assertLess(found["rms_uas"], 1)
+        self.assertLess(found["rms_uas"], 3)  # the noise of a frame is 2
 
     def test_mistakes(self):
         self.track("s", "--system", "alpha-cen", "--observer", "definitive.csv")

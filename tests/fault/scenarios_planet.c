@@ -74,7 +74,7 @@ static toliman_status options_init(attempt *a) {
 static toliman_status get_info(attempt *a) {
     return toliman_planet_get_info(a->object, (void *)a->out);
 }
-static toliman_status get(attempt *a) {
+static toliman_status get_candidate(attempt *a) {
     return toliman_planet_get_candidate(a->object, 0, (void *)a->out);
 }
 static toliman_status get_samples(attempt *a) {
@@ -116,7 +116,7 @@ static const scenario all[] = {
     {.function = "toliman_planet_options_init", .call = options_init},
     ON_ONE(destroy, 0),
     ON_ONE(get_info, sizeof(toliman_planet_info)),
-    ON_ONE(get, sizeof(toliman_planet_candidate)),
+    ON_ONE(get_candidate, sizeof(toliman_planet_candidate)),
     ON_ONE(get_samples, 0),
     ON_ONE(get_signal, 0),
     ON_ONE(get_residuals, 0),

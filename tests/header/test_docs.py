@@ -16,7 +16,7 @@ import model
 SYMBOLS = re.findall(r"\b(toliman_\w+);", (ROOT / "lib/api/toliman.sym").read_text())
 HEADERS = sorted(path.stem for path in (ROOT / "include/toliman").glob("*.h") if path.stem not in ("toliman", "export"))
 DOCS = {item.name: item.doc for item in model.read(ROOT).items}
-MODULES = "sim|cae|calibration|bank|linear|fit|components|mask|ingest|period|planet|series|sky|track"
+MODULES = "measure|sim|cae|calibration|bank|linear|fit|components|mask|ingest|period|planet|series|sky|track"
 
 
 def make(output, top=ROOT):
@@ -61,6 +61,16 @@ class Reference(unittest.TestCase):
         for path in pages:
             name = path.stem.replace("struct", "", 1).replace("__", "_")
             self.assert_described(name, path.read_text().split("Detailed Description")[-1])
+
+    def test_the_core_suffices_for_the_first_examples(self):
+        """The 15 functions of its diagram, destructors, properties and the name of a status."""
+        first = (ROOT / "include/toliman/core.h").read_text().split("*/")[0].replace("save_file, load_file", "cae_save_file cae_load_file")
+        core = {name for name in SYMBOLS if re.search(rf"\b{name.removeprefix('toliman_')}\b", first)}
+        self.assertEqual(len(core), 15, core)
+        more = re.compile(r"toliman_(\w+_destroy|\w+_get_info|sim_get_series|status_name|period_query_fit)")
+        for example in ("first_light", "period"):
+            used = set(re.findall(r"\b(toliman_\w+)\(", (ROOT / f"examples/c/{example}.c").read_text()))
+            self.assertEqual({name for name in used - core if not more.fullmatch(name)}, set(), example)
 
     def test_diagrams_have_all_functions_of_their_headers(self):
         drawn = set()

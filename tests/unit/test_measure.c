@@ -166,7 +166,7 @@ static void a_reduction_adds_its_functions(void **state) {
         assert_int_equal(info.columns, weighted ? 7 : 0);
         assert_true(info.parallax_arcsec > 0.7 && info.star_mass[1] > 0.8 && info.unit == 1);
         toliman_measure *again = NULL;
-        assert_fails(toliman_sky_reduce(sky, reduced, NULL, &again), TOLIMAN_E_ARGUMENT, "measure: its kind must be");
+        assert_fails(toliman_sky_reduce(sky, reduced, NULL, &again), TOLIMAN_E_ARGUMENT, "measured: its kind must be");
         toliman_planet *planets = NULL;
         assert_fails(toliman_planet_create(measured, NULL, &planets), TOLIMAN_E_ARGUMENT,
                      "series: is of measured separations: reduce them");
@@ -175,6 +175,8 @@ static void a_reduction_adds_its_functions(void **state) {
     }
     toliman_sky_destroy(sky);
 }
+
+static const char *const kReserved[] = {"t", "y", "sigma", "factor", "position_angle_deg", "T1", "T8"};
 
 static void bad_series_are_refused(void **state) {
     (void)state;
@@ -219,6 +221,12 @@ static void bad_series_are_refused(void **state) {
     assert_fails(load("1,2\n", 4, &long_ones, &made), TOLIMAN_E_ARGUMENT, "options->exposure_s = 1e+09");
     const toliman_measure_options undated = {.struct_size = sizeof undated, .exposure_s = 60};
     assert_fails(load("1,2\n", 4, &undated, &made), TOLIMAN_E_ARGUMENT, "t: the times are plain numbers");
+    const toliman_measure_options growing = {.struct_size = sizeof growing, .flags = TOLIMAN_SERIES_GROWING};
+    assert_fails(load("1,2\n", 4, &growing, &made), TOLIMAN_E_ARGUMENT, "options->flags = 0x1: must be 0 or");
+    char table[600];
+    const toliman_measure_options named = {.struct_size = sizeof named, .columns = "t,y"};
+    assert_fails(load(table, write_npy(table), &named, &made), TOLIMAN_E_ARGUMENT,
+                 "options->columns: must be NULL for");
     assert_fails(toliman_measure_load_file("no/such/file", NULL, &made), TOLIMAN_E_NOT_FOUND, "no/such/file");
     assert_null(made);
     made = measure_of(kTimes, kValues, NULL, N);
@@ -236,6 +244,10 @@ static void bad_series_are_refused(void **state) {
     assert_fails(toliman_measure_add_column(made, "c", kValues, 3, 0), TOLIMAN_E_ARGUMENT, "n = 3: must be 4");
     assert_fails(toliman_measure_add_column(made, "", kValues, N, 0), TOLIMAN_E_ARGUMENT, "name = \"\"");
     assert_fails(toliman_measure_add_column(made, "c", kValues, N, -1), TOLIMAN_E_ARGUMENT, "sigma = -1");
+    for (size_t i = 0; i < sizeof kReserved / sizeof *kReserved; i++)
+        assert_fails(toliman_measure_add_column(made, kReserved[i], kValues, N, 0), TOLIMAN_E_ARGUMENT,
+                     "is a name of the series itself, or of a polynomial");
+    assert_fails(toliman_measure_set_trend(made, 1, -1e300, 1e300), TOLIMAN_E_ARGUMENT, "start = -1e+300");
     assert_ok(toliman_measure_add_column(made, "c", kValues, N, 0));
     assert_fails(toliman_measure_add_column(made, "c", kValues, N, 0), TOLIMAN_E_ARGUMENT, "is the name of another");
     assert_string_equal(toliman_measure_kind_name(TOLIMAN_MEASURE_REDUCED), "reduced");

@@ -94,6 +94,49 @@ static void separations_reduce_to_the_values(void **unused) {
     toliman_measure_destroy(values);
 }
 
+/* It keeps no lists: the time on target of such a frame is not known. */
+static void a_tracker_in_memory_leaves_lists_out(void **unused) {
+    (void)unused;
+    static const double pairs[] = {100, 400, 1500, 1900};
+    toliman_track *const track = reduced_in_memory(orbit, 1, 10);
+    small_frame frame;
+    make_exposed(&frame, 11);
+    frame.frame.exposure_s = 2000;
+    frame.frame.intervals = pairs;
+    frame.frame.interval_count = 2;
+    push_one(track, &frame.frame);
+    const toliman_measure_options options = {.struct_size = sizeof options, .kind = TOLIMAN_MEASURE_SEPARATION};
+    toliman_measure *made = NULL;
+    assert_ok(toliman_track_get_measure(track, &options, &made));
+    assert_true(info_of_measure(made).left_out >= 1 && info_of_measure(made).n > 3);
+    toliman_measure_destroy(made);
+    toliman_track_destroy(track);
+}
+
+/* Times and exposures go through the clock of the rebuilt folder. */
+static void times_are_those_of_a_new_clock(void **unused) {
+    (void)unused;
+    fill_folder(orbit, 1, 10);
+    const int64_t clock[] = {START_NS, START_NS + SECOND_NS, START_NS + 1000000 * SECOND_NS,
+                             START_NS + 1000001 * SECOND_NS};
+    toliman_track_options options = loaded_options(TOLIMAN_TRACK_REBUILD);
+    options.sky = orbit;
+    options.clock = clock;
+    options.clock_points = 2;
+    toliman_track *const track = make_track(&options);
+    assert_ok(toliman_track_save(track));
+    toliman_track_destroy(track);
+    toliman_measure *const values = load(0), *const measured = load(TOLIMAN_MEASURE_SEPARATION);
+    const size_t n = (size_t)info_of_measure(measured).n;
+    int64_t times[2][20];
+    assert_true(n == (size_t)info_of_measure(values).n && n <= 20);
+    assert_ok(toliman_measure_get_times(values, times[0], n));
+    assert_ok(toliman_measure_get_times(measured, times[1], n));
+    assert_memory_equal(times[0], times[1], n * sizeof **times);
+    toliman_measure_destroy(measured);
+    toliman_measure_destroy(values);
+}
+
 static void options_of_files_are_refused(void **unused) {
     (void)unused;
     fill_folder(orbit, 1, 5);
@@ -107,6 +150,7 @@ static void options_of_files_are_refused(void **unused) {
         {{.exposure_s = 1}, "options->exposure_s: must not be given"},
         {{.kind = TOLIMAN_MEASURE_VELOCITY}, "options->kind = 904: the values of the frames are reduced"},
         {{.unit = -1}, "options->unit = -1: must be in (0, 1e100], or 0"},
+        {{.unit = 2}, "options->unit = 2: must be 0 for reduced frames"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_measure_options options = cases[i].options;
@@ -121,6 +165,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(values_are_those_of_the_sums, set_up, tear_down),
         cmocka_unit_test_setup_teardown(separations_reduce_to_the_values, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_tracker_in_memory_leaves_lists_out, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(times_are_those_of_a_new_clock, set_up, tear_down),
         cmocka_unit_test_setup_teardown(options_of_files_are_refused, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, make_skies, destroy_skies);

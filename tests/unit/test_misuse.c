@@ -266,6 +266,7 @@ static const struct {
     DESTROYS(toliman_cae, toliman_cae_destroy),
     DESTROYS(toliman_calibration, toliman_calibration_destroy),
     DESTROYS(toliman_components, toliman_components_destroy),
+    DESTROYS(toliman_measure, toliman_measure_destroy),
     DESTROYS(toliman_fit, toliman_fit_destroy),
     DESTROYS(toliman_ingest, toliman_ingest_destroy),
     DESTROYS(toliman_linear, toliman_linear_destroy),

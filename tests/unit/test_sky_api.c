@@ -206,8 +206,8 @@ static void a_refit_refuses_unknown_exposures(void **state) {
     const double far[MEASURED] = {29.4, 29.7, 30.3}, exact[MEASURED] = {1e-4, 1e-4, 1e-4};
     set_exposures(INT64_C(60000000000));
     assert_fails(refit_of(sky, exposures, ones, far, exact, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
-                 "separations_arcsec: the fit moves ");
-    assert_string_equal(toliman_last_error_field(), "separations_arcsec");
+                 "measured: the fit moves ");
+    assert_string_equal(toliman_last_error_field(), "measured");
     assert_null(fitted);
 }
 
@@ -274,7 +274,7 @@ static void bad_measurements_are_refused(void **state) {
     toliman_measure *const values = measure_of(&good, &good, NULL, 1);
     toliman_measure *made = NULL;
     assert_fails(toliman_sky_reduce(sky, values, NULL, &made), TOLIMAN_E_ARGUMENT,
-                 "measure: its kind must be TOLIMAN_MEASURE_SEPARATION");
+                 "measured: its kind must be TOLIMAN_MEASURE_SEPARATION");
     toliman_sky_prediction seen = {.struct_size = 4};
     assert_fails(toliman_sky_predict_mean_many(sky, exposures, NULL, 1, &seen), TOLIMAN_E_ARGUMENT,
                  "predictions->struct_size = 4");

@@ -25,8 +25,12 @@ std::vector<NuisanceColumn> element_columns(const toliman::tracker &tracker) {
 Series tracked_series(const toliman::tracker &tracker) {
     const toliman_track_options how = settings_of(tracker);
     const std::string name = how.folder != nullptr ? how.folder : "";
+    Series series;
+    series.name = name;
+    if (info_of(tracker).accepted == 0)
+        return series;
     const toliman::measurements measure = accepted_frames(tracker, name);
-    Series series = series_of(measure.get(), name);
+    series = series_of(measure.get(), name);
     std::vector<int64_t> times(series.t.size());
     toliman::check(toliman_measure_get_times(measure.get(), times.data(), times.size()));
     std::transform(times.begin(), times.end(), series.t.begin(), [&](int64_t tai_ns) { return time_of(tai_ns, how); });

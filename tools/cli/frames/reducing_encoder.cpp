@@ -2,12 +2,10 @@
 // on-target intervals are those of the scene's cadence.
 #include "frames/reducing_encoder.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "common/failure.hpp"
-#include "common/measure_values.hpp"
 #include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/dates.hpp"
@@ -73,7 +71,7 @@ class ReducingEncoder final : public Encoder {
     }
 
     std::string line(size_t i) const override {
-        const Row &row = reduced_[i];
+        const Row &row = rows_[i];
         std::string columns = encoder_->line(i) + formatted(",%.17g", mjd_of(times_[i]));
         for (const double number : {row.factor, row.geometric_arcsec, row.reduced_px})
             columns += std::isnan(number) ? ",nan" : formatted(",%.17g", number);
@@ -85,6 +83,11 @@ class ReducingEncoder final : public Encoder {
 
     void end(Progress &progress) const override {
         encoder_->end(progress);
+        if (2 * far_ > frames_)
+            progress.warn(
+                formatted("%zu of %zu measured separations differ from those of the system by more than a factor "
+                          "of 2: are system and --plate-scale right?",
+                          far_, frames_));
         if (unreduced_ > 0)
             progress.warn(formatted("%zu of %zu frames are not reduced, as the observer is not known for their times: ",
                                     unreduced_, frames_) +
@@ -92,6 +95,8 @@ class ReducingEncoder final : public Encoder {
     }
 
   private:
+    static constexpr double kFarthest = 2; // ratio of measured and predicted separations
+
     int64_t time_of(const Separation &measured) const {
         if (!measured.tai_ns)
             malformed(scene_, formatted("a frame at %g days: must be within 100,000 days of time 0, and within 64 bits "
@@ -111,64 +116,31 @@ class ReducingEncoder final : public Encoder {
 
     void reduce(size_t count) {
         std::vector<int64_t> intervals;
-        std::vector<double> days, separations;
-        std::vector<size_t> measured; // frames with a separation
         times_.clear();
         for (size_t i = 0; i < count; i++) {
-            const Separation found = encoder_->separation(i);
-            const int64_t middle = times_.emplace_back(time_of(found));
-            if (std::isnan(found.px))
-                continue;
-            measured.push_back(i);
-            days.push_back(mjd_of(middle));
-            separations.push_back(found.px);
+            const int64_t middle = times_.emplace_back(time_of(encoder_->separation(i)));
             for (const Interval &interval : intervals_)
                 intervals.insert(intervals.end(), {moved(middle, interval.start_ns), moved(middle, interval.end_ns)});
         }
-        reduced_.assign(count, {NAN, NAN, NAN});
-        if (!measured.empty())
-            put(reduced_of(days, separations, intervals), measured);
-        unreduced_ += static_cast<size_t>(
-            std::count_if(reduced_.begin(), reduced_.end(), [](const Row &row) { return std::isnan(row.factor); }));
+        const std::vector<size_t> counts(count, intervals_.size());
+        std::vector<toliman_sky_prediction> seen(count, toliman::sized<toliman_sky_prediction>());
+        const toliman_status status = toliman_sky_predict_mean_many(
+            sky_.get(), intervals.data(), on_target_ ? counts.data() : nullptr, count, seen.data());
+        if (status != TOLIMAN_OK)
+            check(status);
+        rows_.clear();
+        for (size_t i = 0; i < count; i++)
+            add_row(encoder_->separation(i).px, seen[i]);
         frames_ += count;
     }
 
-    // NULL if the observer is not known for the time of any frame.
-    toliman::measurements reduced_of(const std::vector<double> &days, const std::vector<double> &separations,
-                                     const std::vector<int64_t> &intervals) {
-        const std::vector<size_t> counts(separations.size(), intervals_.size());
-        auto data = toliman::sized<toliman_measure_data>();
-        data.kind = TOLIMAN_MEASURE_SEPARATION;
-        data.n = separations.size();
-        data.t = days.data();
-        data.y = separations.data();
-        data.intervals = intervals.data();
-        data.interval_counts = on_target_ ? counts.data() : nullptr;
-        data.unit = plate_scale_;
-        auto how = toliman::sized<toliman_sky_reduce_options>();
-        how.flags = TOLIMAN_SKY_NO_FUNCTIONS;
-        const auto given = toliman::make<toliman::measurements>(toliman_measure_create, &data);
-        toliman_measure *made = nullptr;
-        const toliman_status status = toliman_sky_reduce(sky_.get(), given.get(), &how, &made);
-        if (status == TOLIMAN_E_RANGE && toliman_last_error_field() == std::string("measure"))
-            return nullptr;
-        if (status != TOLIMAN_OK)
-            check(status);
-        return toliman::measurements(made);
-    }
-
-    // The frames that are left have the times of the series, in its order.
-    void put(const toliman::measurements &reduced, const std::vector<size_t> &measured) {
-        if (!reduced)
-            return;
-        const auto values = [&](const char *name) { return values_of(reduced.get(), name); };
-        const std::vector<double> y = values("y"), factor = values("factor"), geometric = values("geometric_arcsec");
-        const std::vector<double> t = values("t");
-        for (size_t i = 0, j = 0; i < measured.size() && j < t.size(); i++)
-            if (mjd_of(times_[measured[i]]) == t[j]) {
-                reduced_[measured[i]] = {factor[j], geometric[j], y[j]};
-                j++;
-            }
+    void add_row(double px, const toliman_sky_prediction &seen) {
+        const double ratio = px * plate_scale_ / seen.separation_arcsec;
+        if (ratio > kFarthest || (ratio > 0 && ratio < 1 / kFarthest))
+            far_++;
+        rows_.push_back({seen.factor, seen.geometric_arcsec, px / seen.factor - seen.geometric_arcsec / plate_scale_});
+        if (std::isnan(seen.factor))
+            unreduced_++;
     }
 
     int64_t moved(int64_t middle, int64_t offset) const {
@@ -186,11 +158,11 @@ class ReducingEncoder final : public Encoder {
     toliman::sky_predictor sky_;
     std::string columns_;
     double exposure_s_;
-    bool on_target_;                  // intervals_ are those of cadence.on_target_s
-    std::vector<Interval> intervals_; // of one exposure
-    std::vector<int64_t> times_;      // TAI, of the last call
-    std::vector<Row> reduced_;        // of the last call
-    size_t frames_ = 0, unreduced_ = 0;
+    bool on_target_;                              // intervals_ are those of cadence.on_target_s
+    std::vector<Interval> intervals_;             // of one exposure
+    std::vector<int64_t> times_;                  // TAI, of the last call
+    std::vector<Row> rows_;                       // of the last call
+    size_t frames_ = 0, unreduced_ = 0, far_ = 0; // far_: separations far from those of the system
 };
 
 } // namespace

@@ -12,6 +12,7 @@ namespace cli {
 namespace {
 
 constexpr double kLargest = 1e98;
+constexpr size_t kLongestName = 63;
 constexpr char kBlanks[] = " \t\r\n", kByteOrderMark[] = "\xef\xbb\xbf";
 
 std::string trimmed(const std::string &text) {
@@ -66,7 +67,8 @@ class ColumnReader {
             fail("must be names of columns separated by commas: t,NAME,...");
         for (size_t i = 1; i < fields.size(); i++) {
             const std::string &name = fields[i];
-            if (name.empty() || number_of(name, number) || name.find('=') != std::string::npos)
+            if (name.empty() || name.size() > kLongestName || number_of(name, number) ||
+                name.find('=') != std::string::npos)
                 fail("\"" + name + "\" is not the name of a column");
             if (std::count(polynomials.begin(), polynomials.end(), name) > 0)
                 fail("\"" + name + "\" is the name of a function of --trend");

@@ -42,7 +42,7 @@ bool begins_with(const std::string &text, const std::string &start) {
         what.erase(0, begins_with(what, field) ? field.size() + (has_value ? 3 : 0) : 0);
         throw Failure(kExitUsage, option + (has_value ? " " + what : what));
     }
-    const std::string series_name = "series->";
+    const std::string series_name = "series: ";
     if (begins_with(what, series_name))
         malformed(series.name, what.substr(series_name.size()));
     if (error.status() == TOLIMAN_E_STATE)

@@ -122,7 +122,7 @@ Reduced reduce(const toliman_measure *measured, const std::string &name, const R
     how.log_data = &progress;
     toliman_measure *made = nullptr;
     const toliman_status status = toliman_sky_reduce(sky, measured, &how, &made);
-    if (status == TOLIMAN_E_RANGE && toliman_last_error_field() == std::string("measure"))
+    if (status == TOLIMAN_E_RANGE && toliman_last_error_field() == std::string("measured"))
         malformed(name, "the observer is not known for the time of any sample: " + options.observer.coverage(sky));
     if (status != TOLIMAN_OK)
         refuse(toliman::error(status), name, options);
