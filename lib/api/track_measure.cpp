@@ -51,6 +51,7 @@ measure::Series series_of(const toliman_track &track, const toliman_measure_opti
     if (options.unit != 0)
         series.unit = options.unit;
     series.name = track.folder;
+    check(series);
     return series;
 }
 

@@ -306,6 +306,8 @@ class Columns(Nuisance):
                 ("c.csv:21: has 2 columns, the line of names 3", lines[:-1] + [last.rpartition(",")[0]]),
                 ("c.csv:22: t = \"x\": must be a finite number", ["# comment", *lines[:-1], "x" + last[last.index(","):]]),
                 ("c.csv:1: must be names of columns separated by commas: t,NAME,...", lines[1:]),
+                ('c.csv:1: "sigma" is a name of the series itself: must be another', ["t,sigma,b", *lines[1:]]),
+                ('c.csv:1: "factor" is a name of the series itself: must be another', ["t,a,factor", *lines[1:]]),
                 ('c.csv:1: "T3" is the name of a function of --trend', ["t,T3,b", *lines[1:]]),
                 ('c.csv:1: two columns have the name "b"', ["t,b,b", *lines[1:]]),
                 ('c.csv:1: "" is not the name of a column', ["t,,b", *lines[1:]]),

@@ -15,6 +15,7 @@
 #include "common/stop.hpp"
 #include "common/text.hpp"
 #include "options/command.hpp"
+#include "series/measure.hpp"
 
 namespace cli {
 
@@ -67,9 +68,10 @@ void add_to(uint64_t &digest, const std::vector<double> &values) {
 
 std::string digest_of(const Series &series) {
     uint64_t digest = 0xcbf29ce484222325;
-    const Nuisance &nuisance = series.nuisance;
-    for (const std::vector<double> &values : {series.t, series.y, series.sigma, nuisance.functions(series.t),
-                                              nuisance.precision, series.position_angle_deg})
+    for (const std::vector<double> &values :
+         {series.t, series.y, series.sigma, series.nuisance.precision, series.position_angle_deg})
+        add_to(digest, values);
+    for (const std::vector<double> &values : functions_of(series))
         add_to(digest, values);
     return digest_text(digest);
 }

@@ -43,6 +43,17 @@ toliman::measurements measure_of(const Series &series, int32_t kind, double unit
     return measure;
 }
 
+std::vector<std::vector<double>> functions_of(const Series &series) {
+    const toliman::measurements measure = measure_of(series, 0, 0);
+    std::vector<std::vector<double>> values;
+    for (int64_t f = 0; f < info_of(measure.get()).functions; f++) {
+        auto function = toliman::sized<toliman_measure_function>();
+        toliman::check(toliman_measure_get_function(measure.get(), f, &function));
+        values.push_back(values_of(measure.get(), function.name));
+    }
+    return values;
+}
+
 Series series_of(const toliman_measure *measure, const std::string &name) {
     const toliman_measure_info info = info_of(measure);
     Series series;

@@ -16,6 +16,9 @@ namespace cli {
 toliman::measurements measure_of(const Series &series, int32_t kind, double unit,
                                  const std::vector<int64_t> &intervals = {});
 
+// The values of the functions that are fitted with the mean, [function][sample].
+std::vector<std::vector<double>> functions_of(const Series &series);
+
 // For the program; name: of its source in messages.
 Series series_of(const toliman_measure *measure, const std::string &name);
 

@@ -1,8 +1,6 @@
-// Method: T_0 = 1, T_1 = x, T_j+1 = 2 x T_j - T_j-1, with x from -1 at the start of the span to 1 at its end.
 #include "series/nuisance.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace cli {
 
@@ -19,22 +17,6 @@ std::vector<double> Nuisance::rows() const {
         for (const NuisanceColumn &column : columns)
             rows.push_back(column.values[i]);
     return rows;
-}
-
-std::vector<double> Nuisance::functions(const std::vector<double> &t) const {
-    std::vector<double> functions;
-    functions.reserve(t.size() * count());
-    for (size_t i = 0; i < t.size(); i++) {
-        const double x = (2 * t[i] - trend.start - trend.end) / (trend.end - trend.start);
-        double before = 1, now = x;
-        for (int32_t j = 1; j <= trend.order; j++) {
-            functions.push_back(now);
-            before = std::exchange(now, 2 * x * now - before);
-        }
-        const std::vector<double> values = row(i);
-        functions.insert(functions.end(), values.begin(), values.end());
-    }
-    return functions;
 }
 
 void Nuisance::set(toliman_period_options &options) const {

@@ -29,9 +29,8 @@ struct Nuisance {
     std::vector<double> precision; // 1/s^2 of T_1 ..., then of the columns; 0 = no prior; empty: no priors
 
     size_t count() const noexcept { return static_cast<size_t>(trend.order) + columns.size(); }
-    std::vector<double> row(size_t sample) const;                      // [columns]
-    std::vector<double> rows() const;                                  // [samples][columns]
-    std::vector<double> functions(const std::vector<double> &t) const; // [samples][count()]
+    std::vector<double> row(size_t sample) const; // [columns]
+    std::vector<double> rows() const;             // [samples][columns]
     void set(toliman_period_options &options) const;
 };
 

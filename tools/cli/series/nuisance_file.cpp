@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "common/content.hpp"
 #include "common/stop.hpp"
@@ -13,6 +14,8 @@ namespace {
 
 constexpr double kLargest = 1e98;
 constexpr size_t kLongestName = 63;
+const std::string kReserved[] = {
+    "t", "y", "sigma", "position_angle_deg", "separation_arcsec", "factor", "geometric_arcsec"}; // measure.h
 constexpr char kBlanks[] = " \t\r\n", kByteOrderMark[] = "\xef\xbb\xbf";
 
 std::string trimmed(const std::string &text) {
@@ -70,6 +73,8 @@ class ColumnReader {
             if (name.empty() || name.size() > kLongestName || number_of(name, number) ||
                 name.find('=') != std::string::npos)
                 fail("\"" + name + "\" is not the name of a column");
+            if (std::find(std::begin(kReserved), std::end(kReserved), name) != std::end(kReserved))
+                fail("\"" + name + "\" is a name of the series itself: must be another");
             if (std::count(polynomials.begin(), polynomials.end(), name) > 0)
                 fail("\"" + name + "\" is the name of a function of --trend");
             if (std::count(fields.begin() + 1, fields.end(), name) > 1)

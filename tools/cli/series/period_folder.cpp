@@ -5,6 +5,7 @@
 #include "common/content.hpp"
 #include "common/provenance.hpp"
 #include "common/text.hpp"
+#include "series/measure.hpp"
 
 namespace cli {
 
@@ -18,13 +19,12 @@ constexpr char kResult[] = "result.json", kSeries[] = "series.csv", kPower[] = "
 
 std::vector<double> nuisance_values(const Series &series, const std::vector<Coefficient> &coefficients) {
     std::vector<double> values(series.t.size(), coefficients[0].value);
-    const std::vector<double> functions = series.nuisance.functions(series.t);
-    const size_t count = series.nuisance.count();
-    for (size_t i = 0; i < values.size(); i++)
-        for (size_t j = 0; j < count; j++) {
-            const Coefficient &coefficient = coefficients[1 + j];
-            values[i] += coefficient.value / coefficient.unit * functions[i * count + j];
-        }
+    const std::vector<std::vector<double>> functions = functions_of(series);
+    for (size_t j = 0; j < functions.size(); j++) {
+        const Coefficient &coefficient = coefficients[1 + j];
+        for (size_t i = 0; i < values.size(); i++)
+            values[i] += coefficient.value / coefficient.unit * functions[j][i];
+    }
     return values;
 }
 
