@@ -29,10 +29,10 @@ int main(int argc, char **argv) {
     toliman_ingest_options reading = TOLIMAN_INGEST_OPTIONS_INIT;
     check(toliman_sim_create_file(argv[1], NULL, &sim));
     check(toliman_linear_create(sim, NULL, &estimator));
-    options.linear = estimator; /* and a folder, for results that last */
-    options.f0 = 1.5 / (double)frames;
-    options.df = 0.1 / (double)frames;
-    options.nf = 5 * frames;
+    options.estimator.linear = estimator; /* and a folder, for results that last */
+    options.grid.f0 = 1.5 / (double)frames;
+    options.grid.df = 0.1 / (double)frames;
+    options.grid.nf = 5 * frames;
     check(toliman_track_create(&options, &tracker));
     reading.pixel = TOLIMAN_PIXEL_U32;
     reading.flags = TOLIMAN_INGEST_GROWING;

@@ -74,13 +74,12 @@ int main(int argc, char **argv) {
     struct host host = {0};
     check(toliman_sim_create_file(argv[1], NULL, &sim));
     check(toliman_linear_create(sim, NULL, &estimator));
-    toliman_track_options options;
-    toliman_track_options_init(&options, sizeof options);
+    toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
     options.folder = argv[2];
-    options.linear = estimator;
-    options.f0 = 1.5 / 1095; /* cycles per day, for 1095 days with one frame per day */
-    options.df = 0.1 / 1095;
-    options.nf = 5461;
+    options.estimator.linear = estimator;
+    options.grid.f0 = 1.5 / 1095; /* cycles per day, for 1095 days with one frame per day */
+    options.grid.df = 0.1 / 1095;
+    options.grid.nf = 5461;
     check(toliman_track_create(&options, &host.tracker));
     check(toliman_track_get_period(host.tracker, &host.period));
     printf("%lld frames tracked so far\n", (long long)toliman_period_count(host.period));

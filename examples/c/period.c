@@ -17,7 +17,7 @@ int main(void) {
     const int found = toliman_period_suggest(t, y, NULL, N, 0, &f0, &df, &nf, NULL) == TOLIMAN_OK &&
                       toliman_period_create(f0, df, nf, NULL, &period) == TOLIMAN_OK &&
                       toliman_period_push_many(period, t, y, NULL, N) == TOLIMAN_OK &&
-                      toliman_period_query_fit(period, t, y, NULL, N, &fit) == TOLIMAN_OK;
+                      toliman_period_query_fit(period, t, y, NULL, NULL, N, &fit) == TOLIMAN_OK;
     if (found)
         printf("period %.3f +- %.3f days\n", fit.period, fit.period_error);
     else

@@ -31,9 +31,9 @@ program follow
     read (number, *) frames
     call sim%create_file(trim(scene))
     call linear%create(sim)
-    options%f0 = 1.5d0/frames
-    options%df = 0.1d0/frames
-    options%nf = 5*frames
+    options%grid%f0 = 1.5d0/frames
+    options%grid%df = 0.1d0/frames
+    options%grid%nf = 5*frames
     call tracker%create(options, linear=linear)
     reading%pixel = TOLIMAN_PIXEL_U32
     reading%flags = TOLIMAN_INGEST_GROWING

@@ -22,7 +22,6 @@ program search
     call read_series(trim(path), t, y, sigma)
 
     ! Frequencies and options suggested for these samples.
-    call toliman_period_options_init(options, c_sizeof(options))
     call periodogram%suggest(t, y, sigma, 0d0, f0, df, nf, options)
     call periodogram%create(f0, df, nf, options)
 
@@ -33,7 +32,7 @@ program search
         stop 1
     end if
     call periodogram%query_peak(peak)
-    call periodogram%query_fit(t, y, sigma, fit)
+    call periodogram%query_fit(t, y, sigma, out=fit)
     print '(a, f0.2, a, f0.2, a, f0.1)', 'peak at ', peak%period, ' days, half width ', peak%half_width_period, &
         ', log10 FAP ', peak%log10_fap
     print '(4(a, f0.2), a)', 'period ', fit%period, ' +- ', fit%period_error, ' days, amplitude ', fit%amplitude, &

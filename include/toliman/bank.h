@@ -4,10 +4,10 @@
  *
  * Data flow (functions toliman_bank_...)
  *
- *   toliman_sim -> plan -> number of networks, bytes, seconds     (options_init)
+ *   toliman_sim -> plan -> number of networks, bytes, seconds
  *   toliman_fit -> create       bytes, file -> load, load_file
- *  (options_init)    +---------------+------------+
- *                              toliman_bank <-> train         (train_options_init)
+ *                    +---------------+------------+
+ *                              toliman_bank <-> train
  *   toliman_fit, frame, time ->    +-> encode, encode_many   separation, px -> period.h
  *   toliman_fit, time        ->    +-> predict, get_renewal  efficiency to expect, until when to use
  *                                  +-> get_info, get_network properties
@@ -62,9 +62,6 @@ typedef struct toliman_bank_options {
 } toliman_bank_options;
 #define TOLIMAN_BANK_OPTIONS_INIT TOLIMAN_INIT(toliman_bank_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_bank_options_init(toliman_bank_options *options, size_t size) TOLIMAN_NOEXCEPT;
-
 /* Predicted size and cost of a bank. */
 typedef struct toliman_bank_plan_info {
     uint32_t struct_size;         /* in: sizeof(toliman_bank_plan_info) */
@@ -110,9 +107,6 @@ typedef struct toliman_bank_train_options {
                             formats.md, "TLMJ" */
 } toliman_bank_train_options;
 #define TOLIMAN_BANK_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_bank_train_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_bank_train_options_init(toliman_bank_train_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Trains the networks of a bank that are not trained yet, in the mode TOLIMAN_CAE_MODE_TIED. If the call is cancelled,
  * the networks that were complete remain trained, and a later call, also of a saved and loaded bank, trains the others.

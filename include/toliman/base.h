@@ -8,11 +8,10 @@
  *                             |                                           |
  *   downlink -> ingest.h -----+-----------------> track.h ----------------+
  *
- *   toliman_load_options_init -> toliman_load_options -> the toliman_X_load functions
- *
  *   Failed call -> status -> toliman_status_name
- *                         -> toliman_last_error, toliman_last_error_copy, toliman_last_error_field
- *   Version of the library   toliman_version, toliman_version_number, toliman_abi_version, toliman_get_struct_size
+ *                         -> toliman_last_error, toliman_last_error_field
+ *   Constant -> toliman_constant_name
+ *   Version of the library   toliman_version, toliman_abi_version, toliman_get_struct_size
  *   Machine                  toliman_get_machine, toliman_get_blas_speed
  *
  * Conventions of all headers
@@ -26,9 +25,9 @@
  *   - Objects are opaque. toliman_X_create(..., &x) creates an object, which the caller destroys with
  *     toliman_X_destroy(x). Destroying NULL does nothing.
  *   - Structs begin with struct_size, the size that the caller compiled with. Initialise a struct with its _INIT
- *     macro. In a language without C macros, set all bytes to 0 and struct_size to the size of the struct; options
- *     structs have an _init function that does this. In an options struct, 0 in a member selects the default. New
- *     members are only appended. In an array of structs the struct_size of the first element applies to all.
+ *     macro. In a language without C macros, set all bytes to 0 and struct_size to the size of the struct. In an
+ *     options struct, 0 in a member selects the default. New members are only appended. In an array of structs the
+ *     struct_size of the first element applies to all. A struct that is a member of another has no struct_size.
  *   - Enumerations are int32_t. A constant is named after its header and its enumeration (TOLIMAN_PERIOD_FAP_NAIVE).
  *     No two enumerations share a value, so that a constant of the wrong enumeration is refused with
  *     TOLIMAN_E_ARGUMENT. If the library is newer than your headers, a result may hold a constant that they do not
@@ -112,15 +111,16 @@ TOLIMAN_API const char *toliman_status_name(toliman_status status) TOLIMAN_NOEXC
  * line, with a decimal point in every locale. It is valid until the next failed call on this thread. */
 TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
 
-/* Copies the last message to text[size], truncated to fit and terminated by a zero byte if size > 0. text may be NULL
- * if size is 0. Returns the length of the full message without the terminator. */
-TOLIMAN_API size_t toliman_last_error_copy(char *text, size_t size) TOLIMAN_NOEXCEPT;
-
 /* Returns the name of the wrong argument, struct member, scene key or file of the last failed call on this thread, so
  * that programs need not parse the message: "sigma", "options->bin", "frames[3].sigma", "telescope.aperture_m", or
  * the path of a file. "" if no call has failed, and for failures without such a name (out of memory, cancelled, too
  * few samples). Never NULL. Valid until the next failed call on this thread. */
 TOLIMAN_API const char *toliman_last_error_field(void) TOLIMAN_NOEXCEPT;
+
+/* Returns the name of a constant in files and messages, for a kind or verdict of TOLIMAN_GOODNESS_, INGEST_REASON_,
+ * MEASURE_, PERIOD_INTERVAL_, SIM_IMAGE_, SKY_CAUSE_, SKY_OBSERVER_, TRACK_REASON_ or TRACK_VERDICT_ ("too good",
+ * "zero run"); "?" for another number. Static text, never NULL. */
+TOLIMAN_API const char *toliman_constant_name(int32_t constant) TOLIMAN_NOEXCEPT;
 
 /* Callback that reports the progress of a long call. It runs on the thread of the call, with no lock held.
  *   stage     short name of the stage ("frames"), sometimes followed by a colon and details ("train: epoch 3 of 300,
@@ -166,15 +166,8 @@ typedef struct toliman_load_options {
 } toliman_load_options;
 #define TOLIMAN_LOAD_OPTIONS_INIT TOLIMAN_INIT(toliman_load_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_load_options_init(toliman_load_options *options, size_t size) TOLIMAN_NOEXCEPT;
-
 /* Returns the version of the running library as text ("0.3.0"). */
 TOLIMAN_API const char *toliman_version(void) TOLIMAN_NOEXCEPT;
-
-/* Returns the version of the running library as 10000 major + 100 minor + patch. Compare it with
- * TOLIMAN_VERSION_NUMBER, the version of the headers. */
-TOLIMAN_API int32_t toliman_version_number(void) TOLIMAN_NOEXCEPT;
 
 /* Returns the number of the binary interface. A program can run with this library if the number equals the
  * TOLIMAN_ABI_VERSION that it was compiled with. */

@@ -6,7 +6,6 @@
  *                  get_budget_steps         bounds with more and more parameters free
  *                  get_budget_rows          each parameter: its bias, or what the fit leaves of it
  *                  get_budget_correlations  of the separation and the free parameters
- *                  (budget_options_init)
  *
  * Estimate
  *
@@ -36,9 +35,6 @@ typedef struct toliman_sim_budget_options {
     double earth_px;        /* displacement due to an Earth, px; 0 = that of the scene */
 } toliman_sim_budget_options;
 #define TOLIMAN_SIM_BUDGET_OPTIONS_INIT TOLIMAN_INIT(toliman_sim_budget_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_sim_budget_options_init(toliman_sim_budget_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Summary of a budget. */
 typedef struct toliman_sim_budget {

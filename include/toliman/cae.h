@@ -7,14 +7,14 @@
  * Data flow (functions toliman_cae_...)
  *
  *   toliman_sim -> create      weights blob -> load, load_file
- *   (options_init)    |                     |
+ *                     |                     |
  *                     +----------+----------+
  *                                v
- *                           toliman_cae <-> train                    (train_options_init)
+ *                           toliman_cae <-> train
  *                                +-> encode, encode_many             latent, px -> period.h
  *                                +-> decode, reconstruct, get_target decoder output and training target
  *                                +-> get_info, get_train_options     properties
- *                                +-> save, save_file                 weights blob (save_options_init)
+ *                                +-> save, save_file                 weights blob
  *                             destroy
  *
  * A network contains the preprocessing of its scene: crop, reference image, variance, nuisance images, input scale.
@@ -68,9 +68,6 @@ typedef struct toliman_cae_options {
     uint32_t reserved; /* 0 */
 } toliman_cae_options;
 #define TOLIMAN_CAE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_cae_options_init(toliman_cae_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates a network with the preprocessing of a scene, and with random weights drawn from seed. The simulator is not
  * needed afterwards. options may be NULL. The caller destroys *out.
@@ -160,9 +157,6 @@ typedef struct toliman_cae_train_options {
     void *epoch_data;
 } toliman_cae_train_options;
 #define TOLIMAN_CAE_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_train_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_cae_train_options_init(toliman_cae_train_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Trains a network, or resumes its last training. Writes the training result to *report.
  * options and report may be NULL.
@@ -289,9 +283,6 @@ typedef struct toliman_cae_save_options {
     int32_t with_training;    /* 1: also save the training state, so that toliman_cae_train can resume; 0: do not */
 } toliman_cae_save_options;
 #define TOLIMAN_CAE_SAVE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_save_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_cae_save_options_init(toliman_cae_save_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Saves a network as a weights blob. options may be NULL. *needed becomes the size of the blob. The same network
  * always gives the same bytes, also after loading them. TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_RANGE

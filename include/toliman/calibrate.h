@@ -7,7 +7,7 @@
  * Data flow (functions toliman_calibration_...)
  *
  *   toliman_sim (nominal scene), frames, times -> create -> toliman_calibration
- *                                              (options_init)       |
+ *                                                                   |
  *   values, errors, verdict              get_info, get_value, get_covariance, get_frame
  *   what the model lacks                 get_attempt, change_name, get_left_out
  *   images                               get_opd, get_chi_map, get_residual
@@ -131,9 +131,6 @@ typedef struct toliman_calibration_options {
                             and step. The caller removes it once the result is saved. formats.md, "TLMJ" */
 } toliman_calibration_options;
 #define TOLIMAN_CALIBRATION_OPTIONS_INIT TOLIMAN_INIT(toliman_calibration_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_calibration_options_init(toliman_calibration_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates a calibration of a scene: fits its parameters to `count` frames of image. The caller destroys *out.
  *   sim          nominal scene, not needed afterwards

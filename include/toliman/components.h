@@ -4,8 +4,8 @@
  * Data flow (functions toliman_components_...)
  *
  *   toliman_sim -> create -> toliman_components <- push, push_many <- frames
- *     (options_init)               |
- *    train_options_init ->       train -> get_series -> one value per frame -> period.h
+ *                                  |
+ *                                train -> get_series -> one value per frame -> period.h
  *                                get_info
  *                                reset, destroy
  */
@@ -35,9 +35,6 @@ typedef struct toliman_components_options {
     void *log_data;
 } toliman_components_options;
 #define TOLIMAN_COMPONENTS_OPTIONS_INIT TOLIMAN_INIT(toliman_components_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_components_options_init(toliman_components_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates an empty collection for frames of a scene and allocates the memory of all its frames: 4 bytes per binned
  * pixel, as residuals are stored in float32 with a relative error of at most 6e-8. options may be NULL. The simulator
@@ -84,10 +81,6 @@ typedef struct toliman_components_train_options {
     void *progress_data;
 } toliman_components_train_options;
 #define TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_components_train_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_components_train_options_init(toliman_components_train_options *options,
-                                                       size_t size) TOLIMAN_NOEXCEPT;
 
 /* Training result. */
 typedef struct toliman_components_training {

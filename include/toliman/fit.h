@@ -5,7 +5,7 @@
  * Data flow (functions toliman_fit_...)
  *
  *   toliman_sim -> create -> toliman_fit -> frame, frame_many -> toliman_fit_result -> displacement, px -> period.h
- *  (options_init, create_windows)   |   predict -> places of the stars, standard deviations
+ *  (create_windows)                 |   predict -> places of the stars, standard deviations
  *   time of the frame, pointing ^   parameter_count, get_parameter, get_info
  *  (toliman_fit_prediction)  destroy
  *
@@ -58,9 +58,6 @@ typedef struct toliman_fit_options {
     void *progress_data;
 } toliman_fit_options;
 #define TOLIMAN_FIT_OPTIONS_INIT TOLIMAN_INIT(toliman_fit_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_fit_options_init(toliman_fit_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates the fit of a scene. The simulator is not needed afterwards. options may be NULL. The caller destroys *out.
  * The model images cover the scene's orbit over its cadence, plus capture_px.

@@ -62,7 +62,7 @@ typedef struct toliman_estimate {
     uint32_t struct_size; /* sizeof(toliman_estimate) of the library */
     uint32_t flags;       /* bits defined by the estimator, stored in the ledger column "flags" */
     double *values;       /* [value_count]: values[0] is the value of the frame, the others are stored in columns */
-    size_t value_count;   /* 1 + number of names in toliman_track_options.values */
+    size_t value_count;   /* 1 + number of names in toliman_track_estimator.values */
     double *covariance;   /* [value_count][value_count], upper triangle; stored in columns, except the variance of
                              values[0], which is sigma^2 */
     double sigma;         /* standard deviation of values[0], 1 to 32 times the tracker's; 0 = the frame's, or the

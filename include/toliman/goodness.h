@@ -3,7 +3,6 @@
  * Data flow
  *
  *   fit of a frame, of many frames, of a series -> chi_square, chi_square_sigma, largest_residual -> goodness
- *                                                  goodness -> toliman_goodness_name
  *
  * Every result that compares a model with data has these four members:
  *
@@ -34,10 +33,6 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_GOODNESS_GOOD 802
 #define TOLIMAN_GOODNESS_POOR 803
 #define TOLIMAN_GOODNESS_TOO_GOOD 804
-
-/* Returns the name of a verdict: "unknown", "good", "poor", "too good"; "?" for another number. Static text.
- */
-TOLIMAN_API const char *toliman_goodness_name(int32_t goodness) TOLIMAN_NOEXCEPT;
 
 /* Goodness of fit of one frame against the linear model of a template or network (linear.h, cae.h), without its bad
  * pixels.

@@ -2,14 +2,14 @@
  *
  * Data flow (functions toliman_ingest_...)
  *
- *   options_init -> create <- X_frames.bin and X_meta.jsonl, complete or still growing
+ *                   create <- X_frames.bin and X_meta.jsonl, complete or still growing
  *                     |
  *                   next, finish -> event -> frame -> track.h, cae.h, linear.h
  *                     |  ^ find_frame, set_shift: after bytes were lost
- *                     |               +----> damage, warning, or nothing yet; reason_name
+ *                     |               +----> damage, warning, or nothing yet
  *                   get_info, destroy
  *
- *   clock table           read_clock -> toliman_track_options.clock
+ *   clock table           read_clock -> toliman_track_clock
  *   on-target windows     read_on_target -> TAI nanoseconds, for toliman_frame.intervals and sky.h
  *   dates, Julian days    parse_time, convert_times -> TAI nanoseconds
  *   FITS keywords         read_header -> TAI nanoseconds of the first frame
@@ -49,9 +49,6 @@ typedef struct toliman_ingest_options {
 } toliman_ingest_options;
 #define TOLIMAN_INGEST_OPTIONS_INIT TOLIMAN_INIT(toliman_ingest_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_ingest_options_init(toliman_ingest_options *options, size_t size) TOLIMAN_NOEXCEPT;
-
 /* Creates a reader of a pair. Both files must exist; toliman_ingest_next reads them.
  *   path     one of the two files, or X, the path without _frames.bin and _meta.jsonl
  *   options  must not be NULL, as the pixel type has no default
@@ -81,9 +78,6 @@ TOLIMAN_API void toliman_ingest_destroy(toliman_ingest *ingest) TOLIMAN_NOEXCEPT
 #define TOLIMAN_INGEST_REASON_CLOCKS_DIFFER 626 /* WARNING: camera clock and host clock drift apart; only once */
 #define TOLIMAN_INGEST_REASON_EXTRA_BYTES 627   /* WARNING: pixels without a line, after those of the last frame */
 #define TOLIMAN_INGEST_REASON_OVERLAP 628       /* WARNING: exposures of successive frames overlap; only once */
-
-/* Returns the name of a reason ("bad line"), "?" for an unknown one. Static text. */
-TOLIMAN_API const char *toliman_ingest_reason_name(int32_t reason) TOLIMAN_NOEXCEPT;
 
 /* Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. */
 typedef struct toliman_ingest_event {
@@ -179,7 +173,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_get_info(const toli
                                                                       toliman_ingest_info *out) TOLIMAN_NOEXCEPT;
 
 /* Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table").
- *   clock  [capacity][2], pairs for toliman_track_options.clock
+ *   clock  [capacity][2], pairs for toliman_track_clock
  *   count  becomes the number of pairs
  *   log    receives one warning if a rate differs from 1 by more than 1 %, for instance for columns in other units or
  *          in the wrong order, also if capacity is too small; may be NULL. user_data is passed to it

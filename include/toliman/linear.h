@@ -4,7 +4,7 @@
  * Data flow (functions toliman_linear_...)
  *
  *   toliman_sim -> create -> toliman_linear -> encode, encode_many -> value, px -> period.h
- *  (options_init)                 |   get_sigma -> standard deviation of a value, px
+ *                                 |   get_sigma -> standard deviation of a value, px
  *                              destroy
  */
 #ifndef TOLIMAN_LINEAR_H
@@ -32,9 +32,6 @@ typedef struct toliman_linear_options {
     void *log_data;
 } toliman_linear_options;
 #define TOLIMAN_LINEAR_OPTIONS_INIT TOLIMAN_INIT(toliman_linear_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_linear_options_init(toliman_linear_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates the template estimator of a scene. The simulator is not needed afterwards. options may be NULL. The caller
  * destroys *out. TOLIMAN_E_SCENE if the nuisances of preprocess.project span the derivative by the separation. */

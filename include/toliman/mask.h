@@ -3,7 +3,7 @@
  * Data flow (functions toliman_mask_...)
  *
  *   toliman_sim -> create -> toliman_mask -> get_info, get_place   scores of the designed mask and of the scene's own
- *     (options_init)              |       -> get_cells             the cells of the mask
+ *                                 |       -> get_cells             the cells of the mask
  *                                 |       -> get_json              the mask, for a scene file -> sim.h
  *                              destroy    -> get_descent           the bound in each iteration
  *
@@ -59,9 +59,6 @@ typedef struct toliman_mask_options {
     void *progress_data;
 } toliman_mask_options;
 #define TOLIMAN_MASK_OPTIONS_INIT TOLIMAN_INIT(toliman_mask_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_mask_options_init(toliman_mask_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates a mask: designs steps on the cells of the pupil (see Data flow above): from the best of iterations/2 random
  * spirals, at most 125, Adam descends on the logarithm of the bound and penalties for pixels above the peak and for

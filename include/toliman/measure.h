@@ -7,11 +7,10 @@
  *   the bytes of such a file -------------------> load ------+-> toliman_measure -> toliman_sky_reduce    (sky.h)
  *   arrays -------------------------------------> create ----+    |                 toliman_sky_refit     (sky.h)
  *   tracker -> toliman_track_get_measure ---------------------+    |                 toliman_sky_diagnose
- *   (options_init, data_init)                                     |                 toliman_planet_create (planet.h)
+ *                                                                 |                 toliman_planet_create (planet.h)
  *                                                                 |                 toliman_measure_query_noise
  *     set_trend, add_column, set_prior -> functions fitted with --+
- *     the mean                                                    +-> get_info, get_function, get_values, get_times,
- *                                                                      kind_name
+ *     the mean                                                    +-> get_info, get_function, get_values, get_times
  *                                                                destroy
  *
  * Kind         What the values are. Separations as they were measured are reduced to the orbit of the binary before
@@ -45,9 +44,6 @@ typedef struct toliman_measure toliman_measure;
 #define TOLIMAN_MEASURE_REDUCED 903    /* separations reduced to the orbit of the binary */
 #define TOLIMAN_MEASURE_VELOCITY 904   /* radial velocities of a star */
 
-/* Returns the name of a kind ("value", "separation", "reduced", "velocity"), "?" for an unknown one. Static text. */
-TOLIMAN_API const char *toliman_measure_kind_name(int32_t kind) TOLIMAN_NOEXCEPT;
-
 /* Measurements as arrays. */
 typedef struct toliman_measure_data {
     uint32_t struct_size;
@@ -67,9 +63,6 @@ typedef struct toliman_measure_data {
     double frame_chi_square;          /* median chi_square of the frames that were measured; 0: not known */
 } toliman_measure_data;
 #define TOLIMAN_MEASURE_DATA_INIT TOLIMAN_INIT(toliman_measure_data)
-
-/* Sets *data, a struct of `size` bytes, to zeros and its struct_size. */
-TOLIMAN_API void toliman_measure_data_init(toliman_measure_data *data, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates a series from arrays, which are copied. The caller destroys *out.
  * Errors: TOLIMAN_E_ARGUMENT, naming the array and the sample, if a number is not finite or above 1e100, for a sigma
@@ -98,9 +91,6 @@ typedef struct toliman_measure_options {
     void *log_data;
 } toliman_measure_options;
 #define TOLIMAN_MEASURE_OPTIONS_INIT TOLIMAN_INIT(toliman_measure_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_measure_options_init(toliman_measure_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Reads a series from a file, or from a state folder of a tracker.
  *   path     text or JSON Lines as in series.h, a .npy table (float64 [n][2 or 3]: t, y, sigma), or a folder

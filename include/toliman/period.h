@@ -3,11 +3,11 @@
  * Data flow (functions toliman_period_...)
  *
  *   suggest -> f0, df, nf -> create      state bytes -> load, load_file
- *            (options_init)     |                        |
+ *                               |                        |
  *                               +------------------------+
  *                               v
  *                        toliman_period  <- push, push_many, push_samples           <- t, y, sigma
- *                               |        <- retract, retract_many, retract_samples  <- samples to remove
+ *                               |        <- retract_many, retract_samples          <- samples to remove
  *                               |        <- merge                                   <- periodogram of other samples
  *                               +-> query_power                                power[nf]
  *                               +-> query_peak, query_peaks, query_fit         period and its error
@@ -91,9 +91,6 @@ typedef struct toliman_period_options {
 } toliman_period_options;
 #define TOLIMAN_PERIOD_OPTIONS_INIT TOLIMAN_INIT(toliman_period_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_period_options_init(toliman_period_options *options, size_t size) TOLIMAN_NOEXCEPT;
-
 /* Suggests a frequency grid and options for samples t[n], y[n], sigma[n]. y, sigma and options may be NULL;
  * options->struct_size must be set.
  *
@@ -159,24 +156,24 @@ typedef struct toliman_period_sample {
 #define TOLIMAN_PERIOD_SAMPLE_INIT TOLIMAN_INIT(toliman_period_sample)
 
 /* Adds n samples, whose kinds of time may differ.
- * Errors: as toliman_period_push_many; TOLIMAN_E_ARGUMENT if the member of the other kind of time is not 0. */
+ *   rows  [n][columns of the options], values of the columns (period_nuisance.h); may be NULL if there are none.
+ *         Functions without this argument return TOLIMAN_E_ARGUMENT if the periodogram has columns
+ * Errors: as toliman_period_push_many; TOLIMAN_E_ARGUMENT if the member of the other kind of time is not 0;
+ * TOLIMAN_E_RANGE if a value of a column exceeds its bound. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_samples(toliman_period *period,
                                                                           const toliman_period_sample *samples,
+                                                                          const double *rows,
                                                                           size_t n) TOLIMAN_NOEXCEPT;
 
-/* Removes a sample previously pushed with exactly these values. The accumulators become bit-identical to never having
- * pushed it, in any order. For a sliding window, push the newest sample and retract the oldest. No FAP method
- * accounts for repeated queries of a sliding window: multiply the FAP of one query by their number.
+/* Removes n samples previously pushed with exactly these values, or none if one is refused. The accumulators become
+ * bit-identical to never having pushed them, in any order. For a sliding window, push the newest sample and retract the
+ * oldest. No FAP method accounts for repeated queries of a sliding window: multiply the FAP of one query by their
+ * number.
  *
- * The library cannot check that the sample was pushed. A wrong retract may leave a power above 1 at some frequency;
+ * The library cannot check that the samples were pushed. A wrong retract may leave a power above 1 at some frequency;
  * queries then return TOLIMAN_E_STATE.
- * Errors: as toliman_period_push; TOLIMAN_E_STATE if the count would drop below zero, or if no set of samples can
+ * Errors: as toliman_period_push_many; TOLIMAN_E_STATE if the count would drop below zero, or if no set of samples can
  * have the remaining sums of weights, values and times. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract(toliman_period *period, double t, double y,
-                                                                     double sigma) TOLIMAN_NOEXCEPT;
-
-/* Removes n samples, or none if one is refused. Otherwise as toliman_period_retract; sigma may be NULL as in
- * toliman_period_push_many. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_many(toliman_period *period, const double *t,
                                                                           const double *y, const double *sigma,
                                                                           size_t n) TOLIMAN_NOEXCEPT;
@@ -184,6 +181,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_many(tolima
 /* Removes n samples given as in toliman_period_push_samples. Otherwise as toliman_period_retract_many. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_samples(toliman_period *period,
                                                                              const toliman_period_sample *samples,
+                                                                             const double *rows,
                                                                              size_t n) TOLIMAN_NOEXCEPT;
 
 /* Adds all samples of `other`, which does not change. If both have the same digest (same grid and options), the
@@ -362,12 +360,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const t
  * fixed with TOLIMAN_PERIOD_FIXED_MEAN), computed with 64-bit significands. 1 - power is computed from the residuals,
  * accurate down to 1e-31. The result is never worse than its grid point. If cosine and sine coincide at every
  * sample (smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular samples, one of
- * them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts. A trend is fitted with
- * the sinusoid; a periodogram with columns needs toliman_period_query_fit_rows.
+ * them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts. Nuisance functions
+ * are fitted with the sinusoid; rows[n][columns] are the values of the columns, and may be NULL if there are none.
  * Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT for another n; TOLIMAN_E_RANGE for samples outside the
  * bounds. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const toliman_period *period, const double *t,
-                                                                       const double *y, const double *sigma, size_t n,
+                                                                       const double *y, const double *sigma,
+                                                                       const double *rows, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
 /* Saves a periodogram as state bytes (formats.md, "TLMP"): bytes[capacity], whose number becomes *needed.

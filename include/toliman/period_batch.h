@@ -3,7 +3,6 @@
  * Data flow (functions toliman_period_...)
  *
  *   t, y, sigma -> batch -> power[nf]
- *    (batch_options_init)
  */
 #ifndef TOLIMAN_PERIOD_BATCH_H
 #define TOLIMAN_PERIOD_BATCH_H
@@ -31,9 +30,6 @@ typedef struct toliman_period_batch_options {
     const double *rows;            /* [n][columns] */
 } toliman_period_batch_options;
 #define TOLIMAN_PERIOD_BATCH_OPTIONS_INIT TOLIMAN_INIT(toliman_period_batch_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_period_batch_options_init(toliman_period_batch_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Computes the power of n samples at frequencies f0 + k df, k < nf, to power[nf], with the model, weights and grid of
  * period.h. sigma and options may be NULL; n may be 0. On failure power is not written.

@@ -9,7 +9,6 @@
  *   toliman_period, log10(1 - power) -> query_fap -> log10 FAP
  *   toliman_period, log10 FAP -> query_threshold -> log10(1 - power)
  *   toliman_period, samples -> query_bootstrap -> log10(1 - power) of the highest peak of each resampling
- *                              (bootstrap_options_init)
  *
  * Source       Baluev (2008), MNRAS 385, 1279; VanderPlas (2018), ApJS 236, 16.
  */
@@ -65,10 +64,6 @@ typedef struct toliman_period_bootstrap_options {
     const double *rows; /* [n][columns] of a periodogram with columns (period_nuisance.h), otherwise NULL */
 } toliman_period_bootstrap_options;
 #define TOLIMAN_PERIOD_BOOTSTRAP_OPTIONS_INIT TOLIMAN_INIT(toliman_period_bootstrap_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_period_bootstrap_options_init(toliman_period_bootstrap_options *options,
-                                                       size_t size) TOLIMAN_NOEXCEPT;
 
 /* Bootstrap: writes log10(1 - P) of the highest peak of each of `count` resamplings to log10_residuals[count],
  * sorted, strongest peak first. A resampling keeps the times and draws pairs (y, sigma) with replacement.

@@ -7,7 +7,6 @@
  *     (measure.h)        | rho
  *                        v
  *                      query_noise_bootstrap -> log10(1 - power) of the highest peak of each resampling
- *   (toliman_period_: noise_options_init, noise_bootstrap_options_init)
  *
  * Model        y = c_0 + sum over j of c_j b_j + a cos(2 pi f t) + b sin(2 pi f t) + noise, with the k functions b_j
  *              of the series. All coefficients are fitted together at each frequency.
@@ -56,9 +55,6 @@ typedef struct toliman_period_noise_options {
     void *progress_data;
 } toliman_period_noise_options;
 #define TOLIMAN_PERIOD_NOISE_OPTIONS_INIT TOLIMAN_INIT(toliman_period_noise_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_period_noise_options_init(toliman_period_noise_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Fitted noise and highest peak of a series. Standard errors are scaled by the residual; +infinity if the samples do
  * not determine the parameter. */
@@ -118,10 +114,6 @@ typedef struct toliman_period_noise_bootstrap_options {
     void *progress_data;
 } toliman_period_noise_bootstrap_options;
 #define TOLIMAN_PERIOD_NOISE_BOOTSTRAP_OPTIONS_INIT TOLIMAN_INIT(toliman_period_noise_bootstrap_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_period_noise_bootstrap_options_init(toliman_period_noise_bootstrap_options *options,
-                                                             size_t size) TOLIMAN_NOEXCEPT;
 
 /* Moving-block bootstrap: writes log10(1 - P) of the highest power of each of `count` resamplings to
  * log10_residuals[count], sorted, strongest peak first. It assumes no distribution of the noise.

@@ -6,11 +6,10 @@
  *
  * Data flow (functions toliman_period_...)
  *
- *   options.trend, .columns -> create -> toliman_period <- push, push_many, push_samples   <- samples (trend only)
- *                                           |           <- push_rows, retract_rows         <- samples, rows[n][columns]
+ *   options.trend, .columns -> create -> toliman_period <- push, push_many                 <- samples (trend only)
+ *                                           |           <- push_samples, retract_samples   <- samples, rows[n][columns]
  *                                           +-> all queries of period.h and period_fap.h
  *                                           +-> query_coefficients          coefficients of the functions
- *                                           +-> query_fit_rows              period and its error, with columns
  *
  * Model        y = c_0 + sum over j of c_j b_j + a cos(2 pi f t) + b sin(2 pi f t), with K - 1 <= 8 functions b_j, in
  *              this order: the Chebyshev polynomials T_1 ... T_trend, then the columns.
@@ -47,20 +46,6 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Adds n samples with the values of their columns, or none if one is refused; the message names its index.
- *   rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
- * Functions without this argument return TOLIMAN_E_ARGUMENT if the periodogram has columns.
- * Errors: as toliman_period_push_samples; TOLIMAN_E_RANGE if a value exceeds its column_bound. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_rows(toliman_period *period,
-                                                                       const toliman_period_sample *samples,
-                                                                       const double *rows, size_t n) TOLIMAN_NOEXCEPT;
-
-/* Removes n samples given as in toliman_period_push_rows. Otherwise as toliman_period_retract_many. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_rows(toliman_period *period,
-                                                                          const toliman_period_sample *samples,
-                                                                          const double *rows,
-                                                                          size_t n) TOLIMAN_NOEXCEPT;
-
 /* Writes the coefficients of mean and nuisance functions fitted with the sinusoid at grid frequency k to
  * coefficients[count], and their standard errors, scaled by the residual, to errors[count].
  *   count   1 + trend + columns
@@ -72,16 +57,6 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_rows(tolima
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_coefficients(const toliman_period *period, int64_t k,
                                                                                 size_t count, double *coefficients,
                                                                                 double *errors) TOLIMAN_NOEXCEPT;
-
-/* Refines the highest peak with the samples that were pushed, as toliman_period_query_fit, with their columns.
- *   rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
- * The coefficients of the functions are fitted with frequency, amplitude, phase and offset, which is the coefficient of
- * the mean. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit_rows(const toliman_period *period,
-                                                                            const double *t, const double *y,
-                                                                            const double *sigma, const double *rows,
-                                                                            size_t n,
-                                                                            toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

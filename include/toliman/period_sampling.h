@@ -4,7 +4,6 @@
  *
  *   toliman_period, times -> query_sampling -> time span, Nyquist frequency, flags
  *   toliman_period, frequency of a peak -> query_aliases -> aliases
- *   interval -> interval_name
  */
 #ifndef TOLIMAN_PERIOD_SAMPLING_H
 #define TOLIMAN_PERIOD_SAMPLING_H
@@ -41,10 +40,6 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_sampling(
 #define TOLIMAN_PERIOD_INTERVAL_SOLAR_DAY 122    /* 1 d, or a fraction of it */
 #define TOLIMAN_PERIOD_INTERVAL_SIDEREAL_DAY 123 /* 0.99726957 d, or a fraction of it */
 #define TOLIMAN_PERIOD_INTERVAL_YEAR 124         /* 365.25 d */
-
-/* Returns the name of an interval: "sampling", "solar day", "sidereal day", "year"; "?" for another number. Static
- * text. */
-TOLIMAN_API const char *toliman_period_interval_name(int32_t interval_kind) TOLIMAN_NOEXCEPT;
 
 /* Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g. */
 typedef struct toliman_period_alias {

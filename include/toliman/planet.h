@@ -3,8 +3,8 @@
  * Data flow (functions toliman_planet_...)
  *
  *   series, options -> create -> toliman_planet -> get_info                       number of planets, residuals, priors
- *   (measure.h,                                -> get_candidate                  orbit, mass, odds
- *    options_init)                             -> get_samples                    samples of the posterior
+ *   (measure.h)                                -> get_candidate                  orbit, mass, odds
+ *                                              -> get_samples                    samples of the posterior
  *                                              -> get_signal, get_residuals      for figures
  *                                              -> get_outliers                   samples that do not belong
  *                                              -> get_limits, get_efficiency     upper limits, detection probability
@@ -110,9 +110,6 @@ typedef struct toliman_planet_options {
     void *progress_data;
 } toliman_planet_options;
 #define TOLIMAN_PLANET_OPTIONS_INIT TOLIMAN_INIT(toliman_planet_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_planet_options_init(toliman_planet_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Searches a series for planets. Its functions and their priors are fitted, too.
  *   options  may be NULL

@@ -2,7 +2,7 @@
  *
  * Data flow (functions toliman_series_...)
  *
- *   options_init -> create <- name of the input, names of its columns, format and scale of its times
+ *                   create <- name of the input, names of its columns, format and scale of its times
  *                     |
  *     a line ----> parse -> sample: t, y, sigma -> toliman_period_push
  *                     +---> none: a comment, an empty line, or the line of names
@@ -48,9 +48,6 @@ typedef struct toliman_series_options {
     size_t leap_second_count;                /* 0 = the leap seconds of ERFA; leap_seconds may then be NULL */
 } toliman_series_options;
 #define TOLIMAN_SERIES_OPTIONS_INIT TOLIMAN_INIT(toliman_series_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_series_options_init(toliman_series_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates a parser.
  *   options  NULL = the defaults. Texts and leap seconds are copied

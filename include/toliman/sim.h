@@ -4,14 +4,14 @@
  *
  *   scene.json -> plan_file, plan_json                               requirements and cost, without images
  *   scene.json -> create_file, create_json -> toliman_sim -> frame, frame_many -> counts[rows][cols]
- *    options_init                             |                   -> cae.h, linear.h, components.h
+ *                                             |                   -> cae.h, linear.h, components.h
  *                                             +-> get_info, get_name, get_plan, get_stage    properties
  *                                             +-> get_bounds                                 Cramer-Rao bounds
  *                                             +-> get_series, get_offsets                    true values
  *                                             +-> get_pupil, get_spectrum, get_plate_scale   optics and light
  *                                             +-> expect, propagate, get_image               images, derivatives
  *                                             +-> sim_derivative.h                           all derivatives
- *                                             +-> stage_count, stage_name, image_name        names
+ *                                             +-> stage_count, stage_name                    names
  *                                          destroy
  *
  * Conventions
@@ -140,9 +140,6 @@ typedef struct toliman_sim_options {
     const char *bad_pixels;             /* file that replaces detector.bad_pixels of the scene; NULL: none does */
 } toliman_sim_options;
 #define TOLIMAN_SIM_OPTIONS_INIT TOLIMAN_INIT(toliman_sim_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_sim_options_init(toliman_sim_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates a simulator from the scene file at path (schema toliman-scene/1). Names of shipped scenes are not
  * recognised: give their path. File names in the scene are relative to its folder. options may be NULL. The caller
@@ -322,9 +319,6 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 #define TOLIMAN_SIM_IMAGE_SCALE 320      /* derivative by the relative plate scale */
 #define TOLIMAN_SIM_IMAGE_FOCUS 321      /* derivative by the defocus, per nm rms */
 #define TOLIMAN_SIM_IMAGE_BACKGROUND 322 /* derivative by light that falls equally on every pixel, per photon */
-
-/* Returns the name of an image ("shift_x" for TOLIMAN_SIM_IMAGE_SHIFT_X), "?" for an unknown one. Static text. */
-TOLIMAN_API const char *toliman_sim_image_name(int32_t kind) TOLIMAN_NOEXCEPT;
 
 /* Copies the image TOLIMAN_SIM_IMAGE_... given by kind to image[rows][stride]; stride >= cols, in elements.
  * TOLIMAN_E_ARGUMENT for an unknown kind or a smaller stride. */

@@ -3,15 +3,15 @@
  * Data flow (functions toliman_sky_...)
  *
  *   system file or "alpha-cen", observer file -> create -> toliman_sky
- *    (options_init)                               |
+ *                                                 |
  *   TAI times [count]          -> predict --------+-> toliman_sky_prediction [count]
  *   on-target intervals [count] -> predict_mean --+-> toliman_sky_prediction
  *   exposures [count]           -> predict_mean_many -> toliman_sky_prediction [count]
- *   measured separations       -> reduce ---------+-> reduced separations (both measure.h; reduce_options_init)
+ *   measured separations       -> reduce ---------+-> reduced separations (both measure.h)
  *   measured separations       -> refit ----------+-> toliman_sky with another orbit -> save_file -> system file
  *                                                 +-> set_columns -> toliman_period_options (period_nuisance.h)
  *                                                 +-> diagnose (sky_diagnosis.h)
- *                                                 +-> get_info, get_element; element_name, observer_name
+ *                                                 +-> get_info, get_element; element_name
  *                                              destroy
  *
  * The measured separation of alpha Centauri differs from the true one. Differential aberration by the Earth's velocity
@@ -84,9 +84,6 @@ typedef struct toliman_sky_options {
     void *log_data;
 } toliman_sky_options;
 #define TOLIMAN_SKY_OPTIONS_INIT TOLIMAN_INIT(toliman_sky_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_sky_options_init(toliman_sky_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates the predictor of a system.
  *   system   "alpha-cen" (Akeson et al. 2021), the path of a system file (schema toliman-system/1), or the JSON text
@@ -168,9 +165,6 @@ typedef struct toliman_sky_reduce_options {
 } toliman_sky_reduce_options;
 #define TOLIMAN_SKY_REDUCE_OPTIONS_INIT TOLIMAN_INIT(toliman_sky_reduce_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_sky_reduce_options_init(toliman_sky_reduce_options *options, size_t size) TOLIMAN_NOEXCEPT;
-
 /* Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of toliman_sky_predict_mean
  * over the exposure, in the unit of the series.
  *   measured  of kind TOLIMAN_MEASURE_SEPARATION, with exposures; the unit of separations in px is the plate scale
@@ -198,9 +192,6 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_reduce(const toliman_s
 #define TOLIMAN_SKY_OBSERVER_EARTH 701    /* centre of the Earth */
 #define TOLIMAN_SKY_OBSERVER_CIRCULAR 702 /* circular orbit */
 #define TOLIMAN_SKY_OBSERVER_FILE 703     /* observer file */
-
-/* Returns the name of an observer ("Earth", "circular orbit", "file"), "?" for an unknown one. Static text. */
-TOLIMAN_API const char *toliman_sky_observer_name(int32_t observer) TOLIMAN_NOEXCEPT;
 
 /* Properties of a predictor. */
 typedef struct toliman_sky_info {

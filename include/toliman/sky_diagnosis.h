@@ -2,7 +2,7 @@
  *
  * Data flow
  *
- *   toliman_sky (sky.h), measured separations (measure.h) -> diagnose -> toliman_sky_diagnosis, cause_name
+ *   toliman_sky (sky.h), measured separations (measure.h) -> diagnose -> toliman_sky_diagnosis
  *                                                               +-> toliman_sky_hypothesis [7]
  *
  * The velocity of an observer in a low orbit changes the separation of alpha Centauri by 205 to 257 uas every 97
@@ -37,10 +37,6 @@ TOLIMAN_BEGIN_DECLS
 
 /* Number of hypotheses. */
 #define TOLIMAN_SKY_HYPOTHESES 7u
-
-/* Returns the name of a cause ("none", "time", "axes", "rotation_x", "rotation_y", "rotation_z", "scale", "centre"),
- * "?" for an unknown one. Static text. */
-TOLIMAN_API const char *toliman_sky_cause_name(int32_t cause) TOLIMAN_NOEXCEPT;
 
 /* A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
  * of a year: times wrong by a whole number of revolutions of the observer leave residuals of that period, and so may a

@@ -3,7 +3,7 @@
  *
  * Data flow (functions toliman_track_...)
  *
- *   options_init, load_options -> create <- folder (ledger, setup, checkpoint)
+ *                 load_options -> create <- folder (ledger, setup, checkpoint)
  *                                    |
  *   frames[count] -> push -> toliman_track -> outcomes[count]; get_period -> period.h
  *   other folders -> merge ----------+
@@ -83,9 +83,6 @@ typedef struct toliman_track toliman_track;
 #define TOLIMAN_TRACK_VERDICT_INTERVALS 508 /* never an outcome: on-target intervals of the next frame */
 #define TOLIMAN_TRACK_VERDICT_MISFIT 509    /* */
 
-/* Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text. */
-TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEXCEPT;
-
 /* Reasons for rejection, and why a frame is unreduced. */
 #define TOLIMAN_TRACK_REASON_NONE 511
 #define TOLIMAN_TRACK_REASON_SHAPE 512      /* number of rows or columns differs from the tracker's */
@@ -100,9 +97,6 @@ TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEX
 /* Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
  * intervals; or an interval is shorter than 1 ns or longer than 400 days. */
 #define TOLIMAN_TRACK_REASON_NO_INTERVALS 519
-
-/* Returns the name of a reason ("zero run"), "?" for an unknown one. Static text. */
-TOLIMAN_API const char *toliman_track_reason_name(int32_t reason) TOLIMAN_NOEXCEPT;
 
 /* Outcome of a pushed frame. */
 typedef struct toliman_track_outcome {
@@ -150,67 +144,16 @@ typedef int32_t (*toliman_misfit_fn)(const toliman_frame *frame, const toliman_t
 #define TOLIMAN_TRACK_SYNC_FRAME 522 /* fsync after every record */
 #define TOLIMAN_TRACK_SYNC_NONE 523  /* no fsync: a power failure may lose committed records */
 
-/* Options of a tracker. */
-typedef struct toliman_track_options {
-    uint32_t struct_size;
-    uint32_t flags;     /* TOLIMAN_TRACK_... */
-    const char *folder; /* folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes
-                           64 bytes more per frame and 8 per column */
-    int64_t capacity;   /* largest number of frames, at most 2^28; 0 = 2^20. Memory: 3.2 MB + 24 bytes per frame */
-    /* Estimator: one of cae, linear, fit and estimate, or none if no frame is pushed. It must outlive the tracker, and
-     * a network must not be trained meanwhile. */
+/* Estimator of a tracker: one of cae, linear, fit and estimate, or none if no frame is pushed. It must outlive the
+ * tracker, and a network must not be trained meanwhile. */
+typedef struct toliman_track_estimator {
     const toliman_cae *cae;
     const toliman_linear *linear;
-    toliman_estimate_fn estimate;
-    void *estimate_data;
-    uint64_t estimator_id; /* number that identifies `estimate`. If no estimator is given: the number of the estimator
-                              that wrote the ledger. Ignored with cae, linear and fit, which have their own */
-    char values[176];      /* list of names ("dx dy") of additional values of `estimate`: at most 7, of 1 to 24
-                              characters a-z 0-9 _; columns of a new ledger. "" with cae, linear and fit */
-    double sigma;          /* standard deviation of a value; 0 = Cramer-Rao bound of cae or linear, half of that of fit;
-                              required with `estimate` and without an estimator */
-    double value_limit;    /* a frame with |value| above it is an outlier; 0 = 10,000 sigma */
-    /* Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
-     * image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-     * shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols =
-     * the smallest frame that holds the image. */
-    int64_t rows, cols, crop_row, crop_col, bin, image_rows, image_cols;
-    uint32_t bit_depth;      /* at most 32; a pixel of 2^bit_depth or more rejects the frame; 0 = no limit */
-    uint32_t zero_run_bytes; /* a run of consecutive zero pixels of this many bytes rejects the frame; 0 = 4096 */
-    /* Periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the grid of the
-     * folder, with its time_offset_ns, unit_ns and period_flags. */
-    double f0, df;
-    int64_t nf;
-    int64_t time_offset_ns; /* TAI of time 0 */
-    double unit_ns;         /* 0 = 86400e9, days */
-    uint32_t period_flags;  /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB */
-    uint32_t threads;       /* threads that estimate; 0 = one per processor, but 1 with `estimate`, which then need not
-                               be thread-safe. Results do not depend on the number */
-    /* Clock table: pairs [clock_points][2] of camera nanoseconds and TAI nanoseconds, both increasing. Linear
-     * interpolation between pairs and extrapolation beyond them; one pair is a constant difference; the pair (0, 0)
-     * means that camera time is TAI. No pairs: the clock table of the folder, also with REBUILD; in a new folder the
-     * camera time is TAI. If the setup file of the folder is lost, grid, clock table, stamp and system must be given.
-     */
-    const int64_t *clock;
-    size_t clock_points;
-    int32_t sync;                       /* TOLIMAN_TRACK_SYNC_..., 0 = GROUP */
-    uint32_t group;                     /* records per fsync, 1 to 65536; 0 = 64 */
-    const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    /* Receives a warning for each kind of damage that toliman_track_create repairs or ignores, during that call only:
-     * a checkpoint that is damaged, missing or of another ledger; an incomplete record at the end of the ledger; lost
-     * session names. May be NULL. */
-    toliman_log_fn log;
-    void *log_data;
-    /* Origin of the camera_ns of all frames: stamp and exposure_s of toliman_ingest_options. The tracker records both
-     * in the setup file. In a reduction, exposure_s is the exposure of frames without their own. */
-    int32_t stamp;     /* TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE */
-    int32_t trend;     /* order of a trend, see trend_start */
-    double exposure_s; /* length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown */
-    /* Estimator that follows moving stars. The prediction of a frame is its time in the scene, (TAI - time_offset_ns) /
-     * 86400e9 days, so that time 0 of the scene is TAI time_offset_ns. The value is displacement_px, its sigma
-     * separation_sigma_px; the columns are those of values = "separation_px x_px y_px". The sigma of a frame may be 0.5
-     * to 16 times that of the scene's frame at time 0. A frame that does not converge is rejected with REASON_ESTIMATE.
-     * REBUILD with another time_offset_ns does not change values recorded before. */
+    /* Follows moving stars. The prediction of a frame is its time in the scene, (TAI - time_offset_ns) / 86400e9 days,
+     * so that time 0 of the scene is TAI time_offset_ns. The value is displacement_px, its sigma separation_sigma_px;
+     * the columns are those of values = "separation_px x_px y_px". The sigma of a frame may be 0.5 to 16 times that of
+     * the scene's frame at time 0. A frame that does not converge is rejected with REASON_ESTIMATE. REBUILD with another
+     * time_offset_ns does not change values recorded before. */
     const toliman_fit *fit;
     /* NULL, or the networks that estimate the separation. Requires `fit`, for which the bank must have been made
      * (otherwise TOLIMAN_E_MISMATCH). Each frame is encoded by toliman_bank_encode with the prediction described at
@@ -219,50 +162,127 @@ typedef struct toliman_track_options {
      * values = "separation_px x_px y_px fit_separation_px": the separation of the networks, the shift of the scene's
      * centre, and the separation of the fit. The efficiency is sqrt(cov_fit_separation_px_fit_separation_px)/sigma.
      * Each network must be trained to an efficiency of at least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A
-     * folder refuses another bank, as any other estimator. The bank must outlive the tracker. */
+     * folder refuses another bank, as any other estimator. */
     const toliman_bank *bank;
-    /* System and observer of the reduction, with all effects, or NULL. The tracker must have a value separation_px:
-     * with `fit`, or with `estimate` and this name in `values`. To push frames to a folder with a system, give the same
-     * system, and an observer in orbit if it had one (TOLIMAN_E_ARGUMENT if NULL, TOLIMAN_E_MISMATCH for another). To
-     * read or merge, give NULL. Must outlive the tracker. With `sky`, the default of value_limit is at least 0.25
-     * px. */
+    toliman_estimate_fn estimate;
+    void *estimate_data;
+    uint64_t id;      /* number that identifies `estimate`. If no estimator is given: the number of the estimator that
+                         wrote the ledger. Ignored with cae, linear and fit, which have their own */
+    double sigma;     /* standard deviation of a value; 0 = Cramer-Rao bound of cae or linear, half of that of fit;
+                         required with `estimate` and without an estimator */
+    char values[176]; /* list of names ("dx dy") of additional values of `estimate`: at most 7, of 1 to 24 characters
+                         a-z 0-9 _; columns of a new ledger. "" with cae, linear and fit */
+} toliman_track_estimator;
+
+/* Frames of a tracker: rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
+ * image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the shape
+ * that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the smallest
+ * frame that holds the image. */
+typedef struct toliman_track_frames {
+    int64_t rows, cols, crop_row, crop_col, bin, image_rows, image_cols;
+    uint32_t bit_depth;      /* at most 32; a pixel of 2^bit_depth or more rejects the frame; 0 = no limit */
+    uint32_t zero_run_bytes; /* a run of consecutive zero pixels of this many bytes rejects the frame; 0 = 4096 */
+    /* Origin of the camera_ns of all frames: stamp and exposure_s of toliman_ingest_options. The tracker records both
+     * in the setup file. In a reduction, exposure_s is the exposure of frames without their own. */
+    int32_t stamp; /* TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE */
+    uint32_t reserved;
+    double exposure_s; /* length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown */
+} toliman_track_frames;
+
+/* Periodogram of a tracker: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the grid of
+ * the folder, with its time_offset_ns, unit_ns and flags.
+ *
+ * Nuisance functions are fitted with the mean at each frequency (period_nuisance.h). With TOLIMAN_PERIOD_FIXED_MEAN
+ * there are none. */
+typedef struct toliman_track_grid {
+    double f0, df;
+    int64_t nf;
+    int64_t time_offset_ns; /* TAI of time 0 */
+    double unit_ns;         /* 0 = 86400e9, days */
+    uint32_t flags;         /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB */
+    int32_t trend;          /* 1 to 8: a trend of this order; -1: none, the mean alone; 0 = the functions of the folder.
+                               In a new folder, and in a rebuild with sky, 0 = with sky the errors of its orbit
+                               (toliman_sky_set_columns), otherwise none */
+    double trend_start, trend_end; /* span of the trend, in units of unit_ns since time_offset_ns. A frame outside is
+                                      rejected with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span
+                                      of the grid */
+} toliman_track_grid;
+
+/* Clock table of a tracker: pairs of camera nanoseconds and TAI nanoseconds, both increasing. Linear interpolation
+ * between pairs and extrapolation beyond them; one pair is a constant difference; the pair (0, 0) means that camera time
+ * is TAI. No pairs: the clock table of the folder, also with REBUILD; in a new folder the camera time is TAI. If the
+ * setup file of the folder is lost, grid, clock table, stamp and system must be given. */
+typedef struct toliman_track_clock {
+    const int64_t *pairs; /* [count][2] */
+    size_t count;
+} toliman_track_clock;
+
+/* Reduction of a tracker's values to the orbit of the binary. */
+typedef struct toliman_track_reduction {
+    /* System and observer, with all effects, or NULL. The tracker must have a value separation_px: with `fit`, or with
+     * `estimate` and this name in `values`. To push frames to a folder with a system, give the same system, and an
+     * observer in orbit if it had one (TOLIMAN_E_ARGUMENT if NULL, TOLIMAN_E_MISMATCH for another). To read or merge,
+     * give NULL. Must outlive the tracker. */
     const toliman_sky *sky;
     double plate_scale_arcsec; /* arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`.
                                   toliman_track_load_options: 0 = the folder has no system */
+    double scale_sigma;        /* standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of
+                                  the folder; in a new folder no error */
+} toliman_track_reduction;
+
+/* Limits of a tracker. */
+typedef struct toliman_track_limits {
+    double value; /* a frame with |value| above it is an outlier; 0 = 10,000 sigma, with sky at least 0.25 px */
+    /* Of the chi-square of a frame; frames above it are misfits.
+     *   > 0  this number
+     *   -1   4 times the median of all valid frames of the folder, misfits included, at least 2 and at most 100,
+     *        rounded by up to 0.4 %: a model that is wrong by a chi-square of 10 is usable, and one of 1000 is not. The
+     *        verdict of earlier frames changes with the median; it does not depend on the order of arrival
+     *   0    that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1 */
+    double chi_square;
+    toliman_misfit_fn misfit; /* may be NULL */
+    void *misfit_data;
+} toliman_track_limits;
+
+/* Ledger of a tracker. */
+typedef struct toliman_track_ledger {
+    int64_t capacity; /* largest number of frames, at most 2^28; 0 = 2^20. Memory: 3.2 MB + 24 bytes per frame */
+    int32_t sync;     /* TOLIMAN_TRACK_SYNC_..., 0 = GROUP */
+    uint32_t group;   /* records per fsync, 1 to 65536; 0 = 64 */
     /* NULL, or an existing folder: a new folder takes its clock table, system and plate scale, with nf = 0 also its
      * grid, and with stamp = 0 its stamp and exposure_s. For a merge. */
     const char *setup_folder;
-    /* Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). With TOLIMAN_PERIOD_FIXED_MEAN
-     * there are none.
-     *   trend              1 to 8: a trend of this order; -1: none, the mean alone; 0 = those of the folder. In a new
-     *                      folder, and in a rebuild with sky, 0 = with sky the errors of its orbit
-     *                      (toliman_sky_set_columns), otherwise none
-     *   trend_start, _end  span of the trend, in units of unit_ns since time_offset_ns. A frame outside is rejected
-     *                      with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid
-     *   scale_sigma        standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
-     *                      folder; in a new folder no error */
-    double trend_start, trend_end;
-    double scale_sigma;
-    /* Limit of the chi-square of a frame; frames above it are misfits.
-     *   > 0      this number
-     *   -1       4 times the median of all valid frames of the folder, misfits included, at least 2 and at most 100,
-     *            rounded by up to 0.4 %: a model that is wrong by a chi-square of 10 is usable, and one of 1000 is not.
-     *            The verdict of earlier frames changes with the median; it does not depend on the order of arrival
-     *   0        that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1 */
-    double chi_limit;
-    toliman_misfit_fn misfit; /* may be NULL */
-    void *misfit_data;
+} toliman_track_ledger;
+
+/* Options of a tracker. */
+typedef struct toliman_track_options {
+    uint32_t struct_size;
+    uint32_t flags;     /* TOLIMAN_TRACK_... */
+    const char *folder; /* folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes
+                           64 bytes more per frame and 8 per column */
+    toliman_track_estimator estimator;
+    toliman_track_frames frames;
+    toliman_track_grid grid;
+    toliman_track_clock clock;
+    toliman_track_reduction reduction;
+    toliman_track_limits limits;
+    toliman_track_ledger ledger;
+    uint32_t threads; /* threads that estimate; 0 = one per processor, but 1 with `estimate`, which then need not be
+                         thread-safe. Results do not depend on the number */
+    uint32_t reserved;
+    const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
+    /* Receives a warning for each kind of damage that toliman_track_create repairs or ignores, during that call only:
+     * a checkpoint that is damaged, missing or of another ledger; an incomplete record at the end of the ledger; lost
+     * session names. May be NULL. */
+    toliman_log_fn log;
+    void *log_data;
 } toliman_track_options;
 #define TOLIMAN_TRACK_OPTIONS_INIT TOLIMAN_INIT(toliman_track_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_track_options_init(toliman_track_options *options, size_t size) TOLIMAN_NOEXCEPT;
-
 /* Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
- * given pointer), estimator_id, values, sigma, value_limit, chi_limit, bit_depth, zero_run_bytes, the flag
- * TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, trend, stamp, exposure_s, plate_scale_arcsec and scale_sigma (nf = 0
- * and stamp = 0 if the setup file is lost), and a capacity of twice the number of records, at least 2^20 and at most
- * 2^28. Other members are set to their defaults. Errors:
+ * given pointer), id, values and sigma of the estimator, frames, grid, limits, plate_scale_arcsec and scale_sigma (nf = 0
+ * and stamp = 0 if the setup file is lost), the flag TOLIMAN_TRACK_ALLOW_ZERO_RUNS, and a capacity of twice the number
+ * of records, at least 2^20 and at most 2^28. Other members are set to their defaults. Errors:
  *   - TOLIMAN_E_NOT_FOUND, with the folder as the field of the error, if it does not exist, cannot be opened or has no
  *     ledger of frames: toliman_track_create may begin one in it. With a file as the field if that cannot be read;
  *   - TOLIMAN_E_FORMAT if the ledger is damaged, or is missing although other files of the folder exist. */
@@ -366,9 +386,8 @@ typedef struct toliman_track_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const toliman_track *track,
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
 
-/* Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
- * point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator, log and misfit are NULL.
- */
+/* Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and
+ * clock.pairs point to memory of the tracker. Pointers to objects, callbacks and the allocator are NULL. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_get_options(const toliman_track *track, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 

@@ -87,10 +87,6 @@ void toliman::api::check_fit(const toliman_bank &bank, const toliman_fit &fit, c
              name);
 }
 
-void toliman_bank_options_init(toliman_bank_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_bank_options{}, options, size);
-}
-
 toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_options *given,
                                  toliman_bank_plan_info *out) noexcept {
     return guard([&] {
@@ -99,8 +95,7 @@ toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_opti
         const optics::Light &light = use->simulator.light();
         if (scene.stars.size() < 2)
             fail(Status::unsupported, "%s: {stars}: a bank needs two stars", scene.source.c_str());
-        const bank::Options options =
-            options_of(accept(given, toliman_bank_options{}, "options"), longest_days(scene.cadence));
+        const bank::Options options = options_of(accept(given, "options"), longest_days(scene.cadence));
         const auto dates = bank::dates_of(options.first_days, options.last_days, options.spacing_px, [&](double days) {
             const optics::Offsets place = optics::unobserved_offsets_at(scene, light, days);
             return std::array<double, 2>{place[1][0] - place[0][0], place[1][1] - place[0][1]};
@@ -122,7 +117,7 @@ toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_opti
 toliman_status toliman_bank_create(const toliman_fit *fit, const toliman_bank_options *options,
                                    toliman_bank **out) noexcept {
     return guard([&] {
-        const toliman_bank_options known = accept(options, toliman_bank_options{}, "options");
+        const toliman_bank_options known = accept(options, "options");
         const MemoryScope scope(memory_of(known.allocator));
         const Use use(fit, "fit");
         toliman_bank *&made = required(out, "out");
@@ -139,17 +134,13 @@ void toliman_bank_destroy(toliman_bank *bank) noexcept {
     destroy(bank);
 }
 
-void toliman_bank_train_options_init(toliman_bank_train_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_bank_train_options{}, options, size);
-}
-
 toliman_status toliman_bank_train(toliman_bank *handle, const toliman_fit *fit,
                                   const toliman_bank_train_options *options) noexcept {
     return guard([&] {
         const Use use(handle, "bank");
         const Use model(fit, "fit");
         check_fit(*handle, *fit, "bank");
-        const toliman_bank_train_options known = accept(options, toliman_bank_train_options{}, "options");
+        const toliman_bank_train_options known = accept(options, "options");
         std::optional<Journal> journal;
         open_journal(journal, known.journal, "BANK", [&] { return use->bank.inputs(); });
         use->bank.train(model->fit.first(), known.threads, {known.progress, known.progress_data},

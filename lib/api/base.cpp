@@ -81,10 +81,6 @@ const char *better_core(const char *core) noexcept {
 
 extern "C" {
 
-void toliman_load_options_init(toliman_load_options *options, size_t size) noexcept {
-    api::deliver_defaults(toliman_load_options{}, options, size);
-}
-
 const char *toliman_status_name(toliman_status status) noexcept {
     for (const Code &entry : kCodes)
         if (entry.code == status)
@@ -100,22 +96,8 @@ const char *toliman_last_error_field(void) noexcept {
     return last_error_field();
 }
 
-size_t toliman_last_error_copy(char *text, size_t size) noexcept {
-    const size_t length = std::strlen(last_error());
-    if (text != nullptr && size > 0) {
-        const size_t kept = length < size ? length : size - 1;
-        std::memcpy(text, last_error(), kept);
-        text[kept] = '\0';
-    }
-    return length;
-}
-
 const char *toliman_version(void) noexcept {
     return TOLIMAN_VERSION;
-}
-
-int32_t toliman_version_number(void) noexcept {
-    return TOLIMAN_VERSION_NUMBER;
 }
 
 int32_t toliman_abi_version(void) noexcept {

@@ -40,7 +40,7 @@ struct Request {
 };
 
 Request request_of(const optics::Simulator &simulator, const toliman_sim_budget_options *options) {
-    const auto known = accept(options, toliman_sim_budget_options{}, "options");
+    const auto known = accept(options, "options");
     if (known.reserved != 0)
         fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
     if (known.frames < 0 || known.frames > kMostFrames)
@@ -91,10 +91,6 @@ toliman_sim_budget_row public_row(const information::BudgetRow &row, size_t i, c
 } // namespace
 
 extern "C" {
-
-void toliman_sim_budget_options_init(toliman_sim_budget_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_sim_budget_options{}, options, size);
-}
 
 toliman_status toliman_sim_get_budget(const toliman_sim *sim, const toliman_sim_budget_options *options,
                                       toliman_sim_budget *out) noexcept {

@@ -37,7 +37,7 @@ constexpr Choice<cae::Centre> kCentres = {TOLIMAN_CAE_CENTRE_SCENE, TOLIMAN_CAE_
 constexpr Choice<cae::Mode> kModes = {TOLIMAN_CAE_MODE_TIED, TOLIMAN_CAE_MODE_UNSUPERVISED, "TOLIMAN_CAE_MODE_..."};
 
 toliman_cae_train_options known_train_options(const toliman_cae_train_options *given) {
-    toliman_cae_train_options options = accept(given, toliman_cae_train_options{}, "options");
+    toliman_cae_train_options options = accept(given, "options");
     options.mode = kModes.to_constant(kModes.to_enum_or(options.mode, cae::Mode::tied, "options->mode"));
     if (!(options.learning_rate >= 0 && options.learning_rate <= 1))
         fail(Status::argument, "{options->learning_rate} = %g: must be in [0, 1], 0 for the default",
@@ -158,7 +158,7 @@ toliman_cae_training train_unsupervised(toliman_cae &cae, const toliman_cae_trai
 std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_options *given) {
     const Use use(cae, "cae");
     const cae::Network &network = use->network;
-    const toliman_cae_save_options options = accept(given, toliman_cae_save_options{}, "options");
+    const toliman_cae_save_options options = accept(given, "options");
     check_truth("options->with_training", options.with_training);
     return cae::to_blob(
         network,
@@ -185,16 +185,12 @@ void store_network(cae::Blob &&blob, uint32_t threads, toliman_cae **out) {
 
 extern "C" {
 
-void toliman_cae_options_init(toliman_cae_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_cae_options{}, options, size);
-}
-
 toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const toliman_cae_options *options,
                                   toliman_cae **out) noexcept {
     return guard([&] {
         const Use use(sim, "sim");
         const auto &simulator = use->simulator;
-        const toliman_cae_options known = accept(options, toliman_cae_options{}, "options");
+        const toliman_cae_options known = accept(options, "options");
         const cae::Layout &layout = layout_of(known.layout);
         if (known.reserved != 0)
             fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
@@ -214,10 +210,6 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
 
 void toliman_cae_destroy(toliman_cae *cae) noexcept {
     destroy(cae);
-}
-
-void toliman_cae_train_options_init(toliman_cae_train_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_cae_train_options{}, options, size);
 }
 
 toliman_status toliman_cae_train(toliman_cae *cae, const toliman_cae_train_options *options,
@@ -348,10 +340,6 @@ toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *cou
         if (photon_floor != nullptr)
             *photon_floor = quality.photon_floor;
     });
-}
-
-void toliman_cae_save_options_init(toliman_cae_save_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_cae_save_options{}, options, size);
 }
 
 toliman_status toliman_cae_save(const toliman_cae *cae, const toliman_cae_save_options *options, void *bytes,

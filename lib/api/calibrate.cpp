@@ -205,16 +205,12 @@ calibrate::Options options_of(const toliman_calibration_options &given) {
 
 } // namespace
 
-void toliman_calibration_options_init(toliman_calibration_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_calibration_options{}, options, size);
-}
-
 toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_image *image, size_t count,
                                           const toliman_fit_prediction *predictions,
                                           const toliman_calibration_options *options,
                                           toliman_calibration **out) noexcept {
     return guard([&] {
-        const toliman_calibration_options given = accept(options, toliman_calibration_options{}, "options");
+        const toliman_calibration_options given = accept(options, "options");
         const MemoryScope scope(memory_of(given.allocator));
         const Use use(sim, "sim");
         const optics::Simulator &simulator = use->simulator;

@@ -44,7 +44,7 @@ enum class Method { pca, dictionary };
 constexpr Choice<Method> kMethods = {TOLIMAN_COMPONENTS_PCA, TOLIMAN_COMPONENTS_DICTIONARY, "TOLIMAN_COMPONENTS_..."};
 
 toliman_components_train_options known_options(const toliman_components_train_options *given) {
-    auto options = accept(given, toliman_components_train_options{}, "options");
+    auto options = accept(given, "options");
     if (options.reserved != 0)
         fail(Status::argument, "{options->reserved} = %u: must be 0", options.reserved);
     options.method = kMethods.to_constant(kMethods.to_enum_or(options.method, Method::pca, "options->method"));
@@ -77,21 +77,13 @@ void discard_training(toliman_components &components) noexcept {
 
 extern "C" {
 
-void toliman_components_options_init(toliman_components_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_components_options{}, options, size);
-}
-
-void toliman_components_train_options_init(toliman_components_train_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_components_train_options{}, options, size);
-}
-
 toliman_status toliman_components_create(const toliman_sim *sim, const toliman_components_options *options,
                                          toliman_components **out) noexcept {
     return guard([&] {
         const Use use(sim, "sim");
         const auto &simulator = use->simulator;
         toliman_components *&made = required(out, "out");
-        const auto known = accept(options, toliman_components_options{}, "options");
+        const auto known = accept(options, "options");
         const linear::Preparation preparation = preparation_of(known, simulator.scene().cadence.frames);
         const MemoryScope scope(memory_of(known.allocator));
         const Log log = preparation.raw ? Log() : Log{known.log, known.log_data}; // raw counts are not projected

@@ -44,7 +44,7 @@ double capture_of(const toliman_fit_options &options) {
 // Checked options.
 struct FitSettings {
     explicit FitSettings(const toliman_fit_options *options) {
-        const toliman_fit_options known = accept(options, toliman_fit_options{}, "options");
+        const toliman_fit_options known = accept(options, "options");
         threads = known.threads;
         free = parameters_of(known.free, "options->free", &self);
         capture_px = capture_of(known);
@@ -132,7 +132,7 @@ fit::Prediction prediction_of(const toliman_fit_prediction &given, const char *n
 }
 
 fit::Prediction prediction_of(const toliman_fit_prediction *given) {
-    return given == nullptr ? fit::Prediction() : prediction_of(accept(given, {}, "prediction"), "prediction");
+    return given == nullptr ? fit::Prediction() : prediction_of(accept(given, "prediction"), "prediction");
 }
 
 toliman_fit_result public_result(const fit::Result &result, size_t n) {
@@ -161,10 +161,6 @@ toliman_fit_result public_result(const fit::Result &result, size_t n) {
 }
 
 } // namespace toliman::api
-
-void toliman_fit_options_init(toliman_fit_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_fit_options{}, options, size);
-}
 
 toliman_status toliman_fit_create(const toliman_sim *sim, const toliman_fit_options *options,
                                   toliman_fit **out) noexcept {

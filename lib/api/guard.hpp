@@ -88,18 +88,9 @@ template <class T> void deliver(const T &result, T *out, const char *name) {
     __builtin_memcpy(out, &whole, size);
 }
 
-// Copies default options to the caller, truncated to the caller's struct; further members of a larger struct become 0.
-template <class T> void deliver_defaults(const T &defaults, T *options, size_t size) noexcept {
-    if (options == nullptr || size < sizeof defaults.struct_size)
-        return;
-    __builtin_memset(static_cast<void *>(options), 0, size);
-    __builtin_memcpy(static_cast<void *>(options), &defaults, size < sizeof defaults ? size : sizeof defaults);
-    options->struct_size = static_cast<uint32_t>(size);
-}
-
-// Returns the caller's options; members that the caller's struct lacks have their defaults. NULL: the defaults.
-template <class T> T accept(const T *options, const T &defaults, const char *name) {
-    T known = defaults;
+// Returns the caller's options. Members that the caller's struct lacks are 0, their default; NULL: all are.
+template <class T> T accept(const T *options, const char *name) {
+    T known = {};
     if (options != nullptr) {
         check_struct_size(name, *options);
         __builtin_memcpy(&known, options, options->struct_size);

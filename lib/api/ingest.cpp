@@ -33,8 +33,6 @@ constexpr Choice<ingest::EventKind> kEvents = {TOLIMAN_INGEST_EVENT_NOTHING, TOL
                                                "TOLIMAN_INGEST_EVENT_..."};
 constexpr Choice<ingest::Reason> kReasons = {TOLIMAN_INGEST_REASON_NONE, TOLIMAN_INGEST_REASON_OVERLAP,
                                              "TOLIMAN_INGEST_REASON_..."};
-constexpr const char *kReasonNames[] = {"none",       "bad line",      "short file",  "place unknown",
-                                        "clock jump", "clocks differ", "extra bytes", "overlap"};
 
 // Difference between the middle of the exposure and its time stamp.
 int64_t shift_of(const toliman_ingest_options &options) {
@@ -75,7 +73,7 @@ void check(const toliman_ingest_options &options) {
 
 toliman_ingest_options known_options(const toliman_ingest_options *given) {
     required(given, "options");
-    toliman_ingest_options options = accept(given, toliman_ingest_options{}, "options");
+    toliman_ingest_options options = accept(given, "options");
     options.stamp = kStamps.to_constant(kStamps.to_enum_or(options.stamp, Stamp::start, "options->stamp"));
     options.buffers = options.buffers != 0 ? options.buffers : 1;
     check(options);
@@ -138,10 +136,6 @@ toliman_ingest_event public_event(const ingest::Event &event) {
 
 extern "C" {
 
-void toliman_ingest_options_init(toliman_ingest_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_ingest_options{}, options, size);
-}
-
 toliman_status toliman_ingest_create(const char *path, const toliman_ingest_options *options,
                                      toliman_ingest **out) noexcept {
     return guard([&] {
@@ -156,10 +150,6 @@ toliman_status toliman_ingest_create(const char *path, const toliman_ingest_opti
 
 void toliman_ingest_destroy(toliman_ingest *ingest) noexcept {
     destroy(ingest);
-}
-
-const char *toliman_ingest_reason_name(int32_t reason) noexcept {
-    return kReasons.contains(reason) ? kReasonNames[reason - kReasons.first] : "?";
 }
 
 toliman_status toliman_ingest_next(toliman_ingest *ingest, toliman_frame *frame, toliman_ingest_event *event) noexcept {
@@ -179,7 +169,7 @@ toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t o
         const Use use(ingest, "ingest");
         if (offset < 0)
             fail(Status::argument, "{offset} = %lld: must be at least 0", static_cast<long long>(offset));
-        const toliman_frame known = accept(&required(reference, "reference"), toliman_frame{}, "reference");
+        const toliman_frame known = accept(&required(reference, "reference"), "reference");
         required(pixels, "pixels");
         required(shift, "shift");
         if (known.pixel != use->options.pixel || known.rows < 1 || known.cols < 1 || known.rows > kLargestSide ||

@@ -11,14 +11,10 @@
 using namespace toliman;
 using namespace toliman::api;
 
-void toliman_linear_options_init(toliman_linear_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_linear_options{}, options, size);
-}
-
 toliman_status toliman_linear_create(const toliman_sim *sim, const toliman_linear_options *options,
                                      toliman_linear **out) noexcept {
     return guard([&] {
-        const toliman_linear_options known = accept(options, toliman_linear_options{}, "options");
+        const toliman_linear_options known = accept(options, "options");
         const MemoryScope scope(memory_of(known.allocator));
         const Use use(sim, "sim");
         const auto &simulator = use->simulator;

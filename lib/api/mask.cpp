@@ -176,15 +176,11 @@ std::string json_of(const Mask &mask) {
 
 extern "C" {
 
-void toliman_mask_options_init(toliman_mask_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_mask_options{}, options, size);
-}
-
 toliman_status toliman_mask_create(const toliman_sim *sim, const toliman_mask_options *options,
                                    toliman_mask **out) noexcept {
     return guard([&] {
         const Use use(sim, "sim");
-        const auto given = accept(options, toliman_mask_options{}, "options");
+        const auto given = accept(options, "options");
         toliman_mask *&made = required(out, "out");
         if (use->simulator.plan().engine == optics::EngineKind::padded_fft)
             fail(Status::unsupported, "{sim}: the engine PADDED_FFT models no mask");

@@ -23,7 +23,6 @@ namespace {
 
 constexpr size_t kLargestFile = size_t{1} << 36;
 constexpr double kLongestExposure = 400 * 86400.0; // s, of the predictions
-constexpr const char *kKindNames[] = {"value", "separation", "reduced", "velocity"};
 
 std::vector<double> copied(const double *values, size_t n) {
     return values != nullptr ? std::vector<double>(values, values + n) : std::vector<double>();
@@ -203,22 +202,10 @@ std::vector<double> values_of(const measure::Series &series, const std::string &
 
 extern "C" {
 
-const char *toliman_measure_kind_name(int32_t kind) noexcept {
-    return kMeasureKinds.contains(kind) ? kKindNames[kind - kMeasureKinds.first] : "?";
-}
-
-void toliman_measure_data_init(toliman_measure_data *data, size_t size) noexcept {
-    deliver_defaults(toliman_measure_data{}, data, size);
-}
-
-void toliman_measure_options_init(toliman_measure_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_measure_options{}, options, size);
-}
-
 toliman_status toliman_measure_create(const toliman_measure_data *data, toliman_measure **out) noexcept {
     return guard([&] {
         toliman_measure *&made = required(out, "out");
-        made = new toliman_measure{{}, series_of(accept(&required(data, "data"), toliman_measure_data{}, "data"))};
+        made = new toliman_measure{{}, series_of(accept(&required(data, "data"), "data"))};
     });
 }
 
@@ -227,9 +214,8 @@ toliman_status toliman_measure_load(const void *bytes, size_t size, const char *
     return guard([&] {
         toliman_measure *&made = required(out, "out");
         required_array(bytes, size, 1, "bytes");
-        made = new toliman_measure{{},
-                                   series_of({static_cast<const char *>(bytes), size}, name,
-                                             accept(options, toliman_measure_options{}, "options"))};
+        made = new toliman_measure{
+            {}, series_of({static_cast<const char *>(bytes), size}, name, accept(options, "options"))};
     });
 }
 
@@ -238,7 +224,7 @@ toliman_status toliman_measure_load_file(const char *path, const toliman_measure
     return guard([&] {
         required(path, "path");
         toliman_measure *&made = required(out, "out");
-        const auto known = accept(options, toliman_measure_options{}, "options");
+        const auto known = accept(options, "options");
         if (is_folder(path)) {
             made = new toliman_measure{{}, series_of_folder(path, known)};
             return;

@@ -21,13 +21,13 @@ inline Memory memory_of(const toliman_allocator *allocator) {
 }
 
 inline Memory memory_of(const toliman_load_options *options) {
-    const toliman_load_options known = accept(options, toliman_load_options{}, "options");
+    const toliman_load_options known = accept(options, "options");
     return memory_of(known.allocator);
 }
 
 // The worker threads of a loaded object.
 inline uint32_t threads_of(const toliman_load_options *options) {
-    return accept(options, toliman_load_options{}, "options").threads;
+    return accept(options, "options").threads;
 }
 
 } // namespace toliman::api

@@ -22,15 +22,6 @@ using namespace toliman::api;
 
 namespace {
 
-toliman_period_options default_options() noexcept {
-    const period::Grid grid;
-    toliman_period_options options = {};
-    options.value_bound = grid.value_bound;
-    options.sigma_floor = grid.sigma_floor;
-    options.unit_ns = grid.unit_ns;
-    return options;
-}
-
 period::Basis basis_of(const toliman_period_options &options) {
     period::Basis basis;
     basis.trend = options.trend;
@@ -63,6 +54,15 @@ period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_opti
     return grid;
 }
 
+// The caller's samples with the values of their columns, which the basis must have.
+Structs structs(const toliman_period *period, const toliman_period_sample *samples, const double *rows, size_t n) {
+    const Use use(period, "period");
+    const auto width = static_cast<size_t>(use->stream.grid().basis.columns);
+    if (width > 0)
+        required_array(rows, checked_product(n, width, "rows"), sizeof *rows, "rows");
+    return {samples, n, width > 0 ? rows : nullptr};
+}
+
 // Converts a power from the standard normalisation to another. 1 - P is resolved to about 1e-15, which bounds the
 // result.
 double normalised(double power, int32_t normalisation, double half_chi_square) noexcept {
@@ -77,15 +77,11 @@ double normalised(double power, int32_t normalisation, double half_chi_square) n
 
 extern "C" {
 
-void toliman_period_options_init(toliman_period_options *options, size_t size) noexcept {
-    deliver_defaults(default_options(), options, size);
-}
-
 toliman_status toliman_period_create(double f0, double df, int64_t nf, const toliman_period_options *options,
                                      toliman_period **out) noexcept {
     return guard([&] {
         required(out, "out");
-        const toliman_period_options known = accept(options, default_options(), "options");
+        const toliman_period_options known = accept(options, "options");
         const MemoryScope scope(memory_of(known.allocator));
         *out = new toliman_period{{}, period::Stream(grid_of(f0, df, nf, known))};
     });
@@ -100,7 +96,7 @@ toliman_status toliman_period_suggest(const double *t, const double *y, const do
         const period::Samples samples = {t, y, sigma, n};
         const period::Grid grid =
             only_options ? period::suggest_bounds(samples, mission_span) : period::suggest(samples, mission_span);
-        toliman_period_options suggested = default_options();
+        toliman_period_options suggested = {};
         suggested.flags = flags_of(grid);
         suggested.time_offset = grid.time_offset;
         suggested.value_offset = grid.value_offset;
@@ -136,12 +132,8 @@ toliman_status toliman_period_push_many(toliman_period *period, const double *t,
 }
 
 toliman_status toliman_period_push_samples(toliman_period *period, const toliman_period_sample *samples,
-                                           size_t n) noexcept {
-    return guard([&] { push_all(period, Structs(samples, n)); });
-}
-
-toliman_status toliman_period_retract(toliman_period *period, double t, double y, double sigma) noexcept {
-    return guard([&] { retract_all(period, Arrays{&t, &y, &sigma, 1}); });
+                                           const double *rows, size_t n) noexcept {
+    return guard([&] { push_all(period, structs(period, samples, rows, n)); });
 }
 
 toliman_status toliman_period_retract_many(toliman_period *period, const double *t, const double *y,
@@ -150,8 +142,8 @@ toliman_status toliman_period_retract_many(toliman_period *period, const double 
 }
 
 toliman_status toliman_period_retract_samples(toliman_period *period, const toliman_period_sample *samples,
-                                              size_t n) noexcept {
-    return guard([&] { retract_all(period, Structs(samples, n)); });
+                                              const double *rows, size_t n) noexcept {
+    return guard([&] { retract_all(period, structs(period, samples, rows, n)); });
 }
 
 toliman_status toliman_period_merge(toliman_period *period, const toliman_period *other) noexcept {
@@ -291,11 +283,12 @@ toliman_status toliman_period_query_peak(const toliman_period *period, toliman_p
 }
 
 toliman_status toliman_period_query_fit(const toliman_period *period, const double *t, const double *y,
-                                        const double *sigma, size_t n, toliman_period_peak *out) noexcept {
+                                        const double *sigma, const double *rows, size_t n,
+                                        toliman_period_peak *out) noexcept {
     return guard([&] {
         const Use use(period, "period");
         const period::Stream &stream = use->stream;
-        const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n};
+        const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n, rows};
         required(out, "out");
         deliver(public_fit(stream, samples), out, "out");
     });

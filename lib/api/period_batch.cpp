@@ -10,27 +10,13 @@
 using namespace toliman;
 using namespace toliman::api;
 
-namespace {
-
-toliman_period_batch_options default_options() noexcept {
-    toliman_period_batch_options options = {};
-    options.tolerance = period::BatchJob().tolerance;
-    return options;
-}
-
-} // namespace
-
 extern "C" {
-
-void toliman_period_batch_options_init(toliman_period_batch_options *options, size_t size) noexcept {
-    deliver_defaults(default_options(), options, size);
-}
 
 toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t, const double *y,
                                     const double *sigma, size_t n, const toliman_period_batch_options *options,
                                     double *power) noexcept {
     return guard([&] {
-        const auto known = accept(options, default_options(), "options");
+        const auto known = accept(options, "options");
         if ((known.flags & ~(TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_DIRECT)) != 0)
             fail(Status::argument, "{options->flags} = 0x%x: unknown bits", known.flags);
         if (known.reserved != 0)

@@ -66,10 +66,6 @@ toliman_status toliman_period_query_threshold(const toliman_period *period, int3
     });
 }
 
-void toliman_period_bootstrap_options_init(toliman_period_bootstrap_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_period_bootstrap_options{}, options, size);
-}
-
 toliman_status toliman_period_query_bootstrap(const toliman_period *period, const double *t, const double *y,
                                               const double *sigma, size_t n,
                                               const toliman_period_bootstrap_options *options, size_t count,
@@ -77,7 +73,7 @@ toliman_status toliman_period_query_bootstrap(const toliman_period *period, cons
     return guard([&] {
         const Use use(period, "period");
         const period::Stream &stream = use->stream;
-        const auto known = accept(options, toliman_period_bootstrap_options{}, "options");
+        const auto known = accept(options, "options");
         const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n, known.rows};
         required_array(&required(log10_residuals, "log10_residuals"), count, sizeof *log10_residuals,
                        "log10_residuals");

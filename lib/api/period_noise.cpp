@@ -87,17 +87,13 @@ toliman_period_noise public_noise(const period::NoiseModel &model, const Search 
 
 extern "C" {
 
-void toliman_period_noise_options_init(toliman_period_noise_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_period_noise_options{}, options, size);
-}
-
 toliman_status toliman_measure_query_noise(const toliman_measure *series, double f0, double df, int64_t nf,
                                            const toliman_period_noise_options *options, double *power,
                                            double *coefficients, double *errors, toliman_period_noise *out) noexcept {
     return guard([&] {
         const Use use(series, "series");
         check_struct_size("out", required(out, "out"));
-        const auto known = accept(options, toliman_period_noise_options{}, "options");
+        const auto known = accept(options, "options");
         if ((known.flags & ~TOLIMAN_PERIOD_WHITE_NOISE) != 0)
             fail(Status::argument, "{options->flags} = 0x%x: unknown bits", known.flags);
         const Search search(f0, df, nf, use->series);
@@ -118,17 +114,12 @@ toliman_status toliman_measure_query_noise(const toliman_measure *series, double
     });
 }
 
-void toliman_period_noise_bootstrap_options_init(toliman_period_noise_bootstrap_options *options,
-                                                 size_t size) noexcept {
-    deliver_defaults(toliman_period_noise_bootstrap_options{}, options, size);
-}
-
 toliman_status toliman_measure_query_noise_bootstrap(const toliman_measure *series, double f0, double df, int64_t nf,
                                                      double rho, const toliman_period_noise_bootstrap_options *options,
                                                      size_t count, double *log10_residuals) noexcept {
     return guard([&] {
         const Use use(series, "series");
-        const auto known = accept(options, toliman_period_noise_bootstrap_options{}, "options");
+        const auto known = accept(options, "options");
         required_array(&required(log10_residuals, "log10_residuals"), count, sizeof *log10_residuals,
                        "log10_residuals");
         if (!(rho >= 0 && rho <= period::kMaxRho))

@@ -59,11 +59,6 @@ toliman_status toliman_period_query_sampling(const toliman_period *period, const
     });
 }
 
-const char *toliman_period_interval_name(int32_t interval_kind) noexcept {
-    constexpr const char *kNames[] = {"sampling", "solar day", "sidereal day", "year"};
-    return kIntervals.contains(interval_kind) ? kNames[interval_kind - kIntervals.first] : "?";
-}
-
 toliman_status toliman_period_query_aliases(const toliman_period *period, double frequency,
                                             toliman_period_alias *aliases, size_t capacity, size_t *count) noexcept {
     return guard([&] {

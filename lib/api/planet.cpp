@@ -253,17 +253,12 @@ const char *toliman_planet_reason_name(uint32_t bit) noexcept {
     return text != nullptr ? text : "?";
 }
 
-void toliman_planet_options_init(toliman_planet_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_planet_options{}, options, size);
-}
-
 toliman_status toliman_planet_create(const toliman_measure *series, const toliman_planet_options *options,
                                      toliman_planet **out) noexcept {
     return guard([&] {
         const Use use(series, "series");
         required(out, "out");
-        const planet::Settings settings =
-            settings_of(accept(options, toliman_planet_options{}, "options"), use->series);
+        const planet::Settings settings = settings_of(accept(options, "options"), use->series);
         const Given given(use->series, settings.jitter);
         *out = new toliman_planet(given.get(), settings);
     });
@@ -433,7 +428,7 @@ toliman_status toliman_planet_inject(const toliman_planet *planets, const tolima
     return guard([&] {
         required(detected, "detected");
         const Use use(planets, "planets");
-        const auto known = accept(&required(cell, "cell"), toliman_planet_cell{}, "cell");
+        const auto known = accept(&required(cell, "cell"), "cell");
         const planet::Result &result = use->result;
         const planet::InjectionCell injected = checked(result, known);
         *detected = static_cast<uint32_t>(use->recovery().inject(injected, result.settings.units));

@@ -56,15 +56,10 @@ ingest::SeriesOptions toliman::api::series_options(const toliman_series_options 
 
 extern "C" {
 
-void toliman_series_options_init(toliman_series_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_series_options{}, options, size);
-}
-
 toliman_status toliman_series_create(const toliman_series_options *options, toliman_series **out) noexcept {
     return guard([&] {
         toliman_series *&made = required(out, "out");
-        made = new toliman_series{{},
-                                  ingest::Series(series_options(accept(options, toliman_series_options{}, "options")))};
+        made = new toliman_series{{}, ingest::Series(series_options(accept(options, "options")))};
     });
 }
 

@@ -35,7 +35,7 @@ constexpr api::Choice<optics::EngineKind> kEngines = {TOLIMAN_SIM_ENGINE_MATRIX_
 constexpr api::Choice<optics::Unit> kUnits = {TOLIMAN_SIM_UNIT_PHOTON, TOLIMAN_SIM_UNIT_DN, "TOLIMAN_SIM_UNIT_..."};
 
 toliman_sim_options known_options(const toliman_sim_options *options) {
-    return api::accept(options, toliman_sim_options{}, "options");
+    return api::accept(options, "options");
 }
 
 optics::Settings settings_of(const toliman_sim_options &known) {
@@ -244,10 +244,6 @@ void deliver_plan(const optics::Outline &outline, const optics::Settings &settin
 
 } // namespace
 
-void toliman_sim_options_init(toliman_sim_options *options, size_t size) noexcept {
-    api::deliver_defaults(toliman_sim_options{}, options, size);
-}
-
 toliman_status toliman_sim_create_file(const char *path, const toliman_sim_options *options,
                                        toliman_sim **out) noexcept {
     return api::guard([&] {
@@ -339,7 +335,7 @@ const char *toliman_sim_stage_name(int64_t index) noexcept {
 toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const char *name, int32_t *modelled) noexcept {
     return api::guard([&] {
         api::required(plan, "plan");
-        const toliman_sim_plan_info known = api::accept(plan, toliman_sim_plan_info{}, "plan");
+        const toliman_sim_plan_info known = api::accept(plan, "plan");
         api::required(name, "name");
         size_t stage = 0;
         while (stage < optics::kStages && std::strcmp(optics::stage_name(stage), name) != 0)
@@ -368,14 +364,6 @@ toliman_status toliman_sim_get_series(const toliman_sim *sim, int64_t first, siz
                 displacements_px[i] = simulator.displacement_px(k);
         }
     });
-}
-
-const char *toliman_sim_image_name(int32_t kind) noexcept {
-    constexpr const char *kNames[] = {"both",    "star_a",   "star_b", "separation", "curvature", "shift_x",
-                                      "shift_y", "variance", "roll",   "scale",      "focus",     "background"};
-    static_assert(sizeof kNames / sizeof *kNames == TOLIMAN_SIM_IMAGE_BACKGROUND - TOLIMAN_SIM_IMAGE_BOTH + 1);
-    const bool known = kind >= TOLIMAN_SIM_IMAGE_BOTH && kind <= TOLIMAN_SIM_IMAGE_BACKGROUND;
-    return known ? kNames[kind - TOLIMAN_SIM_IMAGE_BOTH] : "?";
 }
 
 toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image, size_t stride) noexcept {

@@ -43,7 +43,6 @@ static_assert(sky::kEarthAberration == TOLIMAN_SKY_EARTH_ABERRATION &&
 
 constexpr Choice<sky::Observer::Kind> kObservers = {TOLIMAN_SKY_OBSERVER_EARTH, TOLIMAN_SKY_OBSERVER_FILE,
                                                     "TOLIMAN_SKY_OBSERVER_..."};
-constexpr const char *kObserverNames[] = {"Earth", "circular orbit", "file"};
 constexpr double kLowOrbitSpeed = 7.56e3; // m/s, at an altitude of 600 km
 constexpr double kWarnedYear = 2030;      // of the separation in the warning without an observer
 
@@ -152,7 +151,7 @@ void warn_of_centre(const sky::Predictor &predictor, const Log &log) {
 
 // The caller's options, if they have all members for nuisance functions and these columns fit.
 toliman_period_options options_for(size_t columns, const toliman_period_options *given) {
-    const toliman_period_options options = accept(given, toliman_period_options{}, "options");
+    const toliman_period_options options = accept(given, "options");
     if (options.struct_size < sizeof options)
         fail(Status::argument, "{options->struct_size} = %u: must be at least %zu, for prior_precision",
              options.struct_size, sizeof options);
@@ -174,15 +173,11 @@ size_t known_element(int64_t element) {
 
 extern "C" {
 
-void toliman_sky_options_init(toliman_sky_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_sky_options{}, options, size);
-}
-
 toliman_status toliman_sky_create(const char *system, const toliman_sky_options *options, toliman_sky **out) noexcept {
     return guard([&] {
         required(system, "system");
         toliman_sky *&made = required(out, "out");
-        const toliman_sky_options known = accept(options, toliman_sky_options{}, "options");
+        const toliman_sky_options known = accept(options, "options");
         if ((known.without & ~uint32_t{sky::kEveryEffect}) != 0)
             fail(Status::argument, "{options->without} = %u: must be TOLIMAN_SKY_..., at most %u", known.without,
                  static_cast<unsigned>(sky::kEveryEffect));
@@ -252,17 +247,13 @@ toliman_status toliman_sky_predict_mean_many(const toliman_sky *sky, const int64
     });
 }
 
-void toliman_sky_reduce_options_init(toliman_sky_reduce_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_sky_reduce_options{}, options, size);
-}
-
 toliman_status toliman_sky_reduce(const toliman_sky *sky, const toliman_measure *measured,
                                   const toliman_sky_reduce_options *options, toliman_measure **out) noexcept {
     return guard([&] {
         const Use use(sky, "sky");
         const Use series(measured, "measured");
         toliman_measure *&made = required(out, "out");
-        const auto known = accept(options, toliman_sky_reduce_options{}, "options");
+        const auto known = accept(options, "options");
         if ((known.flags & ~TOLIMAN_SKY_NO_FUNCTIONS) != 0)
             fail(Status::argument, "{options->flags} = 0x%x: unknown bits", known.flags);
         measure::Reduction reduction =
@@ -271,10 +262,6 @@ toliman_status toliman_sky_reduce(const toliman_sky *sky, const toliman_measure 
             Log{known.log, known.log_data}.warn("%s", reduction.warning.c_str());
         made = new toliman_measure{{}, std::move(reduction.series)};
     });
-}
-
-const char *toliman_sky_observer_name(int32_t observer) noexcept {
-    return kObservers.contains(observer) ? kObserverNames[observer - kObservers.first] : "?";
 }
 
 toliman_status toliman_sky_get_info(const toliman_sky *sky, toliman_sky_info *out) noexcept {

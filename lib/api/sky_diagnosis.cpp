@@ -22,8 +22,6 @@ static_assert(sky::kCauses == TOLIMAN_SKY_HYPOTHESES);
 
 constexpr Choice<sky::Cause> kPublicCauses = {TOLIMAN_SKY_CAUSE_NONE, TOLIMAN_SKY_CAUSE_CENTRE,
                                               "TOLIMAN_SKY_CAUSE_..."};
-constexpr const char *kCauseNames[] = {"none",       "time",       "axes",  "rotation_x",
-                                       "rotation_y", "rotation_z", "scale", "centre"};
 
 toliman_sky_hypothesis public_hypothesis(const sky::Hypothesis &one, size_t place) noexcept {
     toliman_sky_hypothesis out = {};
@@ -41,10 +39,6 @@ toliman_sky_hypothesis public_hypothesis(const sky::Hypothesis &one, size_t plac
 } // namespace
 
 extern "C" {
-
-const char *toliman_sky_cause_name(int32_t cause) noexcept {
-    return kPublicCauses.contains(cause) ? kCauseNames[cause - kPublicCauses.first] : "?";
-}
 
 toliman_status toliman_sky_diagnose(const toliman_sky *sky, const toliman_measure *measured, double scale_sigma,
                                     toliman_sky_diagnosis *result, toliman_sky_hypothesis *hypotheses) noexcept {

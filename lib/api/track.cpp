@@ -67,42 +67,45 @@ template <class T> void default_to(T &member, T otherwise) noexcept {
 
 toliman_track_options known_options(const toliman_track_options *given) {
     required(given, "options");
-    toliman_track_options options = accept(given, toliman_track_options{}, "options");
-    default_to(options.capacity, kCapacity);
-    default_to(options.zero_run_bytes, kZeroRunBytes);
-    default_to(options.unit_ns, kDayNs);
-    default_to(options.group, kGroup);
-    default_to(options.bin, int64_t{1});
-    if (options.threads == 0 && options.estimate != nullptr)
+    toliman_track_options options = accept(given, "options");
+    default_to(options.ledger.capacity, kCapacity);
+    default_to(options.frames.zero_run_bytes, kZeroRunBytes);
+    default_to(options.grid.unit_ns, kDayNs);
+    default_to(options.ledger.group, kGroup);
+    default_to(options.frames.bin, int64_t{1});
+    if (options.threads == 0 && options.estimator.estimate != nullptr)
         options.threads = 1;
     options.threads = worker_count(options.threads);
-    options.sync = kSyncs.to_constant(kSyncs.to_enum_or(options.sync, track::Sync::group, "options->sync"));
+    options.ledger.sync =
+        kSyncs.to_constant(kSyncs.to_enum_or(options.ledger.sync, track::Sync::group, "options->ledger.sync"));
     constexpr uint32_t kOfFolder = TOLIMAN_TRACK_READ_ONLY | TOLIMAN_TRACK_REBUILD;
     if ((options.flags & ~(kOfFolder | TOLIMAN_TRACK_ALLOW_ZERO_RUNS)) != 0)
         fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
-    if (options.clock_points > 0)
-        required(options.clock, "options->clock");
-    if (options.group > kLargestGroup)
-        fail(Status::argument, "{options->group} = %u: must be in [1, %u], or 0 for %u", options.group, kLargestGroup,
-             kGroup);
-    if (memchr(options.values, 0, sizeof options.values) == nullptr)
-        fail(Status::argument, "{options->values}: must have at most %zu characters", sizeof options.values - 1);
-    kStamps.to_enum_or(options.stamp, track::Stamp::middle, "options->stamp");
-    if (!(options.exposure_s >= 0 && options.exposure_s <= kLongestExposure))
-        fail(Status::argument, "{options->exposure_s} = %g: must be in [0, %g], 0 = unknown", options.exposure_s,
-             kLongestExposure);
-    if (!(options.plate_scale_arcsec >= 0 && options.plate_scale_arcsec <= kMostScale))
-        fail(Status::argument, "{options->plate_scale_arcsec} = %g: must be in (0, %g] arcsec per px, or 0",
-             options.plate_scale_arcsec, kMostScale);
-    if (options.chi_limit != kOfMedian && !(options.chi_limit >= 0 && std::isfinite(options.chi_limit)))
+    if (options.clock.count > 0)
+        required(options.clock.pairs, "options->clock.pairs");
+    if (options.ledger.group > kLargestGroup)
+        fail(Status::argument, "{options->ledger.group} = %u: must be in [1, %u], or 0 for %u", options.ledger.group,
+             kLargestGroup, kGroup);
+    if (memchr(options.estimator.values, 0, sizeof options.estimator.values) == nullptr)
+        fail(Status::argument, "{options->estimator.values}: must have at most %zu characters",
+             sizeof options.estimator.values - 1);
+    kStamps.to_enum_or(options.frames.stamp, track::Stamp::middle, "options->frames.stamp");
+    if (!(options.frames.exposure_s >= 0 && options.frames.exposure_s <= kLongestExposure))
+        fail(Status::argument, "{options->frames.exposure_s} = %g: must be in [0, %g], 0 = unknown",
+             options.frames.exposure_s, kLongestExposure);
+    if (!(options.reduction.plate_scale_arcsec >= 0 && options.reduction.plate_scale_arcsec <= kMostScale))
+        fail(Status::argument, "{options->reduction.plate_scale_arcsec} = %g: must be in (0, %g] arcsec per px, or 0",
+             options.reduction.plate_scale_arcsec, kMostScale);
+    if (options.limits.chi_square != kOfMedian &&
+        !(options.limits.chi_square >= 0 && std::isfinite(options.limits.chi_square)))
         fail(Status::argument,
-             "{options->chi_limit} = %g: must be above 0, 0 = that of the folder, or -1 = that of the "
+             "{options->limits.chi_square} = %g: must be above 0, 0 = that of the folder, or -1 = that of the "
              "median",
-             options.chi_limit);
+             options.limits.chi_square);
     check_functions(options);
-    if (options.capacity < 1 || options.capacity > track::FrameIndex::kMax)
-        fail(Status::argument, "{options->capacity} = %lld: must be in [1, 2^28], or 0 for 2^20",
-             static_cast<long long>(options.capacity));
+    if (options.ledger.capacity < 1 || options.ledger.capacity > track::FrameIndex::kMax)
+        fail(Status::argument, "{options->ledger.capacity} = %lld: must be in [1, 2^28], or 0 for 2^20",
+             static_cast<long long>(options.ledger.capacity));
     if (options.folder == nullptr && (options.flags & kOfFolder) != 0)
         fail(Status::argument, "{options->folder} is NULL: required by READ_ONLY and REBUILD");
     return options;
@@ -110,7 +113,7 @@ toliman_track_options known_options(const toliman_track_options *given) {
 
 size_t side(int64_t value, const char *name) {
     if (value < 0 || value > kLargestSide)
-        fail(Status::argument, "{options->%s} = %lld: must be in [0, %lld]", name, static_cast<long long>(value),
+        fail(Status::argument, "{options->frames.%s} = %lld: must be in [0, %lld]", name, static_cast<long long>(value),
              static_cast<long long>(kLargestSide));
     return static_cast<size_t>(value);
 }
@@ -120,25 +123,26 @@ void complete(size_t &frame, size_t crop, size_t bin, size_t &image, size_t own,
     if (image == 0)
         image = own > 0 ? own : (frame > crop ? (frame - crop) / bin : 0);
     if (own > 0 && image != own)
-        fail(Status::argument, "{options->image_%s} = %zu: must be %zu, as the estimator requires", name, image, own);
+        fail(Status::argument, "{options->frames.image_%s} = %zu: must be %zu, as the estimator requires", name, image,
+             own);
     if (frame == 0)
         frame = crop + image * bin;
     if (image == 0)
-        fail(Status::argument, "{options->%s} = %zu, crop %zu, bin = %zu: leave no pixels for the estimator", name,
-             frame, crop, bin);
+        fail(Status::argument, "{options->frames.%s} = %zu, crop %zu, bin = %zu: leave no pixels for the estimator",
+             name, frame, crop, bin);
 }
 
 track::Geometry geometry_of(const toliman_track_options &options, const Source &source) {
     track::Geometry geometry = {};
-    geometry.rows = side(options.rows, "rows");
-    geometry.cols = side(options.cols, "cols");
-    geometry.crop_row = side(options.crop_row, "crop_row");
-    geometry.crop_col = side(options.crop_col, "crop_col");
-    geometry.out_rows = side(options.image_rows, "image_rows");
-    geometry.out_cols = side(options.image_cols, "image_cols");
-    geometry.bin = side(options.bin, "bin");
-    geometry.bit_depth = options.bit_depth;
-    geometry.zero_run = (options.flags & TOLIMAN_TRACK_ALLOW_ZERO_RUNS) != 0 ? 0 : options.zero_run_bytes;
+    geometry.rows = side(options.frames.rows, "rows");
+    geometry.cols = side(options.frames.cols, "cols");
+    geometry.crop_row = side(options.frames.crop_row, "crop_row");
+    geometry.crop_col = side(options.frames.crop_col, "crop_col");
+    geometry.out_rows = side(options.frames.image_rows, "image_rows");
+    geometry.out_cols = side(options.frames.image_cols, "image_cols");
+    geometry.bin = side(options.frames.bin, "bin");
+    geometry.bit_depth = options.frames.bit_depth;
+    geometry.zero_run = (options.flags & TOLIMAN_TRACK_ALLOW_ZERO_RUNS) != 0 ? 0 : options.frames.zero_run_bytes;
     complete(geometry.rows, geometry.crop_row, geometry.bin, geometry.out_rows, source.rows, "rows");
     complete(geometry.cols, geometry.crop_col, geometry.bin, geometry.out_cols, source.cols, "cols");
     return geometry;
@@ -147,11 +151,12 @@ track::Geometry geometry_of(const toliman_track_options &options, const Source &
 track::Terms terms_of(const toliman_track_options &options, const Source &source) {
     track::Terms terms;
     terms.geometry = geometry_of(options, source);
-    terms.sigma = options.sigma != 0 ? options.sigma : source.sigma;
+    terms.sigma = options.estimator.sigma != 0 ? options.estimator.sigma : source.sigma;
     if (terms.sigma == 0)
-        fail(Status::argument, "{options->sigma} = 0: must be above 0 for this estimator");
-    const double least = options.sky != nullptr ? kReducedLimitPx : 0; // the error of the reference orbit
-    terms.value_limit = options.value_limit != 0 ? options.value_limit : std::max(kSigmasToLimit * terms.sigma, least);
+        fail(Status::argument, "{options->estimator.sigma} = 0: must be above 0 for this estimator");
+    const double least = options.reduction.sky != nullptr ? kReducedLimitPx : 0; // the error of the reference orbit
+    terms.value_limit =
+        options.limits.value != 0 ? options.limits.value : std::max(kSigmasToLimit * terms.sigma, least);
     terms.estimator = source.digest;
     terms.check();
     return terms;
@@ -159,15 +164,15 @@ track::Terms terms_of(const toliman_track_options &options, const Source &source
 
 // The grid of the options; none if nf = 0.
 std::optional<period::Grid> grid_of(const toliman_track_options &options, const track::Terms &terms) {
-    if (options.nf == 0)
+    if (options.grid.nf == 0)
         return std::nullopt;
     period::Grid grid;
-    grid.f0 = options.f0;
-    grid.df = options.df;
-    grid.nf = options.nf;
-    set_flags(grid, options.period_flags, "period_flags");
-    grid.time_offset_ns = options.time_offset_ns;
-    grid.unit_ns = options.unit_ns;
+    grid.f0 = options.grid.f0;
+    grid.df = options.grid.df;
+    grid.nf = options.grid.nf;
+    set_flags(grid, options.grid.flags, "grid.flags");
+    grid.time_offset_ns = options.grid.time_offset_ns;
+    grid.unit_ns = options.grid.unit_ns;
     grid = track::for_terms(grid, terms);
     grid.check();
     return grid;
@@ -175,21 +180,21 @@ std::optional<period::Grid> grid_of(const toliman_track_options &options, const 
 
 // The clock of the options; none without points.
 std::optional<track::Clock> clock_of(const toliman_track_options &options) {
-    if (options.clock_points == 0)
+    if (options.clock.count == 0)
         return std::nullopt;
-    std::vector<track::ClockPoint> points(options.clock_points);
+    std::vector<track::ClockPoint> points(options.clock.count);
     for (size_t i = 0; i < points.size(); i++)
-        points[i] = {options.clock[2 * i], options.clock[2 * i + 1]};
+        points[i] = {options.clock.pairs[2 * i], options.clock.pairs[2 * i + 1]};
     return track::Clock(std::move(points));
 }
 
 // The columns of a new ledger. An estimator of the library has values of its own.
 track::Columns columns_of(const toliman_track_options &options, const Source &source,
                           const track::Reference &reference) {
-    const std::vector<std::string> given = words_of(options.values);
+    const std::vector<std::string> given = words_of(options.estimator.values);
     if (!given.empty() && given != words_of(source.values))
-        fail(Status::argument, "{options->values} = \"%s\": must be \"%s\", the values of the estimator",
-             options.values, source.values.c_str());
+        fail(Status::argument, "{options->estimator.values} = \"%s\": must be \"%s\", the values of the estimator",
+             options.estimator.values, source.values.c_str());
     return track::Columns(source.values, reference.is_given());
 }
 
@@ -199,21 +204,22 @@ bool has_records(const track::StateFolder &place) {
 }
 
 void check_measured(const toliman_track_options &options, const track::Columns &columns) {
-    if (options.sky != nullptr && columns.find(track::kMeasured) == columns.count())
-        fail(Status::argument, "{options->sky}: needs a value %s: use fit, or estimate with this name in values",
+    if (options.reduction.sky != nullptr && columns.find(track::kMeasured) == columns.count())
+        fail(Status::argument,
+             "{options->reduction.sky}: needs a value %s: use fit, or estimate with this name in values",
              track::kMeasured);
 }
 
 // The setup of the folder; else that of setup_folder, for a new folder.
 KnownSetup known_setup(const toliman_track_options &options, const track::StateFolder &place,
                        const track::Terms &terms) {
-    if (place.setup || options.setup_folder == nullptr || has_records(place))
+    if (place.setup || options.ledger.setup_folder == nullptr || has_records(place))
         return place.setup;
-    KnownSetup other = track::load_setup(*open_folder(options.setup_folder, Access::read));
+    KnownSetup other = track::load_setup(*open_folder(options.ledger.setup_folder, Access::read));
     if (!other)
-        fail(Status::format, "{%s}: its setup.tlms is missing or damaged", options.setup_folder);
+        fail(Status::format, "{%s}: its setup.tlms is missing or damaged", options.ledger.setup_folder);
     if (track::for_terms(other->grid, terms).digest() != other->grid.digest())
-        fail(Status::mismatch, "{%s}: has other terms, such as sigma or value_limit", options.setup_folder);
+        fail(Status::mismatch, "{%s}: has other terms, such as sigma or value_limit", options.ledger.setup_folder);
     return other;
 }
 
@@ -221,39 +227,42 @@ KnownSetup known_setup(const toliman_track_options &options, const track::StateF
 // the stamp must be given: a guess would shift the times of further frames.
 track::Timing timing_of(const toliman_track_options &options, const KnownSetup &known,
                         const track::StateFolder &place) {
-    if (!known && options.stamp == 0 && has_records(place))
+    if (!known && options.frames.stamp == 0 && has_records(place))
         fail(Status::argument,
-             "{options->stamp} = 0: must be TOLIMAN_FRAME_STAMP_...: %s, which stores the stamp, is missing or damaged",
+             "{options->frames.stamp} = 0: must be TOLIMAN_FRAME_STAMP_...: %s, which stores the stamp, is missing or "
+             "damaged",
              place.store->path(track::Setup::kName).c_str());
     const track::Timing otherwise = known ? known->timing : track::Timing();
-    return {kStamps.to_enum_or(options.stamp, otherwise.stamp, "options->stamp"),
-            options.exposure_s != 0 ? options.exposure_s : otherwise.exposure_s};
+    return {kStamps.to_enum_or(options.frames.stamp, otherwise.stamp, "options->frames.stamp"),
+            options.frames.exposure_s != 0 ? options.frames.exposure_s : otherwise.exposure_s};
 }
 
 // The reference of the options, else that of the folder, which must be the same unless it is rebuilt.
 track::Reference reference_of(const toliman_track_options &options, const Source &source, const KnownSetup &known,
                               const SkySource &sky) {
     const track::Reference otherwise = known ? known->reference : track::Reference();
-    const bool pushes = source.estimate || options.estimate != nullptr;
-    if (options.sky == nullptr && otherwise.is_given() && pushes)
-        fail(Status::argument, "{options->sky} is NULL: must be the system of %s, whose frames are reduced",
+    const bool pushes = source.estimate || options.estimator.estimate != nullptr;
+    if (options.reduction.sky == nullptr && otherwise.is_given() && pushes)
+        fail(Status::argument, "{options->reduction.sky} is NULL: must be the system of %s, whose frames are reduced",
              options.folder);
-    if (options.sky == nullptr && options.plate_scale_arcsec != 0 && !otherwise.is_given())
-        fail(Status::argument, "{options->plate_scale_arcsec} = %g: needs sky", options.plate_scale_arcsec);
-    const double scale = options.plate_scale_arcsec != 0 ? options.plate_scale_arcsec
-                         : otherwise.scale_arcsec != 0   ? otherwise.scale_arcsec
-                                                         : source.scale_arcsec;
-    if (options.sky == nullptr)
+    if (options.reduction.sky == nullptr && options.reduction.plate_scale_arcsec != 0 && !otherwise.is_given())
+        fail(Status::argument, "{options->reduction.plate_scale_arcsec} = %g: needs sky",
+             options.reduction.plate_scale_arcsec);
+    const double scale = options.reduction.plate_scale_arcsec != 0 ? options.reduction.plate_scale_arcsec
+                         : otherwise.scale_arcsec != 0             ? otherwise.scale_arcsec
+                                                                   : source.scale_arcsec;
+    if (options.reduction.sky == nullptr)
         return {otherwise.system, otherwise.is_given() ? scale : 0, otherwise.in_orbit};
     if (scale == 0)
-        fail(Status::argument, "{options->plate_scale_arcsec} = 0: must be above 0 arcsec per px for this estimator");
+        fail(Status::argument,
+             "{options->reduction.plate_scale_arcsec} = 0: must be above 0 arcsec per px for this estimator");
     return {sky.system, scale, sky.in_orbit};
 }
 
 // The limit of chi-square of the options, else that of the folder; 0: that of the median.
 double chi_limit_of(const toliman_track_options &options, const KnownSetup &known, const track::ModelVerdict &model) {
-    if (options.chi_limit != 0)
-        return options.chi_limit == kOfMedian ? 0 : options.chi_limit;
+    if (options.limits.chi_square != 0)
+        return options.limits.chi_square == kOfMedian ? 0 : options.limits.chi_square;
     return known ? known->chi_limit : model.is_calibrated ? track::kCalibratedLimit : 0;
 }
 
@@ -269,12 +278,14 @@ track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clo
     const std::string path = place.store ? place.store->path(track::Setup::kName) : "";
     if (!grid && place.store)
         fail(Status::argument,
-             "{options->nf} = 0: must be at least 1: %s, which stores the grid, is missing or damaged", path.c_str());
+             "{options->grid.nf} = 0: must be at least 1: %s, which stores the grid, is missing or damaged",
+             path.c_str());
     if (!grid)
-        fail(Status::argument, "{options->nf} = 0: must be at least 1");
+        fail(Status::argument, "{options->grid.nf} = 0: must be at least 1");
     if (!clock && has_records(place))
         fail(Status::argument,
-             "{options->clock} is NULL: %s, which stores the clock, is missing or damaged: give the clock, or the pair "
+             "{options->clock.pairs} is NULL: %s, which stores the clock, is missing or damaged: give the clock, or "
+             "the pair "
              "(0, 0) if camera times are TAI",
              path.c_str());
     return {*grid, clock.value_or(track::Clock()), {}, {}};
@@ -282,35 +293,35 @@ track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clo
 
 void set_terms(toliman_track_options &options, const track::Terms &terms, const track::Columns &columns) {
     const track::Geometry &geometry = terms.geometry;
-    options.estimator_id = terms.estimator;
-    columns.further().copy(options.values, sizeof options.values - 1);
-    options.sigma = terms.sigma;
-    options.value_limit = terms.value_limit;
-    options.rows = static_cast<int64_t>(geometry.rows);
-    options.cols = static_cast<int64_t>(geometry.cols);
-    options.crop_row = static_cast<int64_t>(geometry.crop_row);
-    options.crop_col = static_cast<int64_t>(geometry.crop_col);
-    options.bin = static_cast<int64_t>(geometry.bin);
-    options.image_rows = static_cast<int64_t>(geometry.out_rows);
-    options.image_cols = static_cast<int64_t>(geometry.out_cols);
-    options.bit_depth = geometry.bit_depth;
-    options.zero_run_bytes = static_cast<uint32_t>(geometry.zero_run);
+    options.estimator.id = terms.estimator;
+    columns.further().copy(options.estimator.values, sizeof options.estimator.values - 1);
+    options.estimator.sigma = terms.sigma;
+    options.limits.value = terms.value_limit;
+    options.frames.rows = static_cast<int64_t>(geometry.rows);
+    options.frames.cols = static_cast<int64_t>(geometry.cols);
+    options.frames.crop_row = static_cast<int64_t>(geometry.crop_row);
+    options.frames.crop_col = static_cast<int64_t>(geometry.crop_col);
+    options.frames.bin = static_cast<int64_t>(geometry.bin);
+    options.frames.image_rows = static_cast<int64_t>(geometry.out_rows);
+    options.frames.image_cols = static_cast<int64_t>(geometry.out_cols);
+    options.frames.bit_depth = geometry.bit_depth;
+    options.frames.zero_run_bytes = static_cast<uint32_t>(geometry.zero_run);
     if (geometry.zero_run == 0)
         options.flags |= TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
 }
 
 void set_grid(toliman_track_options &options, const period::Grid &grid) {
-    options.f0 = grid.f0;
-    options.df = grid.df;
-    options.nf = grid.nf;
-    options.time_offset_ns = grid.time_offset_ns;
-    options.unit_ns = grid.unit_ns;
-    options.period_flags = flags_of(grid);
+    options.grid.f0 = grid.f0;
+    options.grid.df = grid.df;
+    options.grid.nf = grid.nf;
+    options.grid.time_offset_ns = grid.time_offset_ns;
+    options.grid.unit_ns = grid.unit_ns;
+    options.grid.flags = flags_of(grid);
 }
 
 void set_timing(toliman_track_options &options, const track::Timing &timing) {
-    options.stamp = kStamps.to_constant(timing.stamp);
-    options.exposure_s = timing.exposure_s;
+    options.frames.stamp = kStamps.to_constant(timing.stamp);
+    options.frames.exposure_s = timing.exposure_s;
 }
 
 toliman_track_options options_of(Store &store) {
@@ -318,13 +329,13 @@ toliman_track_options options_of(Store &store) {
     const std::optional<track::Setup> setup = track::load_setup(store);
     const track::LedgerFile ledger(store);
     const auto lines = static_cast<int64_t>(ledger.count());
-    options.capacity = std::min(std::max(kCapacity, 2 * lines), track::FrameIndex::kMax);
+    options.ledger.capacity = std::min(std::max(kCapacity, 2 * lines), track::FrameIndex::kMax);
     set_terms(options, ledger.terms(), ledger.columns());
     if (setup) {
         set_grid(options, setup->grid);
         set_timing(options, setup->timing);
-        options.plate_scale_arcsec = setup->reference.scale_arcsec;
-        options.chi_limit = setup->chi_limit > 0 ? setup->chi_limit : kOfMedian;
+        options.reduction.plate_scale_arcsec = setup->reference.scale_arcsec;
+        options.limits.chi_square = setup->chi_limit > 0 ? setup->chi_limit : kOfMedian;
         show_functions(setup->grid.basis, setup->errors, setup->reference.is_given(), options);
     }
     return options;
@@ -339,27 +350,27 @@ void keep_options(toliman_track &made, const toliman_track_options &given) {
         made.folder = given.folder;
     toliman_track_options &options = made.options;
     options.flags = given.flags;
-    options.capacity = plan.capacity;
+    options.ledger.capacity = plan.capacity;
     options.threads = plan.workers;
-    options.sync = given.sync;
-    options.group = given.group;
+    options.ledger.sync = given.ledger.sync;
+    options.ledger.group = given.ledger.group;
     set_terms(options, plan.terms, made.tracker->columns());
     set_grid(options, made.period.stream.grid());
     set_timing(options, plan.timing);
-    options.plate_scale_arcsec = plan.reference.scale_arcsec;
-    options.chi_limit = plan.chi_limit > 0 ? plan.chi_limit : kOfMedian;
+    options.reduction.plate_scale_arcsec = plan.reference.scale_arcsec;
+    options.limits.chi_square = plan.chi_limit > 0 ? plan.chi_limit : kOfMedian;
     show_functions(made.period.stream.grid().basis, plan.errors, plan.reference.is_given(), options);
     options.folder = given.folder != nullptr ? made.folder.c_str() : nullptr;
-    options.clock = made.clock.empty() ? nullptr : made.clock.data();
-    options.clock_points = plan.clock.points().size();
+    options.clock.pairs = made.clock.empty() ? nullptr : made.clock.data();
+    options.clock.count = plan.clock.points().size();
 }
 
 std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) {
     track::Plan plan;
-    plan.capacity = options.capacity;
+    plan.capacity = options.ledger.capacity;
     plan.workers = options.threads;
-    plan.group = options.group;
-    plan.sync = kSyncs.to_enum(options.sync, "options->sync");
+    plan.group = options.ledger.group;
+    plan.sync = kSyncs.to_enum(options.ledger.sync, "options->ledger.sync");
     Source source = source_of(options, plan.workers);
     plan.terms = terms_of(options, source);
     check_measured(options, columns_of(options, source, track::Reference()));
@@ -377,7 +388,8 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     plan.clock = setup.clock;
     plan.timing = timing_of(options, known, place);
     const std::string system = known ? known->reference.system : "";
-    SkySource sky = options.sky != nullptr ? options.sky->source(*options.sky, system) : SkySource();
+    SkySource sky =
+        options.reduction.sky != nullptr ? options.reduction.sky->source(*options.reduction.sky, system) : SkySource();
     plan.reference = setup.reference = reference_of(options, source, known, sky);
     set_functions(options, known, sky, setup);
     plan.errors = setup.errors;
@@ -386,19 +398,19 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     plan.columns = columns_of(options, source, plan.reference);
     plan.retry = retry_of(options, plan.terms);
     plan.reduce = std::move(sky.reduce);
-    if (options.estimate != nullptr)
+    if (options.estimator.estimate != nullptr)
         source.estimate = estimate_of(options, plan.terms, plan.columns);
-    if (options.fit != nullptr)
+    if (options.estimator.fit != nullptr)
         source.estimate = moving_source(options, setup.grid.time_offset_ns).estimate;
     auto made = std::unique_ptr<toliman_track>(new toliman_track{{},
                                                                  {{}, period::Stream(setup.grid)},
                                                                  std::nullopt,
                                                                  options.flags,
-                                                                 options.cae,
-                                                                 options.linear,
-                                                                 options.fit,
-                                                                 options.bank,
-                                                                 options.sky});
+                                                                 options.estimator.cae,
+                                                                 options.estimator.linear,
+                                                                 options.estimator.fit,
+                                                                 options.estimator.bank,
+                                                                 options.reduction.sky});
     made->tracker.emplace(std::move(plan), std::move(source.estimate), std::move(place), made->period.stream);
     keep_options(*made, options);
     return made;
@@ -431,23 +443,6 @@ void push_batch(track::Tracker &tracker, const Frames &frames, size_t count, con
 } // namespace
 
 extern "C" {
-
-const char *toliman_track_verdict_name(int32_t verdict) noexcept {
-    static const char *const names[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected",
-                                        "merged",   "unreduced", "intervals",   "misfit"};
-    const int32_t place = verdict - TOLIMAN_TRACK_VERDICT_ACCEPTED;
-    return place >= 0 && verdict <= TOLIMAN_TRACK_VERDICT_MISFIT ? names[place] : "?";
-}
-
-const char *toliman_track_reason_name(int32_t reason) noexcept {
-    static const char *const names[] = {"none",  "shape",    "over range", "zero run",    "not finite",
-                                        "clock", "estimate", "no orbit",   "no intervals"};
-    return kReasons.contains(reason) ? names[static_cast<size_t>(kReasons.to_enum(reason, "reason"))] : "?";
-}
-
-void toliman_track_options_init(toliman_track_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_track_options{}, options, size);
-}
 
 toliman_status toliman_track_load_options(const char *folder, toliman_track_options *options) noexcept {
     return guard([&] {

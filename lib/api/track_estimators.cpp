@@ -50,28 +50,29 @@ Source source_of(const linear::TemplateEstimator &estimator, unsigned workers) {
 } // namespace
 
 Source source_of(const toliman_track_options &options, unsigned workers) {
-    const bool given[] = {options.cae != nullptr, options.linear != nullptr, options.fit != nullptr,
-                          options.estimate != nullptr};
+    const bool given[] = {options.estimator.cae != nullptr, options.estimator.linear != nullptr,
+                          options.estimator.fit != nullptr, options.estimator.estimate != nullptr};
     if (given[0] + given[1] + given[2] + given[3] > 1)
         fail(Status::argument, "{options}: at most one of cae, linear, fit and estimate may be set");
     if (given[0])
-        return source_of(options.cae->network, workers);
+        return source_of(options.estimator.cae->network, workers);
     if (given[1])
-        return source_of(options.linear->estimator, workers);
-    if (options.bank != nullptr && !given[2])
-        fail(Status::argument, "{options->bank}: needs fit, the fit for which it was made");
+        return source_of(options.estimator.linear->estimator, workers);
+    if (options.estimator.bank != nullptr && !given[2])
+        fail(Status::argument, "{options->estimator.bank}: needs fit, the fit for which it was made");
     if (given[2])
         return moving_source(options, 0);
     Source source;
-    source.digest = options.estimator_id;
-    source.values = options.values;
+    source.digest = options.estimator.id;
+    source.values = options.estimator.values;
     return source;
 }
 
 Source moving_source(const toliman_track_options &options, int64_t time_offset_ns) {
-    const toliman_fit &fit = *options.fit;
-    return options.bank != nullptr ? options.bank->source(*options.bank, fit, time_offset_ns)
-                                   : fit.source(fit, time_offset_ns);
+    const toliman_fit &fit = *options.estimator.fit;
+    return options.estimator.bank != nullptr
+               ? options.estimator.bank->source(*options.estimator.bank, fit, time_offset_ns)
+               : fit.source(fit, time_offset_ns);
 }
 
 namespace {
@@ -100,7 +101,7 @@ toliman_estimate_input input_of(const double *image, const track::Frame &frame, 
 
 track::Estimate estimate_of(const toliman_track_options &options, const track::Terms &terms,
                             const track::Columns &columns) {
-    return [call = options.estimate, data = options.estimate_data, terms, count = columns.values()](
+    return [call = options.estimator.estimate, data = options.estimator.estimate_data, terms, count = columns.values()](
                double *image, const track::Frame &frame, int64_t tai_ns, unsigned, track::Estimated &estimated) {
         const toliman_estimate_input input = input_of(image, frame, tai_ns, terms);
         double values[track::kMaxValues], covariance[track::kMaxValues * track::kMaxValues];

@@ -48,8 +48,9 @@ class EstimatorUse {
   public:
     EstimatorUse(const toliman_cae *cae, const toliman_linear *linear, const toliman_fit *fit, const toliman_bank *bank,
                  const toliman_sky *sky)
-        : cae_(use_of(cae, "options->cae")), linear_(use_of(linear, "options->linear")),
-          fit_(use_of(fit, "options->fit")), bank_(use_of(bank, "options->bank")), sky_(use_of(sky, "options->sky")) {}
+        : cae_(use_of(cae, "options->estimator.cae")), linear_(use_of(linear, "options->estimator.linear")),
+          fit_(use_of(fit, "options->estimator.fit")), bank_(use_of(bank, "options->estimator.bank")),
+          sky_(use_of(sky, "options->reduction.sky")) {}
 
   private:
     template <class T> static std::optional<Use<const T>> use_of(const T *handle, const char *name) {

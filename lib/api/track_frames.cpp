@@ -127,9 +127,9 @@ toliman_frame public_frame(const track::Frame &frame) noexcept {
 }
 
 track::Retry retry_of(const toliman_track_options &options, const track::Terms &terms) {
-    if (options.misfit == nullptr)
+    if (options.limits.misfit == nullptr)
         return {};
-    return [call = options.misfit, data = options.misfit_data,
+    return [call = options.limits.misfit, data = options.limits.misfit_data,
             terms](const track::Frame &frame, const track::Outcome &outcome, track::Frame &other) {
         const toliman_frame given = public_frame(frame);
         toliman_frame changed = given;

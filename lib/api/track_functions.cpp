@@ -7,11 +7,11 @@ namespace toliman::api {
 namespace {
 
 void set_trend(const toliman_track_options &options, period::Grid &grid) {
-    const bool is_given = options.trend_start != 0 || options.trend_end != 0;
+    const bool is_given = options.grid.trend_start != 0 || options.grid.trend_end != 0;
     const double mission = 0.1 / grid.df; // of toliman_period_suggest
-    grid.basis.trend = options.trend;
-    grid.basis.start = is_given ? options.trend_start : -mission / 2;
-    grid.basis.end = is_given ? options.trend_end : 1.5 * mission;
+    grid.basis.trend = options.grid.trend;
+    grid.basis.start = is_given ? options.grid.trend_start : -mission / 2;
+    grid.basis.end = is_given ? options.grid.trend_end : 1.5 * mission;
 }
 
 // In px, so that another plate scale changes them.
@@ -40,29 +40,31 @@ void keep(const track::Setup &known, track::Setup &setup) {
 } // namespace
 
 void check_functions(const toliman_track_options &options) {
-    if (options.trend < -1 || options.trend >= static_cast<int32_t>(period::kMaxFunctions))
-        fail(Status::argument, "{options->trend} = %d: must be in [-1, %zu]", options.trend, period::kMaxFunctions - 1);
-    if (options.trend <= 0 && (options.trend_start != 0 || options.trend_end != 0))
-        fail(Status::argument, "{options->trend_start} = %g, trend_end = %g: must be 0 without a trend",
-             options.trend_start, options.trend_end);
-    if (!(options.scale_sigma >= 0 && options.scale_sigma < 1))
-        fail(Status::argument, "{options->scale_sigma} = %g: must be in [0, 1)", options.scale_sigma);
+    if (options.grid.trend < -1 || options.grid.trend >= static_cast<int32_t>(period::kMaxFunctions))
+        fail(Status::argument, "{options->grid.trend} = %d: must be in [-1, %zu]", options.grid.trend,
+             period::kMaxFunctions - 1);
+    if (options.grid.trend <= 0 && (options.grid.trend_start != 0 || options.grid.trend_end != 0))
+        fail(Status::argument, "{options->grid.trend_start} = %g, trend_end = %g: must be 0 without a trend",
+             options.grid.trend_start, options.grid.trend_end);
+    if (!(options.reduction.scale_sigma >= 0 && options.reduction.scale_sigma < 1))
+        fail(Status::argument, "{options->reduction.scale_sigma} = %g: must be in [0, 1)",
+             options.reduction.scale_sigma);
 }
 
 void set_functions(const toliman_track_options &options, const KnownSetup &known, const SkySource &sky,
                    track::Setup &setup) {
     const bool is_new = !known || (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
-    const bool has_errors = options.trend == 0 && !setup.grid.fixed_mean;
-    const bool has_new_errors = has_errors && options.sky != nullptr && is_new;
+    const bool has_errors = options.grid.trend == 0 && !setup.grid.fixed_mean;
+    const bool has_new_errors = has_errors && options.reduction.sky != nullptr && is_new;
     const double of_folder = known ? known->errors.scale_sigma : 0;
-    setup.errors.scale_sigma = options.scale_sigma != 0 ? options.scale_sigma : of_folder;
+    setup.errors.scale_sigma = options.reduction.scale_sigma != 0 ? options.reduction.scale_sigma : of_folder;
     if (!has_new_errors && setup.errors.scale_sigma != of_folder)
         fail(Status::argument,
-             "{options->scale_sigma} = %g: needs sky, the errors of its orbit, and a new folder or "
+             "{options->reduction.scale_sigma} = %g: needs sky, the errors of its orbit, and a new folder or "
              "a rebuild",
-             options.scale_sigma);
+             options.reduction.scale_sigma);
     setup.grid.basis = {};
-    if (options.trend > 0)
+    if (options.grid.trend > 0)
         set_trend(options, setup.grid);
     else if (has_new_errors)
         set_columns(sky, setup);
@@ -73,10 +75,10 @@ void set_functions(const toliman_track_options &options, const KnownSetup &known
 
 void show_functions(const period::Basis &basis, const track::OrbitErrors &errors, bool is_reduced,
                     toliman_track_options &options) {
-    options.trend = basis.trend > 0 ? basis.trend : is_reduced && basis.columns == 0 ? -1 : 0;
-    options.trend_start = basis.start;
-    options.trend_end = basis.end;
-    options.scale_sigma = errors.scale_sigma;
+    options.grid.trend = basis.trend > 0 ? basis.trend : is_reduced && basis.columns == 0 ? -1 : 0;
+    options.grid.trend_start = basis.start;
+    options.grid.trend_end = basis.end;
+    options.reduction.scale_sigma = errors.scale_sigma;
 }
 
 } // namespace toliman::api

@@ -42,7 +42,7 @@ measure::Series series_of(const toliman_track &track, const toliman_measure_opti
     const measure::Kind kind = kMeasureKinds.to_enum_or(options.kind, series.kind, "options->kind");
     if (kind != series.kind)
         fail(Status::argument, "{options->kind} = %d: the values of the frames are %s", options.kind,
-             toliman_measure_kind_name(kMeasureKinds.to_constant(series.kind)));
+             toliman_constant_name(kMeasureKinds.to_constant(series.kind)));
     if (!(options.unit >= 0 && options.unit <= 1e100))
         fail(Status::argument, "{options->unit} = %g: must be in (0, 1e100], or 0", options.unit);
     if (series.kind == measure::Kind::reduced && options.unit != 0 && options.unit != series.unit)
@@ -82,7 +82,7 @@ toliman_status toliman_track_get_measure(const toliman_track *track, const tolim
     return guard([&] {
         const Use use(track, "track");
         toliman_measure *&made = required(out, "out");
-        made = new toliman_measure{{}, series_of(*use, accept(options, toliman_measure_options{}, "options"))};
+        made = new toliman_measure{{}, series_of(*use, accept(options, "options"))};
     });
 }
 

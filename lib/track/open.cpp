@@ -175,7 +175,7 @@ void Tracker::refuse_reduced_records() const {
             record.reason != Reason::none || std::isfinite(with_bits<double>(record.cells[factor]));
         if (record.kind == Kind::accepted && was_reduced)
             fail(Status::argument,
-                 "{options->sky} is NULL: %s, which stores the system, is missing or damaged: give the system with "
+                 "{options->reduction.sky} is NULL: %s, which stores the system, is missing or damaged: give the system with "
                  "which the frames were reduced",
                  records_.path(Setup::kName).c_str());
     });
@@ -189,7 +189,7 @@ void Tracker::check_setup(const StateFolder &folder) const {
     const bool is_same_clock = folder.setup->clock.points() == plan_.clock.points();
     if (folder.rebuild && plan_.reference.is_given() && !plan_.reduce && !is_same_clock)
         fail(Status::argument,
-             "{options->sky} is NULL: another clock changes the times for which the frames of %s are "
+             "{options->reduction.sky} is NULL: another clock changes the times for which the frames of %s are "
              "reduced: must be their system and observer",
              records_.path("").c_str());
     if (folder.rebuild)

@@ -44,9 +44,8 @@ static void result(const char *name, const void *data, size_t size) {
 static void refused(const char *name, toliman_status status, toliman_status wanted) {
     if (status != wanted)
         fail_msg("%s: %s, expected %s", name, toliman_status_name(status), toliman_status_name(wanted));
-    char text[400];
-    assert_true(toliman_last_error_copy(text, sizeof text) > 0);
-    fprintf(results, "%s: %s\n", name, text);
+    assert_true(toliman_last_error()[0] != 0);
+    fprintf(results, "%s: %s\n", name, toliman_last_error());
 }
 
 static void count_log(int32_t level, const char *text, void *unused) {
@@ -131,8 +130,7 @@ static toliman_sim *simulate(double *frames, const char *folder) {
     char json[2048], path[300];
     const size_t size = write_scene(json, sizeof json, kSide, kSide, 0, "\"shift_x\"");
     toliman_sim *sim = NULL;
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.threads = 2;
     options.log = count_log;
     options.progress = stop;
@@ -153,8 +151,7 @@ static toliman_sim *simulate(double *frames, const char *folder) {
 
 static void learn(const toliman_sim *sim, const double *frames, const char *folder) {
     toliman_cae *cae = make_cae(sim, 1, 0, NULL), *again = NULL;
-    toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options, sizeof options);
+    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.steps = 5;
     options.progress = stop;
     refused("cancelled training", toliman_cae_train(cae, &options, NULL), TOLIMAN_E_CANCELLED);
@@ -189,8 +186,7 @@ static void fit(const toliman_sim *sim, const double *frames) {
     assert_ok(toliman_components_create(sim, NULL, &components));
     for (int i = 0; i < FRAMES; i++)
         assert_ok(toliman_components_push(components, frames + (size_t)i * kPixels, kSide));
-    toliman_components_train_options options;
-    toliman_components_train_options_init(&options, sizeof options);
+    toliman_components_train_options options = TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT;
     options.threads = 2;
     options.progress = keep_going;
     for (options.method = TOLIMAN_COMPONENTS_PCA; options.method <= TOLIMAN_COMPONENTS_DICTIONARY; options.method++) {
@@ -262,7 +258,7 @@ static void search(const char *folder) {
     assert_ok(toliman_period_create(0.01, 0.0005, 3 * SAMPLES, NULL, &period));
     assert_ok(toliman_period_push_many(period, t, y, NULL, SAMPLES));
     assert_ok(toliman_period_query_peak(period, peaks));
-    assert_ok(toliman_period_query_fit(period, t, y, NULL, SAMPLES, peaks));
+    assert_ok(toliman_period_query_fit(period, t, y, NULL, NULL, SAMPLES, peaks));
     assert_close(peaks->period, PERIOD_DAYS, 0.01, 0);
     assert_ok(toliman_period_query_peaks(period, peaks, 3, &count));
     result("peaks", peaks, count * sizeof *peaks);
@@ -295,8 +291,7 @@ static void find_planets(void) {
     const toliman_measure_data data = {.struct_size = sizeof data, .n = SAMPLES, .t = t, .y = y};
     toliman_measure *series = NULL;
     assert_ok(toliman_measure_create(&data, &series));
-    toliman_planet_options options;
-    toliman_planet_options_init(&options, sizeof options);
+    toliman_planet_options options = TOLIMAN_PLANET_OPTIONS_INIT;
     options.flags = 0;
     options.period_max = 150;
     options.threads = 2;
@@ -338,7 +333,7 @@ static void follow(const char *folder) {
     const toliman_track_info info = info_of(track);
     result("counts", &info, sizeof info);
     toliman_track_destroy(track);
-    options.sigma = -0.5;
+    options.estimator.sigma = -0.5;
     refused("tracker's sigma", toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT);
     remove_folder(place);
 }

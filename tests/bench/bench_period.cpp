@@ -114,8 +114,8 @@ Reference reference_of(const Series &series, const std::vector<double> &power) {
 }
 
 std::vector<double> batch(const Series &series, double tolerance, int64_t nf, int32_t functions = 1) {
-    toliman_period_batch_options options;
-    toliman_period_batch_options_init(&options, sizeof options);
+    toliman_period_batch_options options = {};
+    options.struct_size = sizeof options;
     options.tolerance = tolerance;
     options.threads = 1;
     options.trend = functions - 1;
@@ -145,8 +145,8 @@ void measure_batch(const Series &series) {
                 static_cast<double>(part) / static_cast<double>(series.nf), reference.error(power));
     // Push all samples into exact sums, then one query. The time is proportional to the number of samples.
     const auto pushed = std::min(series.n(), static_cast<size_t>(kMost / static_cast<double>(series.nf)));
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = {};
+    options.struct_size = sizeof options;
     options.sigma_floor = *std::min_element(series.sigma.begin(), series.sigma.end());
     toliman_period *period = nullptr;
     check(toliman_period_create(series.f0, series.df, series.nf, &options, &period));
@@ -232,8 +232,8 @@ void release(void *memory, size_t size, void *) {
 
 // Push one frame and query the power of every frequency, with a trend of `functions` - 1 polynomials.
 void measure_frame(const Series &series, bool double_limb, int32_t functions) {
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = {};
+    options.struct_size = sizeof options;
     options.sigma_floor = 0.1;
     options.flags = double_limb ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0;
     options.trend = functions - 1;

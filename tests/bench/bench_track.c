@@ -71,11 +71,11 @@ static void soak(const char *name, toliman_track_options options, const source *
     char folder[256];
     make_folder(folder, sizeof folder);
     options.folder = folder;
-    options.capacity = frames;
+    options.ledger.capacity = frames;
     options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
-    options.f0 = 1;
-    options.df = 1;
-    options.nf = frequencies;
+    options.grid.f0 = 1;
+    options.grid.df = 1;
+    options.grid.nf = frequencies;
     toliman_track *track = NULL;
     assert_ok(toliman_track_create(&options, &track));
     push_batch(track, from, 0, BATCH);
@@ -102,9 +102,8 @@ static void soak(const char *name, toliman_track_options options, const source *
 }
 
 static toliman_track_options default_options(void) {
-    toliman_track_options options;
-    toliman_track_options_init(&options, sizeof options);
-    options.sync = sync_mode;
+    toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
+    options.ledger.sync = sync_mode;
     return options;
 }
 
@@ -120,7 +119,7 @@ int main(int count, char **arguments) {
     assert_ok(toliman_linear_create(small, NULL, &linear));
     source frames = draw_frames(small, 64);
     toliman_track_options options = default_options();
-    options.linear = linear;
+    options.estimator.linear = linear;
     soak("template 64x64", options, &frames, many);
     free(frames.pixels);
     toliman_linear_destroy(linear);
@@ -130,7 +129,7 @@ int main(int count, char **arguments) {
     toliman_cae *cae = make_cae(sim, 1, 100, NULL);
     frames = draw_frames(sim, kSide);
     options = default_options();
-    options.cae = cae;
+    options.estimator.cae = cae;
     double *counts = new_image(kPixels);
     for (size_t i = 0; i < kPixels; i++)
         counts[i] = frames.pixels[i];

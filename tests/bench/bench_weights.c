@@ -23,8 +23,7 @@ static toliman_sim *scene(void) {
 static toliman_cae *by_file(const toliman_cae *cae, const char *folder, int32_t weights, int32_t planes,
                             timing *loading) {
     char path[4096];
-    toliman_cae_save_options options;
-    toliman_cae_save_options_init(&options, sizeof options);
+    toliman_cae_save_options options = TOLIMAN_CAE_SAVE_OPTIONS_INIT;
     options.weights_encoding = weights;
     options.planes_encoding = planes;
     snprintf(path, sizeof path, "%s/%s-%s.tlmw", folder, names[weights - TOLIMAN_CAE_ENCODING_FLOAT32],

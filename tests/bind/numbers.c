@@ -70,7 +70,7 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     toliman_frame_goodness goodness = TOLIMAN_FRAME_GOODNESS_INIT;
     double latent, mmse, *image = malloc(256 * 256 * sizeof *image);
     MUST(toliman_cae_create(sim, 5, NULL, &made));
-    toliman_cae_train_options_init(&options, sizeof options);
+    options = (toliman_cae_train_options)TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.steps = 3;
     options.progress = count_calls;
     options.progress_data = &calls;
@@ -191,7 +191,7 @@ static void search(void) {
     MUST(toliman_period_query_peak(period, &peak));
     show("period", peak.period);
     show("log10_fap", peak.log10_fap);
-    MUST(toliman_period_query_fit(period, t, y, NULL, N, &peak));
+    MUST(toliman_period_query_fit(period, t, y, NULL, NULL, N, &peak));
     show("period_error", peak.period_error);
     MUST(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 100, 3, power));
     show("power", power[2]);
@@ -283,13 +283,13 @@ static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
     size_t done, many;
     double *image = malloc((size_t)(rows * cols) * sizeof *image);
     MUST(toliman_linear_create(sim, NULL, &linear));
-    toliman_track_options_init(&options, sizeof options);
-    options.linear = linear;
-    options.nf = 5461;
-    options.f0 = 1.5 / N;
-    options.df = 0.1 / N;
-    options.clock = clock;
-    options.clock_points = 2;
+    options = (toliman_track_options)TOLIMAN_TRACK_OPTIONS_INIT;
+    options.estimator.linear = linear;
+    options.grid.nf = 5461;
+    options.grid.f0 = 1.5 / N;
+    options.grid.df = 0.1 / N;
+    options.clock.pairs = clock;
+    options.clock.count = 2;
     MUST(toliman_track_create(&options, &track));
     for (int k = 0; k < FRAMES; k++) {
         toliman_frame frame = {.struct_size = sizeof frame, .pixel = TOLIMAN_PIXEL_F64, .session = "s1", .roi = "full"};

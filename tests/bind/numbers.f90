@@ -97,7 +97,6 @@ contains
         type(toliman_frame_goodness) :: goodness(1)
         type(toliman_image) :: many
         call made%create(sim, 5_c_int64_t)
-        call toliman_cae_train_options_init(options, c_sizeof(options))
         options%steps = 3
         options%progress = c_funloc(count_calls)
         options%progress_data = c_loc(calls)
@@ -134,8 +133,6 @@ contains
         type(toliman_fit_result) :: fitted, all_fitted(1)
         type(toliman_image) :: image
         integer(c_int8_t), allocatable :: bytes(:)
-        call toliman_fit_options_init(fit_options, c_sizeof(fit_options))
-        call toliman_bank_options_init(options, c_sizeof(options))
         fit_options%capture_px = 1
         options%places = 2
         options%steps = 2
@@ -302,10 +299,9 @@ contains
         integer(c_int64_t) :: clock(2, 2), k
         integer(c_size_t) :: many
         call linear%create(sim)
-        call toliman_track_options_init(options, c_sizeof(options))
-        options%nf = 5461
-        options%f0 = 1.5d0/n
-        options%df = 0.1d0/n
+        options%grid%nf = 5461
+        options%grid%f0 = 1.5d0/n
+        options%grid%df = 0.1d0/n
         clock = reshape([0_c_int64_t, 1000_c_int64_t, 1000000000_c_int64_t, 1000001000_c_int64_t], [2, 2])
         call tracker%create(options, linear=linear, clock=clock)
         do k = 0, frames - 1

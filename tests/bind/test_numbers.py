@@ -127,7 +127,6 @@ class Python:
     def encode(self, sim, image, cols):
         cae, options, report = ctypes.POINTER(_raw.toliman_cae)(), _raw.toliman_cae_train_options(), _raw.toliman_cae_training()
         self.must(library.toliman_cae_create(sim, 5, None, ctypes.byref(cae)))
-        library.toliman_cae_train_options_init(ctypes.byref(options), ctypes.sizeof(options))
         calls, latent = [], ctypes.c_double()
         options.steps = 3
         options.progress = _raw.toliman_progress_fn(lambda stage, fraction, data: calls.append(stage) or 0)
@@ -140,8 +139,6 @@ class Python:
         fit, bank = ctypes.POINTER(_raw.toliman_fit)(), ctypes.POINTER(_raw.toliman_bank)()
         fit_options, options = _raw.toliman_fit_options(), _raw.toliman_bank_options()
         result, fitted = _raw.toliman_bank_result(), _raw.toliman_fit_result()
-        library.toliman_fit_options_init(ctypes.byref(fit_options), ctypes.sizeof(fit_options))
-        library.toliman_bank_options_init(ctypes.byref(options), ctypes.sizeof(options))
         fit_options.capture_px, options.places, options.steps = 1, 2, 2
         self.must(library.toliman_fit_create(sim, ctypes.byref(fit_options), ctypes.byref(fit)))
         self.must(library.toliman_bank_create(fit, ctypes.byref(options), ctypes.byref(bank)))
@@ -155,8 +152,8 @@ class Python:
         linear, track = ctypes.POINTER(_raw.toliman_linear)(), ctypes.POINTER(_raw.toliman_track)()
         self.must(library.toliman_linear_create(sim, None, ctypes.byref(linear)))
         options, rejected, outcome = _raw.toliman_track_options(), ctypes.c_int64(), _raw.toliman_track_outcome()
-        library.toliman_track_options_init(ctypes.byref(options), ctypes.sizeof(options))
-        options.linear, options.nf, options.f0, options.df = linear, 5461, 1.5 / N, 0.1 / N
+        options.estimator.linear = linear
+        options.grid.nf, options.grid.f0, options.grid.df = 5461, 1.5 / N, 0.1 / N
         self.must(library.toliman_track_create(ctypes.byref(options), ctypes.byref(track)))
         for k in range(FRAMES):
             self.must(library.toliman_sim_frame(sim, 1e-6, 3, k, image, cols))

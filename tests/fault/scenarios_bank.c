@@ -115,11 +115,6 @@ static toliman_status destroy(attempt *a) {
     a->object = NULL;
     return TOLIMAN_OK;
 }
-static toliman_status inits(attempt *a) {
-    toliman_bank_options_init((void *)a->out, sizeof(toliman_bank_options));
-    toliman_bank_train_options_init((void *)(a->out + 256), sizeof(toliman_bank_train_options));
-    return TOLIMAN_OK;
-}
 static toliman_status train(attempt *a) {
     const toliman_bank_train_options options = {.struct_size = sizeof options, .threads = 2};
     return toliman_bank_train(a->object, fitter(), &options);
@@ -209,8 +204,6 @@ static const scenario all[] = {
     {.function = "toliman_bank_create", .call = create_flight, .made = &banks, .stage = put_all, .slow = 1},
     {.function = "toliman_bank_plan", .call = plan, .stage = put_all, .struct_size = sizeof(toliman_bank_plan_info)},
     {.function = "toliman_bank_destroy", .call = destroy, .make = make, .of = &banks},
-    {.function = "toliman_bank_options_init", .call = inits},
-    {.function = "toliman_bank_train_options_init", .call = inits},
     {.function = "toliman_bank_train",
      .call = train,
      .make = make,

@@ -7,8 +7,7 @@
 #include "scenario.h"
 
 static toliman_status create_with(int32_t layout, int32_t input, void **made) {
-    toliman_cae_options options;
-    toliman_cae_options_init(&options, sizeof options);
+    toliman_cae_options options = TOLIMAN_CAE_OPTIONS_INIT;
     options.layout = layout;
     options.input = input;
     options.threads = 3;
@@ -65,8 +64,7 @@ static int32_t keep_going(const char *stage, double fraction, void *unused) {
 }
 
 static toliman_cae_train_options unsupervised(uint32_t epochs, uint32_t threads) {
-    toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options, sizeof options);
+    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
     options.epochs = epochs;
     options.frames = give_frames;
@@ -78,8 +76,7 @@ static toliman_cae_train_options unsupervised(uint32_t epochs, uint32_t threads)
 }
 
 static toliman_cae_train_options tied(void) {
-    toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options, sizeof options);
+    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.steps = 5;
     return options;
 }
@@ -111,8 +108,7 @@ static const toliman_cae *trained(void) {
 
 /* Weights blobs; an earlier network's blob is in the files before. */
 static toliman_cae_save_options save_options(int32_t encoding, int32_t training) {
-    toliman_cae_save_options options;
-    toliman_cae_save_options_init(&options, sizeof options);
+    toliman_cae_save_options options = TOLIMAN_CAE_SAVE_OPTIONS_INIT;
     options.weights_encoding = options.planes_encoding = encoding;
     options.with_training = training;
     return options;
@@ -201,13 +197,6 @@ static toliman_status destroy(attempt *a) {
     a->object = NULL;
     return TOLIMAN_OK;
 }
-static toliman_status inits(attempt *a) {
-    unsigned char *const out = a->out;
-    toliman_cae_options_init((void *)out, sizeof(toliman_cae_options));
-    toliman_cae_train_options_init((void *)(out + 256), sizeof(toliman_cae_train_options));
-    toliman_cae_save_options_init((void *)(out + 512), sizeof(toliman_cae_save_options));
-    return TOLIMAN_OK;
-}
 static toliman_status decode(attempt *a) {
     return toliman_cae_decode(network(), 0.01, (double *)a->out, LARGE);
 }
@@ -253,9 +242,6 @@ static const scenario all[] = {
     {.function = "toliman_cae_save", .call = save, .slow = 1},
     {.function = "toliman_cae_save_file", .call = save_file, .stage = put_old, .check = check_saved, .slow = 1},
     {.function = "toliman_cae_destroy", .call = destroy, .make = make_trained, .of = &networks},
-    {.function = "toliman_cae_options_init", .call = inits},
-    {.function = "toliman_cae_train_options_init", .call = inits},
-    {.function = "toliman_cae_save_options_init", .call = inits},
     {.function = "toliman_cae_decode", .call = decode},
     {.function = "toliman_cae_get_target", .call = get_target},
     {.function = "toliman_cae_encode", .call = encode, .stage = put_blobs, .slow = 1, .allocates_nothing = 1},

@@ -68,10 +68,6 @@ static toliman_status destroy(attempt *a) {
     a->object = NULL;
     return TOLIMAN_OK;
 }
-static toliman_status options_init(attempt *a) {
-    toliman_calibration_options_init((void *)a->out, sizeof(toliman_calibration_options));
-    return TOLIMAN_OK;
-}
 static toliman_status get_info(attempt *a) {
     return toliman_calibration_get_info(calibration(), (void *)a->out);
 }
@@ -185,7 +181,6 @@ static const scenario all[] = {
      .refused = TOLIMAN_E_CANCELLED,
      .slow = 1},
     {.function = "toliman_calibration_destroy", .call = destroy, .make = make, .of = &calibrations},
-    {.function = "toliman_calibration_options_init", .call = options_init},
     {.function = "toliman_calibration_get_info",
      .call = get_info,
      .stage = put_all,

@@ -49,10 +49,6 @@ static toliman_status destroy(attempt *a) {
     a->object = NULL;
     return TOLIMAN_OK;
 }
-static toliman_status options_init(attempt *a) {
-    toliman_fit_options_init((void *)a->out, sizeof(toliman_fit_options));
-    return TOLIMAN_OK;
-}
 static toliman_status parameter_count(attempt *a) {
     const int64_t count = toliman_fit_parameter_count(fitter());
     memcpy(a->out, &count, sizeof count);
@@ -87,7 +83,6 @@ static const scenario all[] = {
     {.function = "toliman_fit_create", .call = create, .made = &fits, .stage = put_frames},
     {.function = "toliman_fit_create_windows", .call = create_windows, .made = &fits, .stage = put_frames},
     {.function = "toliman_fit_destroy", .call = destroy, .make = make, .of = &fits},
-    {.function = "toliman_fit_options_init", .call = options_init},
     {.function = "toliman_fit_parameter_count", .call = parameter_count, .stage = put_frames},
     {.function = "toliman_fit_get_parameter",
      .call = get_parameter,

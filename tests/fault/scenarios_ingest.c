@@ -145,15 +145,7 @@ static toliman_status get_info(attempt *a) {
     memcpy(a->out, &info, sizeof info);
     return status;
 }
-static toliman_status names(attempt *a) {
-    toliman_ingest_options_init((void *)a->out, sizeof(toliman_ingest_options));
-    must(strcmp(toliman_ingest_reason_name(TOLIMAN_INGEST_REASON_BAD_LINE), "bad line") == 0, "reason_name");
-    return TOLIMAN_OK;
-}
-
 static const scenario all[] = {
-    {.function = "toliman_ingest_options_init", .call = names},
-    {.function = "toliman_ingest_reason_name", .call = names},
     {.function = "toliman_ingest_create", .call = create, .made = &readers, .stage = put_pair},
     {.function = "toliman_ingest_destroy", .call = destroy, .make = make_second, .of = &readers},
     {.function = "toliman_ingest_next", .call = next, .make = make, .of = &readers},

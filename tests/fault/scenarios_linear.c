@@ -38,8 +38,7 @@ static void *make_components(void) {
 }
 
 static toliman_status train_by(void *components, int32_t method, uint32_t threads, void *report) {
-    toliman_components_train_options options;
-    toliman_components_train_options_init(&options, sizeof options);
+    toliman_components_train_options options = TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT;
     options.method = method;
     options.components = 2;
     options.iterations = 5;
@@ -93,12 +92,6 @@ static toliman_status encode_many(attempt *a) {
 static toliman_status get_sigma(attempt *a) {
     return toliman_linear_get_sigma(fitter(), (double *)a->out);
 }
-static toliman_status inits(attempt *a) {
-    toliman_linear_options_init((void *)(a->out + 512), sizeof(toliman_linear_options));
-    toliman_components_options_init((void *)a->out, sizeof(toliman_components_options));
-    toliman_components_train_options_init((void *)(a->out + 256), sizeof(toliman_components_train_options));
-    return TOLIMAN_OK;
-}
 static toliman_status create_components(attempt *a) {
     return toliman_components_create(small_sim(), NULL, (toliman_components **)&a->made);
 }
@@ -142,9 +135,6 @@ static const scenario all[] = {
     {.function = "toliman_linear_encode", .call = encode, .stage = put_frames, .allocates_nothing = 1},
     {.function = "toliman_linear_encode_many", .call = encode_many, .stage = put_frames},
     {.function = "toliman_linear_get_sigma", .call = get_sigma},
-    {.function = "toliman_linear_options_init", .call = inits},
-    {.function = "toliman_components_options_init", .call = inits},
-    {.function = "toliman_components_train_options_init", .call = inits},
     {.function = "toliman_components_create", .call = create_components, .made = &collections},
     {.function = "toliman_components_destroy", .call = destroy_components, .make = make_trained, .of = &collections},
     {.function = "toliman_components_push", .call = push_frame, .make = make_trained, .of = &collections},

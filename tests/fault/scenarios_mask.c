@@ -6,8 +6,7 @@
 
 /* Of the shortest design: one iteration of each descent. */
 static toliman_mask_options options_of_design(void) {
-    toliman_mask_options options;
-    toliman_mask_options_init(&options, sizeof options);
+    toliman_mask_options options = TOLIMAN_MASK_OPTIONS_INIT;
     options.threads = 1;
     options.seed = 1;
     options.iterations = 2;
@@ -35,10 +34,6 @@ static uint64_t digest(const void *mask) {
 
 static const object_kind masks = {end, digest};
 
-static toliman_status init_design(attempt *a) {
-    toliman_mask_options_init((void *)a->out, sizeof(toliman_mask_options));
-    return TOLIMAN_OK;
-}
 static toliman_status design(attempt *a) {
     const toliman_mask_options options = options_of_design();
     return toliman_mask_create(small_sim(), &options, (toliman_mask **)&a->made);
@@ -74,7 +69,6 @@ static void put_scene(void) {
 }
 
 static const scenario all[] = {
-    {.function = "toliman_mask_options_init", .call = init_design},
     {.function = "toliman_mask_create", .call = design, .made = &masks, .stage = put_scene, .slow = 1},
     {.function = "toliman_mask_get_place",
      .call = get_place,

@@ -74,16 +74,6 @@ static toliman_status destroy(attempt *a) {
     a->object = NULL;
     return TOLIMAN_OK;
 }
-static toliman_status inits(attempt *a) {
-    toliman_measure_data_init((void *)a->out, sizeof(toliman_measure_data));
-    toliman_measure_options_init((void *)(a->out + 256), sizeof(toliman_measure_options));
-    return TOLIMAN_OK;
-}
-static toliman_status kind_name(attempt *a) {
-    (void)a;
-    must(strcmp(toliman_measure_kind_name(TOLIMAN_MEASURE_REDUCED), "reduced") == 0, "kind_name");
-    return TOLIMAN_OK;
-}
 static toliman_status set_trend(attempt *a) {
     return toliman_measure_set_trend(a->object, 2, 0, 0);
 }
@@ -113,9 +103,6 @@ static const scenario all[] = {
     {.function = "toliman_measure_create", .call = create, .made = &measures},
     {.function = "toliman_measure_load", .call = load, .made = &measures},
     {.function = "toliman_measure_load_file", .call = load_file, .made = &measures, .stage = put_text},
-    {.function = "toliman_measure_options_init", .call = inits},
-    {.function = "toliman_measure_data_init", .call = inits},
-    {.function = "toliman_measure_kind_name", .call = kind_name},
     ON_ONE(destroy, 0),
     ON_ONE(set_trend, 0),
     ON_ONE(add_column, 0),

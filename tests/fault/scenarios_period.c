@@ -23,8 +23,7 @@ static void fill(void) {
 }
 
 static toliman_status create_with(uint32_t flags, double value_offset, void **made) {
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.flags = flags;
     options.value_offset = value_offset;
     return toliman_period_create(F0, DF, FREQUENCIES, &options, (toliman_period **)made);
@@ -157,7 +156,7 @@ static toliman_status push(attempt *a) {
 static toliman_status push_samples(attempt *a) {
     const toliman_period_sample sample = {
         .struct_size = sizeof sample, .flags = TOLIMAN_PERIOD_TIME_NS, .t_ns = 100, .y = 1, .sigma = 1};
-    return toliman_period_push_samples(a->object, &sample, 1);
+    return toliman_period_push_samples(a->object, &sample, NULL, 1);
 }
 static toliman_status push_many(attempt *a) {
     return toliman_period_push_many(a->object, t + SAMPLES, y + SAMPLES, NULL, SAMPLES);
@@ -166,12 +165,9 @@ static toliman_status push_bad(attempt *a) {
     static const double times[] = {70, NAN};
     return toliman_period_push_many(a->object, times, y, NULL, 2);
 }
-static toliman_status retract(attempt *a) {
-    return toliman_period_retract(a->object, t[3], y[3], 1);
-}
 static toliman_status retract_samples(attempt *a) {
     const toliman_period_sample sample = {.struct_size = sizeof sample, .t = t[3], .y = y[3]};
-    return toliman_period_retract_samples(a->object, &sample, 1);
+    return toliman_period_retract_samples(a->object, &sample, NULL, 1);
 }
 static toliman_status retract_many(attempt *a) {
     return toliman_period_retract_many(a->object, t, y, NULL, SAMPLES / 2);
@@ -189,8 +185,7 @@ static toliman_status merge_double_limb(attempt *a) {
 /* A trend and a column. */
 static void *make_rows(void) {
     fill();
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.trend = 2;
     options.trend_end = ARCHIVE;
     options.columns = 1;
@@ -199,23 +194,15 @@ static void *make_rows(void) {
     assert_ok(toliman_period_create(F0, DF, FREQUENCIES, &options, &made));
     for (int i = 0; i < SAMPLES; i++) {
         const toliman_period_sample sample = {.struct_size = sizeof sample, .t = t[i], .y = y[i]};
-        assert_ok(toliman_period_push_rows(made, &sample, &y[i + 7], 1));
+        assert_ok(toliman_period_push_samples(made, &sample, &y[i + 7], 1));
     }
     return made;
-}
-static toliman_status push_rows(attempt *a) {
-    const toliman_period_sample sample = {.struct_size = sizeof sample, .t = t[70], .y = y[70]};
-    return toliman_period_push_rows(a->object, &sample, &y[77], 1);
-}
-static toliman_status retract_rows(attempt *a) {
-    const toliman_period_sample sample = {.struct_size = sizeof sample, .t = t[3], .y = y[3]};
-    return toliman_period_retract_rows(a->object, &sample, &y[10], 1);
 }
 static toliman_status query_coefficients(attempt *a) {
     return toliman_period_query_coefficients(a->object, 20, 4, (double *)a->out, (double *)(a->out + 64));
 }
 static toliman_status query_fit_rows(attempt *a) {
-    return toliman_period_query_fit_rows(a->object, t, y, NULL, &y[7], SAMPLES, (void *)a->out);
+    return toliman_period_query_fit(a->object, t, y, NULL, &y[7], SAMPLES, (void *)a->out);
 }
 static toliman_status reset(attempt *a) {
     return toliman_period_reset(a->object);
@@ -223,15 +210,6 @@ static toliman_status reset(attempt *a) {
 static toliman_status count(attempt *a) {
     (void)a;
     must(toliman_period_count(samples()) == SAMPLES, "count");
-    return TOLIMAN_OK;
-}
-static toliman_status inits(attempt *a) {
-    toliman_period_options_init((void *)a->out, sizeof(toliman_period_options));
-    toliman_period_bootstrap_options_init((void *)(a->out + 256), sizeof(toliman_period_bootstrap_options));
-    toliman_period_batch_options_init((void *)(a->out + 512), sizeof(toliman_period_batch_options));
-    toliman_period_noise_options_init((void *)(a->out + 768), sizeof(toliman_period_noise_options));
-    toliman_period_noise_bootstrap_options_init((void *)(a->out + 1024),
-                                                sizeof(toliman_period_noise_bootstrap_options));
     return TOLIMAN_OK;
 }
 static toliman_status suggest(attempt *a) {
@@ -256,7 +234,7 @@ static toliman_status query_peaks(attempt *a) {
     return toliman_period_query_peaks(samples(), (void *)a->out, PEAKS, (size_t *)(a->out + 8192));
 }
 static toliman_status query_fit(attempt *a) {
-    return toliman_period_query_fit(samples(), t, y, NULL, SAMPLES, (void *)a->out);
+    return toliman_period_query_fit(samples(), t, y, NULL, NULL, SAMPLES, (void *)a->out);
 }
 static toliman_status query_fap(attempt *a) {
     return toliman_period_query_fap(samples(), TOLIMAN_PERIOD_FAP_SEQUENTIAL, -3, (double *)a->out);
@@ -265,8 +243,7 @@ static toliman_status query_threshold(attempt *a) {
     return toliman_period_query_threshold(samples(), TOLIMAN_PERIOD_FAP_SEQUENTIAL, -3, (double *)a->out);
 }
 static toliman_status query_bootstrap(attempt *a) {
-    toliman_period_bootstrap_options options;
-    toliman_period_bootstrap_options_init(&options, sizeof options);
+    toliman_period_bootstrap_options options = TOLIMAN_PERIOD_BOOTSTRAP_OPTIONS_INIT;
     options.threads = 2;
     return toliman_period_query_bootstrap(samples(), t, y, NULL, SAMPLES, &options, DRAWS, (double *)a->out);
 }
@@ -276,14 +253,9 @@ static toliman_status query_sampling(attempt *a) {
 static toliman_status query_aliases(attempt *a) {
     return toliman_period_query_aliases(samples(), F0, (void *)a->out, PEAKS, (size_t *)(a->out + 8192));
 }
-static toliman_status interval_name(attempt *a) {
-    (void)a;
-    return toliman_period_interval_name(TOLIMAN_PERIOD_INTERVAL_YEAR)[0] == 'y' ? TOLIMAN_OK : TOLIMAN_E_STATE;
-}
 
 static toliman_status batch_with(size_t n, int64_t nf, double tolerance, uint32_t threads, double *power) {
-    toliman_period_batch_options options;
-    toliman_period_batch_options_init(&options, sizeof options);
+    toliman_period_batch_options options = TOLIMAN_PERIOD_BATCH_OPTIONS_INIT;
     options.tolerance = tolerance;
     options.threads = threads;
     return toliman_period_batch(F0, 0.4 / (double)nf, nf, t, y, NULL, n, &options, power);
@@ -306,8 +278,7 @@ static toliman_status batch_exact(attempt *a) {
 }
 
 static toliman_status noise_search(attempt *a) {
-    toliman_period_noise_options options;
-    toliman_period_noise_options_init(&options, sizeof options);
+    toliman_period_noise_options options = TOLIMAN_PERIOD_NOISE_OPTIONS_INIT;
     fill();
     static toliman_measure *series;
     if (series == NULL) {
@@ -318,8 +289,7 @@ static toliman_status noise_search(attempt *a) {
                                        (double *)(a->out + 2048), (double *)(a->out + 2056), (void *)a->out);
 }
 static toliman_status noise_bootstrap(attempt *a) {
-    toliman_period_noise_bootstrap_options options;
-    toliman_period_noise_bootstrap_options_init(&options, sizeof options);
+    toliman_period_noise_bootstrap_options options = TOLIMAN_PERIOD_NOISE_BOOTSTRAP_OPTIONS_INIT;
     options.threads = 2;
     fill();
     static toliman_measure *series;
@@ -358,13 +328,10 @@ static const scenario all[] = {
     ON_ONE(push),
     ON_ONE(push_samples),
     ON_ONE(push_many),
-    ON_ONE(retract),
     ON_ONE(retract_samples),
     ON_ONE(retract_many),
-    ON_ROWS(push_rows),
-    ON_ROWS(retract_rows),
     ON_ROWS(query_coefficients),
-    {.function = "toliman_period_query_fit_rows",
+    {.function = "toliman_period_query_fit",
      .call = query_fit_rows,
      .make = make_rows,
      .of = &periods,
@@ -379,12 +346,7 @@ static const scenario all[] = {
      .stage = put_states},
     ON_ONE(reset),
     QUERIES(count, 0),
-    {.function = "toliman_period_options_init", .call = inits},
     {.function = "toliman_period_suggest", .call = suggest},
-    {.function = "toliman_period_bootstrap_options_init", .call = inits},
-    {.function = "toliman_period_batch_options_init", .call = inits},
-    {.function = "toliman_period_noise_options_init", .call = inits},
-    {.function = "toliman_period_noise_bootstrap_options_init", .call = inits},
     QUERIES(get_info, sizeof(toliman_period_info)),
     ON_ONE(query_power),
     {.function = "toliman_period_query_power", "double-limb", query_power, make_double_limb, &periods},
@@ -397,7 +359,6 @@ static const scenario all[] = {
     QUERIES(query_bootstrap, 0),
     QUERIES(query_sampling, sizeof(toliman_period_sampling)),
     QUERIES(query_aliases, sizeof(toliman_period_alias)),
-    {.function = "toliman_period_interval_name", .call = interval_name},
     {.function = "toliman_period_batch", "direct", batch_direct, .stage = put_states},
     {.function = "toliman_period_batch", "FFT", batch_fft, .stage = put_states},
     {.function = "toliman_period_batch", "threads", batch_threads, .stage = put_states},

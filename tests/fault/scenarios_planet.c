@@ -24,8 +24,7 @@ static toliman_status search_of(void **made) {
         assert_ok(toliman_measure_set_trend(series, 1, 0, 0));
         assert_ok(toliman_measure_add_column(series, "rows", rows, SAMPLES, 2));
     }
-    toliman_planet_options options;
-    toliman_planet_options_init(&options, sizeof options);
+    toliman_planet_options options = TOLIMAN_PLANET_OPTIONS_INIT;
     options.threads = 2;
     options.period_max = 200;
     options.samples = DRAWS;
@@ -65,10 +64,6 @@ static toliman_status search(attempt *a) {
 static toliman_status destroy(attempt *a) {
     toliman_planet_destroy(a->object);
     a->object = NULL;
-    return TOLIMAN_OK;
-}
-static toliman_status options_init(attempt *a) {
-    toliman_planet_options_init((void *)a->out, sizeof(toliman_planet_options));
     return TOLIMAN_OK;
 }
 static toliman_status get_info(attempt *a) {
@@ -113,7 +108,6 @@ static toliman_status inject(attempt *a) {
 
 static const scenario all[] = {
     {.function = "toliman_planet_create", .call = search, .made = &results, .slow = 1},
-    {.function = "toliman_planet_options_init", .call = options_init},
     ON_ONE(destroy, 0),
     ON_ONE(get_info, sizeof(toliman_planet_info)),
     ON_ONE(get_candidate, sizeof(toliman_planet_candidate)),

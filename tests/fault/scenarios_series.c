@@ -64,15 +64,9 @@ static toliman_status names(attempt *a) {
 static toliman_status get_info(attempt *a) {
     return toliman_series_get_info(a->object, (toliman_series_info *)a->out);
 }
-static toliman_status options_init(attempt *a) {
-    toliman_series_options_init((void *)a->out, sizeof(toliman_series_options));
-    return TOLIMAN_OK;
-}
-
 #define PARSE .function = "toliman_series_parse", .of = &parsers, .struct_size = sizeof(toliman_series_sample)
 
 static const scenario all[] = {
-    {.function = "toliman_series_options_init", .call = options_init},
     {.function = "toliman_series_create", .call = create, .made = &parsers},
     {.function = "toliman_series_destroy", .call = destroy, .make = make, .of = &parsers},
     {PARSE, .variant = "columns", .call = columns, .make = make},

@@ -138,8 +138,7 @@ static void ignore_log(int32_t level, const char *text, void *unused) {
 }
 
 static toliman_status create_of(char *text, int32_t engine, uint32_t threads, void **made) {
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.engine = engine;
     options.threads = threads;
     options.progress = keep_going;
@@ -210,10 +209,6 @@ static toliman_status destroy(attempt *a) {
     a->object = NULL;
     return TOLIMAN_OK;
 }
-static toliman_status options_init(attempt *a) {
-    toliman_sim_options_init((void *)a->out, sizeof(toliman_sim_options));
-    return TOLIMAN_OK;
-}
 static toliman_status expect(attempt *a) {
     return toliman_sim_expect(small_sim(), 1e-3, (double *)a->out, SMALL);
 }
@@ -252,7 +247,6 @@ static toliman_status get_texts(attempt *a) {
     (void)a;
     must(strcmp(toliman_sim_get_name(small_sim()), "binary") == 0, "get_name");
     must(strcmp(toliman_sim_stage_name(toliman_sim_stage_count() - 1), "?") != 0, "stage_name");
-    must(strcmp(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_ROLL), "roll") == 0, "image_name");
     return TOLIMAN_OK;
 }
 static toliman_status get_stage(attempt *a) {
@@ -261,10 +255,6 @@ static toliman_status get_stage(attempt *a) {
 }
 static toliman_status get_bounds(attempt *a) {
     return toliman_sim_get_bounds(small_sim(), (void *)a->out);
-}
-static toliman_status budget_options_init(attempt *a) {
-    toliman_sim_budget_options_init((void *)a->out, sizeof(toliman_sim_budget_options));
-    return TOLIMAN_OK;
 }
 static const toliman_sim_budget_options kBudget = {.struct_size = sizeof kBudget, .free_names = "flux_a shift_x"};
 static toliman_status get_budget(attempt *a) {
@@ -340,7 +330,6 @@ static const scenario all[] = {
      .stage = put_files},
     {.function = "toliman_sim_plan_json", .call = plan_json, .struct_size = sizeof(toliman_sim_plan_info)},
     {.function = "toliman_sim_destroy", .call = destroy, .make = make_everything, .of = &sims},
-    {.function = "toliman_sim_options_init", .call = options_init},
     {.function = "toliman_sim_expect", .call = expect},
     {.function = "toliman_sim_propagate", .call = propagate},
     {.function = "toliman_sim_frame", .call = frame, .make = make_binary, .of = &sims},
@@ -359,10 +348,8 @@ static const scenario all[] = {
     {.function = "toliman_sim_get_name", .call = get_texts},
     {.function = "toliman_sim_stage_count", .call = get_texts},
     {.function = "toliman_sim_stage_name", .call = get_texts},
-    {.function = "toliman_sim_image_name", .call = get_texts},
     {.function = "toliman_sim_get_stage", .call = get_stage},
     {.function = "toliman_sim_get_bounds", .call = get_bounds, .struct_size = sizeof(toliman_sim_bounds)},
-    {.function = "toliman_sim_budget_options_init", .call = budget_options_init},
     {.function = "toliman_sim_get_budget", .call = get_budget, .struct_size = sizeof(toliman_sim_budget)},
     {.function = "toliman_sim_get_budget_steps",
      .call = get_budget_steps,

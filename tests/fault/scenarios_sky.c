@@ -87,10 +87,6 @@ static toliman_status destroy(attempt *a) {
     a->object = NULL;
     return TOLIMAN_OK;
 }
-static toliman_status options_init(attempt *a) {
-    toliman_sky_options_init((void *)a->out, sizeof(toliman_sky_options));
-    return TOLIMAN_OK;
-}
 static toliman_status predict(attempt *a) {
     return toliman_sky_predict(a->object, kTimes, TIMES, (void *)a->out);
 }
@@ -115,10 +111,6 @@ static toliman_status predict_mean_many(attempt *a) {
     const size_t counts[] = {2};
     return toliman_sky_predict_mean_many(a->object, intervals, counts, 1, (void *)a->out);
 }
-static toliman_status reduce_options_init(attempt *a) {
-    toliman_sky_reduce_options_init((void *)a->out, sizeof(toliman_sky_reduce_options));
-    return TOLIMAN_OK;
-}
 static toliman_status get_info(attempt *a) {
     return toliman_sky_get_info(a->object, (void *)a->out);
 }
@@ -138,11 +130,6 @@ static toliman_status element_name(attempt *a) {
     strcpy((char *)a->out, toliman_sky_element_name(3));
     return TOLIMAN_OK;
 }
-static toliman_status observer_name(attempt *a) {
-    strcpy((char *)a->out, toliman_sky_observer_name(TOLIMAN_SKY_OBSERVER_FILE));
-    return TOLIMAN_OK;
-}
-
 enum { DATES = 12 };
 static toliman_status refit(attempt *a) {
     const toliman_sky *const sky = a->object;
@@ -178,10 +165,6 @@ static toliman_status diagnose(attempt *a) {
         memcpy(a->out + sizeof(toliman_sky_diagnosis), hypotheses, sizeof hypotheses);
     return status;
 }
-static toliman_status cause_name(attempt *a) {
-    strcpy((char *)a->out, toliman_sky_cause_name(TOLIMAN_SKY_CAUSE_AXES));
-    return TOLIMAN_OK;
-}
 static toliman_status save_file(attempt *a) {
     return toliman_sky_save_file(a->object, in_folder(kSaved));
 }
@@ -207,7 +190,6 @@ static const scenario all[] = {
      .made = &skies,
      .stage = put_observer},
     {.function = "toliman_sky_destroy", .call = destroy, .make = make, .of = &skies},
-    {.function = "toliman_sky_options_init", .call = options_init},
     {.function = "toliman_sky_predict",
      .call = predict,
      .make = make,
@@ -224,7 +206,6 @@ static const scenario all[] = {
      .of = &skies,
      .struct_size = sizeof(toliman_sky_prediction)},
     {.function = "toliman_sky_reduce", .call = reduce, .make = make_with_observer, .of = &skies, .made = &measures},
-    {.function = "toliman_sky_reduce_options_init", .call = reduce_options_init},
     {.function = "toliman_sky_get_info",
      .call = get_info,
      .make = make,
@@ -245,7 +226,6 @@ static const scenario all[] = {
      .of = &skies,
      .struct_size = sizeof(toliman_sky_diagnosis),
      .slow = 1},
-    {.function = "toliman_sky_cause_name", .call = cause_name},
     {.function = "toliman_sky_save_file",
      .call = save_file,
      .make = make,
@@ -254,6 +234,5 @@ static const scenario all[] = {
      .check = check_saved,
      .slow = 1},
     {.function = "toliman_sky_element_name", .call = element_name},
-    {.function = "toliman_sky_observer_name", .call = observer_name},
 };
 SCENARIO_LIST(sky_scenarios, all);

@@ -17,10 +17,10 @@ static toliman_track_options options_in(const char *name) {
         snprintf(path, sizeof path, "%s", in_folder(name));
         options.folder = path;
     }
-    options.capacity = 100;
-    options.group = 4;
-    options.clock = kClock;
-    options.clock_points = CLOCK_POINTS;
+    options.ledger.capacity = 100;
+    options.ledger.group = 4;
+    options.clock.pairs = kClock;
+    options.clock.count = CLOCK_POINTS;
     return options;
 }
 
@@ -204,12 +204,12 @@ static toliman_status create_reader(attempt *a) {
 static toliman_status create_other_grid(attempt *a) {
     toliman_track_options options = options_in(kMission);
     options.flags = TOLIMAN_TRACK_REBUILD;
-    options.f0 = 0.002;
+    options.grid.f0 = 0.002;
     return toliman_track_create(&options, (toliman_track **)&a->made);
 }
 static toliman_status create_mismatched(attempt *a) {
     toliman_track_options options = options_in(kMission);
-    options.f0 = 0.002;
+    options.grid.f0 = 0.002;
     return toliman_track_create(&options, (toliman_track **)&a->made);
 }
 static toliman_status create_with_network(attempt *a) {
@@ -217,9 +217,9 @@ static toliman_status create_with_network(attempt *a) {
     toliman_track_options options = options_in(NULL);
     if (cae == NULL)
         assert_ok(toliman_cae_create(large_sim(), 3, NULL, &cae));
-    options.cae = cae;
-    options.estimate = NULL;
-    options.rows = options.cols = 0;
+    options.estimator.cae = cae;
+    options.estimator.estimate = NULL;
+    options.frames.rows = options.frames.cols = 0;
     options.threads = 2;
     return toliman_track_create(&options, (toliman_track **)&a->made);
 }
@@ -234,10 +234,10 @@ static void *make_with_template(void) {
     toliman_track_options options = options_in(NULL);
     if (linear == NULL)
         assert_ok(toliman_linear_create(small_sim(), NULL, &linear));
-    options.linear = linear;
+    options.estimator.linear = linear;
     options.threads = 1;
-    options.estimate = NULL;
-    options.rows = options.cols = options.bit_depth = 0;
+    options.estimator.estimate = NULL;
+    options.frames.rows = options.frames.cols = options.frames.bit_depth = 0;
     assert_ok(toliman_track_create(&options, &track));
     return track;
 }
@@ -247,10 +247,10 @@ static void *make_with_fit(void) {
     toliman_track_options options = options_in(NULL);
     if (fit == NULL)
         assert_ok(toliman_fit_create(small_sim(), NULL, &fit));
-    options.fit = fit;
+    options.estimator.fit = fit;
     options.threads = 1;
-    options.estimate = NULL;
-    options.rows = options.cols = options.bit_depth = 0;
+    options.estimator.estimate = NULL;
+    options.frames.rows = options.frames.cols = options.frames.bit_depth = 0;
     assert_ok(toliman_track_create(&options, &track));
     return track;
 }
@@ -300,16 +300,6 @@ static toliman_status load_options(attempt *a) {
     if (status == TOLIMAN_OK)
         options->folder = NULL; /* a different pointer each time */
     return status;
-}
-static toliman_status options_init(attempt *a) {
-    toliman_track_options_init((void *)a->out, sizeof(toliman_track_options));
-    return TOLIMAN_OK;
-}
-static toliman_status reason_name(attempt *a) {
-    (void)a;
-    must(strcmp(toliman_track_reason_name(TOLIMAN_TRACK_REASON_ZERO_RUN), "zero run") == 0, "reason_name");
-    must(strcmp(toliman_track_verdict_name(TOLIMAN_TRACK_VERDICT_OUTLIER), "outlier") == 0, "verdict_name");
-    return TOLIMAN_OK;
 }
 static toliman_status get_clock(attempt *a) {
     return toliman_track_get_clock(a->object, (int64_t *)a->out, 8, (size_t *)(a->out + 8192));
@@ -441,9 +431,6 @@ static const scenario all[] = {
      .call = load_options,
      .struct_size = sizeof(toliman_track_options),
      .stage = put_frames},
-    {.function = "toliman_track_options_init", .call = options_init},
-    {.function = "toliman_track_reason_name", .call = reason_name},
-    {.function = "toliman_track_verdict_name", .call = reason_name},
     QUERIES(get_clock, 0),
     QUERIES(get_info, sizeof(toliman_track_info)),
     QUERIES(get_rejected, 0),

@@ -17,8 +17,8 @@ static toliman_track_options options_in(const char *name, int sky) {
     static char path[300];
     toliman_track_options options = reduced_options(path, skies[sky]);
     snprintf(path, sizeof path, "%s", in_folder(name));
-    options.capacity = 100;
-    options.group = 4;
+    options.ledger.capacity = 100;
+    options.ledger.group = 4;
     return options;
 }
 

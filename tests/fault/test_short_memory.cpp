@@ -68,12 +68,12 @@ bool push(const toliman_sim *sim, const std::vector<double> &images, int allowed
     toliman_track *track = nullptr;
     must(toliman_fit_create(sim, nullptr, &fit) == TOLIMAN_OK, "the fit", allowed);
     auto options = toliman::sized<toliman_track_options>();
-    toliman_track_options_init(&options, sizeof options);
+    options = toliman::sized<toliman_track_options>();
     options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
-    options.fit = fit;
+    options.estimator.fit = fit;
     options.threads = 2;
-    options.f0 = options.df = 0.001;
-    options.nf = 20;
+    options.grid.f0 = options.grid.df = 0.001;
+    options.grid.nf = 20;
     must(toliman_track_create(&options, &track) == TOLIMAN_OK, "the tracker", allowed);
     std::vector<toliman_frame> frames(kFrames, toliman::sized<toliman_frame>());
     std::vector<toliman_track_outcome> outcomes(kFrames, toliman::sized<toliman_track_outcome>());

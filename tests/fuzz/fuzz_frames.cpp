@@ -23,22 +23,22 @@ int32_t estimate(const toliman_estimate_input *input, toliman_estimate *made, vo
 }
 
 toliman_track *make_track() {
-    toliman_track_options options;
-    toliman_track_options_init(&options, sizeof options);
-    options.capacity = kCapacity;
-    options.estimate = estimate;
-    options.sigma = 0.5;
-    options.value_limit = 1000;
-    options.rows = options.cols = 8;
-    options.crop_row = options.crop_col = 2;
-    options.bin = 2;
-    options.image_rows = options.image_cols = 3;
-    options.bit_depth = 12;
-    options.zero_run_bytes = 64;
-    options.f0 = 0.01;
-    options.df = 0.01;
-    options.nf = kFrequencies;
-    options.unit_ns = 1e9;
+    toliman_track_options options = {};
+    options.struct_size = sizeof options;
+    options.ledger.capacity = kCapacity;
+    options.estimator.estimate = estimate;
+    options.estimator.sigma = 0.5;
+    options.limits.value = 1000;
+    options.frames.rows = options.frames.cols = 8;
+    options.frames.crop_row = options.frames.crop_col = 2;
+    options.frames.bin = 2;
+    options.frames.image_rows = options.frames.image_cols = 3;
+    options.frames.bit_depth = 12;
+    options.frames.zero_run_bytes = 64;
+    options.grid.f0 = 0.01;
+    options.grid.df = 0.01;
+    options.grid.nf = kFrequencies;
+    options.grid.unit_ns = 1e9;
     toliman_track *track = nullptr;
     require(toliman_track_create(&options, &track) == TOLIMAN_OK, toliman_last_error());
     return track;

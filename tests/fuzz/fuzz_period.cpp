@@ -67,9 +67,9 @@ void check_push(toliman_period *period, const Bytes &before) {
     sample.y = info.value_offset;
     sample.sigma = info.sigma_floor;
     const double row[8] = {};
-    if (toliman_period_push_rows(period, &sample, row, 1) != TOLIMAN_OK)
+    if (toliman_period_push_samples(period, &sample, row, 1) != TOLIMAN_OK)
         return;
-    require(toliman_period_retract_rows(period, &sample, row, 1) == TOLIMAN_OK, "a sample cannot be retracted");
+    require(toliman_period_retract_samples(period, &sample, row, 1) == TOLIMAN_OK, "a sample cannot be retracted");
     require(saved(period) == before, "a retracted sample changed the state");
 }
 
@@ -117,8 +117,8 @@ void repair(Bytes &bytes) {
 std::vector<Bytes> fuzz::seeds() {
     std::vector<Bytes> seeds;
     for (const uint32_t flags : {0u, TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB, kNuisance}) {
-        toliman_period_options options;
-        toliman_period_options_init(&options, sizeof options);
+        toliman_period_options options = {};
+    options.struct_size = sizeof options;
         options.flags = flags & ~kNuisance;
         if (flags == kNuisance) {
             options.trend = 2;
@@ -136,7 +136,7 @@ std::vector<Bytes> fuzz::seeds() {
             sample.y = std::sin(i);
             sample.sigma = 1 + i % 3;
             const double row = std::cos(3 * i);
-            require(toliman_period_push_rows(period, &sample, &row, 1) == TOLIMAN_OK, toliman_last_error());
+            require(toliman_period_push_samples(period, &sample, &row, 1) == TOLIMAN_OK, toliman_last_error());
         }
         seeds.push_back(saved(period));
         toliman_period_destroy(period);

@@ -42,8 +42,8 @@ std::vector<Bytes> fuzz::seeds() {
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const auto *json = reinterpret_cast<const char *>(data);
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    toliman_sim_options options = {};
+    options.struct_size = sizeof options;
     options.threads = 1;
     toliman_sim_plan_info plan = {};
     plan.struct_size = sizeof plan;

@@ -32,8 +32,8 @@ toliman_cae_info info_of(const toliman_cae *cae) {
 
 // With the encodings that it was loaded with.
 Bytes save(const toliman_cae *cae, const Bytes &like) {
-    toliman_cae_save_options options;
-    toliman_cae_save_options_init(&options, sizeof options);
+    toliman_cae_save_options options = {};
+    options.struct_size = sizeof options;
     options.weights_encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + like[68];
     options.planes_encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + like[70];
     options.with_training = (like[20] & 8) != 0;

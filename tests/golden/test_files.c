@@ -54,7 +54,7 @@ static double latent_of(const toliman_cae *cae) {
 
 static toliman_track_options made_options(const char *in) {
     toliman_track_options options = small_options(in);
-    options.sync = TOLIMAN_TRACK_SYNC_NONE;
+    options.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;
     return options;
 }
 
@@ -154,7 +154,7 @@ static void read_mission(const char *version) {
     assert_same_periods(period_of(track), period_of(expected));
     toliman_track_options kept = TOLIMAN_TRACK_OPTIONS_INIT; /* times are the middle of an exposure of unknown length */
     assert_ok(toliman_track_get_options(track, &kept));
-    assert_true(kept.stamp == TOLIMAN_FRAME_STAMP_MIDDLE && kept.exposure_s == 0);
+    assert_true(kept.frames.stamp == TOLIMAN_FRAME_STAMP_MIDDLE && kept.frames.exposure_s == 0);
     assert_int_equal(info_of(track).quarantined, 1);
     assert_int_equal(push_number(track, LAST), TOLIMAN_TRACK_VERDICT_DUPLICATE);
     assert_int_equal(push_number(track, LAST + 1), TOLIMAN_TRACK_VERDICT_ACCEPTED);

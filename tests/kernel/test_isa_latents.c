@@ -10,13 +10,11 @@ enum { kFrames = 6 };
 static void check_layout(int32_t layout, uint32_t steps, double allowed) {
     assert_true(shim_choose_isa(0));
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
-    toliman_cae_options options;
+    toliman_cae_options options = TOLIMAN_CAE_OPTIONS_INIT;
     toliman_cae *cae = NULL;
-    toliman_cae_options_init(&options, sizeof options);
     options.layout = layout;
     assert_ok(toliman_cae_create(sim, 7, &options, &cae));
-    toliman_cae_train_options how;
-    toliman_cae_train_options_init(&how, sizeof how);
+    toliman_cae_train_options how = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     how.steps = steps;
     if (steps != 0)
         assert_ok(toliman_cae_train(cae, &how, NULL));

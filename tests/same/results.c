@@ -89,12 +89,10 @@ static void train(const toliman_sim *sim, double *frames) {
     toliman_cae *cae = make_cae(sim, 1, 10, NULL);
     keep_weights(cae, "tied.tlmw");
     toliman_cae_destroy(cae);
-    toliman_cae_options options;
-    toliman_cae_train_options how;
-    toliman_cae_options_init(&options, sizeof options);
+    toliman_cae_options options = TOLIMAN_CAE_OPTIONS_INIT;
+    toliman_cae_train_options how = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.layout = TOLIMAN_CAE_LAYOUT_PAPER;
     assert_ok(toliman_cae_create(sim, 1, &options, &cae));
-    toliman_cae_train_options_init(&how, sizeof how);
     how.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
     how.epochs = 1;
     how.frames = give;
@@ -134,8 +132,7 @@ static void decompose(const toliman_sim *sim, const double *frames) {
     assert_ok(toliman_components_create(sim, NULL, &components));
     for (int i = 0; i < FRAMES; i++)
         assert_ok(toliman_components_push(components, frames + (size_t)i * kPixels, kSide));
-    toliman_components_train_options options;
-    toliman_components_train_options_init(&options, sizeof options);
+    toliman_components_train_options options = TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT;
     options.threads = workers;
     for (options.method = TOLIMAN_COMPONENTS_PCA; options.method <= TOLIMAN_COMPONENTS_DICTIONARY; options.method++) {
         assert_ok(toliman_components_train(components, &options, NULL));
@@ -155,8 +152,7 @@ static toliman_period *saved_and_loaded(toliman_period *period) {
 }
 
 static void search_with_rows(const double *t, const double *y, const double *sigma, const size_t *places) {
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.trend = 3;
     options.trend_end = SAMPLES + 1;
     options.columns = 1;
@@ -168,7 +164,7 @@ static void search_with_rows(const double *t, const double *y, const double *sig
         const size_t at = places[i];
         const toliman_period_sample sample = {sizeof sample, 0, t[at], 0, 0, y[at], sigma[at]};
         const double row = (double)(mixed((uint64_t)at + 11) % 1000) / 1000;
-        assert_ok(toliman_period_push_rows(period, &sample, &row, 1));
+        assert_ok(toliman_period_push_samples(period, &sample, &row, 1));
         if (order != 0 && draw(&random, SAMPLES / 8) == 0)
             period = saved_and_loaded(period);
     }
@@ -210,15 +206,13 @@ static void search(void) {
     const double found[] = {peak.frequency, peak.period, peak.power, peak.log10_residual, peak.fwhm, peak.log10_fap};
     keep("peak.f64", found, sizeof found);
     double lowest[4];
-    toliman_period_bootstrap_options trials;
-    toliman_period_bootstrap_options_init(&trials, sizeof trials);
+    toliman_period_bootstrap_options trials = TOLIMAN_PERIOD_BOOTSTRAP_OPTIONS_INIT;
     trials.threads = workers;
     assert_ok(toliman_period_query_bootstrap(period, t, y, sigma, SAMPLES, &trials, 4, lowest));
     keep("bootstrap.f64", lowest, sizeof lowest);
     toliman_period_destroy(period);
     search_with_rows(t, y, sigma, places);
-    toliman_period_batch_options options;
-    toliman_period_batch_options_init(&options, sizeof options);
+    toliman_period_batch_options options = TOLIMAN_PERIOD_BATCH_OPTIONS_INIT;
     options.threads = workers;
     assert_ok(toliman_period_batch(0.01, 2e-5, FINE, t, y, sigma, SAMPLES, &options, power));
     keep("batch.f64", power, sizeof power);
@@ -228,7 +222,7 @@ static void follow(void) {
     char folder[256];
     make_folder(folder, sizeof folder);
     toliman_track_options options = small_options(folder);
-    options.sync = TOLIMAN_TRACK_SYNC_NONE;
+    options.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;
     options.threads = workers;
     size_t places[TRACKED];
     make_order(places, TRACKED);

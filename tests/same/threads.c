@@ -78,9 +78,8 @@ static int use_linear(results *found) {
 
 static int use_components(results *found) {
     double frame[SIDE_PX * SIDE_PX], series[3] = {0};
-    toliman_components_train_options how;
+    toliman_components_train_options how = TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT;
     toliman_components *components = NULL;
-    toliman_components_train_options_init(&how, sizeof how);
     how.threads = 2;
     int32_t status = toliman_components_create(shared_sim, NULL, &components);
     for (int64_t k = 0; k < 3 && status == TOLIMAN_OK; k++) {
@@ -137,8 +136,7 @@ static int use_period(results *found) {
 static int use_batch(results *found) {
     enum { GRID = 3000 };
     static __thread double power[GRID];
-    toliman_period_batch_options options;
-    toliman_period_batch_options_init(&options, sizeof options);
+    toliman_period_batch_options options = TOLIMAN_PERIOD_BATCH_OPTIONS_INIT;
     options.threads = 2;
     const int32_t status = toliman_period_batch(0.01, 1e-4, GRID, times, values, NULL, MOST_RESULTS, &options, power);
     for (int i = 0; i < GRID; i += 300)
@@ -148,7 +146,7 @@ static int use_batch(results *found) {
 
 static int use_track(results *found) {
     toliman_track_options options = small_options(NULL);
-    options.capacity = 100;
+    options.ledger.capacity = 100;
     options.threads = 2;
     toliman_track *track = NULL;
     const toliman_period *sums = NULL;

@@ -54,9 +54,8 @@ static inline toliman_sim *make_sim(int rows, int cols, double offset_px, const 
 static inline toliman_cae *make_cae(const toliman_sim *sim, uint64_t seed, uint32_t steps,
                                     toliman_cae_training *report) {
     toliman_cae *cae = NULL;
-    toliman_cae_train_options options;
+    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     assert_ok(toliman_cae_create(sim, seed, NULL, &cae));
-    toliman_cae_train_options_init(&options, sizeof options);
     options.steps = steps;
     if (steps != 0)
         assert_ok(toliman_cae_train(cae, &options, report));
@@ -89,16 +88,14 @@ static inline uint8_t *saved_with(const toliman_cae *cae, toliman_cae_save_optio
 
 /* Encodings by their number in a blob: 0 float32, 1 bf16, 2 fp16. */
 static inline uint8_t *saved_as(const toliman_cae *cae, int32_t weights, int32_t planes, size_t *size) {
-    toliman_cae_save_options options;
-    toliman_cae_save_options_init(&options, sizeof options);
+    toliman_cae_save_options options = TOLIMAN_CAE_SAVE_OPTIONS_INIT;
     options.weights_encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + weights;
     options.planes_encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + planes;
     return saved_with(cae, options, size);
 }
 
 static inline uint8_t *saved_with_training(const toliman_cae *cae, size_t *size) {
-    toliman_cae_save_options options;
-    toliman_cae_save_options_init(&options, sizeof options);
+    toliman_cae_save_options options = TOLIMAN_CAE_SAVE_OPTIONS_INIT;
     options.with_training = 1;
     return saved_with(cae, options, size);
 }

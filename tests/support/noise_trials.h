@@ -74,8 +74,7 @@ typedef struct {
 } noise_found;
 
 static inline noise_found noise_search(const noise_times *times, const double *y) {
-    toliman_period_noise_options options;
-    toliman_period_noise_options_init(&options, sizeof options);
+    toliman_period_noise_options options = TOLIMAN_PERIOD_NOISE_OPTIONS_INIT;
     noise_found found = {TOLIMAN_PERIOD_NOISE_INIT, TOLIMAN_PERIOD_NOISE_INIT};
     assert_ok(noise_search_of(times->f0, times->df, times->nf, times->t, y, NULL, times->n, NULL, NULL, 0, &options,
                               NULL, NULL, NULL, &found.fitted));

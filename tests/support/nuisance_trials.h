@@ -52,8 +52,7 @@ static inline void trial_begin(nuisance_trial *trial, int n, int functions, int 
     trial->priors = priors;
     trial->columns = functions - 1 > TRIAL_ORDER ? functions - 1 - TRIAL_ORDER : 0;
     trial_times(trial);
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.value_bound = 64;
     options.trend = functions - 1 - trial->columns;
     options.trend_end = options.trend > 0 ? TRIAL_DAYS : 0;
@@ -83,7 +82,7 @@ static inline double trial_fap(nuisance_trial *trial, uint64_t series) {
         for (int c = 0; c < trial->columns; c++)
             rows[i * trial->columns + c] = trial->rows[i][c];
     }
-    assert_ok(toliman_period_push_rows(trial->period, samples, rows, (size_t)trial->n));
+    assert_ok(toliman_period_push_samples(trial->period, samples, rows, (size_t)trial->n));
     toliman_period_peak peak = {.struct_size = sizeof peak};
     assert_ok(toliman_period_query_peak(trial->period, &peak));
     return peak.log10_fap;

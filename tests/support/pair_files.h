@@ -118,8 +118,8 @@ static inline void assert_frame(toliman_ingest *ingest, int64_t id, int64_t line
 static inline void assert_event(toliman_ingest *ingest, int32_t kind, int32_t reason, int64_t line, const char *text) {
     if (next_event(ingest) != kind || event.reason != reason || event.line != line || strstr(event.text, text) == NULL)
         fail_msg("event %d, %s, line %lld: \"%s\", expected %d, %s, line %lld: \"%s\"", event.event,
-                 toliman_ingest_reason_name(event.reason), (long long)event.line, event.text, kind,
-                 toliman_ingest_reason_name(reason), (long long)line, text);
+                 toliman_constant_name(event.reason), (long long)event.line, event.text, kind,
+                 toliman_constant_name(reason), (long long)line, text);
 }
 
 static inline void assert_damage(toliman_ingest *ingest, int32_t reason, int64_t line, const char *text) {

@@ -70,7 +70,7 @@ static inline void push_by_hand(toliman_period *period, const toliman_sky *sky, 
     double row[7];
     for (int c = 0; c < 7; c++)
         row[c] = mean.partials[elements[c]];
-    assert_ok(toliman_period_push_rows(period, &sample, row, 1));
+    assert_ok(toliman_period_push_samples(period, &sample, row, 1));
 }
 
 /* An empty periodogram with the errors of the orbit as nuisance functions; elements: those of its columns. */
@@ -79,7 +79,7 @@ static inline toliman_period *clean_reduced(const toliman_sky *sky, int32_t elem
     toliman_period_options made = clean_options(&options);
     assert_ok(toliman_sky_set_columns(sky, SCALE, 0, &made, elements));
     toliman_period *clean = NULL;
-    assert_ok(toliman_period_create(options.f0, options.df, options.nf, &made, &clean));
+    assert_ok(toliman_period_create(options.grid.f0, options.grid.df, options.grid.nf, &made, &clean));
     return clean;
 }
 
@@ -128,8 +128,8 @@ static inline toliman_track *open_reader(void) {
 
 static inline toliman_track *rebuild(const toliman_sky *sky, double scale) {
     toliman_track_options options = loaded_options(TOLIMAN_TRACK_REBUILD);
-    options.sky = sky;
-    options.plate_scale_arcsec = scale;
+    options.reduction.sky = sky;
+    options.reduction.plate_scale_arcsec = scale;
     return make_track(&options);
 }
 

@@ -14,7 +14,11 @@ static inline toliman_period_sample sample_pair(double t, double t_low, double y
 
 static inline toliman_status push_ns(toliman_period *period, int64_t t_ns, double y, double sigma) {
     const toliman_period_sample sample = sample_ns(t_ns, y, sigma);
-    return toliman_period_push_samples(period, &sample, 1);
+    return toliman_period_push_samples(period, &sample, NULL, 1);
+}
+
+static inline toliman_status retract(toliman_period *period, double t, double y, double sigma) {
+    return toliman_period_retract_many(period, &t, &y, &sigma, 1);
 }
 
 #endif

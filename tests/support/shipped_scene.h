@@ -19,8 +19,7 @@ static inline char *shipped_scene(const char *name) {
 
 /* The simulator of a scene on one thread; frees the text. */
 static inline toliman_sim *one_core(char *text, int32_t engine) {
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.threads = 1;
     options.engine = engine;
     toliman_sim *sim = NULL;

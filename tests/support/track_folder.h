@@ -61,7 +61,7 @@ enum { FILLED_REPEATS = 5 + 11 + 3, FILLED_LINES = 60 + 3 + 2 };
  * it. */
 static inline toliman_track_options filled_folder(void) {
     toliman_track_options options = small_options(folder);
-    options.sync = TOLIMAN_TRACK_SYNC_NONE;
+    options.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;
     toliman_track *track = make_track(&options);
     small_frame frame;
     push_range(track, 1, 40);

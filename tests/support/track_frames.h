@@ -74,20 +74,19 @@ static inline double value_of_frame(const small_frame *frame) {
 
 /* 12-bit frames; half a frame of zeros is a zero run. */
 static inline toliman_track_options small_options(const char *folder) {
-    toliman_track_options options;
-    toliman_track_options_init(&options, sizeof options);
+    toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
     options.folder = folder;
-    options.capacity = 5000;
-    options.estimate = small_estimate;
-    options.estimator_id = 77;
-    options.sigma = SIGMA;
-    options.value_limit = VALUE_LIMIT;
-    options.rows = options.cols = SIDE;
-    options.bit_depth = 12;
-    options.zero_run_bytes = PIXELS;
-    options.f0 = 0.001;
-    options.df = 0.0007;
-    options.nf = FREQUENCIES;
+    options.ledger.capacity = 5000;
+    options.estimator.estimate = small_estimate;
+    options.estimator.id = 77;
+    options.estimator.sigma = SIGMA;
+    options.limits.value = VALUE_LIMIT;
+    options.frames.rows = options.frames.cols = SIDE;
+    options.frames.bit_depth = 12;
+    options.frames.zero_run_bytes = PIXELS;
+    options.grid.f0 = 0.001;
+    options.grid.df = 0.0007;
+    options.grid.nf = FREQUENCIES;
     return options;
 }
 
@@ -119,11 +118,10 @@ static inline toliman_track_info info_of(const toliman_track *track) {
 
 /* Of the periodogram that a tracker with these options must have, without nuisance functions. */
 static inline toliman_period_options clean_options(const toliman_track_options *options) {
-    toliman_period_options made;
-    toliman_period_options_init(&made, sizeof made);
-    made.flags = options->period_flags;
-    made.time_offset_ns = options->time_offset_ns;
-    made.unit_ns = options->unit_ns != 0 ? options->unit_ns : DAY_NS;
+    toliman_period_options made = TOLIMAN_PERIOD_OPTIONS_INIT;
+    made.flags = options->grid.flags;
+    made.time_offset_ns = options->grid.time_offset_ns;
+    made.unit_ns = options->grid.unit_ns != 0 ? options->grid.unit_ns : DAY_NS;
     made.value_bound = 4; /* the power of two above VALUE_LIMIT */
     made.sigma_floor = SIGMA;
     return made;
@@ -133,7 +131,7 @@ static inline toliman_period_options clean_options(const toliman_track_options *
 static inline toliman_period *clean_period(const toliman_track_options *options) {
     const toliman_period_options made = clean_options(options);
     toliman_period *period = NULL;
-    assert_ok(toliman_period_create(options->f0, options->df, options->nf, &made, &period));
+    assert_ok(toliman_period_create(options->grid.f0, options->grid.df, options->grid.nf, &made, &period));
     return period;
 }
 

@@ -23,16 +23,16 @@ static inline int32_t measure(const toliman_estimate_input *input, toliman_estim
 
 static inline toliman_track_options measured_options(const char *where) {
     toliman_track_options options = small_options(where);
-    options.estimate = measure;
-    strcpy(options.values, "separation_px");
-    options.time_offset_ns = START_NS;
+    options.estimator.estimate = measure;
+    strcpy(options.estimator.values, "separation_px");
+    options.grid.time_offset_ns = START_NS;
     return options;
 }
 
 static inline toliman_track_options reduced_options(const char *where, const toliman_sky *sky) {
     toliman_track_options options = measured_options(where);
-    options.sky = sky;
-    options.plate_scale_arcsec = SCALE;
+    options.reduction.sky = sky;
+    options.reduction.plate_scale_arcsec = SCALE;
     return options;
 }
 

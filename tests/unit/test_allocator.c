@@ -61,16 +61,14 @@ static toliman_load_options load_options_of(const toliman_allocator *allocator) 
 static toliman_status sim_in(const toliman_allocator *allocator, void **out) {
     char json[2048];
     const size_t size = write_scene(json, sizeof json, kSide, kSide, 0, "");
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.threads = 1;
     options.allocator = allocator;
     return toliman_sim_create_json(json, size, NULL, &options, (toliman_sim **)out);
 }
 
 static toliman_status cae_in(const toliman_allocator *allocator, void **out) {
-    toliman_cae_options options;
-    toliman_cae_options_init(&options, sizeof options);
+    toliman_cae_options options = TOLIMAN_CAE_OPTIONS_INIT;
     options.allocator = allocator;
     return toliman_cae_create(scene, 3, &options, (toliman_cae **)out);
 }
@@ -121,16 +119,14 @@ static toliman_status bank_file_in(const toliman_allocator *allocator, void **ou
 }
 
 static toliman_status components_in(const toliman_allocator *allocator, void **out) {
-    toliman_components_options options;
-    toliman_components_options_init(&options, sizeof options);
+    toliman_components_options options = TOLIMAN_COMPONENTS_OPTIONS_INIT;
     options.capacity = COLLECTED;
     options.allocator = allocator;
     return toliman_components_create(scene, &options, (toliman_components **)out);
 }
 
 static toliman_status period_in(const toliman_allocator *allocator, void **out) {
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.allocator = allocator;
     return toliman_period_create(0.1, 0.01, FREQUENCIES, &options, (toliman_period **)out);
 }
@@ -146,15 +142,14 @@ static toliman_status period_file_in(const toliman_allocator *allocator, void **
 }
 
 static toliman_status tracker_in(const toliman_allocator *allocator, const char *place, void **out) {
-    toliman_track_options options;
-    toliman_track_options_init(&options, sizeof options);
+    toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
     options.allocator = allocator;
-    options.linear = estimator;
+    options.estimator.linear = estimator;
     options.folder = place;
-    options.capacity = TRACKED;
-    options.f0 = 0.01;
-    options.df = 0.001;
-    options.nf = FREQUENCIES;
+    options.ledger.capacity = TRACKED;
+    options.grid.f0 = 0.01;
+    options.grid.df = 0.001;
+    options.grid.nf = FREQUENCIES;
     return toliman_track_create(&options, (toliman_track **)out);
 }
 
@@ -338,7 +333,7 @@ static void memory_belongs_to_its_object(void **unused) {
     assert_ok(toliman_period_push_many(made, t, y, NULL, 20));
     toliman_period_peak peak = {.struct_size = sizeof peak};
     const size_t calls = memory.calls;
-    assert_ok(toliman_period_query_fit(made, t, y, NULL, 20, &peak));
+    assert_ok(toliman_period_query_fit(made, t, y, NULL, NULL, 20, &peak));
     assert_ok(toliman_period_merge(copy, made));
     assert_int_equal(memory.calls, calls);
     toliman_period_destroy(made);
@@ -369,7 +364,7 @@ static void load_options_are_checked_and_zero_is_their_default(void **unused) {
     (void)unused;
     toliman_load_options filled, options = TOLIMAN_LOAD_OPTIONS_INIT;
     memset(&filled, 0xff, sizeof filled);
-    toliman_load_options_init(&filled, sizeof filled);
+    filled = (toliman_load_options)TOLIMAN_LOAD_OPTIONS_INIT;
     assert_memory_equal(&filled, &options, sizeof options);
     toliman_period *made = NULL;
     assert_ok(toliman_period_load(state, state_size, &options, &made));

@@ -121,16 +121,6 @@ static void unsuitable_scenes_are_refused(void **state) {
 
 static void defaults_are_zero(void **state) {
     (void)state;
-    toliman_bank_options options;
-    toliman_bank_train_options train;
-    memset(&options, 0x5a, sizeof options);
-    memset(&train, 0x5a, sizeof train);
-    toliman_bank_options_init(&options, sizeof options);
-    toliman_bank_train_options_init(&train, sizeof train);
-    const toliman_bank_options plain = TOLIMAN_BANK_OPTIONS_INIT;
-    assert_true(options.struct_size == sizeof options && options.layout == plain.layout && options.places == 0);
-    assert_true(train.struct_size == sizeof train && train.threads == 0 && train.progress == NULL);
-    toliman_bank_options_init(NULL, sizeof options);
     toliman_bank_destroy(NULL);
 }
 

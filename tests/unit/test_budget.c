@@ -61,8 +61,7 @@ static void free_fit(fit *f) {
 }
 
 static toliman_sim_budget_options with_names(const char *names) {
-    toliman_sim_budget_options options;
-    toliman_sim_budget_options_init(&options, sizeof options);
+    toliman_sim_budget_options options = TOLIMAN_SIM_BUDGET_OPTIONS_INIT;
     options.free_names = names;
     return options;
 }

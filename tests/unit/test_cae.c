@@ -144,9 +144,8 @@ static void test_cosine_of_the_header(void **unused) {
 static void test_no_rate_diverges(void **unused) {
     (void)unused;
     toliman_cae *cae = make_cae(sim, 7, 0, NULL);
-    toliman_cae_train_options options;
+    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     toliman_cae_training report = {.struct_size = sizeof report};
-    toliman_cae_train_options_init(&options, sizeof options);
     options.steps = 300;
     options.learning_rate = 1;
     assert_ok(toliman_cae_train(cae, &options, &report));
@@ -200,8 +199,7 @@ static void test_training_is_deterministic(void **unused) {
     (void)unused;
     size_t size, size_again;
     toliman_cae *again = make_cae(sim, 7, 30, NULL);
-    toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options, sizeof options);
+    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.steps = 100; /* initialised from the seed again, regardless of earlier training */
     assert_ok(toliman_cae_train(again, &options, NULL));
     uint8_t *bytes = saved(trained, &size), *bytes_again = saved(again, &size_again);
@@ -222,8 +220,7 @@ static void test_cancelled_training_changes_nothing(void **unused) {
     size_t size, size_after;
     int calls = 0;
     uint8_t *before = saved(trained, &size);
-    toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options, sizeof options);
+    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.steps = 8;
     options.progress = stop_half_way;
     options.progress_data = &calls;
@@ -245,8 +242,7 @@ static int32_t count_calls(const char *stage, double fraction, void *calls) {
 static void test_resume_after_cancellation(void **unused) {
     (void)unused;
     toliman_cae *broken = make_cae(sim, 7, 0, NULL), *loaded = NULL;
-    toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options, sizeof options);
+    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     int calls = 0;
     options.steps = 100;
     options.progress = stop_half_way;
@@ -448,15 +444,14 @@ static void test_arguments(void **unused) {
     assert_fails(toliman_cae_get_target(NULL, image, kSide), TOLIMAN_E_ARGUMENT, "cae is NULL");
     assert_fails(toliman_cae_save(trained, NULL, NULL, 0, NULL), TOLIMAN_E_ARGUMENT, "needed is NULL");
     assert_fails(toliman_cae_save(trained, NULL, image, 100, &needed), TOLIMAN_E_CAPACITY, "capacity = 100");
-    toliman_cae_train_options_init(&options, sizeof options);
+    options = (toliman_cae_train_options)TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.learning_rate = 1.5;
     assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_ARGUMENT, "options->learning_rate = 1.5");
     options.learning_rate = NAN;
     assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_ARGUMENT, "options->learning_rate = nan");
     toliman_cae_training report = {.struct_size = 1};
     assert_fails(toliman_cae_train(trained, NULL, &report), TOLIMAN_E_ARGUMENT, "report->struct_size = 1");
-    toliman_cae_train_options nowhere;
-    toliman_cae_train_options_init(&nowhere, sizeof nowhere);
+    toliman_cae_train_options nowhere = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     nowhere.loss_count = 1;
     assert_fails(toliman_cae_train(trained, &nowhere, NULL), TOLIMAN_E_ARGUMENT, "options->losses is NULL");
     for (int i = 0; i < kPixels; i++)

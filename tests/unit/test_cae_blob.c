@@ -68,8 +68,7 @@ static void test_training_after_loading(void **unused) {
     uint8_t *bytes = saved(fresh, &size);
     assert_ok(toliman_cae_load(bytes, size, NULL, &loaded));
     free(bytes);
-    toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options, sizeof options);
+    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.steps = 15;
     assert_ok(toliman_cae_train(loaded, &options, NULL));
     bytes = saved(loaded, &size);

@@ -191,9 +191,8 @@ static void test_impossible_trainings(void **unused) {
 
     /* A layout that does not support tied weights. */
     toliman_sim *plain = make_sim(kSide, kSide, 0, "");
-    toliman_cae_options options;
+    toliman_cae_options options = TOLIMAN_CAE_OPTIONS_INIT;
     toliman_cae_info info = {.struct_size = sizeof info};
-    toliman_cae_options_init(&options, sizeof options);
     options.layout = TOLIMAN_CAE_LAYOUT_PAPER;
     assert_ok(toliman_cae_create(plain, 1, &options, &cae));
     assert_ok(toliman_cae_get_info(cae, &info));

@@ -180,8 +180,7 @@ static void test_weights_out_of_range(void **unused) {
     (void)unused;
     enum { kFloats = 5 * kPixels };
     static float planes[kFloats];
-    toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options, sizeof options);
+    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.steps = 1;
     int refusals = 0, failures = 0;
     const int exponents[] = {-126, -126, -112, -100, 0, 60, 97},
@@ -219,10 +218,7 @@ static void test_weights_out_of_range(void **unused) {
 static void test_options(void **unused) {
     (void)unused;
     size_t needed = 7;
-    toliman_cae_save_options options;
-    toliman_cae_save_options_init(NULL, 0);
-    toliman_cae_save_options_init(&options, sizeof options);
-    assert_true(options.struct_size == sizeof options && options.weights_encoding == 0 && options.planes_encoding == 0);
+    toliman_cae_save_options options = TOLIMAN_CAE_SAVE_OPTIONS_INIT;
     options.weights_encoding = 3;
     assert_fails(toliman_cae_save(trained, &options, NULL, 0, &needed), TOLIMAN_E_ARGUMENT,
                  "options->weights_encoding = 3: must be one of TOLIMAN_CAE_ENCODING_..., 231 to 233");

@@ -46,8 +46,7 @@ static toliman_status give_frames(size_t first, size_t count, double *counts, vo
 }
 
 static toliman_cae_train_options options_for(Source *source, uint64_t frames, uint32_t epochs) {
-    toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options, sizeof options);
+    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
     options.epochs = epochs;
     options.frames = give_frames;
@@ -58,9 +57,8 @@ static toliman_cae_train_options options_for(Source *source, uint64_t frames, ui
 }
 
 static toliman_cae *make_network(int32_t layout, int32_t input) {
-    toliman_cae_options options;
+    toliman_cae_options options = TOLIMAN_CAE_OPTIONS_INIT;
     toliman_cae *cae = NULL;
-    toliman_cae_options_init(&options, sizeof options);
     options.layout = layout;
     options.input = input;
     assert_ok(toliman_cae_create(sim, 3, &options, &cae));
@@ -293,7 +291,7 @@ static void test_tied_after_unsupervised(void **unused) {
     toliman_cae *used = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
     toliman_cae_train_options options = options_for(&source, 4, 1);
     assert_ok(toliman_cae_train(used, &options, NULL));
-    toliman_cae_train_options_init(&options, sizeof options);
+    options = (toliman_cae_train_options)TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.steps = 20;
     assert_ok(toliman_cae_train(used, &options, NULL));
     assert_ok(toliman_cae_train(fresh, &options, NULL));
@@ -365,8 +363,7 @@ static void test_refusals(void **unused) {
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_RANGE, "diverged in epoch");
     first_latent(cae);
 
-    toliman_cae_options how;
-    toliman_cae_options_init(&how, sizeof how);
+    toliman_cae_options how = TOLIMAN_CAE_OPTIONS_INIT;
     how.layout = 203;
     assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "layout = 203");
     how.layout = 0;

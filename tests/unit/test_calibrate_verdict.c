@@ -71,7 +71,7 @@ static void both_sides_of_chi_square_count(void **state) {
         const toliman_calibration_info info = calibrate_info_of(made);
         if (info.goodness != kCases[i].goodness || info.flags != kCases[i].flags)
             fail_msg("%s: chi-square %g +- %g, %s, flags %u", kCases[i].name, info.chi_square, info.chi_square_sigma,
-                     toliman_goodness_name(info.goodness), info.flags);
+                     toliman_constant_name(info.goodness), info.flags);
         if (kCases[i].chi_square > 0)
             assert_close(info.chi_square, kCases[i].chi_square, 0.05, 0);
         assert_true(info.largest_residual > 2.5 && info.largest_residual < 7);

@@ -141,8 +141,7 @@ static void bootstrap_is_the_same_for_any_threads(void **unused) {
     enum { COUNT = 60 };
     toliman_period *const period = filled(100);
     double alone[COUNT], three[COUNT], longer[2 * COUNT];
-    toliman_period_bootstrap_options options;
-    toliman_period_bootstrap_options_init(&options, sizeof options);
+    toliman_period_bootstrap_options options = TOLIMAN_PERIOD_BOOTSTRAP_OPTIONS_INIT;
     options.seed = 5;
     options.threads = 1;
     options.progress = record_fraction;
@@ -203,7 +202,7 @@ static void no_parabola_over_a_step(void **unused) {
         }
         toliman_period_peak peak = {.struct_size = sizeof peak}, fit = {.struct_size = sizeof fit};
         assert_ok(toliman_period_query_peak(period, &peak));
-        assert_ok(toliman_period_query_fit(period, times, values, NULL, 5, &fit));
+        assert_ok(toliman_period_query_fit(period, times, values, NULL, NULL, 5, &fit));
         assert_close(peak.power, fit.power, 0, 1e-4);
     }
     toliman_period_destroy(period);

@@ -24,8 +24,7 @@ static void degrees_of_freedom_decide(void **unused) {
     const int32_t methods[] = {TOLIMAN_PERIOD_FAP_BALUEV, TOLIMAN_PERIOD_FAP_NAIVE, TOLIMAN_PERIOD_FAP_SINGLE};
     toliman_period *periods[2] = {NULL};
     for (int with = 0; with < 2; with++) {
-        toliman_period_options options;
-        toliman_period_options_init(&options, sizeof options);
+        toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
         options.trend = with ? 4 : 0;
         options.trend_end = with ? 12 : 0;
         assert_ok(toliman_period_create(0.1, 0.01, 40, &options, &periods[with]));

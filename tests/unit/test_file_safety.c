@@ -111,7 +111,7 @@ static void names_from_the_downlink_stay_inside(void **unused) {
     (void)unused;
     uint64_t random = 7;
     toliman_track_options options = small_options(folder);
-    options.sync = TOLIMAN_TRACK_SYNC_NONE;
+    options.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;
     toliman_track *track = make_track(&options);
     for (int64_t i = 0; i < NAMES; i++) {
         char name[300] = "";

@@ -61,11 +61,10 @@ int make_one_of_each() {
     auto reading = sized<toliman_ingest_options>();
     reading.pixel = TOLIMAN_PIXEL_U16;
     const auto pair = make<pair_reader>(toliman_ingest_create, (files.path + "/x").c_str(), &reading);
-    toliman_track_options options;
-    toliman_track_options_init(&options, sizeof options);
-    options.linear = linear.get();
-    options.df = 0.1;
-    options.nf = 3;
+    auto options = toliman::sized<toliman_track_options>();
+    options.estimator.linear = linear.get();
+    options.grid.df = 0.1;
+    options.grid.nf = 3;
     const auto track = make<tracker>(toliman_track_create, &options);
     const toliman_period *sums = nullptr;
     check(toliman_track_get_period(track.get(), &sums));
@@ -77,13 +76,13 @@ int make_one_of_each() {
 
 int a_failure_is_an_exception() {
     try {
-        toliman_track_options options;
-        toliman_track_options_init(&options, sizeof options);
-        options.rows = -5;
+        auto options = toliman::sized<toliman_track_options>();
+        options.frames.rows = -5;
         toliman::make<toliman::tracker>(toliman_track_create, &options);
     } catch (const toliman::error &error) {
-        return error.status() == TOLIMAN_E_ARGUMENT && std::string(error.what()).find("options->rows = -5") == 0 ? 0
-                                                                                                                 : 1;
+        return error.status() == TOLIMAN_E_ARGUMENT && std::string(error.what()).find("options->frames.rows = -5") == 0
+                   ? 0
+                   : 1;
     }
     return 1;
 }
@@ -119,8 +118,7 @@ int callbacks_may_throw() {
     using namespace toliman;
     const auto sim = make<simulator>(toliman_sim_create_json, kScene, sizeof kScene - 1, nullptr, nullptr);
     const auto cae = make<autoencoder>(toliman_cae_create, sim.get(), 1u, nullptr);
-    toliman_cae_train_options training;
-    toliman_cae_train_options_init(&training, sizeof training);
+    auto training = toliman::sized<toliman_cae_train_options>();
     training.progress = throws;
     training.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
     training.frame_count = 4;
@@ -130,16 +128,14 @@ int callbacks_may_throw() {
     failed +=
         ends_with(toliman_cae_train(cae.get(), &training, nullptr), "frames callback threw an exception: no more");
 
-    toliman_fit_options fitting; // whose progress is part of that of all windows
-    toliman_fit_options_init(&fitting, sizeof fitting);
+    auto fitting = toliman::sized<toliman_fit_options>(); // whose progress is part of that of all windows
     fitting.progress = throws;
     toliman_fit *fit = nullptr;
     failed += ends_with(toliman_fit_create(sim.get(), &fitting, &fit), "the progress callback threw an exception");
     if (std::string(toliman_last_error()).find("callback", 20) != std::string::npos)
         failed += ends_with(TOLIMAN_OK, "is stated twice");
 
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    auto options = toliman::sized<toliman_sim_options>();
     options.log = throws_while_logging;
     std::string saturated = kScene; // which is a warning
     saturated.replace(saturated.find("\"shape\""), 0, "\"full_well_e\": 1000, ");
@@ -149,8 +145,7 @@ int callbacks_may_throw() {
 
     const toliman_allocator allocator = {sizeof allocator, 0, throws_while_allocating, release_nothing, nullptr};
     toliman_linear *linear = nullptr;
-    toliman_linear_options in_pool;
-    toliman_linear_options_init(&in_pool, sizeof in_pool);
+    auto in_pool = toliman::sized<toliman_linear_options>();
     in_pool.allocator = &allocator;
     failed += ends_with(toliman_linear_create(sim.get(), &in_pool, &linear), "no pool");
     toliman_cae_info info = {};

@@ -539,11 +539,11 @@ static void test_options(void **state) {
     assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_ARGUMENT, "frame");
     assert_frame(ingest, 0, 1, 0);
     toliman_ingest_destroy(ingest);
-    assert_string_equal(toliman_ingest_reason_name(TOLIMAN_INGEST_REASON_PLACE_UNKNOWN), "place unknown");
-    assert_string_equal(toliman_ingest_reason_name(TOLIMAN_INGEST_REASON_EXTRA_BYTES), "extra bytes");
-    assert_string_equal(toliman_ingest_reason_name(TOLIMAN_INGEST_REASON_OVERLAP), "overlap");
-    assert_string_equal(toliman_ingest_reason_name(TOLIMAN_INGEST_REASON_OVERLAP + 1), "?");
-    assert_string_equal(toliman_ingest_reason_name(0), "?");
+    assert_string_equal(toliman_constant_name(TOLIMAN_INGEST_REASON_PLACE_UNKNOWN), "place unknown");
+    assert_string_equal(toliman_constant_name(TOLIMAN_INGEST_REASON_EXTRA_BYTES), "extra bytes");
+    assert_string_equal(toliman_constant_name(TOLIMAN_INGEST_REASON_OVERLAP), "overlap");
+    assert_string_equal(toliman_constant_name(TOLIMAN_INGEST_REASON_OVERLAP + 1), "?");
+    assert_string_equal(toliman_constant_name(0), "?");
 }
 
 static void test_files(void **state) {

@@ -28,8 +28,7 @@ static void arguments_and_members(void **unused) {
     assert_field(toliman_get_machine(NULL), TOLIMAN_E_ARGUMENT, "out");
     assert_field(toliman_get_blas_speed(NULL), TOLIMAN_E_ARGUMENT, "gflops");
     assert_field(toliman_period_create(0.01, -1, 10, NULL, &period), TOLIMAN_E_ARGUMENT, "df");
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.value_bound = -1;
     assert_field(toliman_period_create(0.01, 0.01, 10, &options, &period), TOLIMAN_E_ARGUMENT, "value_bound");
     options.struct_size = 3;

@@ -11,8 +11,7 @@ enum { SIDE = 64, PIXELS = SIDE * SIDE, FRAMES = 100 };
 
 static toliman_components *collection(const toliman_sim *sim, int32_t raw, uint32_t bin) {
     toliman_components *components = NULL;
-    toliman_components_options options;
-    toliman_components_options_init(&options, sizeof options);
+    toliman_components_options options = TOLIMAN_COMPONENTS_OPTIONS_INIT;
     options.raw = raw;
     options.bin = bin;
     assert_ok(toliman_components_create(sim, &options, &components));
@@ -36,8 +35,7 @@ static toliman_components_info info_of(const toliman_components *components) {
 }
 
 static void train(toliman_components *components, int32_t method, uint32_t count, uint32_t threads) {
-    toliman_components_train_options options;
-    toliman_components_train_options_init(&options, sizeof options);
+    toliman_components_train_options options = TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT;
     options.method = method;
     options.components = count;
     options.threads = threads;
@@ -188,8 +186,7 @@ static void push_discards_a_training_and_cancellation_does_not(void **state) {
                  "components: not trained");
     train(components, TOLIMAN_COMPONENTS_PCA, 2, 0);
     assert_ok(toliman_components_get_series(components, 1, before, NULL));
-    toliman_components_train_options options;
-    toliman_components_train_options_init(&options, sizeof options);
+    toliman_components_train_options options = TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT;
     options.method = TOLIMAN_COMPONENTS_DICTIONARY;
     options.progress = stop_at;
     options.progress_data = "dictionary";
@@ -225,8 +222,7 @@ static void errors_name_the_argument_and_change_nothing(void **state) {
     static double image[PIXELS];
     toliman_sim *sim = sim_of(kBinaryScene);
     toliman_components *components = NULL;
-    toliman_components_options options;
-    toliman_components_options_init(&options, sizeof options);
+    toliman_components_options options = TOLIMAN_COMPONENTS_OPTIONS_INIT;
     assert_fails(toliman_components_create(NULL, NULL, &components), TOLIMAN_E_ARGUMENT, "sim is NULL");
     assert_fails(toliman_components_create(sim, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     options.bin = 3;
@@ -254,8 +250,7 @@ static void errors_name_the_argument_and_change_nothing(void **state) {
     assert_true(info_of(components).frames == 0);
     image[5] = 0;
 
-    toliman_components_train_options training;
-    toliman_components_train_options_init(&training, sizeof training);
+    toliman_components_train_options training = TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT;
     assert_ok(toliman_components_push(components, image, SIDE));
     assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_STATE,
                  "1 components need at least 2 frames, 1 were pushed");

@@ -44,7 +44,7 @@ static void values_are_those_of_the_sums(void **unused) {
     toliman_period *const clean = clean_reduced(orbit, elements);
     for (size_t i = 0; i < n; i++) {
         const toliman_period_sample sample = sample_ns(times[i], y[i], SIGMA);
-        assert_ok(toliman_period_push_rows(clean, &sample, rows + i * k, 1));
+        assert_ok(toliman_period_push_samples(clean, &sample, rows + i * k, 1));
     }
     assert_same_periods(period_of(track), clean);
     toliman_period_destroy(clean);
@@ -120,9 +120,9 @@ static void times_are_those_of_a_new_clock(void **unused) {
     const int64_t clock[] = {START_NS, START_NS + SECOND_NS, START_NS + 1000000 * SECOND_NS,
                              START_NS + 1000001 * SECOND_NS};
     toliman_track_options options = loaded_options(TOLIMAN_TRACK_REBUILD);
-    options.sky = orbit;
-    options.clock = clock;
-    options.clock_points = 2;
+    options.reduction.sky = orbit;
+    options.clock.pairs = clock;
+    options.clock.count = 2;
     toliman_track *const track = make_track(&options);
     assert_ok(toliman_track_save(track));
     toliman_track_destroy(track);

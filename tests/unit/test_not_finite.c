@@ -82,8 +82,7 @@ static void periodograms(void **unused) {
     for (uint64_t storm = 0; storm < 20 * storms; storm++) {
         size_t size = 0, size_after = 0;
         toliman_period *period = NULL;
-        toliman_period_options options;
-        toliman_period_options_init(&options, sizeof options);
+        toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
         options.flags = draw(&draws, 2) ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0;
         make_samples(t, y, sigma);
         assert_ok(toliman_period_create(0.01, 0.02, GRID, &options, &period));
@@ -176,8 +175,7 @@ static void series_of_planets(void **unused) {
         toliman_measure_data data = {
             .struct_size = sizeof data, .n = SAMPLES, .t = t, .y = y, .sigma = sigma, .position_angle_deg = angles};
         toliman_measure *series = NULL;
-        toliman_planet_options options;
-        toliman_planet_options_init(&options, sizeof options);
+        toliman_planet_options options = TOLIMAN_PLANET_OPTIONS_INIT;
         options.threads = 1;
         options.period_min = 5;
         options.period_max = 20;

@@ -127,8 +127,7 @@ static void files_by_their_path(void **state) {
         toliman_sim *sim = sim_of(scene);
         toliman_sim_destroy(sim);
         sim = NULL;
-        toliman_sim_options options;
-        toliman_sim_options_init(&options, sizeof options);
+        toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
         options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
         assert_fails(toliman_sim_create_json(scene, strlen(scene), "", &options, &sim), TOLIMAN_E_UNSUPPORTED,
                      "mask, amplitude and OPD files are not supported");

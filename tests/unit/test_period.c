@@ -32,8 +32,7 @@ static unsigned char bytes_a[1 << 20], bytes_b[1 << 20];
 /* More samples than the sums accept between two folds, so that carries are tested; saved and loaded in between. */
 static void long_streams_survive_saving(void **unused) {
     (void)unused;
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.sigma_ceiling = 1e6;
     toliman_period *whole = make(0.01, 0.001, 70, &options), *part = make(0.01, 0.001, 70, &options);
     size_t size_a, size_b;
@@ -69,7 +68,7 @@ static void pure_signal_row(void **unused) {
     toliman_period *period = make(1.5, 0.1, 5460, NULL);
     assert_ok(toliman_period_push_many(period, times, values, NULL, n));
     toliman_period_peak peak = {.struct_size = sizeof peak};
-    assert_ok(toliman_period_query_fit(period, times, values, NULL, n, &peak));
+    assert_ok(toliman_period_query_fit(period, times, values, NULL, NULL, n, &peak));
     assert_close(peak.period, 1.0 / 3, 1e-14, 0);
     assert_close(peak.fwhm_period, 0.0998, 0, 2e-4);
     assert_close(peak.half_width_period, 0.0499, 0, 1e-4);
@@ -106,14 +105,13 @@ static void fit_recovers_parameters(void **unused) {
         times[i] = 2451545.0 + (double)i;
         values[i] = 5 + 1e-2 * sin(2 * M_PI * (double)i / 365 + 0.4) + 1e-3 * noise(&state);
     }
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.time_offset = times[0];
     options.value_offset = 5;
     toliman_period *period = make(1.5 / 1095, 1.0 / 10950, 5000, &options);
     assert_ok(toliman_period_push_many(period, times, values, NULL, n));
     toliman_period_peak fit = {.struct_size = sizeof fit}, peak = {.struct_size = sizeof peak};
-    assert_ok(toliman_period_query_fit(period, times, values, NULL, n, &fit));
+    assert_ok(toliman_period_query_fit(period, times, values, NULL, NULL, n, &fit));
     assert_ok(toliman_period_query_peak(period, &peak));
     assert_close(fit.amplitude, 1e-2, 0, 4 * fit.amplitude_error);
     assert_close(fit.frequency, 1.0 / 365, 0, 4 * fit.frequency_error);
@@ -139,14 +137,13 @@ static void nu_ophiuchi(void **unused) {
             floor = fmin(floor, sigmas[n++]);
     fclose(file);
     assert_int_equal(n, 150);
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.time_offset = times[0];
     options.sigma_floor = floor;
     toliman_period *period = make(1e-4, 2e-5, 2500, &options);
     assert_ok(toliman_period_push_many(period, times, values, sigmas, n));
     toliman_period_peak peak = {.struct_size = sizeof peak};
-    assert_ok(toliman_period_query_fit(period, times, values, sigmas, n, &peak));
+    assert_ok(toliman_period_query_fit(period, times, values, sigmas, NULL, n, &peak));
     assert_close(peak.period, 531.93, 0, 0.05);
     assert_at_most(peak.log10_fap, -40);
     toliman_period_destroy(period);
@@ -204,10 +201,10 @@ static void refusals_name_the_argument(void **unused) {
     assert_fails(toliman_period_create(0, 1, 0, NULL, &period), TOLIMAN_E_ARGUMENT, "nf = 0");
     assert_fails(toliman_period_create(0, 1, INT64_MAX, NULL, &period), TOLIMAN_E_ARGUMENT, "nf = ");
     assert_fails(toliman_period_create(0, 1, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    toliman_period_options_init(&options, sizeof options);
+    options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;
     options.struct_size = 3;
     assert_fails(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "struct_size = 3");
-    toliman_period_options_init(&options, sizeof options);
+    options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;
     options.flags = 64;
     assert_fails(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "flags = 0x40");
     assert_null(period);

@@ -40,8 +40,7 @@ static double bound_of(const quad_properties *properties, int double_limb) {
 
 static toliman_period *filled(double f0, double df, int64_t nf, uint32_t flags, double time_offset, size_t n) {
     toliman_period *period = NULL;
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.flags = flags;
     options.time_offset = time_offset;
     options.value_bound = 8;
@@ -123,7 +122,7 @@ static void inaccurate_powers_are_flagged(void **unused) {
         size_t count;
         assert_ok(toliman_period_query_peak(period, &peak));
         assert_ok(toliman_period_query_peaks(period, &peaks, 1, &count));
-        assert_ok(toliman_period_query_fit(period, times, values, NULL, kSamples, &fit));
+        assert_ok(toliman_period_query_fit(period, times, values, NULL, NULL, kSamples, &fit));
         assert_ok(toliman_period_query_model(period, 0, &model));
         assert_ok(toliman_period_query_sampling(period, NULL, 0, &sampling));
         const int inaccurate = (sampling.flags & TOLIMAN_PERIOD_INACCURATE) != 0;

@@ -103,8 +103,7 @@ static quad_samples fill(const hard_case *hard) {
 }
 
 static toliman_period_batch_options options_of(double tolerance, uint32_t flags) {
-    toliman_period_batch_options options;
-    toliman_period_batch_options_init(&options, sizeof options);
+    toliman_period_batch_options options = TOLIMAN_PERIOD_BATCH_OPTIONS_INIT;
     options.tolerance = tolerance;
     options.flags = flags | (tolerance == 0 ? TOLIMAN_PERIOD_DIRECT : 0);
     return options;
@@ -166,8 +165,7 @@ static void small_archives_match_streaming(void **unused) {
                 fill(&cases[0]);
                 for (int i = 0; i < N && constant; i++)
                     values[i] = 0.1;
-                toliman_period_options stream_options;
-                toliman_period_options_init(&stream_options, sizeof stream_options);
+                toliman_period_options stream_options = TOLIMAN_PERIOD_OPTIONS_INIT;
                 stream_options.flags = flags;
                 stream_options.sigma_floor = 0.1;
                 toliman_period *period = NULL;
@@ -202,8 +200,7 @@ static void archive_matches_streaming_on_any_threads(void **unused) {
     double *t = malloc(MANY * sizeof *t), *y = malloc(MANY * sizeof *y), *sigma = malloc(MANY * sizeof *sigma);
     double streamed[WIDE], power[WIDE], first[WIDE];
     many(t, y, sigma);
-    toliman_period_options stream_options;
-    toliman_period_options_init(&stream_options, sizeof stream_options);
+    toliman_period_options stream_options = TOLIMAN_PERIOD_OPTIONS_INIT;
     stream_options.time_offset = 2.45e6;
     toliman_period *period = NULL;
     assert_ok(toliman_period_create(5e-4, 1e-4, WIDE, &stream_options, &period));

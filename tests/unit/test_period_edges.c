@@ -10,6 +10,7 @@
 #include "assert_close.h"
 #include "own_memory.h"
 #include "quad_period.h"
+#include "samples.h"
 #include "uniform.h"
 
 #include <toliman/period.h>
@@ -60,8 +61,7 @@ static void sigma_ratios_match_113_bits(void **unused) {
             for (size_t r = 0; r < sizeof ratios / sizeof ratios[0]; r++) {
                 uint64_t state = 8;
                 fill_sine(0.3, 1);
-                toliman_period_options options;
-                toliman_period_options_init(&options, sizeof options);
+                toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
                 options.flags = flags;
                 options.sigma_floor = 1e-3;
                 options.sigma_ceiling = 1e-3 * ratios[r];
@@ -83,8 +83,7 @@ static void sigma_ratios_match_113_bits(void **unused) {
 
 static void sigmas_out_of_range_are_refused(void **unused) {
     (void)unused;
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     toliman_period *period = make(&options), *none = NULL;
     assert_ok(toliman_period_push(period, 1, 1, 32));
     assert_fails(toliman_period_push(period, 1, 1, 32.1), TOLIMAN_E_RANGE,
@@ -111,7 +110,7 @@ static void impossible_grids_are_refused(void **unused) {
                  "(nf - 1) df: must be finite");
 #define REFUSED(member, wrong)                                                                                         \
     do {                                                                                                               \
-        toliman_period_options_init(&options, sizeof options);                                                         \
+        options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;                                                 \
         options.member = (wrong);                                                                                      \
         assert_fails(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_ARGUMENT, #member " = ");              \
         assert_null(none);                                                                                             \
@@ -138,8 +137,7 @@ static void small_values_keep_their_digits_or_are_refused(void **unused) {
                  {1e-27, 1e-20, 0, 0}, {1e-27, 1e-26, 0, 0},  {1e-9, 0x1p20, 1e4, 0}, {1e-27, 0x1p20, 1e8, 1}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         fill_sine(0, cases[i].scale);
-        toliman_period_options options;
-        toliman_period_options_init(&options, sizeof options);
+        toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
         options.value_bound = cases[i].bound;
         options.sigma_ceiling = cases[i].ceiling;
         if (!cases[i].refused) {
@@ -161,7 +159,7 @@ static void small_values_keep_their_digits_or_are_refused(void **unused) {
                          2);
         assert_true(scatter > 0.1 * cases[i].scale && scatter < 10 * cases[i].scale && least > scatter);
         assert_fails(toliman_period_query_peak(period, &peak), TOLIMAN_E_RANGE, "smaller value_bound");
-        assert_fails(toliman_period_query_fit(period, times, values, NULL, N, &peak), TOLIMAN_E_RANGE,
+        assert_fails(toliman_period_query_fit(period, times, values, NULL, NULL, N, &peak), TOLIMAN_E_RANGE,
                      "smaller value_bound");
         toliman_period_destroy(period);
     }
@@ -181,8 +179,7 @@ static void nyquist_frequency_is_fitted(void **unused) {
                     up += (i % 2 ? -values[i] : values[i]) / N;
                     mean += values[i] / N;
                 }
-                toliman_period_options options;
-                toliman_period_options_init(&options, sizeof options);
+                toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
                 options.flags = flags;
                 toliman_period *period = NULL; /* the last frequency is 0.5, or the grid continues beyond it */
                 assert_ok(toliman_period_create(0.4, 0.0005, past ? 350 : 201, &options, &period));
@@ -191,7 +188,7 @@ static void nyquist_frequency_is_fitted(void **unused) {
                 double power;
                 assert_ok(toliman_period_query_peak(period, &grid));
                 assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 200, 1, &power));
-                assert_ok(toliman_period_query_fit(period, times, values, NULL, N, &fit));
+                assert_ok(toliman_period_query_fit(period, times, values, NULL, NULL, N, &fit));
                 assert_close(fit.frequency, 0.5, 0, 1e-4);
                 assert_true(fit.power >= power - 1e-12);
                 assert_false(isnan(fit.frequency_error) || isnan(fit.amplitude_error) || isnan(fit.fwhm_period) ||
@@ -216,8 +213,7 @@ static void nyquist_frequency_is_fitted(void **unused) {
 static void perfect_fit_has_a_probability(void **unused) {
     (void)unused;
     for (uint32_t flags = 0; flags < 2; flags++) {
-        toliman_period_options options;
-        toliman_period_options_init(&options, sizeof options);
+        toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
         options.flags = flags;
         toliman_period *period = NULL;
         assert_ok(toliman_period_create(0.1, 0.1, 5, &options, &period));
@@ -228,7 +224,7 @@ static void perfect_fit_has_a_probability(void **unused) {
         assert_ok(toliman_period_push_many(period, times, values, NULL, 16));
         toliman_period_peak fit = {.struct_size = sizeof fit};
         double fap;
-        assert_ok(toliman_period_query_fit(period, times, values, NULL, 16, &fit));
+        assert_ok(toliman_period_query_fit(period, times, values, NULL, NULL, 16, &fit));
         assert_true(fit.power == 1);
         assert_true(fit.log10_residual >= -4900);
         assert_ok(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, fit.log10_residual, &fap));
@@ -246,7 +242,7 @@ static void perfect_fit_has_a_probability(void **unused) {
     assert_ok(toliman_period_push_many(period, times, values, NULL, 20));
     toliman_period_peak fit = {.struct_size = sizeof fit}, peak = {.struct_size = sizeof peak};
     assert_ok(toliman_period_query_peak(period, &peak));
-    assert_ok(toliman_period_query_fit(period, times, values, NULL, 20, &fit));
+    assert_ok(toliman_period_query_fit(period, times, values, NULL, NULL, 20, &fit));
     assert_true(peak.power <= 1e-12 && !isnan(peak.fwhm));
     assert_true(fit.power == 0 && isinf(fit.fwhm));
     assert_true(fit.log10_fap == 0);
@@ -262,7 +258,7 @@ static void perfect_fit_has_a_probability(void **unused) {
         }
         period = make(NULL);
         assert_ok(toliman_period_push_many(period, times, values, sigmas, n));
-        assert_ok(toliman_period_query_fit(period, times, values, sigmas, n, &fit));
+        assert_ok(toliman_period_query_fit(period, times, values, sigmas, NULL, n, &fit));
         assert_true(fit.power == 0 && isinf(fit.amplitude_error) && isinf(fit.period_error) && isinf(fit.fwhm));
         toliman_period_destroy(period);
     }
@@ -404,8 +400,7 @@ static void memory_is_allocated_at_creation(void **unused) {
     (void)unused;
     enum { MANY = 1 << 20 };
     for (int double_limb = 0; double_limb < 2; double_limb++) {
-        toliman_period_options options;
-        toliman_period_options_init(&options, sizeof options);
+        toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
         options.sigma_ceiling = double_limb ? 1e8 : 0;
         toliman_period *period = NULL;
         const size_t before = allocated_bytes();
@@ -437,7 +432,7 @@ static void million_pushes_allocate_nothing(void **unused) {
     for (int i = 0; i < MILLION; i++) {
         assert_ok(toliman_period_push(period, i, i % 97, 1));
         if (i >= WINDOW)
-            assert_ok(toliman_period_retract(period, i - WINDOW, (i - WINDOW) % 97, 1));
+            assert_ok(retract(period, i - WINDOW, (i - WINDOW) % 97, 1));
         if (i % 10000 == 0)
             assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, NF, power));
         if (i == 10000) {
@@ -480,7 +475,7 @@ static void peak_at_the_edge_is_flagged(void **unused) {
         toliman_period_peak fit = {.struct_size = sizeof fit}, peak = {.struct_size = sizeof peak};
         assert_ok(toliman_period_create(grids[i].f0, grids[i].df, grids[i].nf, NULL, &period));
         assert_ok(toliman_period_push_many(period, times, values, sigmas, N));
-        assert_ok(toliman_period_query_fit(period, times, values, sigmas, N, &fit));
+        assert_ok(toliman_period_query_fit(period, times, values, sigmas, NULL, N, &fit));
         assert_ok(toliman_period_query_peak(period, &peak));
         const uint32_t others = /* T is 200 */
             TOLIMAN_PERIOD_LONG | (grids[i].df > 0.0011 ? TOLIMAN_PERIOD_COARSE : 0);
@@ -516,7 +511,7 @@ static void peak_power_is_not_overestimated(void **unused) {
         for (int k = 0; k < 200; k++)
             highest = fmax(highest, power[k]);
         assert_ok(toliman_period_query_peak(period, &peak));
-        assert_ok(toliman_period_query_fit(period, times, values, NULL, N, &fit));
+        assert_ok(toliman_period_query_fit(period, times, values, NULL, NULL, N, &fit));
         assert_close(peak.frequency, frequency, 0, 0.1 / (10 * N));
         assert_close(peak.power, highest, 0, 1e-13); /* computed with vector instructions */
         assert_true(peak.log10_residual >= fit.log10_residual && peak.log10_fap >= fit.log10_fap);

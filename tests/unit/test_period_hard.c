@@ -5,6 +5,7 @@
 
 #include "assert_close.h"
 #include "quad_period.h"
+#include "samples.h"
 #include "uniform.h"
 
 #include <toliman/period.h>
@@ -57,8 +58,7 @@ static toliman_period *make(const hard_case *c, const toliman_period_options *op
 /* Samples of the case, and suitable options. */
 static toliman_period_options fill(const hard_case *c, int fixed_mean) {
     uint64_t state = 20u + (uint64_t)c->n;
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.flags = c->flags | (fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0);
     options.time_offset = c->t0;
     options.value_offset = c->value_offset;
@@ -158,7 +158,7 @@ static void state_does_not_depend_on_the_order(void **unused) {
             push(shards[(size_t)(uniform(&state) * kShards)], order[i]);
         }
         for (size_t i = 0; i < c->n; i++)
-            assert_ok(toliman_period_retract(undone, times[order[i]] + 0.1, values[order[order[i]]], sigmas[order[i]]));
+            assert_ok(retract(undone, times[order[i]] + 0.1, values[order[order[i]]], sigmas[order[i]]));
         for (int s = 1; s < kShards; s++)
             assert_ok(toliman_period_merge(shards[0], shards[s]));
         assert_same_bytes(straight, shuffled, c->name, "another order");
@@ -220,8 +220,7 @@ static void power_is_within_the_documented_bound(void **unused) {
         const quad_samples samples = {times, values, sigmas, n, NULL};
         const double expected = (double)(1 - quad_residual(&samples, f, 0)), loss = loss_of(n, f);
         for (uint32_t double_limb = 0; double_limb < 2; double_limb++) {
-            toliman_period_options options;
-            toliman_period_options_init(&options, sizeof options);
+            toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
             options.flags = double_limb ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0;
             toliman_period *period = NULL;
             toliman_period_sampling sampling = {.struct_size = sizeof sampling};

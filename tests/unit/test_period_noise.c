@@ -41,8 +41,7 @@ static const double *columns(size_t k) {
 
 static toliman_status search(series given, uint32_t flags, double *power, double *coefficients, double *errors,
                              toliman_period_noise *out) {
-    toliman_period_noise_options options;
-    toliman_period_noise_options_init(&options, sizeof options);
+    toliman_period_noise_options options = TOLIMAN_PERIOD_NOISE_OPTIONS_INIT;
     options.flags = flags;
     return noise_search_of(kF0, kDf, NF, times, values, given.sigma, N, columns(given.k), given.precision, given.k,
                            &options, power, coefficients, errors, out);
@@ -150,15 +149,14 @@ static void errors_agree_with_the_fit(void **unused) {
     (void)unused;
     fill();
     toliman_period *period = NULL;
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.sigma_floor = 0.5;
     options.value_offset = 1000;
     options.time_offset = times[0];
     toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;
     assert_ok(toliman_period_create(kF0, kDf, NF, &options, &period));
     assert_ok(toliman_period_push_many(period, times, values, sigmas, N));
-    assert_ok(toliman_period_query_fit(period, times, values, sigmas, N, &peak));
+    assert_ok(toliman_period_query_fit(period, times, values, sigmas, NULL, N, &peak));
     toliman_period_destroy(period);
     toliman_period_noise found = TOLIMAN_PERIOD_NOISE_INIT;
     assert_ok(search((series){sigmas, NULL, 0}, TOLIMAN_PERIOD_WHITE_NOISE, NULL, NULL, NULL, &found));
@@ -269,8 +267,7 @@ static void coincident_cosine_and_sine(void **unused) {
 }
 
 static toliman_status draw(double rho, uint64_t block, uint32_t threads, size_t count, double *peaks) {
-    toliman_period_noise_bootstrap_options options;
-    toliman_period_noise_bootstrap_options_init(&options, sizeof options);
+    toliman_period_noise_bootstrap_options options = TOLIMAN_PERIOD_NOISE_BOOTSTRAP_OPTIONS_INIT;
     options.block = block;
     options.threads = threads;
     options.seed = 9;

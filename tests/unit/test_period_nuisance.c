@@ -16,8 +16,7 @@ static toliman_period_sample samples[kMost];
 static double rows[kMost][kColumns];
 
 static toliman_period_options options_for_rows(void) {
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.time_offset = 2451000.5;
     options.value_bound = 64;
     options.sigma_floor = 0.1;
@@ -70,7 +69,7 @@ static void assert_same(const toliman_period *a, const toliman_period *b) {
 }
 
 static void push(toliman_period *period, int i) {
-    assert_ok(toliman_period_push_rows(period, &samples[i], rows[i], 1));
+    assert_ok(toliman_period_push_samples(period, &samples[i], rows[i], 1));
 }
 
 static void any_order_gives_the_same_bits(void **unused) {
@@ -78,7 +77,7 @@ static void any_order_gives_the_same_bits(void **unused) {
     fill();
     const toliman_period_options options = options_for_rows();
     toliman_period *all = make(&options), *backward = make(&options), *half = make(&options), *none = make(&options);
-    assert_ok(toliman_period_push_rows(all, samples, rows[0], kMost));
+    assert_ok(toliman_period_push_samples(all, samples, rows[0], kMost));
     for (int i = kMost - 1; i >= 0; i--) {
         push(backward, i);
         if (i % 2 == 0)
@@ -86,10 +85,10 @@ static void any_order_gives_the_same_bits(void **unused) {
     }
     assert_same(all, backward);
     for (int i = 1; i < kMost; i += 2)
-        assert_ok(toliman_period_retract_rows(all, &samples[i], rows[i], 1));
+        assert_ok(toliman_period_retract_samples(all, &samples[i], rows[i], 1));
     assert_same(all, half);
     for (int i = 0; i < kMost; i += 2)
-        assert_ok(toliman_period_retract_rows(all, &samples[i], rows[i], 1));
+        assert_ok(toliman_period_retract_samples(all, &samples[i], rows[i], 1));
     assert_same(all, none);
     toliman_period_destroy(all), toliman_period_destroy(backward), toliman_period_destroy(half);
     toliman_period_destroy(none);
@@ -126,7 +125,7 @@ static void state_has_a_version(void **unused) {
     fill();
     toliman_period_options options = options_for_rows();
     toliman_period *period = make(&options), *loaded = NULL;
-    assert_ok(toliman_period_push_rows(period, samples, rows[0], 50));
+    assert_ok(toliman_period_push_samples(period, samples, rows[0], 50));
     size_t size;
     uint8_t *bytes = bytes_of(period, &size);
     assert_int_equal(bytes[4], 4);
@@ -143,7 +142,7 @@ static void state_has_a_version(void **unused) {
     }
     free(bytes);
     toliman_period_destroy(period);
-    toliman_period_options_init(&options, sizeof options);
+    options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;
     period = make(&options);
     bytes = bytes_of(period, &size);
     assert_int_equal(bytes[4], 3);
@@ -184,27 +183,28 @@ static void bad_samples_are_refused(void **unused) {
     assert_fails(toliman_period_push(period, t, y, 1), TOLIMAN_E_ARGUMENT, "the periodogram has 2 columns");
     assert_fails(toliman_period_push_many(period, &t, &y, NULL, 1), TOLIMAN_E_ARGUMENT,
                  "the periodogram has 2 columns");
-    assert_fails(toliman_period_push_samples(period, samples, 1), TOLIMAN_E_ARGUMENT, "the periodogram has 2 columns");
-    assert_fails(toliman_period_push_rows(period, samples, NULL, 1), TOLIMAN_E_ARGUMENT, "rows");
+    assert_fails(toliman_period_push_samples(period, samples, NULL, 1), TOLIMAN_E_ARGUMENT,
+                 "the periodogram has 2 columns");
+    assert_fails(toliman_period_push_samples(period, samples, NULL, 1), TOLIMAN_E_ARGUMENT, "rows");
     const double kept = rows[3][1];
     rows[3][1] = 8.5;
-    assert_fails(toliman_period_push_rows(period, samples, rows[0], 9), TOLIMAN_E_RANGE,
+    assert_fails(toliman_period_push_samples(period, samples, rows[0], 9), TOLIMAN_E_RANGE,
                  "sample 3: rows: column 1 = 8.5: must be in [-8, 8]");
     rows[3][1] = NAN;
-    assert_fails(toliman_period_push_rows(period, samples, rows[0], 9), TOLIMAN_E_ARGUMENT, "column 1 = nan");
+    assert_fails(toliman_period_push_samples(period, samples, rows[0], 9), TOLIMAN_E_ARGUMENT, "column 1 = nan");
     rows[3][1] = kept;
     samples[5].t = options.trend_end + 0.001;
-    assert_fails(toliman_period_push_rows(period, samples, rows[0], 9), TOLIMAN_E_RANGE,
+    assert_fails(toliman_period_push_samples(period, samples, rows[0], 9), TOLIMAN_E_RANGE,
                  "sample 5: t = 2455000: must be in the span of the trend, [2451000, 2455000]");
     assert_int_equal(toliman_period_count(period), 0);
     samples[5] = sample_pair(options.trend_end, 0, 1, 1); /* both ends belong to the span */
     samples[6] = sample_pair(options.trend_start, 0, 1, 1);
-    assert_ok(toliman_period_push_rows(period, samples, rows[0], 9));
+    assert_ok(toliman_period_push_samples(period, samples, rows[0], 9));
     options.prior_precision[5] = 5;
     other = make(&options);
     assert_fails(toliman_period_merge(period, other), TOLIMAN_E_MISMATCH, "nuisance functions");
     toliman_period_destroy(other);
-    toliman_period_options_init(&options, sizeof options);
+    options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;
     options.flags = TOLIMAN_PERIOD_DOUBLE_LIMB;
     other = make(&options);
     assert_fails(toliman_period_merge(period, other), TOLIMAN_E_MISMATCH, "nuisance functions");
@@ -214,7 +214,7 @@ static void bad_samples_are_refused(void **unused) {
     assert_fails(toliman_period_query_coefficients(period, 0, 5, coefficients, NULL), TOLIMAN_E_ARGUMENT,
                  "must be 1 + trend + columns = 6");
     assert_ok(toliman_period_query_coefficients(period, 0, 6, coefficients, NULL));
-    assert_ok(toliman_period_retract_rows(period, &samples[8], rows[8], 1));
+    assert_ok(toliman_period_retract_samples(period, &samples[8], rows[8], 1));
     assert_fails(toliman_period_query_coefficients(period, 0, 6, coefficients, NULL), TOLIMAN_E_STATE,
                  "needs at least 9 samples"); /* six functions, one with a prior: 5 + 4 */
     toliman_period_destroy(period), toliman_period_destroy(other);
@@ -230,8 +230,7 @@ static toliman_period_info info_of(const toliman_period *period) {
  * distinguishes; a function with a prior is always in use. */
 static void functions_in_use_grow_with_the_samples(void **unused) {
     (void)unused;
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.trend = 6;
     options.trend_end = 1000;
     toliman_period *period = make(&options);
@@ -264,8 +263,7 @@ static void functions_in_use_grow_with_the_samples(void **unused) {
 /* Times in nanoseconds have the position in the span of the trend of the same times as doubles. */
 static void times_in_nanoseconds_have_a_trend(void **unused) {
     (void)unused;
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.trend = 4;
     options.trend_end = 1 << 20;
     options.unit_ns = 1 << 10;
@@ -274,20 +272,20 @@ static void times_in_nanoseconds_have_a_trend(void **unused) {
     for (int i = 0; i < 100; i++) {
         const int64_t elapsed = i * INT64_C(8191);
         const toliman_period_sample by_ns = sample_ns(77 + elapsed, i % 7, 1);
-        assert_ok(toliman_period_push_rows(integers, &by_ns, NULL, 1));
+        assert_ok(toliman_period_push_samples(integers, &by_ns, NULL, 1));
         assert_ok(toliman_period_push(doubles, (double)elapsed / (1 << 10), i % 7, 1));
     }
     assert_same(doubles, integers);
     const toliman_period_sample late = sample_ns(78 + (INT64_C(1) << 30), 1, 1);
-    assert_fails(toliman_period_push_samples(integers, &late, 1), TOLIMAN_E_RANGE, "must be in the span of the trend");
+    assert_fails(toliman_period_push_samples(integers, &late, NULL, 1), TOLIMAN_E_RANGE,
+                 "must be in the span of the trend");
     toliman_period_destroy(doubles), toliman_period_destroy(integers);
 }
 
 /* Values that the functions describe have no power; a trend alone is not an alarm. */
 static void trend_has_no_power(void **unused) {
     (void)unused;
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.trend = 3;
     options.trend_end = 1000;
     toliman_period *period = make(&options);

@@ -15,8 +15,7 @@ static double times[kMost], values[kMost], sigmas[kMost];
 static uint64_t state = 3;
 
 static toliman_period *make(double f0, double df, int64_t nf, uint32_t flags, int n) {
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.flags = flags;
     options.time_offset = 51000;
     options.value_offset = 2;
@@ -258,7 +257,7 @@ static void test_flags_of_slow_peaks(void **unused) {
         assert_ok(toliman_period_query_peak(period, &peak));
         assert_close(peak.period, cases[i].period, 1e-2, 0);
         assert_int_equal(peak.flags & slow, cases[i].flags);
-        assert_ok(toliman_period_query_fit(period, times, values, NULL, kMost, &peak));
+        assert_ok(toliman_period_query_fit(period, times, values, NULL, NULL, kMost, &peak));
         assert_int_equal(peak.flags & slow, cases[i].flags);
         toliman_period_destroy(period);
     }

@@ -137,7 +137,7 @@ static void search_with_the_suggestion(void **state) {
     toliman_period_peak peak = {.struct_size = sizeof peak};
     assert_ok(toliman_period_create(s.f0, s.df, s.nf, &s.options, &period));
     assert_ok(toliman_period_push_many(period, t, y, sigma, M));
-    assert_ok(toliman_period_query_fit(period, t, y, sigma, M, &peak));
+    assert_ok(toliman_period_query_fit(period, t, y, sigma, NULL, M, &peak));
     assert_close(peak.period, 17.3, 1e-6, 0);
     toliman_period_sampling sampling = {.struct_size = sizeof sampling};
     assert_ok(toliman_period_query_sampling(period, t, M, &sampling));

@@ -14,8 +14,7 @@ static double any_number(int digits) {
 }
 
 static toliman_period *any_period(void) {
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.flags = (uint32_t)draw(&draws, 4); /* FIXED_MEAN, WIDE */
     options.unit_ns = draw(&draws, 2) ? options.unit_ns : 1 + (double)draw(&draws, 1000000000);
     options.time_offset_ns = (int64_t)draw(&draws, (uint64_t)1 << 60);
@@ -107,8 +106,8 @@ static void folders(void **unused) {
     const uint64_t count = objects / 2000;
     for (uint64_t object = 0; object < count; object++) {
         toliman_track_options options = small_options(folder);
-        options.sync = TOLIMAN_TRACK_SYNC_NONE;
-        options.nf = 1 + (int64_t)draw(&draws, FREQUENCIES);
+        options.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;
+        options.grid.nf = 1 + (int64_t)draw(&draws, FREQUENCIES);
         toliman_track *track = make_track(&options);
         for (uint64_t left = draw(&draws, 60); left > 0; left--) {
             small_frame frame;

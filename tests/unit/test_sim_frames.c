@@ -105,8 +105,7 @@ static void images_do_not_depend_on_threads(void **state) {
     for (uint32_t threads = 1; threads < 6; threads += 2) {
         if (set_blas_threads != NULL)
             set_blas_threads((int)threads);
-        toliman_sim_options options;
-        toliman_sim_options_init(&options, sizeof options);
+        toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
         options.threads = threads;
         toliman_sim *sim = NULL;
         assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
@@ -188,8 +187,7 @@ static int32_t count_and_stop(const char *stage, double fraction, void *user_dat
 static void progress_may_cancel(void **state) {
     (void)state;
     int calls = 0;
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.progress = count_and_stop;
     options.progress_data = &calls;
     toliman_sim *sim = NULL;
@@ -223,8 +221,7 @@ static void too_bright_frames_are_refused(void **state) {
 static void odd_scenes_are_reported(void **state) {
     (void)state;
     char messages[512] = "";
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.log = record_log;
     options.log_data = messages;
     toliman_sim *sim = NULL;
@@ -323,13 +320,13 @@ static void images_have_names(void **state) {
     (void)state;
     for (int32_t kind = TOLIMAN_SIM_IMAGE_BOTH; kind <= TOLIMAN_SIM_IMAGE_BACKGROUND; kind++)
         for (int32_t other = TOLIMAN_SIM_IMAGE_BOTH; other < kind; other++)
-            assert_string_not_equal(toliman_sim_image_name(kind), toliman_sim_image_name(other));
-    assert_string_equal(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_SEPARATION), "separation");
-    assert_string_equal(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_SHIFT_X), "shift_x");
-    assert_string_equal(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_ROLL), "roll");
-    assert_string_equal(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_BACKGROUND), "background");
-    assert_string_equal(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_BOTH - 1), "?");
-    assert_string_equal(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_BACKGROUND + 1), "?");
+            assert_string_not_equal(toliman_constant_name(kind), toliman_constant_name(other));
+    assert_string_equal(toliman_constant_name(TOLIMAN_SIM_IMAGE_SEPARATION), "separation");
+    assert_string_equal(toliman_constant_name(TOLIMAN_SIM_IMAGE_SHIFT_X), "shift_x");
+    assert_string_equal(toliman_constant_name(TOLIMAN_SIM_IMAGE_ROLL), "roll");
+    assert_string_equal(toliman_constant_name(TOLIMAN_SIM_IMAGE_BACKGROUND), "background");
+    assert_string_equal(toliman_constant_name(TOLIMAN_SIM_IMAGE_BOTH - 1), "?");
+    assert_string_equal(toliman_constant_name(TOLIMAN_SIM_IMAGE_BACKGROUND + 1), "?");
 }
 
 int main(void) {

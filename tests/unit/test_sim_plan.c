@@ -175,8 +175,7 @@ static void cost_of_stages_is_planned(void **state) {
 /* Each of up to eight workers holds at least one complex field of the pupil per image. */
 static void memory_includes_all_workers(void **state) {
     (void)state;
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     toliman_sim_plan_info plans[3];
     const uint32_t threads[] = {1, 8, 9};
     for (int i = 0; i < 3; i++) {
@@ -228,8 +227,7 @@ static void pixels_integrate(void **state) {
 }
 
 static toliman_sim *padded(const char *json) {
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create_json(json, strlen(json), NULL, &options, &sim));
@@ -433,8 +431,7 @@ static void plan_of_a_text(void **state) {
 
 static void bad_plans_are_refused(void **state) {
     (void)state;
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     toliman_sim_plan_info plan = {.struct_size = sizeof plan};
     const char *const chapter = "examples/scenes/chapter.json";
     assert_ok(toliman_sim_plan_file(chapter, &options, &plan));
@@ -478,8 +475,7 @@ static void odd_detectors_are_planned(void **state) {
     free(pixel);
     free(exact);
     free(text);
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     toliman_sim *none = NULL;
     char *const coarse = replaced(kSingleScene, "0.2}}", "1.5}}");

@@ -34,8 +34,7 @@ static void record_log(int32_t level, const char *text, void *user_data) {
 }
 
 static toliman_sim *made(char *text) {
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.log = record_log;
     heard[0] = '\0';
     toliman_sim *sim = NULL;

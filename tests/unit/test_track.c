@@ -88,10 +88,10 @@ static void every_reason_names_its_pixel(void **unused) {
     assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     toliman_track_destroy(track);
 
-    options.bit_depth = 0;
+    options.frames.bit_depth = 0;
     options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
-    options.f0 = 1e15;
-    options.nf = 1;
+    options.grid.f0 = 1e15;
+    options.grid.nf = 1;
     track = make_track(&options);
     double image[PIXELS] = {0};
     toliman_frame wide = frame.frame;
@@ -109,16 +109,16 @@ static void every_reason_names_its_pixel(void **unused) {
     image[60] = 1e308;
     assert_int_equal(reason_of(track, &wide, 0, 0, INFINITY), TOLIMAN_TRACK_REASON_ESTIMATE);
     toliman_track_destroy(track);
-    assert_string_equal(toliman_track_reason_name(TOLIMAN_TRACK_REASON_ZERO_RUN), "zero run");
-    assert_string_equal(toliman_track_reason_name(TOLIMAN_TRACK_REASON_ESTIMATE), "estimate");
-    assert_string_equal(toliman_track_reason_name(TOLIMAN_TRACK_REASON_NO_INTERVALS + 1), "?");
-    assert_string_equal(toliman_track_reason_name(-1), "?");
-    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_VERDICT_ACCEPTED), "accepted");
-    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_VERDICT_MERGED), "merged");
-    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_VERDICT_UNREDUCED), "unreduced");
-    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_VERDICT_MISFIT), "misfit");
-    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_VERDICT_MISFIT + 1), "?");
-    assert_string_equal(toliman_track_verdict_name(-1), "?");
+    assert_string_equal(toliman_constant_name(TOLIMAN_TRACK_REASON_ZERO_RUN), "zero run");
+    assert_string_equal(toliman_constant_name(TOLIMAN_TRACK_REASON_ESTIMATE), "estimate");
+    assert_string_equal(toliman_constant_name(TOLIMAN_TRACK_REASON_NO_INTERVALS + 1), "?");
+    assert_string_equal(toliman_constant_name(-1), "?");
+    assert_string_equal(toliman_constant_name(TOLIMAN_TRACK_VERDICT_ACCEPTED), "accepted");
+    assert_string_equal(toliman_constant_name(TOLIMAN_TRACK_VERDICT_MERGED), "merged");
+    assert_string_equal(toliman_constant_name(TOLIMAN_TRACK_VERDICT_UNREDUCED), "unreduced");
+    assert_string_equal(toliman_constant_name(TOLIMAN_TRACK_VERDICT_MISFIT), "misfit");
+    assert_string_equal(toliman_constant_name(TOLIMAN_TRACK_VERDICT_MISFIT + 1), "?");
+    assert_string_equal(toliman_constant_name(-1), "?");
 }
 
 static int32_t refuse(const toliman_estimate_input *input, toliman_estimate *made, void *data) {
@@ -131,8 +131,8 @@ static void estimators_may_refuse(void **unused) {
     (void)unused;
     int32_t answer = 1;
     toliman_track_options options = small_options(NULL);
-    options.estimate = refuse;
-    options.estimate_data = &answer;
+    options.estimator.estimate = refuse;
+    options.estimator.estimate_data = &answer;
     toliman_track *track = make_track(&options);
     small_frame frame;
     make_frame(&frame, 1);
@@ -144,7 +144,7 @@ static void estimators_may_refuse(void **unused) {
     toliman_track_destroy(track);
     /* A value equal to the limit is within it. */
     for (int beyond = 0; beyond < 2; beyond++) {
-        options.value_limit = beyond ? nextafter(1, 0) : 1;
+        options.limits.value = beyond ? nextafter(1, 0) : 1;
         track = make_track(&options);
         assert_int_equal(push_one(track, &frame.frame).verdict,
                          beyond ? TOLIMAN_TRACK_VERDICT_OUTLIER : TOLIMAN_TRACK_VERDICT_ACCEPTED);
@@ -226,12 +226,12 @@ static void pixels_of_all_kinds_are_cropped_and_binned(void **unused) {
                         expected[r][c] = native >= TOLIMAN_PIXEL_F32 ? value / 2 : value;
                 }
             toliman_track_options options = small_options(NULL);
-            options.estimate = record_input;
-            options.rows = ROWS;
-            options.cols = COLS;
-            options.crop_row = 1;
-            options.crop_col = 2;
-            options.bin = bin;
+            options.estimator.estimate = record_input;
+            options.frames.rows = ROWS;
+            options.frames.cols = COLS;
+            options.frames.crop_row = 1;
+            options.frames.crop_col = 2;
+            options.frames.bin = bin;
             toliman_track *track = make_track(&options);
             const toliman_frame frame = {.struct_size = sizeof frame,
                                          .pixel = kind,
@@ -264,8 +264,8 @@ static void bit_depth_limit_is_exact(void **unused) {
     static uint32_t words[PIXELS];
     for (uint32_t depth = 1; depth <= 32; depth++) {
         toliman_track_options options = small_options(NULL);
-        options.bit_depth = depth;
-        options.value_limit = 1e10;
+        options.frames.bit_depth = depth;
+        options.limits.value = 1e10;
         toliman_track *track = make_track(&options);
         const double end = ldexp(1, (int)depth);
         small_frame frame;
@@ -343,7 +343,7 @@ static void fit_includes_accepted_frames(void **unused) {
         assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_QUARANTINED);
         assert_ok(toliman_track_query_fit(track, &fits[order]));
         if (order == 0)
-            assert_ok(toliman_period_query_fit(period_of(track), t, y, NULL, n, &expected));
+            assert_ok(toliman_period_query_fit(period_of(track), t, y, NULL, NULL, n, &expected));
         toliman_track_destroy(track);
         assert_memory_equal(&fits[order], &fits[0], sizeof *fits);
     }
@@ -420,26 +420,26 @@ static void impossible_frames_and_options_are_refused(void **unused) {
         assert_fails(toliman_track_create(&options, &track), code, text);                                              \
         assert_null(track);                                                                                            \
     } while (0)
-    NOT_MADE(capacity, -1, TOLIMAN_E_ARGUMENT, "capacity = -1: must be in [1, 2^28], or 0 for 2^20");
-    NOT_MADE(sigma, 0, TOLIMAN_E_ARGUMENT, "sigma = 0");
-    NOT_MADE(sigma, -1, TOLIMAN_E_ARGUMENT, "sigma = -1");
-    NOT_MADE(value_limit, NAN, TOLIMAN_E_ARGUMENT, "value_limit = ");
-    NOT_MADE(rows, -1, TOLIMAN_E_ARGUMENT, "rows = -1");
-    NOT_MADE(crop_row, 8, TOLIMAN_E_ARGUMENT, "rows");
-    NOT_MADE(crop_col, 9, TOLIMAN_E_ARGUMENT, "cols");
-    NOT_MADE(bin, 9, TOLIMAN_E_ARGUMENT, "bin = 9");
-    NOT_MADE(image_rows, 9, TOLIMAN_E_ARGUMENT, "does not fit in frames of 8x8");
-    NOT_MADE(bit_depth, 33, TOLIMAN_E_ARGUMENT, "bit_depth = 33");
-    NOT_MADE(nf, 0, TOLIMAN_E_ARGUMENT, "nf = 0");
-    NOT_MADE(period_flags, 64, TOLIMAN_E_ARGUMENT, "period_flags = 0x40");
+    NOT_MADE(ledger.capacity, -1, TOLIMAN_E_ARGUMENT, "capacity = -1: must be in [1, 2^28], or 0 for 2^20");
+    NOT_MADE(estimator.sigma, 0, TOLIMAN_E_ARGUMENT, "sigma = 0");
+    NOT_MADE(estimator.sigma, -1, TOLIMAN_E_ARGUMENT, "sigma = -1");
+    NOT_MADE(limits.value, NAN, TOLIMAN_E_ARGUMENT, "value_limit = ");
+    NOT_MADE(frames.rows, -1, TOLIMAN_E_ARGUMENT, "rows = -1");
+    NOT_MADE(frames.crop_row, 8, TOLIMAN_E_ARGUMENT, "rows");
+    NOT_MADE(frames.crop_col, 9, TOLIMAN_E_ARGUMENT, "cols");
+    NOT_MADE(frames.bin, 9, TOLIMAN_E_ARGUMENT, "bin = 9");
+    NOT_MADE(frames.image_rows, 9, TOLIMAN_E_ARGUMENT, "does not fit in frames of 8x8");
+    NOT_MADE(frames.bit_depth, 33, TOLIMAN_E_ARGUMENT, "bit_depth = 33");
+    NOT_MADE(grid.nf, 0, TOLIMAN_E_ARGUMENT, "nf = 0");
+    NOT_MADE(grid.flags, 64, TOLIMAN_E_ARGUMENT, "options->grid.flags = 0x40");
     NOT_MADE(flags, 64, TOLIMAN_E_ARGUMENT, "flags = 0x40");
     NOT_MADE(flags, TOLIMAN_TRACK_REBUILD, TOLIMAN_E_ARGUMENT, "folder is NULL");
-    NOT_MADE(sync, 524, TOLIMAN_E_ARGUMENT, "sync = 524");
-    NOT_MADE(group, 65537, TOLIMAN_E_ARGUMENT, "group = 65537");
+    NOT_MADE(ledger.sync, 524, TOLIMAN_E_ARGUMENT, "sync = 524");
+    NOT_MADE(ledger.group, 65537, TOLIMAN_E_ARGUMENT, "group = 65537");
     NOT_MADE(struct_size, 8, TOLIMAN_E_ARGUMENT, "struct_size");
     assert_fails(toliman_track_create(NULL, &track), TOLIMAN_E_ARGUMENT, "options is NULL");
     options = small_options(NULL);
-    options.estimate = NULL;
+    options.estimator.estimate = NULL;
     track = make_track(&options);
     assert_fails(toliman_track_push(track, &frames[0].frame, 1, outcomes, &done), TOLIMAN_E_STATE, "estimator");
     toliman_track_destroy(track);
@@ -449,7 +449,7 @@ static void full_tracker_keeps_its_frames(void **unused) {
     (void)unused;
     enum { CAPACITY = 500 };
     toliman_track_options options = small_options(NULL);
-    options.capacity = CAPACITY;
+    options.ledger.capacity = CAPACITY;
     toliman_track *track = make_track(&options);
     for (int64_t id = 1; id <= CAPACITY; id++)
         assert_true(push_number(track, id) != TOLIMAN_TRACK_VERDICT_DUPLICATE);
@@ -530,10 +530,10 @@ static void memory_is_allocated_at_creation(void **unused) {
     make_folder(folder, sizeof folder);
     for (int on_disk = 0; on_disk < 2; on_disk++) {
         toliman_track_options options = small_options(on_disk ? folder : NULL);
-        options.capacity = MANY;
-        options.group = 65536;
-        options.clock = clock;
-        options.clock_points = 1;
+        options.ledger.capacity = MANY;
+        options.ledger.group = 65536;
+        options.clock.pairs = clock;
+        options.clock.count = 1;
         asked = 0;
         const long before = touched_pages();
         toliman_track *track = make_track(&options);

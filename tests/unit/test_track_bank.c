@@ -20,8 +20,7 @@ static char folder[256], shard[256];
 
 static toliman_bank *untrained(uint32_t steps) {
     toliman_bank *made = NULL;
-    toliman_bank_options options;
-    toliman_bank_options_init(&options, sizeof options);
+    toliman_bank_options options = TOLIMAN_BANK_OPTIONS_INIT;
     options.places = 1;
     options.steps = steps;
     assert_ok(toliman_bank_create(fit, &options, &made));
@@ -74,17 +73,16 @@ static int remove_places(void **unused) {
 }
 
 static toliman_track_options options_of(const char *place, const toliman_bank *estimator) {
-    toliman_track_options options;
-    toliman_track_options_init(&options, sizeof options);
+    toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
     options.folder = place;
-    options.capacity = 100;
+    options.ledger.capacity = 100;
     options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
-    options.fit = fit;
-    options.bank = estimator;
-    options.f0 = 0.001;
-    options.df = 0.001;
-    options.nf = NF;
-    options.time_offset_ns = EPOCH_NS;
+    options.estimator.fit = fit;
+    options.estimator.bank = estimator;
+    options.grid.f0 = 0.001;
+    options.grid.df = 0.001;
+    options.grid.nf = NF;
+    options.grid.time_offset_ns = EPOCH_NS;
     return options;
 }
 
@@ -186,8 +184,8 @@ static void values_are_those_of_the_bank_at_the_frames_times(void **state) {
     assert_true(info.estimator_id == made.digest && made.digest != of_fit.digest);
     toliman_track_options known = {.struct_size = sizeof known};
     assert_ok(toliman_track_get_options(track, &known));
-    assert_string_equal(known.values, "separation_px x_px y_px fit_separation_px");
-    assert_null(known.bank);
+    assert_string_equal(known.estimator.values, "separation_px x_px y_px fit_separation_px");
+    assert_null(known.estimator.bank);
     toliman_track_destroy(track);
 }
 
@@ -236,8 +234,8 @@ static void order_threads_restarts_and_merges_change_no_bit(void **state) {
     toliman_track_destroy(track);
     options = (toliman_track_options){.struct_size = sizeof options};
     assert_ok(toliman_track_load_options(folder, &options));
-    options.fit = fit;
-    options.bank = bank;
+    options.estimator.fit = fit;
+    options.estimator.bank = bank;
     options.flags |= TOLIMAN_TRACK_REBUILD;
     track = opened(&options);
     push(track, orders[1] + 2, 2, outcomes);
@@ -272,9 +270,9 @@ static void other_estimators_are_refused(void **state) {
     push(track, (int[]){1}, 1, &outcome);
     assert_ok(toliman_track_save(track));
     toliman_track_destroy(track);
-    options.bank = weak;
+    options.estimator.bank = weak;
     assert_fails(toliman_track_create(&options, &refused), TOLIMAN_E_MISMATCH, "ledger.tlml: written with estimator ");
-    options.bank = NULL;
+    options.estimator.bank = NULL;
     assert_fails(toliman_track_create(&options, &refused), TOLIMAN_E_MISMATCH, "ledger.tlml: written with ");
     options = options_of(shard, weak);
     track = opened(&options);
@@ -287,23 +285,24 @@ static void options_that_do_not_fit_are_refused(void **state) {
     (void)state;
     toliman_track *track = NULL;
     toliman_track_options options = options_of(NULL, bank);
-    options.fit = NULL;
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->bank: needs fit, ");
+    options.estimator.fit = NULL;
+    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.bank: needs fit, ");
     toliman_fit *other = NULL;
     const toliman_fit_options wider = {.struct_size = sizeof wider, .free = "scale"};
     assert_ok(toliman_fit_create(sim, &wider, &other));
-    options.fit = other;
+    options.estimator.fit = other;
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_MISMATCH,
-                 "options->bank was made for another fit: ");
+                 "options->estimator.bank was made for another fit: ");
     toliman_fit_destroy(other);
     options = options_of(NULL, bank);
-    strcpy(options.values, "separation_px,x_px,y_px");
+    strcpy(options.estimator.values, "separation_px,x_px,y_px");
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
                  "must be \"separation_px x_px y_px fit_separation_px\", the values of the estimator");
     toliman_bank *const control = untrained(30);
     options = options_of(NULL, control);
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-                 "options->bank: network 0 of 2 has an efficiency of 0 at its place: must be trained, to at least 0.5");
+                 "options->estimator.bank: network 0 of 2 has an efficiency of 0 at its place: must be trained, to at "
+                 "least 0.5");
     toliman_bank_destroy(control);
     assert_null(track);
 }

@@ -7,12 +7,12 @@ enum { MOST_POINTS = 12 };
 
 static toliman_track *make_clock(const int64_t *clock, size_t points) {
     toliman_track_options options = small_options(NULL);
-    options.clock = clock;
-    options.clock_points = points;
-    options.f0 = 1;
-    options.df = 1;
-    options.nf = 1;
-    options.unit_ns = 1e18;
+    options.clock.pairs = clock;
+    options.clock.count = points;
+    options.grid.f0 = 1;
+    options.grid.df = 1;
+    options.grid.nf = 1;
+    options.grid.unit_ns = 1e18;
     return make_track(&options);
 }
 
@@ -114,8 +114,8 @@ static void clock_can_be_queried(void **unused) {
     const int64_t given[] = {5, 7, 100, 250, 1000, 1001};
     int64_t back[6] = {0};
     toliman_track_options options = small_options(NULL);
-    options.clock = given;
-    options.clock_points = 3;
+    options.clock.pairs = given;
+    options.clock.count = 3;
     toliman_track *track = make_track(&options);
     size_t points = 9;
     assert_asks(toliman_track_get_clock(track, NULL, 0, &points));
@@ -127,8 +127,8 @@ static void clock_can_be_queried(void **unused) {
     assert_memory_equal(back, given, sizeof given);
     toliman_track_destroy(track);
     const int64_t same[] = {77, 77, 99, 99};
-    options.clock = same;
-    for (options.clock_points = 1; options.clock_points <= 2; options.clock_points++) {
+    options.clock.pairs = same;
+    for (options.clock.count = 1; options.clock.count <= 2; options.clock.count++) {
         track = make_track(&options);
         assert_ok(toliman_track_get_clock(track, back, 3, &points));
         assert_int_equal(points, 0);
@@ -146,13 +146,13 @@ static void tables_must_increase(void **unused) {
                                      {0, INT64_MIN, 1, INT64_MAX}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         toliman_track_options options = small_options(NULL);
-        options.clock = bad[i];
-        options.clock_points = 2;
+        options.clock.pairs = bad[i];
+        options.clock.count = 2;
         toliman_track *track = NULL;
         assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "clock: point 1 (camera");
     }
     toliman_track_options options = small_options(NULL);
-    options.clock_points = 1;
+    options.clock.count = 1;
     toliman_track *track = NULL;
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "clock is NULL");
 }

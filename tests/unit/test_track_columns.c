@@ -31,9 +31,9 @@ static double own_sigma;
 
 static toliman_track_options rich_options(const char *in) {
     toliman_track_options options = small_options(in);
-    options.estimate = rich_estimate;
-    options.estimate_data = &own_sigma;
-    strcpy(options.values, "dx,flux_2");
+    options.estimator.estimate = rich_estimate;
+    options.estimator.estimate_data = &own_sigma;
+    strcpy(options.estimator.values, "dx,flux_2");
     return options;
 }
 
@@ -161,10 +161,10 @@ static void columns_hold_the_given_values(void **unused) {
         }
         toliman_track_destroy(track);
     }
-    toliman_track_options options; /* unsaved, as after a crash, and opened with options that do not name the values */
-    toliman_track_options_init(&options, sizeof options);
+    toliman_track_options options =
+        TOLIMAN_TRACK_OPTIONS_INIT; /* unsaved, as after a crash, and opened with options that do not name the values */
     assert_ok(toliman_track_load_options(folder, &options));
-    assert_string_equal(options.values, "dx flux_2");
+    assert_string_equal(options.estimator.values, "dx flux_2");
     toliman_track *track = make_track(&options);
     const int64_t lines = info_of(track).records;
     toliman_track_destroy(track);
@@ -180,12 +180,12 @@ static void estimators_receive_the_known_values(void **unused) {
     (void)unused;
     toliman_track_options options = rich_options(NULL);
     const int64_t clock[] = {0, 500};
-    options.clock = clock;
-    options.clock_points = 1;
-    options.crop_row = 2;
-    options.crop_col = 3;
-    options.image_rows = 4;
-    options.image_cols = 5;
+    options.clock.pairs = clock;
+    options.clock.count = 1;
+    options.frames.crop_row = 2;
+    options.frames.crop_col = 3;
+    options.frames.image_rows = 4;
+    options.frames.image_cols = 5;
     toliman_track *track = make_track(&options);
     small_frame frame;
     make_exposed(&frame, 4);
@@ -275,13 +275,13 @@ static void impossible_exposures_are_refused(void **unused) {
     static const char *const names[] = {
         "dx,dx", "Dx", "value", "cov_x", "flags", "a;b", "dx dx", "a,b,c,d,e,f,g,h", "abcdefghijklmnopqrstuvwxy"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-        strcpy(options.values, names[i]);
+        strcpy(options.estimator.values, names[i]);
         track = NULL;
-        assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->values");
+        assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.values");
     }
-    memset(options.values, 'a', sizeof options.values);
+    memset(options.estimator.values, 'a', sizeof options.estimator.values);
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-                 "options->values: must have at most 175 characters");
+                 "options->estimator.values: must have at most 175 characters");
 }
 
 /* Columns of a folder are merged by name, and none is dropped silently. */
@@ -294,7 +294,7 @@ static void columns_are_merged(void **unused) {
     push_exposed(track, 1, FRAMES);
     assert_ok(toliman_track_commit(track));
     toliman_track_destroy(track);
-    strcpy(options.values, "dx");
+    strcpy(options.estimator.values, "dx");
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH,
                  "values \"dx flux_2\", this tracker has \"dx\"");
     options.folder = NULL;
@@ -304,7 +304,7 @@ static void columns_are_merged(void **unused) {
     toliman_track_destroy(track);
     for (int salvage = 0; salvage < 2; salvage++) {
         options = rich_options(NULL);
-        strcpy(options.values, salvage ? "dx,flux_2" : "flux_2,dx,more"); /* found by name */
+        strcpy(options.estimator.values, salvage ? "dx,flux_2" : "flux_2,dx,more"); /* found by name */
         track = make_track(&options);
         if (!salvage) {
             assert_fails(toliman_track_merge(track, shard, 0, NULL), TOLIMAN_E_MISMATCH, "the column cov_dx_flux_2");
@@ -315,8 +315,8 @@ static void columns_are_merged(void **unused) {
         toliman_track_destroy(track);
     }
     options = small_options(NULL);
-    strcpy(options.values, "dx,flux_2");
-    options.estimate = NULL;
+    strcpy(options.estimator.values, "dx,flux_2");
+    options.estimator.estimate = NULL;
     track = make_track(&options);
     assert_ok(toliman_track_merge(track, shard, 0, NULL));
     assert_columns(track, FRAMES);
@@ -329,7 +329,8 @@ static void unknown_columns_are_left_empty(void **unused) {
     (void)unused;
     enum { MADE = COLUMNS + 2, HEAD = 124 + 64 * MADE };
     toliman_track_options options = small_options(folder);
-    strcpy(options.values, "later"); /* renamed to belong to the library: a later column, and its two covariances */
+    strcpy(options.estimator.values,
+           "later"); /* renamed to belong to the library: a later column, and its two covariances */
     toliman_track_destroy(make_track(&options));
     unsigned char header[HEAD + 64];
     const int file = open(ledger, O_RDONLY);
@@ -341,7 +342,7 @@ static void unknown_columns_are_left_empty(void **unused) {
     memcpy(header + HEAD + 60, &crc, 4);
     write_at(ledger, 0, header, HEAD + 64);
     unlink(checkpoint);
-    options.values[0] = 0;
+    options.estimator.values[0] = 0;
     toliman_track *track = make_track(&options);
     push_range(track, 1, 3);
     assert_ok(toliman_track_save(track));
@@ -404,36 +405,37 @@ static void impossible_columns_are_refused(void **unused) {
 static void options_in_force(void **unused) {
     (void)unused;
     toliman_track_options zeros = TOLIMAN_TRACK_OPTIONS_INIT, made;
-    toliman_track_options_init(&made, sizeof made);
+    made = (toliman_track_options)TOLIMAN_TRACK_OPTIONS_INIT;
     assert_memory_equal(&zeros, &made, sizeof made);
     const toliman_track_options small = rich_options(folder);
-    zeros.estimate = rich_estimate;
-    zeros.estimate_data = &own_sigma;
-    zeros.sigma = SIGMA;
-    zeros.rows = zeros.cols = SIDE;
-    zeros.nf = 5;
-    zeros.f0 = zeros.df = 0.01;
+    zeros.estimator.estimate = rich_estimate;
+    zeros.estimator.estimate_data = &own_sigma;
+    zeros.estimator.sigma = SIGMA;
+    zeros.frames.rows = zeros.frames.cols = SIDE;
+    zeros.grid.nf = 5;
+    zeros.grid.f0 = zeros.grid.df = 0.01;
     toliman_track *track = make_track(&zeros);
     toliman_track_options reported = TOLIMAN_TRACK_OPTIONS_INIT;
     assert_ok(toliman_track_get_options(track, &reported));
     assert_null(reported.folder);
-    assert_null(reported.clock);
-    assert_true(reported.flags == 0 && reported.capacity == 1 << 20 && reported.zero_run_bytes == 4096 &&
-                reported.unit_ns == DAY_NS);
-    assert_true(reported.threads == 1 && reported.group == 64 && reported.sync == TOLIMAN_TRACK_SYNC_GROUP &&
-                reported.bin == 1);
-    assert_true(reported.value_limit == 1e4 * SIGMA && reported.image_rows == SIDE && reported.estimate == NULL);
+    assert_null(reported.clock.pairs);
+    assert_true(reported.flags == 0 && reported.ledger.capacity == 1 << 20 && reported.frames.zero_run_bytes == 4096 &&
+                reported.grid.unit_ns == DAY_NS);
+    assert_true(reported.threads == 1 && reported.ledger.group == 64 &&
+                reported.ledger.sync == TOLIMAN_TRACK_SYNC_GROUP && reported.frames.bin == 1);
+    assert_true(reported.limits.value == 1e4 * SIGMA && reported.frames.image_rows == SIDE &&
+                reported.estimator.estimate == NULL);
     toliman_track_destroy(track);
 
     toliman_track_options rich = small;
     const int64_t clock[] = {0, 500, 1000, 1501};
     rich.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
-    rich.clock = clock;
-    rich.clock_points = 2;
-    rich.group = 7;
-    rich.sync = TOLIMAN_TRACK_SYNC_NONE;
-    rich.time_offset_ns = 5;
-    rich.period_flags = TOLIMAN_PERIOD_FIXED_MEAN;
+    rich.clock.pairs = clock;
+    rich.clock.count = 2;
+    rich.ledger.group = 7;
+    rich.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;
+    rich.grid.time_offset_ns = 5;
+    rich.grid.flags = TOLIMAN_PERIOD_FIXED_MEAN;
     char path[256];
     strcpy(path, folder);
     rich.folder = path;
@@ -441,18 +443,19 @@ static void options_in_force(void **unused) {
     memset(path, 0, sizeof path); /* the caller's */
     assert_ok(toliman_track_get_options(track, &reported));
     assert_string_equal(reported.folder, folder);
-    assert_int_equal(reported.clock_points, 2);
-    assert_memory_equal(reported.clock, clock, sizeof clock);
-    assert_string_equal(reported.values, "dx flux_2");
-    assert_true(reported.flags == TOLIMAN_TRACK_ALLOW_ZERO_RUNS && reported.zero_run_bytes == 0 && reported.group == 7);
-    assert_true(reported.sync == TOLIMAN_TRACK_SYNC_NONE && reported.capacity == rich.capacity &&
-                reported.nf == FREQUENCIES);
-    assert_true(reported.f0 == rich.f0 && reported.df == rich.df && reported.time_offset_ns == 5 &&
-                reported.estimator_id == 77);
-    assert_true(reported.period_flags == TOLIMAN_PERIOD_FIXED_MEAN && reported.bit_depth == 12);
+    assert_int_equal(reported.clock.count, 2);
+    assert_memory_equal(reported.clock.pairs, clock, sizeof clock);
+    assert_string_equal(reported.estimator.values, "dx flux_2");
+    assert_true(reported.flags == TOLIMAN_TRACK_ALLOW_ZERO_RUNS && reported.frames.zero_run_bytes == 0 &&
+                reported.ledger.group == 7);
+    assert_true(reported.ledger.sync == TOLIMAN_TRACK_SYNC_NONE && reported.ledger.capacity == rich.ledger.capacity &&
+                reported.grid.nf == FREQUENCIES);
+    assert_true(reported.grid.f0 == rich.grid.f0 && reported.grid.df == rich.grid.df &&
+                reported.grid.time_offset_ns == 5 && reported.estimator.id == 77);
+    assert_true(reported.grid.flags == TOLIMAN_PERIOD_FIXED_MEAN && reported.frames.bit_depth == 12);
     toliman_track_destroy(track);
     assert_ok(toliman_track_load_options(folder, &reported)); /* and these options create it again */
-    assert_true(reported.flags == TOLIMAN_TRACK_ALLOW_ZERO_RUNS && reported.zero_run_bytes == 0);
+    assert_true(reported.flags == TOLIMAN_TRACK_ALLOW_ZERO_RUNS && reported.frames.zero_run_bytes == 0);
     toliman_track_destroy(make_track(&reported));
 }
 

@@ -20,9 +20,9 @@ static void assert_not_made(const toliman_track_options *options, toliman_status
 /* Frames of 16x16, cropped to 8x8 from row 4, column 4. */
 static toliman_track_options cropped_options(void) {
     toliman_track_options options = small_options(folder);
-    options.rows = options.cols = 16;
-    options.crop_row = options.crop_col = 4;
-    options.image_rows = options.image_cols = 4;
+    options.frames.rows = options.frames.cols = 16;
+    options.frames.crop_row = options.frames.crop_col = 4;
+    options.frames.image_rows = options.frames.image_cols = 4;
     return options;
 }
 
@@ -37,18 +37,18 @@ static void other_options_are_reported(void **unused) {
         other.member = (value);                                                                                        \
         assert_not_made(&other, TOLIMAN_E_MISMATCH, "written with " text);                                             \
     } while (0)
-    TOLD(rows, 17, "frames of 16x16, this tracker has 17x16");
-    TOLD(cols, 17, "frames of 16x16, this tracker has 16x17");
-    TOLD(crop_row, 3, "crop from 4x4, this tracker has 3x4");
-    TOLD(crop_col, 3, "crop from 4x4, this tracker has 4x3");
-    TOLD(image_rows, 3, "images of 4x4, this tracker has 3x4");
-    TOLD(image_cols, 3, "images of 4x4, this tracker has 4x3");
-    TOLD(bin, 2, "bin 1, this tracker has 2");
-    TOLD(bit_depth, 13, "bit depth 12, this tracker has 13");
-    TOLD(zero_run_bytes, 7, "zero run bytes 64, this tracker has 7");
-    TOLD(sigma, 0.5, "sigma 0.25, this tracker has 0.5");
-    TOLD(value_limit, 4, "value limit 3, this tracker has 4");
-    TOLD(estimator_id, 78, "estimator 000000000000004d, this tracker has 000000000000004e");
+    TOLD(frames.rows, 17, "frames of 16x16, this tracker has 17x16");
+    TOLD(frames.cols, 17, "frames of 16x16, this tracker has 16x17");
+    TOLD(frames.crop_row, 3, "crop from 4x4, this tracker has 3x4");
+    TOLD(frames.crop_col, 3, "crop from 4x4, this tracker has 4x3");
+    TOLD(frames.image_rows, 3, "images of 4x4, this tracker has 3x4");
+    TOLD(frames.image_cols, 3, "images of 4x4, this tracker has 4x3");
+    TOLD(frames.bin, 2, "bin 1, this tracker has 2");
+    TOLD(frames.bit_depth, 13, "bit depth 12, this tracker has 13");
+    TOLD(frames.zero_run_bytes, 7, "zero run bytes 64, this tracker has 7");
+    TOLD(estimator.sigma, 0.5, "sigma 0.25, this tracker has 0.5");
+    TOLD(limits.value, 4, "value limit 3, this tracker has 4");
+    TOLD(estimator.id, 78, "estimator 000000000000004d, this tracker has 000000000000004e");
 }
 
 static void impossible_terms_are_refused(void **unused) {
@@ -166,7 +166,7 @@ static void impossible_checkpoints_and_setups(void **unused) {
     (void)unused;
     enum { POINTS = 8, REPEATS = 24 };
     toliman_track_options options = filled_folder();
-    options.stamp = TOLIMAN_FRAME_STAMP_MIDDLE;
+    options.frames.stamp = TOLIMAN_FRAME_STAMP_MIDDLE;
     const int64_t camera[2] = {0, 0}, repeats[] = {-1, ((int64_t)1 << 60) + 1};
     for (size_t i = 0; i < 3; i++) {
         if (i < 2) {
@@ -189,10 +189,10 @@ static void impossible_checkpoints_and_setups(void **unused) {
             write_at(setup, POINTS, &points, sizeof points);
             seal(setup, size - 4);
         }
-        options.clock_points = 0;
+        options.clock.count = 0;
         assert_not_made(&options, TOLIMAN_E_ARGUMENT, "setup.tlms, which stores the clock, is missing or damaged");
-        options.clock = camera;
-        options.clock_points = 1;
+        options.clock.pairs = camera;
+        options.clock.count = 1;
         toliman_track_destroy(make_track(&options)); /* rewritten */
     }
 }
@@ -242,7 +242,7 @@ static void number_of_sessions_is_limited(void **unused) {
     (void)unused;
     enum { SESSIONS = 65536 };
     toliman_track_options options = small_options(NULL);
-    options.capacity = 100000;
+    options.ledger.capacity = 100000;
     toliman_track *track = make_track(&options);
     small_frame frame;
     char name[20];

@@ -24,9 +24,9 @@ static void lost_checkpoint_costs_only_time(void **unused) {
     }
     assert_int_equal(unlink(checkpoint), 0);
     options.flags = TOLIMAN_TRACK_READ_ONLY;
-    options.nf = 0;
+    options.grid.nf = 0;
     toliman_track *track = make_track(&options);
-    options.nf = FREQUENCIES;
+    options.grid.nf = FREQUENCIES;
     assert_filled(track, &options);
     assert_int_equal(info_of(track).committed, 42); /* the records after the checkpoint carry the earlier counts */
     toliman_track_destroy(track);
@@ -40,8 +40,8 @@ static void lost_setup_must_be_given_again(void **unused) {
     const toliman_track_options options = filled_folder();
     const int64_t camera[2] = {0, 0};
     toliman_track_options given = options, known;
-    given.clock = camera;
-    given.clock_points = 1;
+    given.clock.pairs = camera;
+    given.clock.count = 1;
     toliman_track *none = NULL;
     const off_t size = size_of(setup);
     for (off_t at = 0; at <= size; at++) {
@@ -52,14 +52,14 @@ static void lost_setup_must_be_given_again(void **unused) {
             assert_fails(toliman_track_create(&without, &none), TOLIMAN_E_ARGUMENT,
                          "setup.tlms, which stores the clock");
         }
-        without.nf = 0;
+        without.grid.nf = 0;
         assert_fails(toliman_track_create(&without, &none), TOLIMAN_E_ARGUMENT, "nf = 0: ");
         known.struct_size = sizeof known;
         assert_ok(toliman_track_load_options(folder, &known));
-        assert_int_equal(known.nf, 0);
-        given.stamp = 0;
+        assert_int_equal(known.grid.nf, 0);
+        given.frames.stamp = 0;
         assert_fails(toliman_track_create(&given, &none), TOLIMAN_E_ARGUMENT, "setup.tlms, which stores the stamp");
-        given.stamp = TOLIMAN_FRAME_STAMP_MIDDLE;
+        given.frames.stamp = TOLIMAN_FRAME_STAMP_MIDDLE;
         toliman_track *track = make_track(&given);
         assert_filled(track, &options); /* nor is the checkpoint lost */
         toliman_track_destroy(track);
@@ -72,7 +72,7 @@ static void lost_setup_must_be_given_again(void **unused) {
 static void damaged_ledger_is_distinguished_from_a_torn_one(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder);
-    options.group = 8;
+    options.ledger.group = 8;
     toliman_track *track = make_track(&options), *none = NULL;
     push_range(track, 1, 24);
     toliman_track_destroy(track);
@@ -141,10 +141,10 @@ static void times_out_of_range_lose_no_frame(void **unused) {
     toliman_track_options options = filled_folder(), other = options;
     const int64_t late[2] = {0, INT64_MAX - 30 * DAY_NS}, camera[2] = {0, 0};
     other.flags = TOLIMAN_TRACK_REBUILD;
-    other.clock_points = 1;
+    other.clock.count = 1;
     for (int trial = 0; trial < 2; trial++) {
-        other.clock = trial ? camera : late; /* frames after day 30 exceed 64 bits; or all exceed 2^50 cycles */
-        other.df = trial ? 1e16 : options.df;
+        other.clock.pairs = trial ? camera : late; /* frames after day 30 exceed 64 bits; or all exceed 2^50 cycles */
+        other.grid.df = trial ? 1e16 : options.grid.df;
         toliman_track *track = make_track(&other), *merged;
         const toliman_track_info info = info_of(track);
         assert_int_equal(info.quarantined, 3);
@@ -167,8 +167,8 @@ static void times_out_of_range_lose_no_frame(void **unused) {
         toliman_track_destroy(merged);
         toliman_track_destroy(track);
     }
-    other.clock = camera;
-    other.df = options.df;
+    other.clock.pairs = camera;
+    other.grid.df = options.grid.df;
     toliman_track *track = make_track(&other);
     assert_filled(track, &options);
     toliman_track_destroy(track);
@@ -250,7 +250,7 @@ static void impossible_records_are_refused(void **unused) {
 static void full_disk_is_reported(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder);
-    options.group = 4;
+    options.ledger.group = 4;
     toliman_track *track = make_track(&options);
     const struct rlimit limit = {HEADER + 10 * LINE, RLIM_INFINITY}, none = {RLIM_INFINITY, RLIM_INFINITY};
     signal(SIGXFSZ, SIG_IGN);

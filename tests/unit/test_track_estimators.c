@@ -9,14 +9,13 @@
 #include <toliman/track.h>
 
 static toliman_track_options options_of(const toliman_cae *cae, const toliman_linear *linear) {
-    toliman_track_options options;
-    toliman_track_options_init(&options, sizeof options);
-    options.capacity = 1000;
-    options.cae = cae;
-    options.linear = linear;
-    options.f0 = 0.001;
-    options.df = 0.001;
-    options.nf = 50;
+    toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
+    options.ledger.capacity = 1000;
+    options.estimator.cae = cae;
+    options.estimator.linear = linear;
+    options.grid.f0 = 0.001;
+    options.grid.df = 0.001;
+    options.grid.nf = 50;
     return options;
 }
 
@@ -57,10 +56,10 @@ static void values_match_the_estimators(void **unused) {
     double *counts = new_image(kPixels);
     for (int which = 0; which < 2; which++) {
         toliman_track_options options = options_of(which ? cae : NULL, which ? NULL : linear);
-        options.rows = ROWS;
-        options.cols = COLS;
-        options.crop_row = 3;
-        options.crop_col = 5;
+        options.frames.rows = ROWS;
+        options.frames.cols = COLS;
+        options.frames.crop_row = 3;
+        options.frames.crop_col = 5;
         options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
         toliman_track *track = NULL;
         assert_ok(toliman_track_create(&options, &track));
@@ -133,7 +132,7 @@ static void estimators_are_distinguished(void **unused) {
     toliman_track *track = NULL;
     assert_fails(toliman_track_create(&both, &track), TOLIMAN_E_ARGUMENT, "at most one of");
     both = options_of(cae, NULL);
-    both.image_rows = 128;
+    both.frames.image_rows = 128;
     assert_fails(toliman_track_create(&both, &track), TOLIMAN_E_ARGUMENT,
                  "image_rows = 128: must be 256, as the estimator requires");
     toliman_linear_destroy(linear);

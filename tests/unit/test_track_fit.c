@@ -50,16 +50,15 @@ static int remove_place(void **unused) {
 }
 
 static toliman_track_options options_of(const char *place, const toliman_fit *estimator) {
-    toliman_track_options options;
-    toliman_track_options_init(&options, sizeof options);
+    toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
     options.folder = place;
-    options.capacity = 100;
+    options.ledger.capacity = 100;
     options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
-    options.fit = estimator;
-    options.f0 = 0.001;
-    options.df = 0.001;
-    options.nf = 20;
-    options.time_offset_ns = EPOCH_NS;
+    options.estimator.fit = estimator;
+    options.grid.f0 = 0.001;
+    options.grid.df = 0.001;
+    options.grid.nf = 20;
+    options.grid.time_offset_ns = EPOCH_NS;
     return options;
 }
 
@@ -144,8 +143,8 @@ static void values_are_those_of_fits_at_the_frames_times(void **state) {
     assert_true(info.value_limit == 1e4 * info.sigma && info.estimator_id == made.digest);
     toliman_track_options known = {.struct_size = sizeof known};
     assert_ok(toliman_track_get_options(track, &known));
-    assert_string_equal(known.values, "separation_px x_px y_px");
-    assert_null(known.fit);
+    assert_string_equal(known.estimator.values, "separation_px x_px y_px");
+    assert_null(known.estimator.fit);
     toliman_track_destroy(track);
 }
 
@@ -176,10 +175,10 @@ static void order_threads_and_restarts_change_no_bit(void **state) {
         if (part == 0) {
             options = (toliman_track_options){.struct_size = sizeof options};
             assert_ok(toliman_track_load_options(folder, &options));
-            options.fit = fit;
+            options.estimator.fit = fit;
         } else {
-            options.nf = 0;
-            options.time_offset_ns = 0;
+            options.grid.nf = 0;
+            options.grid.time_offset_ns = 0;
         }
     }
     assert_memory_equal(found, expected, sizeof found);
@@ -211,20 +210,21 @@ static void other_estimators_are_refused(void **state) {
     toliman_fit *other = NULL;
     const toliman_fit_options wider = {.struct_size = sizeof wider, .free = "scale"};
     assert_ok(toliman_fit_create(sim, &wider, &other));
-    options.fit = other;
+    options.estimator.fit = other;
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_MISMATCH, "ledger.tlml: written with ");
     options = options_of(NULL, fit);
-    strcpy(options.values, "dx");
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-                 "options->values = \"dx\": must be \"separation_px x_px y_px\", the values of the estimator");
+    strcpy(options.estimator.values, "dx");
+    assert_fails(
+        toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
+        "options->estimator.values = \"dx\": must be \"separation_px x_px y_px\", the values of the estimator");
     options = options_of(NULL, fit);
-    options.image_rows = 32;
+    options.frames.image_rows = 32;
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
                  "image_rows = 32: must be 64, as the estimator requires");
     toliman_linear *linear = NULL;
     assert_ok(toliman_linear_create(sim, NULL, &linear));
     options = options_of(NULL, fit);
-    options.linear = linear;
+    options.estimator.linear = linear;
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
                  "options: at most one of cae, linear, fit and estimate may be set");
     assert_null(track);

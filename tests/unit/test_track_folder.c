@@ -25,7 +25,7 @@ static void committed_frames_are_resumed(void **unused) {
     assert_filled(track, &options);
     toliman_track_destroy(track);
     /* A folder with more frames than the capacity. */
-    options.capacity = 59;
+    options.ledger.capacity = 59;
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_CAPACITY, "59 frames");
 }
 
@@ -36,15 +36,15 @@ static void one_writer_and_many_readers(void **unused) {
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_STATE, "writing to it");
     push_range(writer, 1, 64);
     push_range(writer, 65, 70); /* not yet committed */
-    toliman_track_options_init(&looking, sizeof looking);
+    looking = (toliman_track_options)TOLIMAN_TRACK_OPTIONS_INIT;
     assert_ok(toliman_track_load_options(folder, &looking));
-    assert_true(looking.sigma == SIGMA && looking.value_limit == VALUE_LIMIT && looking.estimator_id == 77);
-    assert_true(looking.rows == SIDE && looking.image_cols == SIDE && looking.bin == 1 && looking.bit_depth == 12);
-    assert_true(looking.nf == FREQUENCIES && looking.f0 == options.f0 && looking.unit_ns == DAY_NS);
+    assert_true(looking.estimator.sigma == SIGMA && looking.limits.value == VALUE_LIMIT && looking.estimator.id == 77);
+    assert_true(looking.frames.rows == SIDE && looking.frames.image_cols == SIDE && looking.frames.bin == 1 && looking.frames.bit_depth == 12);
+    assert_true(looking.grid.nf == FREQUENCIES && looking.grid.f0 == options.grid.f0 && looking.grid.unit_ns == DAY_NS);
     looking.flags = TOLIMAN_TRACK_READ_ONLY;
     toliman_track *readers[3];
     for (int i = 0; i < 3; i++) {
-        looking.nf = i < 2 ? looking.nf : 0;
+        looking.grid.nf = i < 2 ? looking.grid.nf : 0;
         readers[i] = make_track(&looking);
         assert_holds(readers[i], &options, 1, 64);
         assert_fails(toliman_track_save(readers[i]), TOLIMAN_E_STATE, "opened read-only");
@@ -75,14 +75,14 @@ static void another_grid_and_clock_without_frames(void **unused) {
     toliman_track_options options = filled_folder();
     const int64_t clock[] = {0, 5000, 30 * DAY_NS, 31 * DAY_NS, 50 * DAY_NS, 50 * DAY_NS + 77};
     toliman_track_options other = options;
-    other.clock = clock;
-    other.clock_points = 3;
+    other.clock.pairs = clock;
+    other.clock.count = 3;
     toliman_track *track = NULL;
     assert_fails(toliman_track_create(&other, &track), TOLIMAN_E_MISMATCH, "has another clock");
-    other.nf = 30;
-    other.df = 0.001;
-    other.unit_ns = 3600e9;
-    other.period_flags = TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_DOUBLE_LIMB;
+    other.grid.nf = 30;
+    other.grid.df = 0.001;
+    other.grid.unit_ns = 3600e9;
+    other.grid.flags = TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_DOUBLE_LIMB;
     assert_fails(toliman_track_create(&other, &track), TOLIMAN_E_MISMATCH, "has another frequency grid");
     other.flags = TOLIMAN_TRACK_REBUILD;
     toliman_track *rebuilt = make_track(&other);
@@ -102,7 +102,7 @@ static void another_grid_and_clock_without_frames(void **unused) {
     toliman_track_destroy(rebuilt);
     /* Options without grid and clock use the folder's new ones, also for a reader and for records after the
      * checkpoint. */
-    options.nf = 0;
+    options.grid.nf = 0;
     for (int reading = 0; reading < 2; reading++) {
         options.flags = reading ? TOLIMAN_TRACK_READ_ONLY : 0;
         track = make_track(&options);
@@ -180,12 +180,12 @@ static void bad_options_leave_no_folder(void **unused) {
     toliman_track *none = NULL;
     for (int trial = 0; trial < 5; trial++) {
         toliman_track_options options = small_options(path);
-        options.df = trial == 0 ? -1 : options.df;
-        options.capacity = trial == 1 ? -1 : options.capacity;
-        options.group = trial == 2 ? 65537 : options.group;
-        options.clock = trial == 3 ? falling : NULL;
-        options.clock_points = trial == 3 ? 2 : 0;
-        options.bin = trial == 4 ? 9 : 0;
+        options.grid.df = trial == 0 ? -1 : options.grid.df;
+        options.ledger.capacity = trial == 1 ? -1 : options.ledger.capacity;
+        options.ledger.group = trial == 2 ? 65537 : options.ledger.group;
+        options.clock.pairs = trial == 3 ? falling : NULL;
+        options.clock.count = trial == 3 ? 2 : 0;
+        options.frames.bin = trial == 4 ? 9 : 0;
         assert_int_equal(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT);
         assert_int_equal(access(path, F_OK), -1);
     }
@@ -270,8 +270,8 @@ static void ledger_matches_its_format(void **unused) {
     snprintf(source, sizeof source, "%s-source", folder);
     assert_int_equal(rename(folder, source), 0);
     const int64_t clock[] = {0, 1000};
-    options.clock = clock;
-    options.clock_points = 1;
+    options.clock.pairs = clock;
+    options.clock.count = 1;
     track = make_track(&options);
     assert_ok(toliman_track_merge(track, source, 0, NULL));
     assert_int_equal(number_at(ledger, HEADER + 2 * LINE + 28, 8) - number_at(ledger, HEADER + 2 * LINE + 20, 8), 1000);
@@ -293,7 +293,7 @@ static void records_wait_at_most_a_second(void **unused) {
     assert_int_equal(info_of(track).committed, 2);
     toliman_track_destroy(track);
     toliman_track_options each = options;
-    each.sync = TOLIMAN_TRACK_SYNC_FRAME;
+    each.ledger.sync = TOLIMAN_TRACK_SYNC_FRAME;
     track = make_track(&each);
     push_number(track, 3);
     assert_int_equal(info_of(track).committed, 3);
@@ -340,7 +340,7 @@ static void read_during_write(const toliman_track_options *options, int64_t comm
 static void readers_tolerate_recovery(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder), looking = options;
-    options.sync = TOLIMAN_TRACK_SYNC_FRAME;
+    options.ledger.sync = TOLIMAN_TRACK_SYNC_FRAME;
     toliman_track_destroy(make_track(&options));
     const pid_t child = fork();
     assert_true(child >= 0);
@@ -377,7 +377,7 @@ static void killed_runs_are_resumed(void **unused) {
     const char *given = getenv("TOLIMAN_KILLS");
     const int kills = given != NULL ? atoi(given) : 30;
     toliman_track_options options = small_options(folder);
-    options.group = 16;
+    options.ledger.group = 16;
     uint64_t random = 11;
     for (int kill_number = 0; kill_number < kills; kill_number++) {
         int pipe_ends[2];
@@ -506,8 +506,8 @@ static void foreign_checkpoint_is_ignored(void **unused) {
 
     const int64_t clock[] = {0, 5000};
     toliman_track_options other = options;
-    other.clock = clock;
-    other.clock_points = 1;
+    other.clock.pairs = clock;
+    other.clock.count = 1;
     other.flags = TOLIMAN_TRACK_REBUILD;
     toliman_track_destroy(make_track(&other));
     snprintf(command, sizeof command, "cp %s %s", first, checkpoint); /* of the previous clock */
@@ -548,12 +548,12 @@ static void foreign_setup_is_ignored(void **unused) {
     toliman_track *none = NULL;
     snprintf(copy, sizeof copy, "%s/copy", folder);
     other.folder = copy;
-    other.sigma *= 2;
+    other.estimator.sigma *= 2;
     toliman_track_destroy(make_track(&options));
     toliman_track_destroy(make_track(&other));
     snprintf(command, sizeof command, "cp %s %s/setup.tlms", setup, copy);
     assert_int_equal(system(command), 0);
-    other.nf = 0;
+    other.grid.nf = 0;
     assert_fails(toliman_track_create(&other, &none), TOLIMAN_E_ARGUMENT, "setup.tlms, which stores the grid");
     remove_folder(copy);
 }

@@ -123,7 +123,7 @@ static void a_ledger_that_changes_stops_its_writer(void **unused) {
     for (int way = 0; way < WAYS; way++)
         for (int saving = 0; saving < 2; saving++) {
             toliman_track_options options = small_options(folder);
-            options.group = 4;
+            options.ledger.group = 4;
             toliman_track *track = make_track(&options);
             push_range(track, 1, 8);
             damage_ledger(way);

@@ -23,7 +23,7 @@ static int32_t estimate(const toliman_estimate_input *input, toliman_estimate *m
 
 static toliman_track_options misfit_options(const char *where) {
     toliman_track_options options = small_options(where);
-    options.estimate = estimate;
+    options.estimator.estimate = estimate;
     return options;
 }
 
@@ -150,7 +150,7 @@ static void limit_follows_the_median(void **unused) {
 static void limit_of_a_folder_is_kept(void **unused) {
     (void)unused;
     toliman_track_options options = misfit_options(folder);
-    options.chi_limit = 5;
+    options.limits.chi_square = 5;
     toliman_track *track = make_track(&options), *none = NULL;
     push_range(track, 1, FRAMES);
     assert_expected(track, &options, 1, FRAMES, 0, 5);
@@ -159,19 +159,19 @@ static void limit_of_a_folder_is_kept(void **unused) {
 
     toliman_track_options known = {.struct_size = sizeof known};
     assert_ok(toliman_track_load_options(folder, &known));
-    assert_true(known.chi_limit == 5);
-    options.chi_limit = 0;
+    assert_true(known.limits.chi_square == 5);
+    options.limits.chi_square = 0;
     track = make_track(&options);
     assert_expected(track, &options, 1, FRAMES, 0, 5);
     toliman_track_destroy(track);
-    options.chi_limit = -1;
+    options.limits.chi_square = -1;
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, "another limit of chi-square: rebuild");
     static const double limits[] = {-1, 9.5, 0.5, 1e10};
     for (size_t i = 0; i < sizeof limits / sizeof *limits; i++) {
-        options.chi_limit = limits[i];
+        options.limits.chi_square = limits[i];
         options.flags = TOLIMAN_TRACK_REBUILD;
         toliman_track_destroy(make_track(&options));
-        options.chi_limit = 0;
+        options.limits.chi_square = 0;
         options.flags = 0;
         track = make_track(&options);
         assert_expected(track, &options, 1, FRAMES, 0, limits[i] > 0 ? limits[i] : expected_limit(1, FRAMES, 0));
@@ -179,8 +179,8 @@ static void limit_of_a_folder_is_kept(void **unused) {
     }
     static const double bad[] = {-2, NAN, INFINITY};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-        options.chi_limit = bad[i];
-        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->chi_limit = ");
+        options.limits.chi_square = bad[i];
+        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->limits.chi_square = ");
     }
 }
 
@@ -255,7 +255,7 @@ static void goodness_of_the_folder(void **unused) {
 
     toliman_track_options strict = options;
     strict.folder = NULL;
-    strict.chi_limit = 1e-3;
+    strict.limits.chi_square = 1e-3;
     track = make_track(&strict);
     push_range(track, 1, 3);
     assert_ok(toliman_track_query_goodness(track, &found));

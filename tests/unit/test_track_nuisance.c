@@ -7,8 +7,8 @@ static const double kEnd = 0.5; /* d; frame LAST is at 0.35 */
 
 static toliman_track_options trend_options(const char *where, double end) {
     toliman_track_options options = measured_options(where);
-    options.trend = ORDER;
-    options.trend_end = end;
+    options.grid.trend = ORDER;
+    options.grid.trend_end = end;
     return options;
 }
 
@@ -18,7 +18,7 @@ static void assert_sums_with_trend(const toliman_track *track, double end) {
     made.trend = ORDER;
     made.trend_end = end;
     toliman_period *clean = NULL;
-    assert_ok(toliman_period_create(options.f0, options.df, options.nf, &made, &clean));
+    assert_ok(toliman_period_create(options.grid.f0, options.grid.df, options.grid.nf, &made, &clean));
     for (int64_t id = 1; id <= LAST; id++) {
         small_frame frame;
         make_exposed(&frame, id);
@@ -33,7 +33,7 @@ static void assert_sums_with_trend(const toliman_track *track, double end) {
 static void assert_functions(const toliman_track *track, int32_t trend, uint32_t elements) {
     toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
     assert_ok(toliman_track_get_options(track, &options));
-    assert_int_equal(options.trend, trend);
+    assert_int_equal(options.grid.trend, trend);
     assert_int_equal(info_of(track).elements, elements);
     toliman_period_info period = TOLIMAN_PERIOD_INFO_INIT;
     assert_ok(toliman_period_get_info(period_of(track), &period));
@@ -43,7 +43,7 @@ static void assert_functions(const toliman_track *track, int32_t trend, uint32_t
 
 static void reopen_with(int32_t trend, double end, toliman_status status, const char *message) {
     toliman_track_options options = trend_options(folder, end);
-    options.trend = trend;
+    options.grid.trend = trend;
     toliman_track *track = NULL;
     if (status != TOLIMAN_OK) {
         assert_fails(toliman_track_create(&options, &track), status, message);
@@ -69,8 +69,8 @@ static void a_trend_is_fitted(void **unused) {
     reopen_with(ORDER, kEnd / 2, TOLIMAN_E_MISMATCH, other_functions);
     reopen_with(-1, 0, TOLIMAN_E_MISMATCH, other_functions);
     const toliman_track_options loaded = loaded_options(0);
-    assert_int_equal(loaded.trend, ORDER);
-    assert_true(loaded.trend_start == 0 && loaded.trend_end == kEnd);
+    assert_int_equal(loaded.grid.trend, ORDER);
+    assert_true(loaded.grid.trend_start == 0 && loaded.grid.trend_end == kEnd);
 }
 
 static void frames_outside_the_span_are_rejected(void **unused) {
@@ -90,7 +90,7 @@ static void frames_outside_the_span_are_rejected(void **unused) {
     assert_ok(toliman_track_commit(track));
     toliman_track_destroy(track);
     toliman_track_options shorter = loaded_options(TOLIMAN_TRACK_REBUILD);
-    shorter.trend_end = end / 2;
+    shorter.grid.trend_end = end / 2;
     track = make_track(&shorter); /* later frames become outliers */
     assert_sums_with_trend(track, end / 2);
     assert_true(assert_counted(track).outlier > LAST / 3);
@@ -103,8 +103,8 @@ static void the_span_suits_the_grid(void **unused) {
     toliman_track *const track = make_track(&options);
     toliman_track_options known = TOLIMAN_TRACK_OPTIONS_INIT;
     assert_ok(toliman_track_get_options(track, &known));
-    assert_close(known.trend_start, -0.05 / options.df, 1e-15, 0);
-    assert_close(known.trend_end, 0.15 / options.df, 1e-15, 0);
+    assert_close(known.grid.trend_start, -0.05 / options.grid.df, 1e-15, 0);
+    assert_close(known.grid.trend_end, 0.15 / options.grid.df, 1e-15, 0);
     toliman_track_destroy(track);
 }
 
@@ -118,8 +118,8 @@ static void a_system_brings_the_errors_of_its_orbit(void **unused) {
     } cases[] = {{0, 0, 0x7f, 8}, {-1, 0, 0, 1}, {2, 0, 0, 3}, {0, TOLIMAN_PERIOD_FIXED_MEAN, 0, 1}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_track_options options = reduced_options(folder, orbit);
-        options.trend = cases[i].trend;
-        options.period_flags = cases[i].flags;
+        options.grid.trend = cases[i].trend;
+        options.grid.flags = cases[i].flags;
         fill_with(&options, 1, LAST);
         toliman_track *track = open_reader();
         assert_functions(track, cases[i].flags != 0 ? -1 : cases[i].trend, cases[i].elements);
@@ -142,11 +142,11 @@ static void an_error_of_the_plate_scale_widens_a_prior(void **unused) {
     double axis, sigma;
     assert_ok(toliman_sky_get_element(orbit, 1, &axis, &sigma));
     toliman_track_options options = reduced_options(folder, orbit);
-    options.scale_sigma = 1e-3;
+    options.reduction.scale_sigma = 1e-3;
     fill_with(&options, 1, LAST);
     for (int rebuilt = 0; rebuilt < 2; rebuilt++) {
         options = loaded_options(rebuilt ? TOLIMAN_TRACK_REBUILD : TOLIMAN_TRACK_READ_ONLY);
-        options.sky = rebuilt ? orbit : NULL;
+        options.reduction.sky = rebuilt ? orbit : NULL;
         toliman_track *const track = make_track(&options);
         toliman_period_info period = TOLIMAN_PERIOD_INFO_INIT;
         assert_ok(toliman_period_get_info(period_of(track), &period));
@@ -182,7 +182,7 @@ static void the_fit_uses_the_columns(void **unused) {
     }
     toliman_period_peak found = TOLIMAN_PERIOD_PEAK_INIT, expected = TOLIMAN_PERIOD_PEAK_INIT;
     assert_ok(toliman_track_query_fit(reader, &found));
-    assert_ok(toliman_period_query_fit_rows(clean, t, y, sigmas, rows, count, &expected));
+    assert_ok(toliman_period_query_fit(clean, t, y, sigmas, rows, count, &expected));
     assert_close(found.frequency, expected.frequency, 1e-12, 0);
     assert_close(found.amplitude, expected.amplitude, 1e-9, 0);
     assert_close(found.log10_fap, expected.log10_fap, 1e-9, 1e-12);
@@ -194,17 +194,17 @@ static void rebuild_changes_the_functions(void **unused) {
     (void)unused;
     fill_folder(orbit, 1, LAST);
     toliman_track_options options = loaded_options(TOLIMAN_TRACK_REBUILD);
-    options.trend = -1;
+    options.grid.trend = -1;
     toliman_track *track = make_track(&options);
     assert_functions(track, -1, 0);
     toliman_track_destroy(track);
     options = loaded_options(TOLIMAN_TRACK_REBUILD);
-    assert_int_equal(options.trend, -1);
-    options.trend = 0; /* those of the folder: the mean alone */
+    assert_int_equal(options.grid.trend, -1);
+    options.grid.trend = 0; /* those of the folder: the mean alone */
     track = make_track(&options);
     assert_functions(track, -1, 0);
     toliman_track_destroy(track);
-    options.sky = orbit;
+    options.reduction.sky = orbit;
     track = make_track(&options);
     assert_functions(track, 0, 0x7f);
     assert_sums_by_hand(track, orbit, LAST, 0);
@@ -225,8 +225,8 @@ static void shards_with_functions_merge(void **unused) {
         toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
         assert_ok(toliman_track_load_options(shards[1], &options));
         options.folder = whole;
-        options.setup_folder = shards[1];
-        options.nf = 0;
+        options.ledger.setup_folder = shards[1];
+        options.grid.nf = 0;
         toliman_track *const track = make_track(&options);
         for (int i = 0; i < 2; i++)
             assert_ok(toliman_track_merge(track, shards[1 - i], 0, NULL));
@@ -247,25 +247,25 @@ static void bad_functions_are_refused(void **unused) {
         int32_t trend;
         double start, end, scale_sigma;
         const char *message;
-    } cases[] = {{9, 0, 0, 0, "options->trend = 9: must be in [-1, 8]"},
-                 {-2, 0, 0, 0, "options->trend = -2: must be in [-1, 8]"},
-                 {0, 0, 1, 0, "options->trend_start = 0, trend_end = 1: must be 0 without a trend"},
+    } cases[] = {{9, 0, 0, 0, "options->grid.trend = 9: must be in [-1, 8]"},
+                 {-2, 0, 0, 0, "options->grid.trend = -2: must be in [-1, 8]"},
+                 {0, 0, 1, 0, "options->grid.trend_start = 0, trend_end = 1: must be 0 without a trend"},
                  {1, 1, 1, 0, "trend_start = 1, trend_end = 1: must be finite, the start before the end"},
                  {1, 0, NAN, 0, "trend_end = nan: must be finite"},
-                 {0, 0, 0, 0.1, "options->scale_sigma = 0.1: needs sky"},
-                 {0, 0, 0, 1, "options->scale_sigma = 1: must be in [0, 1)"},
-                 {0, 0, 0, NAN, "options->scale_sigma = nan: must be in [0, 1)"}};
+                 {0, 0, 0, 0.1, "options->reduction.scale_sigma = 0.1: needs sky"},
+                 {0, 0, 0, 1, "options->reduction.scale_sigma = 1: must be in [0, 1)"},
+                 {0, 0, 0, NAN, "options->reduction.scale_sigma = nan: must be in [0, 1)"}};
     toliman_track *none = NULL;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_track_options options = measured_options(NULL);
-        options.trend = cases[i].trend;
-        options.trend_start = cases[i].start;
-        options.trend_end = cases[i].end;
-        options.scale_sigma = cases[i].scale_sigma;
+        options.grid.trend = cases[i].trend;
+        options.grid.trend_start = cases[i].start;
+        options.grid.trend_end = cases[i].end;
+        options.reduction.scale_sigma = cases[i].scale_sigma;
         assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, cases[i].message);
     }
     toliman_track_options options = trend_options(NULL, kEnd);
-    options.period_flags = TOLIMAN_PERIOD_FIXED_MEAN;
+    options.grid.flags = TOLIMAN_PERIOD_FIXED_MEAN;
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "a fixed mean is not supported");
 }
 
@@ -276,10 +276,10 @@ static void damage_to_the_setup_is_found(void **unused) {
     const off_t size = size_of(setup);
     for (off_t at = 0; at < size; at += at < 400 ? 1 : 101) {
         flip_byte(setup, at);
-        assert_int_equal(loaded_options(TOLIMAN_TRACK_READ_ONLY).nf, 0);
+        assert_int_equal(loaded_options(TOLIMAN_TRACK_READ_ONLY).grid.nf, 0);
         flip_byte(setup, at);
     }
-    assert_int_equal(loaded_options(TOLIMAN_TRACK_READ_ONLY).nf, FREQUENCIES);
+    assert_int_equal(loaded_options(TOLIMAN_TRACK_READ_ONLY).grid.nf, FREQUENCIES);
 }
 
 int main(void) {

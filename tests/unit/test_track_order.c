@@ -144,7 +144,7 @@ static void replays_change_nothing(void **unused) {
     char folder[256];
     make_folder(folder, sizeof folder);
     toliman_track_options options = small_options(folder);
-    options.sync = TOLIMAN_TRACK_SYNC_NONE;
+    options.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;
     make_pass(&pass, &options, 3);
     uint64_t random = 5;
     for (int replay = 1; replay <= 10; replay++) {
@@ -172,7 +172,7 @@ static void merge_shards(const struct pass *pass, int shards) {
     for (int shard = 0; shard < shards; shard++) {
         snprintf(paths[shard], sizeof paths[shard], "%s/%d", above, shard);
         toliman_track_options options = small_options(paths[shard]);
-        options.sync = TOLIMAN_TRACK_SYNC_NONE;
+        options.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;
         toliman_track *track = make_track(&options);
         for (int i = 0; i < pass->count; i++)
             if (mixed((uint64_t)i * 64 + (uint64_t)shards) % (uint64_t)shards == (uint64_t)shard)
@@ -181,8 +181,7 @@ static void merge_shards(const struct pass *pass, int shards) {
         toliman_track_destroy(track);
     }
     snprintf(path, sizeof path, "%s/out", above);
-    toliman_track_options options;
-    toliman_track_options_init(&options, sizeof options);
+    toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
     assert_ok(toliman_track_load_options(paths[0], &options));
     options.folder = path; /* needs no estimator */
     toliman_track *track = make_track(&options);
@@ -300,11 +299,11 @@ static void incompatible_shards_are_refused(void **unused) {
     toliman_track_options others[6];
     for (int i = 0; i < 6; i++)
         others[i] = small_options(NULL);
-    others[0].estimator_id++;
-    others[1].sigma *= 2;
-    others[2].value_limit *= 2;
-    others[3].bit_depth = 0;
-    others[4].rows++;
+    others[0].estimator.id++;
+    others[1].estimator.sigma *= 2;
+    others[2].limits.value *= 2;
+    others[3].frames.bit_depth = 0;
+    others[4].frames.rows++;
     others[5].flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
     for (int i = 0; i < 6; i++) {
         track = make_track(&others[i]);

@@ -6,9 +6,9 @@
 static toliman_track_options options_without_setup(void) {
     static const int64_t clock[] = {0, 0};
     toliman_track_options options = measured_options(folder);
-    options.clock = clock;
-    options.clock_points = 1;
-    options.stamp = TOLIMAN_FRAME_STAMP_MIDDLE;
+    options.clock.pairs = clock;
+    options.clock.count = 1;
+    options.frames.stamp = TOLIMAN_FRAME_STAMP_MIDDLE;
     return options;
 }
 
@@ -20,11 +20,11 @@ static void lost_setup_needs_the_sky(void **unused) {
         assert_int_equal(unlink(setup), 0);
         toliman_track_options options = options_without_setup();
         toliman_track *track = NULL;
-        assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->sky is NULL: ");
-        options.sky = is_predicted ? predicted : orbit;
-        options.plate_scale_arcsec = SCALE;
+        assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->reduction.sky is NULL: ");
+        options.reduction.sky = is_predicted ? predicted : orbit;
+        options.reduction.plate_scale_arcsec = SCALE;
         track = make_track(&options);
-        assert_sums_of_memory(track, options.sky, is_predicted ? COVERED + 2 : 1, LAST);
+        assert_sums_of_memory(track, options.reduction.sky, is_predicted ? COVERED + 2 : 1, LAST);
         toliman_track_destroy(track);
         remove_folder(folder);
         mkdir(folder, 0777);
@@ -41,10 +41,10 @@ static void setup_of_another_ledger_is_not_used(void **unused) {
     snprintf(command, sizeof command, "mv %s.old %s", setup, setup);
     assert_int_equal(system(command), 0);
     toliman_track_options options = loaded_options(TOLIMAN_TRACK_READ_ONLY);
-    assert_int_equal(options.nf, 0); /* the setup counts as lost */
+    assert_int_equal(options.grid.nf, 0); /* the setup counts as lost */
     toliman_track *none = NULL;
     options = options_without_setup();
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->sky is NULL: ");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->reduction.sky is NULL: ");
 }
 
 /* Frames, repeats, a quarantined and two rejected frames. */
@@ -109,8 +109,8 @@ static void rebuild_needs_separations(void **unused) {
     toliman_track_destroy(track);
     const uint64_t salt = number_at(ledger, 8, 8);
     options = loaded_options(TOLIMAN_TRACK_REBUILD);
-    options.sky = orbit;
-    options.plate_scale_arcsec = SCALE;
+    options.reduction.sky = orbit;
+    options.reduction.plate_scale_arcsec = SCALE;
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "needs a value separation_px");
     assert_true(number_at(ledger, 8, 8) == salt);
     track = open_reader();
@@ -173,7 +173,7 @@ static void shards_merge_in_any_order(void **unused) {
     for (int i = 0; i < SHARDS; i++) {
         assert_ok(toliman_track_load_options(shards[i], &again));
         again.flags = TOLIMAN_TRACK_REBUILD;
-        again.sky = other;
+        again.reduction.sky = other;
         toliman_track_destroy(make_track(&again));
     }
     track = rebuild(other, 0);
@@ -249,7 +249,7 @@ static void lock_moves_to_the_new_ledger(void **unused) {
     int calls = 0;
     options.log = try_to_write;
     options.log_data = &calls;
-    options.sky = other;
+    options.reduction.sky = other;
     toliman_track *const track = make_track(&options);
     assert_int_equal(calls, 2);
     assert_true(number_at(ledger, 8, 8) != salt);

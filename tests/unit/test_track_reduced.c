@@ -30,8 +30,8 @@ static void ends_of_intervals_go_through_the_clock(void **unused) {
     const int64_t clock[] = {START_NS, START_NS, START_NS + 100000 * SECOND_NS, START_NS + 100001 * SECOND_NS};
     static const double pairs[] = {100, 1900, 3000, 3600.125, 5000, 6000};
     toliman_track_options options = reduced_options(NULL, orbit);
-    options.clock = clock;
-    options.clock_points = 2;
+    options.clock.pairs = clock;
+    options.clock.count = 2;
     toliman_track *const track = make_track(&options);
     small_frame frame;
     make_exposed(&frame, 30);
@@ -230,29 +230,29 @@ static void another_reference_is_refused(void **unused) {
     fill_folder(orbit, 1, LAST);
     toliman_track_options options = measured_options(folder);
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT,
-                 "options->sky is NULL: must be the system of");
+                 "options->reduction.sky is NULL: must be the system of");
     options = reduced_options(folder, other);
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, "has another system");
     assert_string_equal(toliman_last_error_field(), setup);
     options = reduced_options(folder, orbit);
-    options.plate_scale_arcsec = 0.5;
+    options.reduction.plate_scale_arcsec = 0.5;
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH,
                  "has a plate scale of 0.75 arcsec per px, not 0.5");
     options = loaded_options(TOLIMAN_TRACK_READ_ONLY);
-    options.plate_scale_arcsec = 0.5;
+    options.reduction.plate_scale_arcsec = 0.5;
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH,
                  "has a plate scale of 0.75 arcsec per px, not 0.5");
     assert_string_equal(toliman_last_error_field(), setup);
     options = measured_options(NULL);
-    options.sky = orbit;
+    options.reduction.sky = orbit;
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT,
-                 "options->plate_scale_arcsec = 0: must be above 0");
-    options.sky = NULL;
-    options.plate_scale_arcsec = SCALE;
+                 "options->reduction.plate_scale_arcsec = 0: must be above 0");
+    options.reduction.sky = NULL;
+    options.reduction.plate_scale_arcsec = SCALE;
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT,
-                 "options->plate_scale_arcsec = 0.75: needs sky");
+                 "options->reduction.plate_scale_arcsec = 0.75: needs sky");
     options = reduced_options(NULL, orbit);
-    options.values[0] = 0;
+    options.estimator.values[0] = 0;
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "needs a value separation_px");
 }
 
@@ -274,10 +274,10 @@ static void other_observers_and_clocks_are_refused(void **unused) {
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "leaves out effects 0x80");
     static const int64_t later[2] = {0, 600000000000};
     options = loaded_options(TOLIMAN_TRACK_REBUILD);
-    options.clock = later;
-    options.clock_points = 1;
+    options.clock.pairs = later;
+    options.clock.count = 1;
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT,
-                 "options->sky is NULL: another clock changes the times");
+                 "options->reduction.sky is NULL: another clock changes the times");
     toliman_sky_destroy(partial);
 }
 
@@ -286,8 +286,8 @@ static void limits_apply_to_the_reduced_value(void **unused) {
     static const double sigmas[] = {1e-6, 1e-3}, limits[] = {0.25, 10};
     for (int i = 0; i < 2; i++) {
         toliman_track_options options = reduced_options(NULL, orbit);
-        options.sigma = sigmas[i];
-        options.value_limit = 0;
+        options.estimator.sigma = sigmas[i];
+        options.limits.value = 0;
         toliman_track *const track = make_track(&options);
         assert_close(info_of(track).value_limit, limits[i], 1e-15, 0);
         toliman_track_destroy(track);
@@ -314,8 +314,8 @@ static void separations_must_be_finite(void **unused) {
     double bad[] = {NAN, INFINITY};
     for (int i = 0; i < 2; i++) {
         toliman_track_options options = reduced_options(NULL, orbit);
-        options.estimate = measure_nothing;
-        options.estimate_data = &bad[i];
+        options.estimator.estimate = measure_nothing;
+        options.estimator.estimate_data = &bad[i];
         toliman_track *const track = make_track(&options);
         small_frame frame;
         make_exposed(&frame, 1);

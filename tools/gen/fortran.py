@@ -62,6 +62,8 @@ def field(model, struct, item):
         declared, value = "type(c_ptr)", "c_null_ptr"
     elif model.kind(kind.base) is Callback:
         declared, value = "type(c_funptr)", "c_null_funptr"
+    elif model.kind(kind.base) is Struct:
+        return f"type({kind.base}) :: {item.name}"
     else:
         declared = KINDS[model.plain(kind.base)]
         value = {"i": "0", "r": "0.0_c_double", "c": "c_null_char"}[declared[0]]

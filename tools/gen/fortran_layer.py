@@ -64,9 +64,9 @@ class Layer:
                    default=None)
 
     def bind(self, item):
-        """Writes the procedure of a function, unless the function has no object, is an _init or a _destroy."""
+        """Writes the procedure of a function, unless the function has no object or is a _destroy."""
         owner, creator = self.owner(item)
-        if owner is None or item.name.endswith("_init") or "_destroy" in item.name:
+        if owner is None or "_destroy" in item.name:
             return
         module = self.module_of(item)
         prefix = module if owner == module else "toliman"

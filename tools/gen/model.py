@@ -113,20 +113,23 @@ class Model:
         """Returns the number of elements of an array, given as a number or a constant's name."""
         return int(array) if array.isdigit() else self.by_name[array].value
 
-    def size(self, kind):
-        """Returns the size in bytes of a field's element, which is also its alignment."""
+    def layout(self, kind):
+        """Returns size and alignment in bytes of a field's element."""
         if kind.pointers or self.kind(kind.base) is Callback:
-            return POINTER_SIZE
-        return SCALARS[self.plain(kind.base)]
+            return POINTER_SIZE, POINTER_SIZE
+        if self.kind(kind.base) is Struct:
+            struct = self.by_name[kind.base]
+            return self.struct_size(struct), max(self.layout(field.type)[1] for field in struct.fields)
+        return (SCALARS[self.plain(kind.base)],) * 2
 
     def struct_size(self, struct):
         """Returns sizeof(struct) on 64-bit machines, with padding."""
-        offset, alignment = 0, 1
+        offset, most = 0, 1
         for field in struct.fields:
-            size = self.size(field.type)
-            offset = (offset + size - 1) // size * size + size * (self.length(field.type.array or "1"))
-            alignment = max(alignment, size)
-        return (offset + alignment - 1) // alignment * alignment
+            size, alignment = self.layout(field.type)
+            offset = (offset + alignment - 1) // alignment * alignment + size * self.length(field.type.array or "1")
+            most = max(most, alignment)
+        return (offset + most - 1) // most * most
 
 
 TOKEN = re.compile(

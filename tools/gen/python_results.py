@@ -131,7 +131,7 @@ FLAGS = {
 def filled(model):
     """Returns the structs that some function fills or some callback receives, in the order of the headers."""
     names = {argument.type.base for item in model.all(Function) for argument in item.arguments
-             if argument.type.pointers and not argument.type.const and not item.name.endswith("_init")}
+             if argument.type.pointers and not argument.type.const}
     names.update(argument.type.base for item in model.all(Callback) for argument in item.arguments)
     structs = [item for item in model.all(Struct) if item.name in names and not item.name.endswith("_options")]
     for item in structs:

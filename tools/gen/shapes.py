@@ -38,8 +38,7 @@ def attach(table, top):
             argument.extents = re.findall(r"\w+|\*", match.group(2)) or argument.extents
             argument.nullable = match.group(3) == "?"
     for item in table.all(Function):
-        if not item.name.endswith("_init"):  # their size_t is the size of the struct
-            require_complete(item)
+        require_complete(item)
 
 
 def require_complete(item):

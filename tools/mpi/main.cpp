@@ -77,8 +77,7 @@ std::string parse(int argc, char **argv, Options &options) {
 
 // One thread per rank; only one rank prints messages.
 toliman_sim_options rank_options(bool prints, Progress &progress) {
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    auto options = toliman::sized<toliman_sim_options>();
     options.threads = 1;
     if (prints)
         options.log = Progress::log;
@@ -110,8 +109,7 @@ class Job {
 
     // A periodogram without samples. Its options do not depend on the values, since no rank knows all of them.
     toliman::periodogram empty() const {
-        toliman_period_options options;
-        toliman_period_options_init(&options, sizeof options);
+        auto options = toliman::sized<toliman_period_options>();
         options.flags = TOLIMAN_PERIOD_DOUBLE_LIMB; // as options_for
         options.time_offset = times_.front();
         return make_periodogram(grid_, options);

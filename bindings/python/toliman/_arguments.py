@@ -137,18 +137,22 @@ def array_of(kind: type, count: int) -> typing.Any:
     return made
 
 
-def options_of(kind: type, initialise: typing.Any, /, **members: typing.Any) -> typing.Any:
-    """Returns an options struct with the library's defaults and the given members."""
+def options_of(kind: type, /, **members: typing.Any) -> typing.Any:
+    """Returns an options struct with the given members; those of a struct in it are a dictionary. 0 in the others selects
+    their defaults."""
     options = kind()
-    initialise(ctypes.byref(options), ctypes.sizeof(options))
     for name, value in members.items():
-        setattr(options, name, value)
+        if isinstance(value, dict):
+            for inner, inner_value in value.items():
+                setattr(getattr(options, name), inner, inner_value)
+        else:
+            setattr(options, name, value)
     return options
 
 
 def load_options(threads: int) -> typing.Any:
     """Returns the options of a load function."""
-    return ctypes.byref(options_of(_raw.toliman_load_options, library.toliman_load_options_init,
+    return ctypes.byref(options_of(_raw.toliman_load_options,
                                    threads=whole("threads", threads, 2**32)))
 
 

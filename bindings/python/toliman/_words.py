@@ -11,7 +11,7 @@ def words(enumeration: str) -> dict[int, str]:
     """Words of an enumeration by value: TOLIMAN_SIM_UNIT gives {301: "photon", 302: "electron", 303: "dn"}."""
     prefix = enumeration + "_"
     found = {value: name[len(prefix):].lower() for name, value in vars(_raw).items() if name.startswith(prefix)}
-    # The words of toliman_goodness_name and toliman_period_interval_name, as in files.
+    # The words of toliman_constant_name, as in files.
     return {value: name.replace("_", " ") for value, name in found.items()} if enumeration in ("TOLIMAN_GOODNESS", "TOLIMAN_PERIOD_INTERVAL") else found
 
 

@@ -104,7 +104,7 @@ class Bank(Handle):
         trained before remain so; a later call continues. Raises Cancelled.
         """
         with self._exclusive(), Watch(progress) as watch:
-            options = options_of(_raw.toliman_bank_train_options, library.toliman_bank_train_options_init,
+            options = options_of(_raw.toliman_bank_train_options,
                                  threads=whole("threads", threads, 2**32), progress=watch.callback,
                                  journal=None if journal is None else file_name(journal))
             watch.check(library.toliman_bank_train(self._c, self.fit._c, ctypes.byref(options)))
@@ -201,7 +201,7 @@ class Bank(Handle):
 
 def _options(layout: str, first_days: float, last_days: float, spacing_px: float, places: int, steps: int,
              seed: int) -> typing.Any:
-    return options_of(_raw.toliman_bank_options, library.toliman_bank_options_init,
+    return options_of(_raw.toliman_bank_options,
                       layout=number("layout", layout, "TOLIMAN_CAE_LAYOUT"), first_days=real("first_days", first_days),
                       last_days=real("last_days", last_days), spacing_px=real("spacing_px", spacing_px),
                       places=whole("places", places, 2**32), steps=whole("steps", steps, 2**32),

@@ -34,7 +34,7 @@ def budget_of(sim: typing.Any, free: typing.Sequence[str] | None, frames: int, e
     if isinstance(free, str):
         raise ValueError(f"free = {free!r}: must be a list of names")
     names = None if free is None else " ".join(free).encode()
-    options = options_of(_raw.toliman_sim_budget_options, library.toliman_sim_budget_options_init, free_names=names,
+    options = options_of(_raw.toliman_sim_budget_options, free_names=names,
                          frames=whole("frames", frames, 2**53 + 1), earth_px=real("earth_px", earth_px))
     summary = _raw.toliman_sim_budget()
     check(library.toliman_sim_get_budget(sim, ctypes.byref(options), ctypes.byref(summary)))

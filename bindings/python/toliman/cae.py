@@ -72,7 +72,7 @@ class CAE(Handle):
 
     def __init__(self, simulator: Simulator, *, seed: int | None = None, layout: str = "flight",
                  input: str = "whitened", centre: str = "scene", threads: int = 0):
-        options = options_of(_raw.toliman_cae_options, library.toliman_cae_options_init,
+        options = options_of(_raw.toliman_cae_options,
                              layout=number("layout", layout, "TOLIMAN_CAE_LAYOUT"),
                              input=number("input", input, "TOLIMAN_CAE_INPUT"),
                              centre=number("centre", centre, "TOLIMAN_CAE_CENTRE"),
@@ -123,7 +123,7 @@ class CAE(Handle):
         with self._exclusive(), Watch(progress) as watch:
             source, count = _source(watch, frames, count, self.info)
             options = options_of(
-                _raw.toliman_cae_train_options, library.toliman_cae_train_options_init,
+                _raw.toliman_cae_train_options,
                 mode=number("mode", mode, "TOLIMAN_CAE_MODE"), steps=whole("steps", steps, 2**32),
                 epochs=whole("epochs", epochs, 2**32), learning_rate=real("learning_rate", learning_rate),
                 progress=watch.callback,
@@ -226,7 +226,7 @@ class CAE(Handle):
 
 def _save_options(weights: str, planes: str, training: bool) -> typing.Any:
     return ctypes.byref(options_of(
-        _raw.toliman_cae_save_options, library.toliman_cae_save_options_init, with_training=int(training),
+        _raw.toliman_cae_save_options, with_training=int(training),
         weights_encoding=number("weights", weights, "TOLIMAN_CAE_ENCODING"),
         planes_encoding=number("planes", planes, "TOLIMAN_CAE_ENCODING")))
 

@@ -232,7 +232,7 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
     image, images = image_of(images)
     with Watch(None) as watch:
         options = options_of(
-            _raw.toliman_calibration_options, library.toliman_calibration_options_init,
+            _raw.toliman_calibration_options,
             flags=(_raw.TOLIMAN_CALIBRATION_MAP if map else 0) | (_raw.TOLIMAN_CALIBRATION_IMPROVE if improve else 0), free=_names(free),
             most_iterations=whole("most_iterations", most_iterations, 2**31), threads=whole("threads", threads, 2**32),
             capture_px=real("capture_px", capture_px), window_days=real("window_days", window_days),

@@ -46,7 +46,7 @@ class Fit(Handle):
         of_kind("simulator", simulator, Simulator)
         names = [free] if isinstance(free, str) else list(free)
         with Watch(progress) as watch:
-            options = options_of(_raw.toliman_fit_options, library.toliman_fit_options_init, free=text("free", " ".join(names)),
+            options = options_of(_raw.toliman_fit_options, free=text("free", " ".join(names)),
                                  capture_px=real("capture_px", capture_px), threads=whole("threads", threads, 2**32),
                                  progress=watch.callback)
             super().__init__(self._create(library.toliman_fit_create, simulator._c, ctypes.byref(options),
@@ -64,7 +64,7 @@ class Fit(Handle):
         starts = shaped("first_days", first_days, (len(sims),))
         names = [free] if isinstance(free, str) else list(free)
         with Watch(progress) as watch:
-            options = options_of(_raw.toliman_fit_options, library.toliman_fit_options_init, free=text("free", " ".join(names)),
+            options = options_of(_raw.toliman_fit_options, free=text("free", " ".join(names)),
                                  capture_px=real("capture_px", capture_px), threads=whole("threads", threads, 2**32),
                                  progress=watch.callback)
             handles = (ctypes.POINTER(_raw.toliman_sim) * len(sims))(*(simulator._c for simulator in sims))

@@ -89,7 +89,7 @@ class Pair(Handle):
             raise ValueError(f"dtype = {dtype!r}: must be {' or '.join(_PIXELS)}")
         pixel, self._type = _PIXELS[dtype]
         first, end = _limits(frame_ids)
-        options = options_of(_raw.toliman_ingest_options, library.toliman_ingest_options_init, pixel=pixel,
+        options = options_of(_raw.toliman_ingest_options, pixel=pixel,
                              flags=_raw.TOLIMAN_INGEST_GROWING if growing else 0, rows=whole("rows", rows),
                              cols=whole("cols", cols), stamp=number("stamp", stamp, "TOLIMAN_FRAME_STAMP"),
                              exposure_s=real("exposure_s", exposure_s), first_id=first, end_id=end,

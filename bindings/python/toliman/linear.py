@@ -38,7 +38,7 @@ class Template(Handle):
 
     def __init__(self, simulator: Simulator, *, threads: int = 0):
         of_kind("simulator", simulator, Simulator)
-        options = options_of(_raw.toliman_linear_options, library.toliman_linear_options_init,
+        options = options_of(_raw.toliman_linear_options,
                              threads=whole("threads", threads, 2**32), log=log)
         super().__init__(self._create(library.toliman_linear_create, simulator._c, ctypes.byref(options)))
         self.shape = simulator.shape
@@ -87,7 +87,7 @@ class Components(Handle):
 
     def __init__(self, simulator: Simulator, *, raw: bool = False, bin: int = 1, capacity: int = 0):
         of_kind("simulator", simulator, Simulator)
-        options = options_of(_raw.toliman_components_options, library.toliman_components_options_init,
+        options = options_of(_raw.toliman_components_options,
                              raw=int(raw), bin=whole("bin", bin, 2**32), capacity=whole("capacity", capacity, 2**32),
                              log=log)
         super().__init__(self._create(library.toliman_components_create, simulator._c, ctypes.byref(options)))
@@ -127,7 +127,7 @@ class Components(Handle):
         """
         with self._exclusive(), Watch(progress) as watch:
             options = options_of(
-                _raw.toliman_components_train_options, library.toliman_components_train_options_init,
+                _raw.toliman_components_train_options,
                 method=number("method", method, "TOLIMAN_COMPONENTS"),
                 components=whole("components", components, 2**32),
                 iterations=whole("iterations", iterations, 2**32), seed=whole("seed", seed, 2**64),

@@ -83,7 +83,7 @@ def design_mask(simulator: Simulator, *, free: typing.Iterable[str] | None = Non
     counts = {name: 0 if values is None else len(values) for name, values in lists.items()}
     with Watch(progress) as watch:
         options = options_of(
-            _raw.toliman_mask_options, library.toliman_mask_options_init, seed=whole("seed", seed, 2**64),
+            _raw.toliman_mask_options, seed=whole("seed", seed, 2**64),
             free=None if free is None else text("free", " ".join(free)), dates=pointer(lists["dates"]),
             date_count=counts["dates"], position_angles_deg=pointer(lists["position_angles"]),
             position_angle_count=counts["position_angles"], peak_to_mean=real("peak_to_mean", peak_to_mean),

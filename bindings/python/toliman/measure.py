@@ -84,7 +84,7 @@ class Measurements(Handle):
     def __init__(self, source: str | os.PathLike[str] | bytes, *, kind: str = "", columns: str = "", time_format: str = "",
                  time_scale: str = "", unit: float = 0, exposure_s: float = 0):
         options = options_of(
-            _raw.toliman_measure_options, library.toliman_measure_options_init, kind=_number_of(kind),
+            _raw.toliman_measure_options, kind=_number_of(kind),
             columns=text("columns", columns) if columns else None,
             time_format=_FORMATS[_word("time_format", time_format, _FORMATS)],
             time_scale=_SCALES[_word("time_scale", time_scale, _SCALES)],
@@ -97,7 +97,7 @@ class Measurements(Handle):
 
     @classmethod
     def _of_tracker(cls, tracker: typing.Any, kind: str, unit: float) -> Measurements:
-        options = options_of(_raw.toliman_measure_options, library.toliman_measure_options_init, kind=_number_of(kind),
+        options = options_of(_raw.toliman_measure_options, kind=_number_of(kind),
                              unit=real("unit", unit), log=log)
         return cls._adopt(cls._create(library.toliman_track_get_measure, tracker, ctypes.byref(options)))
 
@@ -123,7 +123,7 @@ class Measurements(Handle):
             raise ValueError("t, y, sigma, exposures: must be one-dimensional and of equal length")
         angles = None if position_angle_deg is None else shaped("position_angle_deg", position_angle_deg, (count,))
         data = options_of(
-            _raw.toliman_measure_data, library.toliman_measure_data_init, kind=_number_of(kind), n=count,
+            _raw.toliman_measure_data, kind=_number_of(kind), n=count,
             t=pointer(times), y=pointer(values), sigma=pointer(sigmas), position_angle_deg=pointer(angles),
             intervals=None if given is None else given.intervals,
             interval_counts=None if given is None else given.counts, unit=real("unit", unit),
@@ -139,7 +139,7 @@ class Measurements(Handle):
     @property
     def kind(self) -> str:
         """What the values are: "value", "separation", "reduced" or "velocity"."""
-        return library.toliman_measure_kind_name(self.info.kind).decode()
+        return library.toliman_constant_name(self.info.kind).decode()
 
     def __len__(self) -> int:
         return self.info.n

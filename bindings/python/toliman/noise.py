@@ -69,7 +69,7 @@ def search_correlated(t: Measurements | ArrayLike, y: ArrayLike | None = None, s
     power, coefficients, errors = numpy.empty(whole("nf", nf)), numpy.empty(k), numpy.empty(k)
     found = _raw.toliman_period_noise()
     with Watch(progress) as watch:
-        options = options_of(_raw.toliman_period_noise_options, library.toliman_period_noise_options_init,
+        options = options_of(_raw.toliman_period_noise_options,
                              flags=_raw.TOLIMAN_PERIOD_WHITE_NOISE if white else 0, progress=watch.callback)
         watch.check(library.toliman_measure_query_noise(
             series._c, real("f0", f0), real("df", df), len(power), ctypes.byref(options), pointer(power),
@@ -90,8 +90,7 @@ def bootstrap_correlated(t: Measurements | ArrayLike, y: ArrayLike | None = None
     f0, df, nf = suited_grid(series.t) if grid is None else grid
     peaks = numpy.empty(whole("count", count))
     with Watch(progress) as watch:
-        options = options_of(_raw.toliman_period_noise_bootstrap_options,
-                             library.toliman_period_noise_bootstrap_options_init, seed=whole("seed", seed, 2**64),
+        options = options_of(_raw.toliman_period_noise_bootstrap_options, seed=whole("seed", seed, 2**64),
                              threads=whole("threads", threads, 2**32), block=whole("block", block, 2**64),
                              progress=watch.callback)
         watch.check(library.toliman_measure_query_noise_bootstrap(

@@ -175,7 +175,7 @@ def batch(f0: float, df: float, nf: int, t: ArrayLike, y: ArrayLike, sigma: Arra
     power = numpy.empty(whole_float("nf", nf))
     functions = None if rows is None else shaped("rows", rows, (len(times), -1))
     with Watch(progress) as watch:
-        options = options_of(_raw.toliman_period_batch_options, library.toliman_period_batch_options_init,
+        options = options_of(_raw.toliman_period_batch_options,
                              flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
                              | (_raw.TOLIMAN_PERIOD_DIRECT if direct else 0), tolerance=real("tolerance", tolerance),
                              threads=whole("threads", threads, 2**32), progress=watch.callback,
@@ -278,7 +278,7 @@ class View(Handle):
         only their number is checked. Returns period, amplitude and phase with standard errors."""
         times, values, sigmas = _series(t, y, sigma, self._unit_for(y))
         peak = _raw.toliman_period_peak()
-        check(library.toliman_period_query_fit_rows(
+        check(library.toliman_period_query_fit(
             self._c, pointer(times), pointer(values), pointer(sigmas), pointer(_rows(self, rows, len(times))),
             len(times), ctypes.byref(peak)))
         warn_if_inaccurate(peak.flags & _raw.TOLIMAN_PERIOD_INACCURATE != 0)
@@ -312,7 +312,7 @@ class View(Handle):
         functions = _rows(self, rows, len(times))
         peaks = numpy.empty(whole("count", count))
         with Watch(progress) as watch:
-            options = options_of(_raw.toliman_period_bootstrap_options, library.toliman_period_bootstrap_options_init,
+            options = options_of(_raw.toliman_period_bootstrap_options,
                                  threads=whole("threads", threads, 2**32), seed=whole("seed", seed, 2**64),
                                  progress=watch.callback, rows=pointer(functions))
             watch.check(library.toliman_period_query_bootstrap(
@@ -401,7 +401,7 @@ class Periodogram(View):
         flags = ((0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
                  | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0))
         options = options_of(
-            _raw.toliman_period_options, library.toliman_period_options_init, flags=flags,
+            _raw.toliman_period_options, flags=flags,
             time_offset=real("time_offset", plain_times("time_offset", time_offset)), value_offset=real("value_offset", value_offset),
             value_bound=real("value_bound", value_bound), sigma_floor=real("sigma_floor", sigma_floor),
             sigma_ceiling=real("sigma_ceiling", sigma_ceiling),
@@ -432,7 +432,7 @@ class Periodogram(View):
         """
         unit = self._unit_for(y)
         row = _rows(self, None if rows is None else [plain("rows", rows)], 1)
-        check(library.toliman_period_push_rows(self._c, _sample(t, y, sigma, t_low, ns, unit), pointer(row), 1))
+        check(library.toliman_period_push_samples(self._c, _sample(t, y, sigma, t_low, ns, unit), pointer(row), 1))
         self.value_unit = unit
 
     def push_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,
@@ -441,7 +441,7 @@ class Periodogram(View):
         of the shape (samples, columns). Exceptions as in push()."""
         unit = self._unit_for(y)
         times, values, sigmas = _series(t, y, sigma, unit)
-        self._apply(library.toliman_period_push_many, library.toliman_period_push_rows, times, values, sigmas, rows)
+        self._apply(library.toliman_period_push_many, library.toliman_period_push_samples, times, values, sigmas, rows)
         self.value_unit = unit
 
     def _apply(self, plain_function: typing.Any, rows_function: typing.Any, times: Doubles, values: Doubles,
@@ -461,14 +461,14 @@ class Periodogram(View):
         Raises StateError if the remaining sums cannot be those of any samples.
         """
         row = _rows(self, None if rows is None else [plain("rows", rows)], 1)
-        check(library.toliman_period_retract_rows(self._c, _sample(t, y, sigma, t_low, ns, self._unit_for(y)),
+        check(library.toliman_period_retract_samples(self._c, _sample(t, y, sigma, t_low, ns, self._unit_for(y)),
                                                   pointer(row), 1))
 
     def retract_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,
                      rows: ArrayLike | None = None) -> None:
         """Removes arrays of samples, all or none. See retract()."""
         times, values, sigmas = _series(t, y, sigma, self._unit_for(y))
-        self._apply(library.toliman_period_retract_many, library.toliman_period_retract_rows, times, values, sigmas,
+        self._apply(library.toliman_period_retract_many, library.toliman_period_retract_samples, times, values, sigmas,
                     rows)
 
     def merge(self, other: View) -> None:

@@ -217,7 +217,7 @@ def planets(t: Measurements | ArrayLike, y: ArrayLike | None = None, sigma: Arra
             trend, span, rows, priors)
     with Watch(progress) as watch:
         options = options_of(
-            _raw.toliman_planet_options, library.toliman_planet_options_init,
+            _raw.toliman_planet_options,
             flags=(0 if jitter else _raw.TOLIMAN_PLANET_NO_JITTER) | (_raw.TOLIMAN_PLANET_CLIP if clip else 0),
             max_planets=whole("max_planets", max_planets, 2**32), threads=whole("threads", threads, 2**32),
             parallax_arcsec=real("parallax_arcsec", 0 if parallax_arcsec is None else parallax_arcsec),

@@ -92,7 +92,7 @@ def _with_scene(scene: Scene, folder: str | os.PathLike[str] | None, of_path: ty
 
 def _options(watch: Watch, threads: int, engine: str | None,
              bad_pixels: str | os.PathLike[str] | None = None) -> typing.Any:
-    return options_of(_raw.toliman_sim_options, library.toliman_sim_options_init,
+    return options_of(_raw.toliman_sim_options,
                       threads=whole("threads", threads, 2**32),
                       progress=watch.callback, log=log,
                       engine=0 if engine is None else number("engine", engine, "TOLIMAN_SIM_ENGINE"),

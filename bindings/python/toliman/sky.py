@@ -60,7 +60,7 @@ class Sky(Handle):
         for name in left_out:
             if name not in _EFFECTS:
                 raise ValueError(f"without: {name!r}: must be one of {', '.join(_EFFECTS)}")
-        options = options_of(_raw.toliman_sky_options, library.toliman_sky_options_init,
+        options = options_of(_raw.toliman_sky_options,
                              observer=None if observer is None else file_name(observer),
                              altitude_km=real("altitude_km", altitude_km), node_hours=real("node_hours", node_hours),
                              without=sum(1 << _EFFECTS.index(name) for name in set(left_out)), log=log)
@@ -109,7 +109,7 @@ class Sky(Handle):
         scale_sigma: standard deviation of the relative error of the plate scale, in [0, 1).
         functions: fit the errors of the orbit with the mean, unless the series has functions.
         Returns the reduced series, without the measurements that the observer file does not cover: info.left_out."""
-        options = options_of(_raw.toliman_sky_reduce_options, library.toliman_sky_reduce_options_init,
+        options = options_of(_raw.toliman_sky_reduce_options,
                              flags=0 if functions else _raw.TOLIMAN_SKY_NO_FUNCTIONS,
                              scale_sigma=real("scale_sigma", scale_sigma), log=log)
         given = _measured(measured, separations_arcsec, sigmas_arcsec, on_target)
@@ -169,7 +169,7 @@ class Sky(Handle):
         scale_sigma: standard deviation of the relative error of the plate scale, in [0, 1); 0: no error.
         Returns the elements with a standard deviation, except the node; the largest absolute values of their partial
         derivatives; and the standard deviations of their coefficients."""
-        options = options_of(_raw.toliman_period_options, library.toliman_period_options_init)
+        options = options_of(_raw.toliman_period_options)
         elements = (ctypes.c_int32 * 7)()
         check(library.toliman_sky_set_columns(self._c, real("unit_arcsec", unit_arcsec),
                                               real("scale_sigma", scale_sigma), ctypes.byref(options), elements))

@@ -169,37 +169,39 @@ class Tracker(Handle):
                  plate_scale_arcsec: float = 0.0, trend: int | None = None,
                  span: tuple[float, float] | None = None, scale_sigma: float = 0.0,
                  chi_limit: float | str | None = None):
-        period_flags = ((0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
-                        | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0))
+        start, end = (0.0, 0.0) if span is None else (real("span", end) for end in span)
+        pairs, count = (None, 0) if clock is None else _clock_of(clock)
         options = options_of(
-            _raw.toliman_track_options, library.toliman_track_options_init,
-            f0=real("f0", f0), df=real("df", df), nf=whole_float("nf", nf), capacity=whole("capacity", capacity),
-            sigma=real("sigma", sigma), estimator_id=whole("estimator_id", estimator_id, 2**64), values=_names(values),
-            value_limit=real("value_limit", value_limit), rows=whole("rows", rows), cols=whole("cols", cols),
-            crop_row=whole("crop", crop[0]), crop_col=whole("crop", crop[1]), bin=whole("bin", bin),
-            image_rows=whole("image_shape", image_shape[0]), image_cols=whole("image_shape", image_shape[1]),
-            bit_depth=whole("bit_depth", bit_depth, 2**32),
-            zero_run_bytes=whole("zero_run_bytes", zero_run_bytes, 2**32),
-            time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64), unit_ns=real("unit_ns", unit_ns),
-            threads=whole("threads", threads, 2**32), group=whole("group", group, 2**32),
-            sync=number("sync", sync, "TOLIMAN_TRACK_SYNC"), log=log, period_flags=period_flags,
-            stamp=0 if stamp is None else number("stamp", stamp, "TOLIMAN_FRAME_STAMP"),
-            exposure_s=real("exposure_s", exposure_s), plate_scale_arcsec=real("plate_scale_arcsec", plate_scale_arcsec),
-            trend=0 if trend is None else whole("trend", trend, 2**31) or -1,
-            scale_sigma=real("scale_sigma", scale_sigma), chi_limit=_chi_limit_of(chi_limit),
+            _raw.toliman_track_options,
             flags=(_raw.TOLIMAN_TRACK_READ_ONLY if read_only else 0) | (_raw.TOLIMAN_TRACK_REBUILD if rebuild else 0)
-            | (_raw.TOLIMAN_TRACK_ALLOW_ZERO_RUNS if allow_zero_runs else 0))
-        if span is not None:
-            options.trend_start, options.trend_end = (real("span", end) for end in span)
-        if folder is not None:
-            options.folder = file_name(folder)
-        if clock is not None:
-            options.clock, options.clock_points = _clock_of(clock)
+            | (_raw.TOLIMAN_TRACK_ALLOW_ZERO_RUNS if allow_zero_runs else 0),
+            folder=None if folder is None else file_name(folder),
+            estimator={"id": whole("estimator_id", estimator_id, 2**64), "sigma": real("sigma", sigma),
+                       "values": _names(values)},
+            frames={"rows": whole("rows", rows), "cols": whole("cols", cols), "crop_row": whole("crop", crop[0]),
+                    "crop_col": whole("crop", crop[1]), "bin": whole("bin", bin),
+                    "image_rows": whole("image_shape", image_shape[0]),
+                    "image_cols": whole("image_shape", image_shape[1]), "bit_depth": whole("bit_depth", bit_depth, 2**32),
+                    "zero_run_bytes": whole("zero_run_bytes", zero_run_bytes, 2**32),
+                    "stamp": 0 if stamp is None else number("stamp", stamp, "TOLIMAN_FRAME_STAMP"),
+                    "exposure_s": real("exposure_s", exposure_s)},
+            grid={"f0": real("f0", f0), "df": real("df", df), "nf": whole_float("nf", nf),
+                  "time_offset_ns": within("time_offset_ns", time_offset_ns, -INT64, INT64),
+                  "unit_ns": real("unit_ns", unit_ns),
+                  "flags": ((0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
+                            | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0)),
+                  "trend": 0 if trend is None else whole("trend", trend, 2**31) or -1, "trend_start": start,
+                  "trend_end": end},
+            clock={"pairs": pairs, "count": count},
+            reduction={"sky": None if sky is None else of_kind("sky", sky, Sky)._c,
+                       "plate_scale_arcsec": real("plate_scale_arcsec", plate_scale_arcsec),
+                       "scale_sigma": real("scale_sigma", scale_sigma)},
+            limits={"value": real("value_limit", value_limit), "chi_square": _chi_limit_of(chi_limit)},
+            ledger={"capacity": whole("capacity", capacity), "sync": number("sync", sync, "TOLIMAN_TRACK_SYNC"),
+                    "group": whole("group", group, 2**32)},
+            threads=whole("threads", threads, 2**32), log=log)
         self._running, self._read_only = _RunningCall(), read_only
-        kept = _set_estimator(options, estimator, self._running)
-        if sky is not None:
-            options.sky = of_kind("sky", sky, Sky)._c
-            kept = kept, sky._c
+        kept = _set_estimator(options.estimator, estimator, self._running), sky and sky._c
         super().__init__(self._create(library.toliman_track_create, ctypes.byref(options), keep=kept))
         if isinstance(estimator, CAE):
             estimator._trackers.add(self)
@@ -289,17 +291,21 @@ class Tracker(Handle):
 
     @property
     def options(self) -> dict[str, typing.Any]:
-        """Options in effect, defaults resolved, by the names of toliman_track_options: grid, geometry, limits, folder,
-        values, sync."""
+        """Options in effect, defaults resolved, by the names of the constructor: grid, geometry, limits, folder, values,
+        sync."""
         struct = _raw.toliman_track_options()
         check(library.toliman_track_get_options(self._c, ctypes.byref(struct)))
-        options = {name: getattr(struct, name) for name, kind in struct._fields_
-                   if kind in (ctypes.c_double, ctypes.c_int32, ctypes.c_int64, ctypes.c_uint32, ctypes.c_uint64)}
-        del options["struct_size"]
-        options["values"] = tuple(filter(None, struct.values.decode().split()))
+        numbers = (ctypes.c_double, ctypes.c_int32, ctypes.c_int64, ctypes.c_uint32, ctypes.c_uint64)
+        options = {}
+        for group in (struct, *(getattr(struct, name) for name, kind in struct._fields_
+                                if issubclass(kind, ctypes.Structure))):
+            for name, kind in group._fields_:
+                if kind in numbers and name not in ("struct_size", "reserved"):
+                    options[_OPTION_NAMES.get((type(group), name), name)] = getattr(group, name)
+        options["values"] = tuple(filter(None, struct.estimator.values.decode().split()))
         options["folder"] = None if struct.folder is None else os.fsdecode(struct.folder)
-        options["sync"] = words("TOLIMAN_TRACK_SYNC")[struct.sync]
-        options["stamp"] = words("TOLIMAN_FRAME_STAMP")[struct.stamp]
+        options["sync"] = words("TOLIMAN_TRACK_SYNC")[struct.ledger.sync]
+        options["stamp"] = words("TOLIMAN_FRAME_STAMP")[struct.frames.stamp]
         return options
 
     @property
@@ -416,6 +422,12 @@ class _TrackerView(View):
         return self._create(library.toliman_track_get_period, tracker, keep=tracker)
 
 
+# Options whose names in Python are not those of the members of C.
+_OPTION_NAMES = {(_raw.toliman_track_estimator, "id"): "estimator_id", (_raw.toliman_track_grid, "flags"): "period_flags",
+                 (_raw.toliman_track_limits, "value"): "value_limit",
+                 (_raw.toliman_track_limits, "chi_square"): "chi_limit"}
+
+
 def _set_estimator(options: typing.Any, estimator: Estimator | None, running: _RunningCall) -> typing.Any:
     """Stores the estimator in the options; returns the object that must live as long as the tracker."""
     if isinstance(estimator, CAE):
@@ -482,9 +494,9 @@ def _chi_limit_of(chi_limit: float | str | None) -> float:
 def _names(values: typing.Sequence[str]) -> bytes:
     """Joins names of values, which C takes as one text."""
     names = text("values", " ".join([values] if isinstance(values, str) else values))
-    if len(names) >= _raw.toliman_track_options.values.size:
+    if len(names) >= _raw.toliman_track_estimator.values.size:
         raise ValueError(f"values has {len(names)} characters: must be at most "
-                         f"{_raw.toliman_track_options.values.size - 1}")
+                         f"{_raw.toliman_track_estimator.values.size - 1}")
     return names
 
 

@@ -28,7 +28,7 @@ void Stream::check_basis(const Sample &sample, const char *where) const {
              sample.t, basis.start, basis.end);
     if (basis.columns > 0 && sample.columns == nullptr)
         fail(Status::argument,
-             "%s{rows}: the periodogram has %d columns: give their values, as to toliman_period_push_rows", where,
+             "%s{rows}: the periodogram has %d columns: give their values, as to toliman_period_push_samples", where,
              basis.columns);
     for (size_t c = 0; c < static_cast<size_t>(basis.columns); c++) {
         const double value = sample.columns[c];

@@ -152,15 +152,15 @@ void merge_folders(Options &options, Progress &progress) {
     const bool has_setup = setup.has_grid();
     if (setup.has_timing() && !has_setup)
         throw Failure(kExitUsage, "merge: --stamp and --exposure: only together with --clock and --grid");
-    if (how.nf == 0 && !setup.is_complete())
+    if (how.grid.nf == 0 && !setup.is_complete())
         throw Failure(kExitState, folders.front() + ": setup.tlms with grid and clock is lost: needs --clock and "
                                                     "--grid or --mission-days, and --stamp, with --exposure if it was "
                                                     "known");
     check_different(folders);
     NewFolder folder(out);
     how.folder = folder.made().c_str();
-    how.capacity = std::min(records, int64_t{1} << 28);
-    how.setup_folder = how.nf > 0 ? folders.front().c_str() : nullptr;
+    how.ledger.capacity = std::min(records, int64_t{1} << 28);
+    how.ledger.setup_folder = how.grid.nf > 0 ? folders.front().c_str() : nullptr;
     if (has_setup)
         setup.set(how, progress);
     toliman::tracker tracker = open_tracker(how, progress);

@@ -152,7 +152,7 @@ void print_json(const Options &options, const Fitted &fitted) {
         covariance.emplace_back(&result.covariance[i * TOLIMAN_SKY_ELEMENTS],
                                 &result.covariance[i * TOLIMAN_SKY_ELEMENTS] + TOLIMAN_SKY_ELEMENTS);
     json.set("covariance", covariance, "chi_square", result.chi_square, "chi_square_sigma", result.chi_square_sigma,
-             "largest_residual", result.largest_residual, "goodness", toliman_goodness_name(result.goodness),
+             "largest_residual", result.largest_residual, "goodness", toliman_constant_name(result.goodness),
              "jitter_uas", result.jitter_arcsec * 1e6, "outliers", result.outliers, "rms_uas", result.rms_arcsec * 1e6,
              "scale", result.scale, "scale_sigma", result.scale_sigma, "iterations", result.iterations, "diagnosis",
              fitted.diagnosis, "out", text_or_null(is_unusable(fitted) ? "" : options.out));

@@ -40,22 +40,26 @@ std::string settings_text(const toliman_track_options &how, const toliman_track_
                           const std::optional<double> &sigma) {
     const auto number = [](int64_t value) { return static_cast<long long>(value); };
     std::string text = formatted("  grid        %.6g + k %.6g per day, %lld frequencies; time 0 at TAI %lld ns\n",
-                                 how.f0, how.df, number(how.nf), number(how.time_offset_ns));
-    text += formatted("  clock       %s\n", how.clock_points == 0 ? "the camera's time is TAI" : "a table of pairs");
-    text += formatted("  exposures   %s, time stamps at their %s\n",
-                      how.exposure_s > 0 ? formatted("%.6g s", how.exposure_s).c_str() : "of unknown length",
-                      stamp_name(how.stamp));
-    text += formatted("  frames      %lldx%lld of %u bits", number(how.rows), number(how.cols), how.bit_depth);
-    if (how.image_rows != how.rows || how.image_cols != how.cols)
-        text += formatted(", cropped to %lldx%lld from row %lld, column %lld%s", number(how.image_rows * how.bin),
-                          number(how.image_cols * how.bin), number(how.crop_row), number(how.crop_col),
-                          how.bin > 1 ? formatted(", binned %lldx%lld", number(how.bin), number(how.bin)).c_str() : "");
+                                 how.grid.f0, how.grid.df, number(how.grid.nf), number(how.grid.time_offset_ns));
+    text += formatted("  clock       %s\n", how.clock.count == 0 ? "the camera's time is TAI" : "a table of pairs");
+    text +=
+        formatted("  exposures   %s, time stamps at their %s\n",
+                  how.frames.exposure_s > 0 ? formatted("%.6g s", how.frames.exposure_s).c_str() : "of unknown length",
+                  stamp_name(how.frames.stamp));
+    text += formatted("  frames      %lldx%lld of %u bits", number(how.frames.rows), number(how.frames.cols),
+                      how.frames.bit_depth);
+    if (how.frames.image_rows != how.frames.rows || how.frames.image_cols != how.frames.cols)
+        text += formatted(
+            ", cropped to %lldx%lld from row %lld, column %lld%s", number(how.frames.image_rows * how.frames.bin),
+            number(how.frames.image_cols * how.frames.bin), number(how.frames.crop_row), number(how.frames.crop_col),
+            how.frames.bin > 1 ? formatted(", binned %lldx%lld", number(how.frames.bin), number(how.frames.bin)).c_str()
+                               : "");
     if (info.system != nullptr)
         text += formatted("\n  reduction   to the orbit of %s, plate scale %.9g arcsec per px",
                           name_of_system(info.system).c_str(), info.plate_scale_arcsec);
-    return text + formatted("\n  estimator   %016llx", static_cast<unsigned long long>(how.estimator_id)) +
+    return text + formatted("\n  estimator   %016llx", static_cast<unsigned long long>(how.estimator.id)) +
            (sigma ? formatted(", median sigma of the frames %.3g px", *sigma) : "") +
-           formatted(", values beyond %.3g px are outliers\n", how.value_limit);
+           formatted(", values beyond %.3g px are outliers\n", how.limits.value);
 }
 
 std::string indented(const std::string &lines) {
@@ -114,17 +118,18 @@ void status(Options &options, Progress &progress) {
 // A new grid changes the span of a trend. --system brings the errors of its orbit, unless a folder with a system has a
 // trend.
 void set_functions(const RebuildOptions &options, toliman_track_options &how) {
-    const bool brings_errors = options.reference.has_system() && (how.plate_scale_arcsec == 0 || how.trend < 0);
+    const bool brings_errors =
+        options.reference.has_system() && (how.reduction.plate_scale_arcsec == 0 || how.grid.trend < 0);
     if (brings_errors)
-        how.trend = 0;
+        how.grid.trend = 0;
     if (brings_errors || options.setup.has_grid())
-        how.trend_start = how.trend_end = 0;
+        how.grid.trend_start = how.grid.trend_end = 0;
 }
 
 void rebuild(RebuildOptions &options, Progress &progress) {
     options.folder = plain(options.folder);
     toliman_track_options how = known_state(options.folder);
-    if (how.nf == 0)
+    if (how.grid.nf == 0)
         options.setup.check_complete(options.folder);
     set_functions(options, how);
     options.setup.set_leap_seconds(options.leap_seconds);
@@ -132,7 +137,7 @@ void rebuild(RebuildOptions &options, Progress &progress) {
     options.reference.set_leap_seconds(options.leap_seconds);
     if (options.reference.given())
         options.reference.set(how, how, progress);
-    if (how.sky != nullptr && how.plate_scale_arcsec == 0)
+    if (how.reduction.sky != nullptr && how.reduction.plate_scale_arcsec == 0)
         throw Failure(kExitUsage, "rebuild: --system needs --plate-scale: the separations of " + options.folder +
                                       " were not reduced before");
     how.flags |= TOLIMAN_TRACK_REBUILD;

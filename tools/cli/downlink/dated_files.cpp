@@ -104,10 +104,10 @@ DatedFiles::Span DatedFiles::span_of(FrameFile &file) {
 }
 
 FrameTimes DatedFiles::times_of(FrameFile &file, const Span &span) {
-    const int64_t time_zero_ns = options_.begins_at_epoch ? tracking_.settings().time_offset_ns : 0;
+    const int64_t time_zero_ns = options_.begins_at_epoch ? tracking_.settings().grid.time_offset_ns : 0;
     FrameTimes times(file, span.first_id, options_.cadence, options_.leap_seconds, time_zero_ns);
     const std::string &path = file.path();
-    if (times.is_tai() && tracking_.settings().clock_points > 0)
+    if (times.is_tai() && tracking_.settings().clock.count > 0)
         throw Failure(kExitUsage,
                       path + ": its time (" + times.rule() +
                           ") is TAI, but the state folder has a clock table: give a folder without --clock");

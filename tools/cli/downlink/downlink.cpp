@@ -148,10 +148,10 @@ std::shared_ptr<PairSource> Downlink::open_pair(const std::string &path) const {
     auto options = toliman::sized<toliman_ingest_options>();
     options.flags = options_.follow ? TOLIMAN_INGEST_GROWING : 0;
     options.pixel = options_.dtype == "u32le" ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
-    options.stamp = settings.stamp;
-    options.exposure_s = settings.exposure_s;
-    options.rows = settings.rows;
-    options.cols = settings.cols;
+    options.stamp = settings.frames.stamp;
+    options.exposure_s = settings.frames.exposure_s;
+    options.rows = settings.frames.rows;
+    options.cols = settings.frames.cols;
     options.first_id = options_.frames.first;
     options.end_id = options_.frames.end;
     options.buffers = static_cast<uint32_t>(tracking_.batch());

@@ -22,7 +22,7 @@ bool has_trend(const toliman_track_goodness &goodness) noexcept {
 
 std::string calibration_text(const toliman_track_goodness &goodness) {
     return formatted("chi-square %.5g +- %.2g, %s", goodness.calibration_chi_square,
-                     goodness.calibration_chi_square_sigma, toliman_goodness_name(goodness.calibration_goodness));
+                     goodness.calibration_chi_square_sigma, toliman_constant_name(goodness.calibration_goodness));
 }
 
 } // namespace
@@ -38,11 +38,11 @@ std::string goodness_text(const toliman_track_goodness &goodness) {
         text += "of no frame is known";
     else if (goodness.frames == 0)
         text += formatted("median %.4g of misfits and outliers, %s: no frame is accepted; limit %.4g",
-                          goodness.chi_square, toliman_goodness_name(goodness.goodness), goodness.chi_limit);
+                          goodness.chi_square, toliman_constant_name(goodness.goodness), goodness.chi_limit);
     else
         text +=
             formatted("median %.4g of %lld frames, %s; %lld poor, %lld too good, %lld above the limit of %.4g",
-                      goodness.chi_square, number(goodness.frames), toliman_goodness_name(goodness.goodness),
+                      goodness.chi_square, number(goodness.frames), toliman_constant_name(goodness.goodness),
                       number(goodness.poor), number(goodness.too_good), number(goodness.misfit), goodness.chi_limit);
     if (std::isfinite(goodness.trend_per_year) && goodness.years >= kLeastYears)
         text += formatted("\n              trend %+.2g +- %.2g per year%s", goodness.trend_per_year,
@@ -61,10 +61,10 @@ Json goodness_json(const toliman_track_goodness &goodness) {
     if (goodness.is_calibrated != 0)
         calibration.emplace("complete", goodness.is_complete != 0, "chi_square", goodness.calibration_chi_square,
                             "chi_square_sigma", goodness.calibration_chi_square_sigma, "goodness",
-                            toliman_goodness_name(goodness.calibration_goodness));
+                            toliman_constant_name(goodness.calibration_goodness));
     return Json("frames", goodness.frames, "chi_square", goodness.chi_square, "chi_square_sigma",
                 goodness.chi_square_sigma, "largest_residual", goodness.largest_residual, "goodness",
-                toliman_goodness_name(goodness.goodness), "trend_per_year", goodness.trend_per_year,
+                toliman_constant_name(goodness.goodness), "trend_per_year", goodness.trend_per_year,
                 "trend_sigma_per_year", goodness.trend_sigma_per_year, "poor", goodness.poor, "too_good",
                 goodness.too_good, "misfit", goodness.misfit, "chi_limit", goodness.chi_limit, "bad_pixels",
                 goodness.bad_pixels, "cleaned", goodness.cleaned, "calibration", std::move(calibration));

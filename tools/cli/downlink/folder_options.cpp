@@ -34,7 +34,8 @@ using Made = std::optional<toliman_track_options>; // of a folder that exists
 
 bool uses_same_frames(const toliman_track_options &a, const toliman_track_options &b) {
     const auto frames = [](const toliman_track_options &how) {
-        return std::make_tuple(how.rows, how.cols, how.crop_row, how.crop_col, how.bin, how.bit_depth, how.value_limit);
+        return std::make_tuple(how.frames.rows, how.frames.cols, how.frames.crop_row, how.frames.crop_col,
+                               how.frames.bin, how.frames.bit_depth, how.limits.value);
     };
     return frames(a) == frames(b);
 }
@@ -42,9 +43,9 @@ bool uses_same_frames(const toliman_track_options &a, const toliman_track_option
 // Refuses a pixel type that does not fit the bit depth of the folder's frames: one of the two is likely a mistake.
 void check_depth(const FolderOptions &given, const std::string &dtype, const toliman_track_options &made) {
     const bool wide = dtype == "u32le";
-    if (dtype.empty() || given.bit_depth || made.bit_depth == 0 || wide == (made.bit_depth > 16))
+    if (dtype.empty() || given.bit_depth || made.frames.bit_depth == 0 || wide == (made.frames.bit_depth > 16))
         return;
-    const std::string depth = std::to_string(made.bit_depth);
+    const std::string depth = std::to_string(made.frames.bit_depth);
     throw Failure(kExitUsage, "--dtype " + dtype + ": the frames of " + given.folder + " have " + depth +
                                   " bits: give --dtype " + (wide ? "u16le" : "u32le") + ", or a new folder; if these " +
                                   dtype + " files also have " + depth + " bits, add --bit-depth " + depth);
@@ -52,8 +53,8 @@ void check_depth(const FolderOptions &given, const std::string &dtype, const tol
 
 // The place of the image in a larger frame is never guessed.
 void check_crop(const FolderOptions &given, const Estimator &estimator, const toliman_track_options &how) {
-    const int64_t bin = std::max<int64_t>(1, how.bin), rows = bin * estimator.rows, cols = bin * estimator.cols;
-    if (given.crop.empty() && (how.rows > rows || how.cols > cols))
+    const int64_t bin = std::max<int64_t>(1, how.frames.bin), rows = bin * estimator.rows, cols = bin * estimator.cols;
+    if (given.crop.empty() && (how.frames.rows > rows || how.frames.cols > cols))
         throw Failure(kExitUsage, "--shape " + given.shape + ": is larger than the " + shape_text(rows, cols) +
                                       " pixels that are used: give the first of these with --crop ROW,COL");
 }
@@ -61,8 +62,8 @@ void check_crop(const FolderOptions &given, const Estimator &estimator, const to
 // Nobody asked for this trend: its span, 40 times that of the grid, does not refuse frames if the grid does not suit.
 void set_wide_trend(toliman_track_options &how, int32_t order) {
     set_trend(how, order);
-    how.trend_start = -1 / how.df;
-    how.trend_end = 3 / how.df;
+    how.grid.trend_start = -1 / how.grid.df;
+    how.grid.trend_end = 3 / how.grid.df;
 }
 
 // The options given, with the settings of an existing folder as defaults.
@@ -71,35 +72,35 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
     auto how = made.value_or(toliman::sized<toliman_track_options>());
     how.folder = given.folder.c_str();
     if (!made && !dtype.empty()) { // pairs, whose stamps are those of the mission
-        how.bit_depth = dtype == "u16le" ? 12 : 32;
-        how.stamp = TOLIMAN_FRAME_STAMP_START;
+        how.frames.bit_depth = dtype == "u16le" ? 12 : 32;
+        how.frames.stamp = TOLIMAN_FRAME_STAMP_START;
     }
     if (!made) {
-        how.exposure_s = estimator.scene.exposure_s;
-        how.time_offset_ns = estimator.time_zero_ns;
+        how.frames.exposure_s = estimator.scene.exposure_s;
+        how.grid.time_offset_ns = estimator.time_zero_ns;
     }
     given.setup.set(how, progress);
     if (!made)
         given.setup.compare(estimator.scene, estimator.time_zero_ns, how, given.notes);
     given.reference.use_scene(estimator.scene, made, given.notes);
     given.reference.set(how, made, progress);
-    if (!made && how.sky == nullptr && estimator.moves && !given.setup.has_trend())
+    if (!made && how.reduction.sky == nullptr && estimator.moves && !given.setup.has_trend())
         set_wide_trend(how, kTrendOfMovingStars);
-    how.bit_depth = given.bit_depth.value_or(how.bit_depth);
-    how.bin = given.bin.value_or(how.bin);
-    how.capacity = given.capacity.value_or(how.capacity);
-    how.value_limit = given.value_limit.value_or(how.value_limit);
-    set_two(given.crop, "--crop", ',', 0, how.crop_row, how.crop_col);
-    set_two(given.shape, "--shape", 'x', 1, how.rows, how.cols);
+    how.frames.bit_depth = given.bit_depth.value_or(how.frames.bit_depth);
+    how.frames.bin = given.bin.value_or(how.frames.bin);
+    how.ledger.capacity = given.capacity.value_or(how.ledger.capacity);
+    how.limits.value = given.value_limit.value_or(how.limits.value);
+    set_two(given.crop, "--crop", ',', 0, how.frames.crop_row, how.frames.crop_col);
+    set_two(given.shape, "--shape", 'x', 1, how.frames.rows, how.frames.cols);
     how.threads = given.jobs;
-    how.sync = given.sync == "frame" ? TOLIMAN_TRACK_SYNC_FRAME : given.sync == "none" ? TOLIMAN_TRACK_SYNC_NONE : 0;
-    how.cae = estimator.network ? estimator.network->cae.get() : nullptr;
-    how.linear = estimator.linear.get();
-    how.fit = estimator.fit.get();
-    how.bank = estimator.bank.get();
-    how.values[0] = '\0'; // those of the estimator
-    how.misfit = Realigner::call;
-    how.misfit_data = &given.realigner;
+    how.ledger.sync = given.sync == "frame" ? TOLIMAN_TRACK_SYNC_FRAME : given.sync == "none" ? TOLIMAN_TRACK_SYNC_NONE : 0;
+    how.estimator.cae = estimator.network ? estimator.network->cae.get() : nullptr;
+    how.estimator.linear = estimator.linear.get();
+    how.estimator.fit = estimator.fit.get();
+    how.estimator.bank = estimator.bank.get();
+    how.estimator.values[0] = '\0'; // those of the estimator
+    how.limits.misfit = Realigner::call;
+    how.limits.misfit_data = &given.realigner;
     return how;
 }
 
@@ -131,7 +132,7 @@ std::string remedy_of(const FolderOptions &given, const toliman_track_options &h
     const std::string fixed = "these cannot be changed: leave out ";
     if (made && !uses_same_frames(*made, how))
         return fixed + "--shape, --crop, --bin, --bit-depth and --value-limit, or give a new folder";
-    if (made && (made->stamp != how.stamp || made->exposure_s != how.exposure_s))
+    if (made && (made->frames.stamp != how.frames.stamp || made->frames.exposure_s != how.frames.exposure_s))
         return fixed + "--stamp and --exposure, or give a new folder";
     if (field == given.folder + "/setup.tlms")
         return "`toliman rebuild " + given.folder + given.setup.text() + given.reference.text() +
@@ -165,10 +166,10 @@ toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estima
     is_new = !made;
     if (!made && !setup.has_grid())
         throw Failure(kExitUsage, folder + ": is new: give --grid F0:DF:NF or --mission-days N");
-    if (made && made->nf == 0)
+    if (made && made->grid.nf == 0)
         setup.check_complete(folder);
     estimator = Estimator(estimator_options, progress);
-    if (made && (made->image_rows != estimator.rows || made->image_cols != estimator.cols))
+    if (made && (made->frames.image_rows != estimator.rows || made->frames.image_cols != estimator.cols))
         throw Failure(kExitUsage, folder + ": " + other_estimator(folder, progress));
     if (made)
         check_depth(*this, dtype, *made);
@@ -182,7 +183,7 @@ toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estima
     try {
         return open_tracker(how, progress);
     } catch (const toliman::error &error) {
-        const std::string bank = "options->bank";
+        const std::string bank = "options->estimator.bank";
         if (error.field() == bank)
             throw Failure(kExitUsage, estimator_options.weights + std::string(error.what()).substr(bank.size()));
         if (error.status() != TOLIMAN_E_MISMATCH && (!made || uses_same_frames(*made, how)))

@@ -87,7 +87,7 @@ Json session_json(const toliman_track_stream &stream) {
 void write_periodogram(const std::vector<double> &power, const toliman_track_options &how, OutputFile &out) {
     out.write(std::string(kStatePeriodogramMark) + "frequency,power\n");
     for (size_t k = 0; k < power.size(); k++)
-        out.write(formatted("%.17g,%.17g\n", how.f0 + how.df * static_cast<double>(k), power[k]));
+        out.write(formatted("%.17g,%.17g\n", how.grid.f0 + how.grid.df * static_cast<double>(k), power[k]));
 }
 
 } // namespace
@@ -123,13 +123,13 @@ void print_records(const toliman::tracker &tracker) {
         const toliman_track_stream stream = is_named ? names.at(line.stream) : toliman_track_stream{};
         Json json("schema", "toliman-record/1", "session", if_known(is_named, stream.session), "roi",
                   if_known(is_named, stream.roi), "frame_id", line.frame_id, "camera_ns", line.camera_ns, "verdict",
-                  toliman_track_verdict_name(line.verdict));
+                  toliman_constant_name(line.verdict));
         if (!is_valid || line.verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED)
-            json.set("reason", toliman_track_reason_name(line.reason));
+            json.set("reason", toliman_constant_name(line.reason));
         if (is_valid)
             json.set("tai_ns", line.tai_ns, "value", Exact{line.value}, "sigma", Exact{line.sigma}, "chi_square",
                      line.chi_square, "chi_square_sigma", line.chi_square_sigma, "largest_residual",
-                     line.largest_residual, "goodness", toliman_goodness_name(line.goodness), "bad_pixels",
+                     line.largest_residual, "goodness", toliman_constant_name(line.goodness), "bad_pixels",
                      line.bad_pixels);
         json.set("dropped", line.dropped);
         if (is_valid && reduction)
@@ -189,9 +189,10 @@ Json status_json(const toliman::tracker &tracker, const toliman_track_options &h
     period.add_to(json);
     add_counts(tracker, json);
     json.set("records", info.records, "sigma", median_sigma(tracker), "grid",
-             Json("f0", how.f0, "df", how.df, "nf", how.nf, "time_offset_ns", how.time_offset_ns), "plate_scale_arcsec",
-             if_known(info.system != nullptr, info.plate_scale_arcsec), "clock", how.clock_points > 0, "streams",
-             array_of(streams_of(tracker), session_json), "goodness", goodness_json(goodness_of(tracker)));
+             Json("f0", how.grid.f0, "df", how.grid.df, "nf", how.grid.nf, "time_offset_ns", how.grid.time_offset_ns),
+             "plate_scale_arcsec", if_known(info.system != nullptr, info.plate_scale_arcsec), "clock",
+             how.clock.count > 0, "streams", array_of(streams_of(tracker), session_json), "goodness",
+             goodness_json(goodness_of(tracker)));
     add_timing(how, json);
     return json;
 }
@@ -212,16 +213,16 @@ std::vector<double> residual_power(const Series &series, const toliman_period_pe
     const Series rest = without({fit.amplitude, fit.frequency, fit.phase, 0}, series);
     const std::vector<double> rows = rest.nuisance.rows();
     auto options = toliman::sized<toliman_period_batch_options>();
-    options.flags = how.period_flags & TOLIMAN_PERIOD_FIXED_MEAN;
+    options.flags = how.grid.flags & TOLIMAN_PERIOD_FIXED_MEAN;
     options.trend = rest.nuisance.trend.order;
     options.trend_start = rest.nuisance.trend.start;
     options.trend_end = rest.nuisance.trend.end;
     options.columns = static_cast<int32_t>(rest.nuisance.columns.size());
     options.rows = rows.data();
     std::copy(rest.nuisance.precision.begin(), rest.nuisance.precision.end(), options.prior_precision + 1);
-    std::vector<double> power(static_cast<size_t>(how.nf));
-    toliman::check(toliman_period_batch(how.f0, how.df, how.nf, rest.t.data(), rest.y.data(), rest.sigma.data(),
-                                        rest.t.size(), &options, power.data()));
+    std::vector<double> power(static_cast<size_t>(how.grid.nf));
+    toliman::check(toliman_period_batch(how.grid.f0, how.grid.df, how.grid.nf, rest.t.data(), rest.y.data(),
+                                        rest.sigma.data(), rest.t.size(), &options, power.data()));
     return power;
 }
 
@@ -241,9 +242,9 @@ void write_results(const toliman::tracker &tracker, const toliman_track_options 
         write_periodogram(residual_power(series, *period.fit(), how), how, folder.open("residual_periodogram.csv"));
     const toliman_period *sums = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &sums));
-    write_periodogram(power_of(sums, how.nf), how, folder.open("periodogram.csv"));
+    write_periodogram(power_of(sums, how.grid.nf), how, folder.open("periodogram.csv"));
     result.write(Json("schema", "toliman-state/1", "version", toliman_version(), "provenance", provenance(), "unit_s",
-                      how.unit_ns * 1e-9, "power_at_fap_1e-3", power_at_fap_1e_3(sums), "status",
+                      how.grid.unit_ns * 1e-9, "power_at_fap_1e-3", power_at_fap_1e_3(sums), "status",
                       status_json(tracker, how, period))
                      .text());
     folder.commit("result.json"); // a result.json implies that the other files are complete

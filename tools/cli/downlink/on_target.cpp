@@ -81,14 +81,14 @@ OnTarget::OnTarget(const std::string &path, const LeapSeconds &leap_seconds) : p
 }
 
 void OnTarget::set_clock(const toliman_track_options &settings, const std::string &scene) {
-    exposure_s_ = settings.exposure_s;
+    exposure_s_ = settings.frames.exposure_s;
     scene_ = scene;
     if (!(exposure_s_ > 0))
         throw Failure(kExitUsage, "--on-target " + path_ +
                                       ": needs the length of an exposure: give a new folder with --exposure SECONDS");
-    std::vector<ClockPair> clock(settings.clock_points);
+    std::vector<ClockPair> clock(settings.clock.count);
     for (size_t i = 0; i < clock.size(); i++)
-        clock[i] = {settings.clock[2 * i], settings.clock[2 * i + 1]};
+        clock[i] = {settings.clock.pairs[2 * i], settings.clock.pairs[2 * i + 1]};
     for (Window &window : windows_)
         window = {camera_time(window.start_ns, clock), camera_time(window.end_ns, clock), false, false};
 }

@@ -38,7 +38,7 @@ void ReferenceOptions::check() const {
 
 void ReferenceOptions::use_scene(const SceneDefaults &scene, const std::optional<toliman_track_options> &made,
                                  Notes &notes) {
-    const bool is_reduced = made && made->plate_scale_arcsec > 0;
+    const bool is_reduced = made && made->reduction.plate_scale_arcsec > 0;
     if (!given() && made && !is_reduced)
         return;
     observer_.use_scene(scene, notes);
@@ -48,7 +48,7 @@ void ReferenceOptions::use_scene(const SceneDefaults &scene, const std::optional
 
 void ReferenceOptions::set(toliman_track_options &how, const std::optional<toliman_track_options> &made,
                            Progress &progress) {
-    const bool is_reduced = made && made->plate_scale_arcsec > 0;
+    const bool is_reduced = made && made->reduction.plate_scale_arcsec > 0;
     if (!given() && !is_reduced)
         return;
     if (system_.empty() && !is_reduced)
@@ -61,10 +61,10 @@ void ReferenceOptions::set(toliman_track_options &how, const std::optional<tolim
                       std::string(how.folder) +
                           ": its separations are reduced: give the orbit of the spacecraft, --observer FILE");
     sky_ = observer_.predictor(system_.empty() ? system_of(how.folder, progress) : system_, 0, progress);
-    how.sky = sky_.get();
+    how.reduction.sky = sky_.get();
     if (plate_scale_)
-        how.plate_scale_arcsec = plate_scale_of(plate_scale_, 0);
-    how.scale_sigma = scale_sigma_.value_or(how.scale_sigma);
+        how.reduction.plate_scale_arcsec = plate_scale_of(plate_scale_, 0);
+    how.reduction.scale_sigma = scale_sigma_.value_or(how.reduction.scale_sigma);
 }
 
 std::string ReferenceOptions::text() const {

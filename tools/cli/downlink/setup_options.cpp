@@ -105,29 +105,29 @@ void SetupOptions::add_to(CLI::App &command) {
 void SetupOptions::set(toliman_track_options &how, Progress &progress) {
     if (has_grid()) {
         const FrequencyGrid grid = grid_.empty() ? grid_of_days(*mission_days_) : grid_of(grid_);
-        how.f0 = grid.f0;
-        how.df = grid.df;
-        how.nf = grid.nf;
-        how.period_flags = TOLIMAN_PERIOD_DOUBLE_LIMB; // as `run` and `period`
+        how.grid.f0 = grid.f0;
+        how.grid.df = grid.df;
+        how.grid.nf = grid.nf;
+        how.grid.flags = TOLIMAN_PERIOD_DOUBLE_LIMB; // as `run` and `period`
     }
     if (trend_)
         set_trend(how, *trend_);
     if (!chi_limit_.empty())
-        how.chi_limit = chi_limit_of(chi_limit_);
+        how.limits.chi_square = chi_limit_of(chi_limit_);
     if (epoch_)
-        how.time_offset_ns = epoch_of(*epoch_, leap_seconds_);
+        how.grid.time_offset_ns = epoch_of(*epoch_, leap_seconds_);
     for (const int32_t stamp : {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_MIDDLE, TOLIMAN_FRAME_STAMP_END})
         if (stamp_ == stamp_name(stamp))
-            how.stamp = stamp;
-    how.exposure_s = exposure_s_.value_or(how.exposure_s);
+            how.frames.stamp = stamp;
+    how.frames.exposure_s = exposure_s_.value_or(how.frames.exposure_s);
     pairs_ = read_clock(clock_, progress);
-    how.clock = pairs_.data();
-    how.clock_points = pairs_.size() / 2;
+    how.clock.pairs = pairs_.data();
+    how.clock.count = pairs_.size() / 2;
 }
 
 void SetupOptions::compare(const SceneDefaults &scene, int64_t time_zero_ns, const toliman_track_options &how,
                            Notes &notes) const {
-    if (epoch_ && time_zero_ns != 0 && how.time_offset_ns != time_zero_ns)
+    if (epoch_ && time_zero_ns != 0 && how.grid.time_offset_ns != time_zero_ns)
         notes.push_back("--epoch " + *epoch_ + ": instead of binary.date of " + scene.path + ", " +
                         date_text(time_zero_ns) + " TAI");
     if (exposure_s_ && scene.exposure_s > 0 && *exposure_s_ != scene.exposure_s)
@@ -136,8 +136,8 @@ void SetupOptions::compare(const SceneDefaults &scene, int64_t time_zero_ns, con
 }
 
 void set_trend(toliman_track_options &how, int32_t order) {
-    how.trend = order > 0 ? order : -1;
-    how.trend_start = how.trend_end = 0; // the span of the grid
+    how.grid.trend = order > 0 ? order : -1;
+    how.grid.trend_start = how.grid.trend_end = 0; // the span of the grid
 }
 
 void SetupOptions::check_complete(const std::string &folder) const {

@@ -60,7 +60,7 @@ toliman_track_options known_state(const std::string &folder) {
 
 toliman_track_options state_to_read(const std::string &folder) {
     toliman_track_options how = known_state(folder);
-    if (how.nf == 0)
+    if (how.grid.nf == 0)
         throw Failure(kExitState, folder + ": setup.tlms with grid and clock is lost: `toliman rebuild " + folder +
                                       " --grid F0:DF:NF --clock CSV --stamp POINT` rebuilds it");
     how.flags |= TOLIMAN_TRACK_READ_ONLY;
@@ -103,7 +103,8 @@ const char *stamp_name(int32_t stamp) noexcept {
 }
 
 void add_timing(const toliman_track_options &settings, Json &json) {
-    json.set("stamp", stamp_name(settings.stamp), "exposure_s", if_known(settings.exposure_s > 0, settings.exposure_s));
+    json.set("stamp", stamp_name(settings.frames.stamp), "exposure_s",
+             if_known(settings.frames.exposure_s > 0, settings.frames.exposure_s));
 }
 
 void add_counts(const toliman::tracker &tracker, Json &json) {
@@ -116,7 +117,7 @@ void add_counts(const toliman::tracker &tracker, Json &json) {
         for (int32_t reason = TOLIMAN_TRACK_REASON_SHAPE; reason <= TOLIMAN_TRACK_REASON_ESTIMATE; reason++) {
             int64_t frames = 0;
             toliman::check(toliman_track_get_rejected(tracker.get(), reason, &frames));
-            reasons.set(toliman_track_reason_name(reason), frames);
+            reasons.set(toliman_constant_name(reason), frames);
         }
         json.set("rejected_by", std::move(reasons));
     }

@@ -9,8 +9,8 @@
 namespace cli {
 
 double time_of(int64_t tai_ns, const toliman_track_options &how) {
-    const long double elapsed = static_cast<long double>(tai_ns) - static_cast<long double>(how.time_offset_ns);
-    return static_cast<double>(elapsed / static_cast<long double>(how.unit_ns));
+    const long double elapsed = static_cast<long double>(tai_ns) - static_cast<long double>(how.grid.time_offset_ns);
+    return static_cast<double>(elapsed / static_cast<long double>(how.grid.unit_ns));
 }
 
 std::vector<NuisanceColumn> element_columns(const toliman::tracker &tracker) {
@@ -34,7 +34,7 @@ Series tracked_series(const toliman::tracker &tracker) {
     std::vector<int64_t> times(series.t.size());
     toliman::check(toliman_measure_get_times(measure.get(), times.data(), times.size()));
     std::transform(times.begin(), times.end(), series.t.begin(), [&](int64_t tai_ns) { return time_of(tai_ns, how); });
-    series.nuisance.trend = {std::max(0, how.trend), how.trend_start, how.trend_end};
+    series.nuisance.trend = {std::max(0, how.grid.trend), how.grid.trend_start, how.grid.trend_end};
     series.time_scale.clear();
     series.time_format = 0;
     return series;

@@ -33,7 +33,8 @@ std::string rejection_text(const toliman_track_outcome &outcome, const toliman_t
     const std::string pixel = "pixel " + std::to_string(outcome.row) + ", " + std::to_string(outcome.col);
     switch (outcome.reason) {
     case TOLIMAN_TRACK_REASON_SHAPE:
-        return " " + shape_text(outcome.row, outcome.col) + ", must be " + shape_text(settings.rows, settings.cols) +
+        return " " + shape_text(outcome.row, outcome.col) + ", must be " +
+               shape_text(settings.frames.rows, settings.frames.cols) +
                ": a new folder takes others by --shape and --crop";
     case TOLIMAN_TRACK_REASON_OVER_RANGE:
         return ", " + pixel + " is " + formatted("%.12g", outcome.pixel) + ", more than --bit-depth allows";
@@ -50,7 +51,7 @@ std::string rejection_text(const toliman_track_outcome &outcome, const toliman_t
 }
 
 std::string outlier_text(const toliman_track_outcome &outcome, const toliman_track_options &settings) {
-    const Apart size = apart(std::fabs(outcome.value), settings.value_limit, 4);
+    const Apart size = apart(std::fabs(outcome.value), settings.limits.value, 4);
     return std::string("outlier: a value of ") + (outcome.value < 0 ? "-" : "") + size.value + " px, beyond the " +
            size.limit + formatted(" px of --value-limit, chi-square %.4g: not in the periodogram", outcome.chi_square);
 }
@@ -67,7 +68,7 @@ std::string verdict_text(const toliman_frame &frame, const toliman_track_outcome
         return formatted("misfit: a chi-square of %.4g, largest residual %.3g sigma: damaged, or not a frame of the "
                          "scene: not in the periodogram",
                          outcome.chi_square, outcome.largest_residual);
-    return std::string("rejected: ") + toliman_track_reason_name(outcome.reason) + rejection_text(outcome, settings);
+    return std::string("rejected: ") + toliman_constant_name(outcome.reason) + rejection_text(outcome, settings);
 }
 
 std::string rejected_as(const std::string &reason) {
@@ -76,8 +77,8 @@ std::string rejected_as(const std::string &reason) {
 
 // Of warnings that are told once.
 std::string kind_of(const toliman_track_outcome &outcome) {
-    return outcome.verdict == TOLIMAN_TRACK_VERDICT_REJECTED ? rejected_as(toliman_track_reason_name(outcome.reason))
-                                                             : toliman_track_verdict_name(outcome.verdict);
+    return outcome.verdict == TOLIMAN_TRACK_VERDICT_REJECTED ? rejected_as(toliman_constant_name(outcome.reason))
+                                                             : toliman_constant_name(outcome.verdict);
 }
 
 // The rule of the times is told once for each rule, that an input is back for each input.
@@ -110,19 +111,19 @@ std::string frame_line(const toliman_frame &frame, bool has_key, bool has_time, 
     const bool known = has_value(outcome);
     return Json("schema", "toliman-frame/2", "session", if_known(has_key, frame.session), "roi",
                 if_known(has_key, frame.roi), "frame_id", if_known(has_key, frame.frame_id), "verdict",
-                toliman_track_verdict_name(outcome.verdict), "reason", if_known(reason != nullptr, reason), "camera_ns",
+                toliman_constant_name(outcome.verdict), "reason", if_known(reason != nullptr, reason), "camera_ns",
                 if_known(has_time, frame.camera_ns), "input", place, "tai_ns", if_known(known, outcome.tai_ns), "value",
                 Exact{known ? outcome.value : NAN}, "chi_square", outcome.chi_square, "chi_square_sigma",
                 outcome.chi_square_sigma, "largest_residual", outcome.largest_residual, "goodness",
-                if_known(known, toliman_goodness_name(outcome.goodness)), "bad_pixels",
+                if_known(known, toliman_constant_name(outcome.goodness)), "bad_pixels",
                 if_known(known, outcome.bad_pixels), "shift_bytes", shift) // null if there is none
         .line();
 }
 
 // Whether the clock table was extrapolated for a time. A single pair is a difference of clocks that has no ends.
 bool is_outside_clock(const toliman_track_options &settings, int64_t camera_ns) noexcept {
-    return settings.clock_points > 1 &&
-           (camera_ns < settings.clock[0] || camera_ns > settings.clock[2 * settings.clock_points - 2]);
+    return settings.clock.count > 1 &&
+           (camera_ns < settings.clock.pairs[0] || camera_ns > settings.clock.pairs[2 * settings.clock.count - 2]);
 }
 
 // Advice at the end of a run that could not save.
@@ -154,13 +155,13 @@ void Tracking::take(const std::shared_ptr<FrameSource> &source, const toliman_fr
     if (event.event != TOLIMAN_INGEST_EVENT_FRAME)
         reasons_[event.reason]++;
     if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE)
-        return reject(given, event.has_key != 0, place, toliman_ingest_reason_name(event.reason), event.text);
+        return reject(given, event.has_key != 0, place, toliman_constant_name(event.reason), event.text);
     if (event.event == TOLIMAN_INGEST_EVENT_WARNING)
         return report(event.reason == TOLIMAN_INGEST_REASON_CLOCKS_DIFFER ||
                               event.reason == TOLIMAN_INGEST_REASON_OVERLAP
                           ? Severity::warning
                           : Severity::damage,
-                      toliman_ingest_reason_name(event.reason), place, event.text);
+                      toliman_constant_name(event.reason), place, event.text);
     if (dynamic_cast<const PairSource *>(source.get()) != nullptr)
         note_unknown_exposure(place);
     toliman_frame frame = given;
@@ -185,7 +186,7 @@ bool Tracking::set_intervals(toliman_frame &frame, std::vector<double> &interval
             progress_.tell("--on-target: instead of cadence.on_target_s of the scene");
         return on_target_->limit(frame, intervals);
     }
-    const double exposure_s = frame.exposure_s > 0 ? frame.exposure_s : settings_.exposure_s;
+    const double exposure_s = frame.exposure_s > 0 ? frame.exposure_s : settings_.frames.exposure_s;
     if (of_scene.empty() || frame.interval_count > 0 || exposure_s != options_.scene_exposure_s)
         return true;
     intervals = of_scene;
@@ -196,10 +197,10 @@ bool Tracking::set_intervals(toliman_frame &frame, std::vector<double> &interval
 }
 
 void Tracking::note_unknown_exposure(const std::string &place) {
-    const bool shifted = settings_.stamp != TOLIMAN_FRAME_STAMP_MIDDLE;
-    if (!shifted || settings_.exposure_s > 0 || options_.new_folder.empty() || std::exchange(noted_exposure_, true))
+    const bool shifted = settings_.frames.stamp != TOLIMAN_FRAME_STAMP_MIDDLE;
+    if (!shifted || settings_.frames.exposure_s > 0 || options_.new_folder.empty() || std::exchange(noted_exposure_, true))
         return;
-    progress_.tell(place + ": times are those of the stamps, the " + stamp_name(settings_.stamp) +
+    progress_.tell(place + ": times are those of the stamps, the " + stamp_name(settings_.frames.stamp) +
                    " of the exposure: --exposure SECONDS moves them to its middle");
 }
 
@@ -246,7 +247,7 @@ void Tracking::settle(const toliman_frame &frame, const std::string &place, cons
     realigner_.settle(frame, is_good || verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED,
                       verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE);
     note_shift(place, shift, is_whole);
-    say(frame_line(frame, true, true, place, has_reason ? toliman_track_reason_name(outcome.reason) : nullptr, outcome,
+    say(frame_line(frame, true, true, place, has_reason ? toliman_constant_name(outcome.reason) : nullptr, outcome,
                    shift));
     since_update_ += is_good;
     accepted_ += is_good;
@@ -264,7 +265,7 @@ void Tracking::settle(const toliman_frame &frame, const std::string &place, cons
 // A strong signal takes most values that far from 0, damage takes few.
 void Tracking::warn_if_far(const std::string &place, double value, double sigma) {
     const double sigmas = std::fabs(value) / sigma;
-    const bool has_orbit_error = settings_.plate_scale_arcsec > 0; // of the reference, far above the noise
+    const bool has_orbit_error = settings_.reduction.plate_scale_arcsec > 0; // of the reference, far above the noise
     if (sigmas <= kFar || has_orbit_error)
         return;
     far_++;

@@ -141,7 +141,7 @@ class ComponentMethod : public Method {
   public:
     ComponentMethod(std::shared_ptr<ComponentFrames> frames, int32_t method, uint64_t seed)
         : frames_(std::move(frames)) {
-        toliman_components_train_options_init(&training_, sizeof training_);
+        training_ = toliman::sized<toliman_components_train_options>();
         training_.method = method;
         training_.seed = seed;
         training_.progress = stop_asked;

@@ -17,8 +17,7 @@ namespace {
 
 toliman::periodogram periodogram_of(const std::vector<double> &times, const std::vector<double> &shape,
                                     const FrequencyGrid &grid) {
-    toliman_period_options options;
-    toliman_period_options_init(&options, sizeof options);
+    auto options = toliman::sized<toliman_period_options>();
     options.time_offset = *std::min_element(times.begin(), times.end());
     auto result = toliman::make<toliman::periodogram>(toliman_period_create, grid.f0, grid.df, grid.nf, &options);
     toliman::check(toliman_period_push_many(result.get(), times.data(), shape.data(), nullptr, times.size()));

@@ -167,7 +167,7 @@ Json json_of(const Window &window, const std::string &scene) {
         covariance.emplace_back(&window.covariance[i * n], &window.covariance[i * n] + n);
     return Json("first_days", Exact{window.about.first_days}, "frames", window.about.frames, "chi_square",
                 window.about.chi_square, "chi_square_sigma", window.about.chi_square_sigma, "largest_residual",
-                window.about.largest_residual, "goodness", toliman_goodness_name(window.about.goodness), "scene", scene,
+                window.about.largest_residual, "goodness", toliman_constant_name(window.about.goodness), "scene", scene,
                 "parameters", array_of(window.values, [](const auto &value) { return json_of(value); }), "covariance",
                 covariance);
 }
@@ -196,7 +196,7 @@ Json json_of(const toliman_calibration_attempt &attempt) {
     return Json("change", toliman_calibration_change_name(attempt.change), "kept", attempt.kept != 0, "converged",
                 !has(attempt.flags, TOLIMAN_CALIBRATION_NOT_CONVERGED), "cells", attempt.cells, "chi_square",
                 attempt.chi_square, "chi_square_sigma", attempt.chi_square_sigma, "largest_residual",
-                attempt.largest_residual, "goodness", toliman_goodness_name(attempt.goodness));
+                attempt.largest_residual, "goodness", toliman_constant_name(attempt.goodness));
 }
 
 Json json_of(const toliman_calibration_left_out &left_out) {
@@ -232,7 +232,7 @@ void print_attempt(const toliman_calibration_attempt &attempt) {
     std::printf("tried        %s%s: %s, %s\n", toliman_calibration_change_name(attempt.change),
                 of_cells ? formatted(" %lld", static_cast<long long>(attempt.cells)).c_str() : "",
                 converged ? ("chi-square " + text_with_error(attempt.chi_square, attempt.chi_square_sigma) + ", " +
-                             toliman_goodness_name(attempt.goodness))
+                             toliman_constant_name(attempt.goodness))
                                 .c_str()
                           : "did not converge",
                 attempt.kept != 0 ? "kept" : "not kept");
@@ -264,7 +264,7 @@ void CalibrationOutput::write(const Calibration &calibration) {
     json.set("frames", info.frames, "rows", info.rows, "cols", info.cols, "cells", info.cells, "iterations",
              info.iterations, "map_iterations", info.map_iterations, "chi_square", info.chi_square, "chi_square_sigma",
              info.chi_square_sigma, "largest_residual", info.largest_residual, "goodness",
-             toliman_goodness_name(info.goodness), "structure", info.structure, "structure_limit", info.structure_limit,
+             toliman_constant_name(info.goodness), "structure", info.structure, "structure_limit", info.structure_limit,
              "separation_sigma_px", info.separation_sigma_px, "calibration_sigma_px", info.calibration_sigma_px,
              "map_rms_nm", info.map_rms_nm, "map_parameters", info.map_parameters, "pupil_error", info.pupil_error,
              "peak_noise", info.peak_noise);
@@ -351,7 +351,7 @@ void CalibrationOutput::print(const Calibration &calibration) const {
     std::printf("iterations   %d of the parameters%s\n", info.iterations,
                 info.map_iterations > 0 ? formatted(", %d of the map", info.map_iterations).c_str() : "");
     std::printf("chi-square   %s per degree of freedom, %s; largest residual %.1f sigma\n",
-                text_with_error(info.chi_square, info.chi_square_sigma).c_str(), toliman_goodness_name(info.goodness),
+                text_with_error(info.chi_square, info.chi_square_sigma).c_str(), toliman_constant_name(info.goodness),
                 info.largest_residual);
     std::printf("separation   sigma %.3g px per frame; uncertain parameters of the instrument add %.3g px\n",
                 info.separation_sigma_px, info.calibration_sigma_px);

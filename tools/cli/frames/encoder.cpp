@@ -66,7 +66,7 @@ class ValueEncoder final : public Encoder {
 
 std::string goodness_cells(const toliman_frame_goodness &fit) {
     return formatted("%.6g,%.6g,%.4g,%s,%u", fit.chi_square, fit.chi_square_sigma, fit.largest_residual,
-                     toliman_goodness_name(fit.goodness), fit.bad_pixels);
+                     toliman_constant_name(fit.goodness), fit.bad_pixels);
 }
 
 void doubt_goodness(const toliman_frame_goodness &fit, std::vector<Doubt> &doubts) {
@@ -76,7 +76,7 @@ void doubt_goodness(const toliman_frame_goodness &fit, std::vector<Doubt> &doubt
     doubts.push_back(
         {poor ? "have a poor fit" : "have a fit that is too good",
          formatted("the fit is %s: a chi-square of %.3g differs from 1 +- %.3g, that of the scene's noise: %s",
-                   toliman_goodness_name(fit.goodness), fit.chi_square, fit.chi_square_sigma,
+                   toliman_constant_name(fit.goodness), fit.chi_square, fit.chi_square_sigma,
                    poor ? "the frame is damaged, or the scene lacks an effect"
                         : "are the counts in the unit of the scene?")});
 }

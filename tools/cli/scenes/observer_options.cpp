@@ -131,9 +131,9 @@ std::string ObserverOptions::options() const {
 }
 
 std::string ObserverOptions::name() const {
-    return toliman_sky_observer_name(altitude_ ? TOLIMAN_SKY_OBSERVER_CIRCULAR
-                                     : file_   ? TOLIMAN_SKY_OBSERVER_FILE
-                                               : TOLIMAN_SKY_OBSERVER_EARTH);
+    return toliman_constant_name(altitude_ ? TOLIMAN_SKY_OBSERVER_CIRCULAR
+                                 : file_   ? TOLIMAN_SKY_OBSERVER_FILE
+                                           : TOLIMAN_SKY_OBSERVER_EARTH);
 }
 
 std::string ObserverOptions::text() const {

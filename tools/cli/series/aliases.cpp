@@ -19,7 +19,7 @@ bool is_slow(const toliman_period_alias &alias) {
 std::string interval_text(const toliman_period_alias &alias) {
     if (alias.interval_kind == TOLIMAN_PERIOD_INTERVAL_SAMPLING)
         return formatted("the sampling interval of %.6g", alias.interval);
-    const std::string name = toliman_period_interval_name(alias.interval_kind);
+    const std::string name = toliman_constant_name(alias.interval_kind);
     return alias.parts > 1 ? formatted("1/%d of one ", alias.parts) + name : "one " + name;
 }
 
@@ -57,8 +57,8 @@ std::string text_of(const Aliases &aliases) {
 std::vector<Json> json_of(const Aliases &aliases) {
     return array_of(aliases, [](const toliman_period_alias &alias) {
         return Json("period", alias.period, "frequency", alias.frequency, "cause",
-                    toliman_period_interval_name(alias.interval_kind), "interval", alias.interval, "window",
-                    alias.window, "power", alias.power, "equal", alias.equal != 0, "slow", alias.slow != 0);
+                    toliman_constant_name(alias.interval_kind), "interval", alias.interval, "window", alias.window,
+                    "power", alias.power, "equal", alias.equal != 0, "slow", alias.slow != 0);
     });
 }
 

@@ -32,7 +32,7 @@ std::optional<Json> diagnosis_of(const toliman_measure *measured, const toliman_
                   formatted(" The residuals about the orbit have a chi-square of %.3g per "
                             "degree of freedom; %.3g if this is true",
                             found.chi_square, cause.chi_square));
-    return Json("cause", toliman_sky_cause_name(found.cause), "text", cause.text, "value", cause.value, "sigma",
+    return Json("cause", toliman_constant_name(found.cause), "text", cause.text, "value", cause.value, "sigma",
                 cause.sigma, "chi_square_before", found.chi_square, "chi_square", cause.chi_square, "significance",
                 cause.significance);
 }

@@ -21,7 +21,7 @@ Json peak_json(const PeriodReport &report) {
               report.periodogram.time_offset, "offset", peak.offset, "log10_fap",
               report.fap.log10(report.fap.residual_of(peak)), "at_edge", report.periodogram.at_edge(), "chi_square",
               peak.chi_square, "chi_square_sigma", peak.chi_square_sigma, "largest_residual", peak.largest_residual,
-              "goodness", toliman_goodness_name(peak.goodness), "outliers", peak.outliers);
+              "goodness", toliman_constant_name(peak.goodness), "outliers", peak.outliers);
     set_flags(peak.flags, json);
     return json;
 }

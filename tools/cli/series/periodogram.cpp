@@ -99,7 +99,7 @@ toliman_status push(const toliman::periodogram &periodogram, const Series &serie
     sample.t = series.t[i];
     sample.y = series.y[i];
     sample.sigma = sigma;
-    return toliman_period_push_rows(periodogram.get(), &sample, series.nuisance.row(i).data(), 1);
+    return toliman_period_push_samples(periodogram.get(), &sample, series.nuisance.row(i).data(), 1);
 }
 
 } // namespace
@@ -122,9 +122,8 @@ Periodogram find_period(const Series &series, const FrequencyGrid &grid, const S
     const toliman_period_options options = options_for(series, sums);
     Periodogram result = {sums_of(series, grid, options, progress), options.time_offset, {}};
     result.peak.struct_size = sizeof result.peak;
-    toliman::check(toliman_period_query_fit_rows(result.handle.get(), series.t.data(), series.y.data(),
-                                                 sigmas_of(series), series.nuisance.rows().data(), series.t.size(),
-                                                 &result.peak));
+    toliman::check(toliman_period_query_fit(result.handle.get(), series.t.data(), series.y.data(), sigmas_of(series),
+                                            series.nuisance.rows().data(), series.t.size(), &result.peak));
     stop_if_asked();
     return result;
 }

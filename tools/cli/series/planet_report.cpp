@@ -247,7 +247,7 @@ Json PlanetReport::json() const {
         "planets", info.planets, "candidates", array_of(indices, [this](size_t index) { return planet_json(index); }),
         "time_reference", info.time_reference, "rms", info.rms, "rms_uas", uas(info.rms), "chi_square", info.chi_square,
         "chi_square_sigma", info.chi_square_sigma, "largest_residual", info.largest_residual, "goodness",
-        toliman_goodness_name(info.goodness), "chi_square_with_jitter", info.chi_square_with_jitter, "jitter",
+        toliman_constant_name(info.goodness), "chi_square_with_jitter", info.chi_square_with_jitter, "jitter",
         listed_if(info.jitter[1] > 0, info.jitter), "jitter_uas",
         if_known(info.jitter[1] > 0 && search.unit.in_uas(), in_uas(info.jitter)), "frame_chi_square",
         positive(series.frame_chi_square), "outliers", json_of_outliers(search.outliers, series), "clip",

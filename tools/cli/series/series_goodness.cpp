@@ -19,7 +19,7 @@ constexpr size_t kListed = 10;
 
 std::string fit_text(double chi_square, double sigma, double largest, int32_t goodness) {
     return formatted("chi-square %.4g +- %.2g per degree of freedom: %s, largest residual %.4g sigma", chi_square,
-                     sigma, toliman_goodness_name(goodness), largest);
+                     sigma, toliman_constant_name(goodness), largest);
 }
 
 void warn_of_fit(double chi_square, double sigma, int32_t goodness, Progress &progress) {
