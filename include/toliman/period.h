@@ -84,10 +84,14 @@ typedef struct toliman_period_options {
                                time_offset_ns is the instant t = time_offset */
     double unit_ns;         /* nanoseconds per unit of t, in [1, 1e30]; 0 = 1e9, seconds; 86400e9 = days */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    int32_t trend, columns;             /* nuisance functions, see period_nuisance.h */
-    double trend_start, trend_end;
-    double column_bound[8];
-    double prior_precision[9];
+    /* Nuisance functions (period_nuisance.h). Any of them makes the accumulators double-limb and excludes
+     * TOLIMAN_PERIOD_FIXED_MEAN. 1 + trend + columns must be at most 9. */
+    int32_t trend;                 /* highest order of T_j(x), x from -1 at trend_start to 1 at trend_end; 0 = none */
+    int32_t columns;               /* number of values that come with each sample */
+    double trend_start, trend_end; /* in units of t; a time outside is TOLIMAN_E_RANGE */
+    double column_bound[8];        /* largest |value| of each column, otherwise TOLIMAN_E_RANGE; 0 = 1 */
+    double prior_precision[9];     /* 1/s_j^2 for the mean (about value_offset), T_1 ... and the columns, with s_j in
+                                      units of y per unit of the function; 0 = no prior */
 } toliman_period_options;
 #define TOLIMAN_PERIOD_OPTIONS_INIT TOLIMAN_INIT(toliman_period_options)
 
@@ -112,9 +116,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_suggest(const doubl
  * alone is refused. options may be NULL. The caller destroys *out.
  *
  * Allocates all memory: 129 bytes per frequency (double-limb: 225; with K - 1 nuisance functions 225 + 64 (K - 1)).
- * Pushes and queries allocate nothing. Exceptions
- * are toliman_period_query_bootstrap, toliman_period_query_sampling with times, the save functions, and
- * toliman_period_query_fit, which copies the samples. */
+ * Pushes and queries allocate nothing, except query_bootstrap, query_sampling with times, query_fit and the saves. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, double df, int64_t nf,
                                                                     const toliman_period_options *options,
                                                                     toliman_period **out) TOLIMAN_NOEXCEPT;

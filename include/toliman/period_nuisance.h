@@ -28,15 +28,6 @@
  *              toliman_period_info.
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; Baluev (2008), MNRAS 385, 1279, with general base models.
  *
- * Options of toliman_period_options, in addition to those of period.h. Any of them makes the accumulators double-limb
- * and excludes TOLIMAN_PERIOD_FIXED_MEAN.
- *   trend               highest order of the polynomials T_j(x), with x from -1 at trend_start to 1 at trend_end;
- *                       0 = none. 1 + trend + columns must be at most 9
- *   columns             number of values that come with each sample
- *   trend_start, _end   span of the trend, in units of t; every time must be in it, otherwise TOLIMAN_E_RANGE
- *   column_bound[8]     largest |value| of each column, otherwise TOLIMAN_E_RANGE; 0 = 1
- *   prior_precision[9]  1/s_j^2 for the mean (about value_offset), T_1 ... T_trend and the columns, with s_j in units
- *                       of y per unit of the function; 0 = no prior
  * For the errors of the orbit of a binary, toliman_sky_set_columns (sky.h) sets columns, bounds and priors.
  */
 #ifndef TOLIMAN_PERIOD_NUISANCE_H

@@ -31,6 +31,8 @@
 #include <toliman/sky_diagnosis.h>
 #include <toliman/track.h>
 #include <toliman/track_goodness.h>
+#include <toliman/track_options.h>
+#include <toliman/track_outcome.h>
 #include <toliman/track_records.h>
 
 #endif

@@ -3,11 +3,11 @@
 //
 //   using namespace toliman;
 //   simulator sim = make<simulator>(toliman_sim_create_file, "scene.json", nullptr);
-//   auto info = sized<toliman_sim_info>();
-//   check(toliman_sim_get_info(sim.get(), &info)); // throws toliman::error
+//   auto info = result<toliman_sim_info>(toliman_sim_get_info, sim.get()); // throws toliman::error
 #ifndef TOLIMAN_TOLIMAN_HPP
 #define TOLIMAN_TOLIMAN_HPP
 
+#include <cstdlib>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -29,6 +29,18 @@ class error : public std::runtime_error {
     // Returns the name of the argument, member, scene key or file at fault, "" if there is none.
     const std::string &field() const noexcept { return field_; }
 
+    // Returns the message without the field with which it begins: " = -1: must be above 0", " is NULL", ": is empty".
+    std::string detail() const {
+        const std::string message = what();
+        return message.compare(0, field_.size(), field_) == 0 ? message.substr(field_.size()) : message;
+    }
+
+    // Returns the index of the element at fault, 3 for the field "frames[3].sigma"; -1 if there is none.
+    long index() const {
+        const std::string::size_type place = field_.find('[');
+        return place == std::string::npos ? -1 : std::strtol(field_.c_str() + place + 1, nullptr, 10);
+    }
+
   private:
     toliman_status status_;
     std::string field_;
@@ -46,6 +58,14 @@ template <class Struct> Struct sized() noexcept {
 inline void check(toliman_status status) {
     if (status != TOLIMAN_OK)
         throw error(status);
+}
+
+// Returns the struct that a call writes to its last argument:
+//   auto peak = result<toliman_period_peak>(toliman_period_query_peak, period.get());
+template <class Struct, class Call, class... Arguments> Struct result(Call call, Arguments... arguments) {
+    Struct made = sized<Struct>();
+    check(call(arguments..., &made));
+    return made;
 }
 
 // The same for a call that asks for the number of results: TOLIMAN_E_CAPACITY is the answer that there are some.

@@ -62,8 +62,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const to
  *   geometric_arcsec            mean separation on the orbit, in arcsec
  *   d_period_years ... d_epoch  derivatives of the reduced separation by the seven elements of the orbit
  *                               (toliman_sky_element_name), in arcsec per unit of the element
- * Then follow the names of toliman_track_estimator.values, and cov_A_B, the covariance of values A and B. The first value
- * is named "value"; cov_A_A is a variance. */
+ * Then follow the names of toliman_track_estimator.values, and cov_A_B, the covariance of values A and B. The first
+ * value is named "value"; cov_A_A is a variance. */
 typedef struct toliman_track_column {
     uint32_t struct_size; /* sizeof(toliman_track_column) */
     int32_t type;         /* TOLIMAN_TRACK_COLUMN_... */

@@ -54,11 +54,11 @@ period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_opti
     return grid;
 }
 
-// The caller's samples with the values of their columns, which the basis must have.
+// The caller's samples with the values of their columns; a check of the stream refuses missing ones.
 Structs structs(const toliman_period *period, const toliman_period_sample *samples, const double *rows, size_t n) {
     const Use use(period, "period");
     const auto width = static_cast<size_t>(use->stream.grid().basis.columns);
-    if (width > 0)
+    if (rows != nullptr && width > 0)
         required_array(rows, checked_product(n, width, "rows"), sizeof *rows, "rows");
     return {samples, n, width > 0 ? rows : nullptr};
 }

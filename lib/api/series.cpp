@@ -2,11 +2,13 @@
 #include <toliman/series.h>
 
 #include <algorithm>
+#include <cstring>
 
 #include "api/guard.hpp"
 #include "api/handle.hpp"
 #include "api/series_options.hpp"
 #include "api/times.hpp"
+#include "base/words.hpp"
 #include "ingest/series.hpp"
 
 using namespace toliman;
@@ -24,10 +26,11 @@ constexpr uint32_t kFlags = TOLIMAN_SERIES_GROWING | TOLIMAN_SERIES_PLAIN_TIMES;
 std::vector<std::string> columns_of(const char *text) {
     if (text == nullptr)
         return {};
-    std::vector<std::string> columns = ingest::split(text, ',');
+    const bool with_commas = std::strchr(text, ',') != nullptr; // then a name may contain spaces
+    std::vector<std::string> columns = with_commas ? ingest::split(text, ',') : words_of(text);
     const bool named = std::find(columns.begin(), columns.end(), "") == columns.end();
     if (columns.size() < 2 || columns.size() > 3 || !named)
-        fail(Status::argument, "{options->columns} = \"%.60s\": must be two or three names separated by commas", text);
+        fail(Status::argument, "{options->columns} = \"%.60s\": must be a list of two or three names", text);
     return columns;
 }
 

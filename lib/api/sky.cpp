@@ -149,12 +149,9 @@ void warn_of_centre(const sky::Predictor &predictor, const Log &log) {
              arcsec, kWarnedYear, 1e6 * arcsec * kLowOrbitSpeed / erfa::kLightSpeed);
 }
 
-// The caller's options, if they have all members for nuisance functions and these columns fit.
+// The options of the caller, if these columns fit.
 toliman_period_options options_for(size_t columns, const toliman_period_options *given) {
     const toliman_period_options options = accept(given, "options");
-    if (options.struct_size < sizeof options)
-        fail(Status::argument, "{options->struct_size} = %u: must be at least %zu, for prior_precision",
-             options.struct_size, sizeof options);
     const auto most = static_cast<int64_t>(std::size(options.column_bound));
     if (options.trend < 0 || options.trend + static_cast<int64_t>(columns) > most)
         fail(Status::argument, "{options->trend} = %d: must be in [0, %lld] with %zu columns", options.trend,

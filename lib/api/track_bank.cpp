@@ -28,7 +28,8 @@ void check_efficiency(const bank::Bank &bank) {
         const double efficiency = networks[i].cosine * networks[i].response.share;
         if (!(efficiency >= kLeastEfficiency))
             fail(Status::argument,
-                 "{options->bank}: network %zu of %zu has an efficiency of %.3g at its place: must be trained, to at "
+                 "{options->estimator.bank}: network %zu of %zu has an efficiency of %.3g at its place: must be "
+                 "trained, to at "
                  "least %g",
                  i, networks.size(), efficiency, kLeastEfficiency);
     }
@@ -52,7 +53,7 @@ void store_bank(const bank::Estimate &estimate, const fit::Result &result, size_
 } // namespace
 
 Source bank_source(const toliman_bank &handle, const toliman_fit &of_fit, int64_t time_offset_ns) {
-    check_fit(handle, of_fit, "options->bank");
+    check_fit(handle, of_fit, "options->estimator.bank");
     const bank::Bank &bank = handle.bank;
     const fit::Fit &fit = of_fit.fit.first();
     check_efficiency(bank);

@@ -60,11 +60,13 @@ Columns::Columns(std::string_view further, bool reduced) {
         if (!is_column_name(name, kLongestValue) || name == kFirstValue || name.rfind(kCovariance, 0) == 0 ||
             find(name) < count())
             fail(Status::argument,
-                 "{options->estimator.values}: \"%.40s\": must be a unique name of 1 to %zu characters a-z 0-9 _, not \"value\" "
+                 "{options->estimator.values}: \"%.40s\": must be a unique name of 1 to %zu characters a-z 0-9 _, not "
+                 "\"value\" "
                  "and not beginning with \"cov_\"",
                  name.c_str(), kLongestValue);
         if (values() == kMaxValues)
-            fail(Status::argument, "{options->estimator.values}: must name at most %zu values beyond the first", kMaxValues - 1);
+            fail(Status::argument, "{options->estimator.values}: must name at most %zu values beyond the first",
+                 kMaxValues - 1);
         add(name, ColumnType::f64, ColumnRole::value);
     }
     names.insert(names.begin(), kFirstValue);

@@ -175,7 +175,8 @@ void Tracker::refuse_reduced_records() const {
             record.reason != Reason::none || std::isfinite(with_bits<double>(record.cells[factor]));
         if (record.kind == Kind::accepted && was_reduced)
             fail(Status::argument,
-                 "{options->reduction.sky} is NULL: %s, which stores the system, is missing or damaged: give the system with "
+                 "{options->reduction.sky} is NULL: %s, which stores the system, is missing or damaged: give the "
+                 "system with "
                  "which the frames were reduced",
                  records_.path(Setup::kName).c_str());
     });

@@ -251,7 +251,7 @@ class Batch(unittest.TestCase):
             periodogram.push_many(self.t, self.y, self.sigma, rows=rows)
             exact = periodogram.power()
         for tolerance in tolerances:
-            power = toliman.batch(*grid, self.t, self.y, self.sigma, trend=trend, rows=rows, priors=priors,
+            power = toliman.batch(self.t, self.y, self.sigma, **dict(zip(("f0", "df", "nf"), grid)), trend=trend, rows=rows, priors=priors,
                                   span=(0, SPAN) if trend and priors is not None else None, tolerance=tolerance)
             self.assertLessEqual(abs(power - exact).max(), tolerance)
 
@@ -273,7 +273,7 @@ class Batch(unittest.TestCase):
                 p.push(0, 1, rows=[1])
             self.assertEqual(len(p), 0)
         with self.assertRaisesRegex(toliman.InputError, "sigma: must be given with prior_precision"):
-            toliman.batch(0.01, 0.01, 5, [0, 1, 2, 3, 5], [0, 1, 0, 2, 1], rows=rows, priors=[math.inf, 0.5])
+            toliman.batch([0, 1, 2, 3, 5], [0, 1, 0, 2, 1], f0=0.01, df=0.01, nf=5, rows=rows, priors=[math.inf, 0.5])
 
     def test_goodness_of_a_fit(self):
         """Against least squares in numpy; the prior is one more observation."""
@@ -305,13 +305,13 @@ class Batch(unittest.TestCase):
     def test_dependent_columns_are_left_out(self):
         twice = numpy.column_stack([self.rows, self.rows[:, 0]])
         grid = (0.3 / SPAN, 0.1 / SPAN, 700)
-        powers = [toliman.batch(*grid, self.t, self.y, self.sigma, trend=2, rows=rows) for rows in (self.rows, twice)]
+        powers = [toliman.batch(self.t, self.y, self.sigma, **dict(zip(("f0", "df", "nf"), grid)), trend=2, rows=rows) for rows in (self.rows, twice)]
         self.assertLess(abs(powers[0] - powers[1]).max(), 2e-9)
 
     def test_refusals(self):
         def refused(text, error=toliman.Error, **options):
             with self.assertRaisesRegex(error, text):
-                toliman.batch(0.01, 0.01, 20, self.t, self.y, self.sigma, **options)
+                toliman.batch(self.t, self.y, self.sigma, f0=0.01, df=0.01, nf=20, **options)
 
         refused("t = .* must be in the span of the trend", trend=2, span=(0, 500))
         refused("columns = 3: must be in \\[0, 2\\] with trend = 6", trend=6, rows=self.t[:, None] * [1, 1, 1])

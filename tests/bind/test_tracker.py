@@ -122,7 +122,7 @@ class Pushing(unittest.TestCase):
             ours.push(frame_of(3))
         with tracker() as ours:
             self.assertTrue(numpy.isnan(ours.push(frame_of(3)).chi_square))
-        with self.assertRaisesRegex(InputError, "options->values"):
+        with self.assertRaisesRegex(InputError, "options->estimator.values"):
             tracker(values="No.name")
 
     def test_options_in_force(self):

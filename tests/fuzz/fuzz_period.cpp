@@ -118,7 +118,7 @@ std::vector<Bytes> fuzz::seeds() {
     std::vector<Bytes> seeds;
     for (const uint32_t flags : {0u, TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB, kNuisance}) {
         toliman_period_options options = {};
-    options.struct_size = sizeof options;
+        options.struct_size = sizeof options;
         options.flags = flags & ~kNuisance;
         if (flags == kNuisance) {
             options.trend = 2;

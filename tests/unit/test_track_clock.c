@@ -154,7 +154,7 @@ static void tables_must_increase(void **unused) {
     toliman_track_options options = small_options(NULL);
     options.clock.count = 1;
     toliman_track *track = NULL;
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "clock is NULL");
+    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->clock.pairs is NULL");
 }
 
 int main(void) {

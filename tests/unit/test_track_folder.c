@@ -39,7 +39,8 @@ static void one_writer_and_many_readers(void **unused) {
     looking = (toliman_track_options)TOLIMAN_TRACK_OPTIONS_INIT;
     assert_ok(toliman_track_load_options(folder, &looking));
     assert_true(looking.estimator.sigma == SIGMA && looking.limits.value == VALUE_LIMIT && looking.estimator.id == 77);
-    assert_true(looking.frames.rows == SIDE && looking.frames.image_cols == SIDE && looking.frames.bin == 1 && looking.frames.bit_depth == 12);
+    assert_true(looking.frames.rows == SIDE && looking.frames.image_cols == SIDE && looking.frames.bin == 1 &&
+                looking.frames.bit_depth == 12);
     assert_true(looking.grid.nf == FREQUENCIES && looking.grid.f0 == options.grid.f0 && looking.grid.unit_ns == DAY_NS);
     looking.flags = TOLIMAN_TRACK_READ_ONLY;
     toliman_track *readers[3];

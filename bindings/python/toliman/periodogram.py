@@ -160,7 +160,7 @@ def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None) -> Peak:
         return periodogram.fit(times, values, sigmas)
 
 
-def batch(f0: float, df: float, nf: int, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,
+def batch(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, f0: float, df: float, nf: int,
           fit_mean: bool = True, tolerance: float = 1e-9, direct: bool = False, threads: int = 0,
           trend: int = 0, span: tuple[typing.Any, typing.Any] | None = None, rows: ArrayLike | None = None,
           priors: ArrayLike | None = None, progress: Progress | bool | None = None) -> Doubles:

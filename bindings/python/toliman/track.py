@@ -298,7 +298,7 @@ class Tracker(Handle):
         numbers = (ctypes.c_double, ctypes.c_int32, ctypes.c_int64, ctypes.c_uint32, ctypes.c_uint64)
         options = {}
         for group in (struct, *(getattr(struct, name) for name, kind in struct._fields_
-                                if issubclass(kind, ctypes.Structure))):
+                                if isinstance(kind, type) and issubclass(kind, ctypes.Structure))):
             for name, kind in group._fields_:
                 if kind in numbers and name not in ("struct_size", "reserved"):
                     options[_OPTION_NAMES.get((type(group), name), name)] = getattr(group, name)

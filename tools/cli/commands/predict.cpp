@@ -53,7 +53,7 @@ std::vector<toliman_sky_prediction> predictions_of(const toliman_sky *sky, const
 
 void print_table(const Options &options, const toliman_sky *sky, const std::vector<SkyTime> &times,
                  const std::vector<toliman_sky_prediction> &seen) {
-    const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky);
+    const auto info = toliman::result<toliman_sky_info>(toliman_sky_get_info, sky);
     size_t width = std::strlen("time");
     for (const SkyTime &time : times)
         width = std::max(width, time.text.size());
@@ -88,7 +88,7 @@ std::vector<Exact> partials_of(const toliman_sky_prediction &row) {
 
 void print_json(const Options &options, const toliman_sky *sky, const std::vector<SkyTime> &times,
                 const std::vector<toliman_sky_prediction> &seen) {
-    const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky);
+    const auto info = toliman::result<toliman_sky_info>(toliman_sky_get_info, sky);
     Json json("schema", "toliman-predict/1", "version", toliman_version(), "system", options.system, "name",
               text_or_null(info.name), "orbit_digest", digest_text(info.orbit_digest));
     options.observer.set(json);

@@ -44,20 +44,6 @@ struct Design {
     std::string mask;           // JSON
 };
 
-// The library's message names a member of its options; the user knows the option.
-[[noreturn]] void refuse(const toliman::error &error) {
-    for (const auto &[member, option] : {std::pair("options->free", "--free"),
-                                         {"options->dates", "--dates"},
-                                         {"options->position_angles_deg", "--position-angles"},
-                                         {"options->peak_to_mean", "--peak-to-mean"},
-                                         {"options->light_in_frame", "--light"}}) {
-        const std::string field = error.field();
-        if (field.compare(0, std::string(member).size(), member) == 0)
-            throw Failure(kExitUsage, option + std::string(error.what()).substr(std::string(member).size()));
-    }
-    throw error;
-}
-
 toliman::phase_mask design_of(const Scene &scene, const Options &options, const std::string &free, Progress &progress) {
     toliman_mask_options design = options.design;
     design.free = free.c_str();
@@ -73,7 +59,12 @@ toliman::phase_mask design_of(const Scene &scene, const Options &options, const 
     try {
         return toliman::make<toliman::phase_mask>(toliman_mask_create, scene.sim.get(), &design);
     } catch (const toliman::error &error) {
-        refuse(error);
+        refuse_option(error, {{"free", "--free"},
+                              {"dates", "--dates"},
+                              {"position_angles_deg", "--position-angles"},
+                              {"peak_to_mean", "--peak-to-mean"},
+                              {"light_in_frame", "--light"}});
+        throw;
     }
 }
 

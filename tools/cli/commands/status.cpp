@@ -31,7 +31,7 @@ constexpr size_t kShownSessions = 20;
 
 std::string name_of_system(const char *system) {
     const auto sky = toliman::make<toliman::sky_predictor>(toliman_sky_create, system, nullptr);
-    const std::string name = info_from<toliman_sky_info>(toliman_sky_get_info, sky.get()).name;
+    const std::string name = toliman::result<toliman_sky_info>(toliman_sky_get_info, sky.get()).name;
     return name.empty() ? "a system without name" : name;
 }
 

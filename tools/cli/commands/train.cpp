@@ -102,7 +102,7 @@ void check_same(const std::string &file, const toliman_cae_info &info, const tol
 
 Training resumed_training(const Scene &scene, const Options &options, const std::string &file) {
     toliman::autoencoder cae = load_weights(file);
-    const auto info = info_from<toliman_cae_info>(toliman_cae_get_info, cae.get());
+    const auto info = toliman::result<toliman_cae_info>(toliman_cae_get_info, cae.get());
     if (info.scene_digest != scene.info.scene_digest)
         throw Failure(kExitUsage, file + ": was trained for another scene, not " + scene.path +
                                       ": give the scene of the first training");

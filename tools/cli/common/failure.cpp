@@ -47,6 +47,20 @@ void malformed(const std::string &path, const std::string &why) {
     throw Failure(kExitInput, path + ": " + why);
 }
 
+std::string message_about(const std::string &name, const toliman::error &error) {
+    std::string detail = error.detail();
+    const std::string equals = " = ";
+    const bool has_value = detail.compare(0, equals.size(), equals) == 0;
+    return name + (has_value ? detail.erase(1, 2) : detail);
+}
+
+void refuse_option(const toliman::error &error, OptionNames names) {
+    const std::string field = error.field().substr(0, error.field().find('['));
+    for (const auto &[member, option] : names)
+        if (field == std::string("options->") + member)
+            throw Failure(kExitUsage, message_about(option, error));
+}
+
 Ending ending_of(const std::function<void()> &work) {
     try {
         work();

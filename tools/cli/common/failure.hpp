@@ -1,8 +1,10 @@
 // Failures of the program: a documented exit code and one line on standard error.
 #pragma once
 #include <functional>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <toliman/toliman.hpp>
 
@@ -34,6 +36,15 @@ class Failure : public std::runtime_error {
 
 // An input file that cannot be used: exit code 3.
 [[noreturn]] void malformed(const std::string &path, const std::string &why);
+
+// Members of the library's options, and the options of the command line that set them.
+using OptionNames = std::initializer_list<std::pair<const char *, const char *>>;
+
+// The library's message about a member or argument, named as the user knows it.
+std::string message_about(const std::string &name, const toliman::error &error);
+
+// Failure of usage if the error is about a member of the library's options that is in the table.
+void refuse_option(const toliman::error &error, OptionNames names);
 
 // Result of some work: kExitOk, or the exit code and the message of the exception it threw.
 struct Ending {

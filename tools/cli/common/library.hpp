@@ -6,13 +6,6 @@
 
 namespace cli {
 
-// The struct that get(object, &info) fills; throws toliman::error on failure.
-template <class Info, class Get, class Object> Info info_from(Get get, const Object *object) {
-    Info info = toliman::sized<Info>();
-    toliman::check(get(object, &info));
-    return info;
-}
-
 // The bytes that save(data, capacity, &size) delivers.
 template <class Save> std::vector<unsigned char> bytes_of(Save save) {
     size_t size = 0;

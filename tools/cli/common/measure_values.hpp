@@ -9,7 +9,7 @@
 namespace cli {
 
 inline toliman_measure_info info_of(const toliman_measure *measure) {
-    return info_from<toliman_measure_info>(toliman_measure_get_info, measure);
+    return toliman::result<toliman_measure_info>(toliman_measure_get_info, measure);
 }
 
 // Numbers of the samples, by their name in measure.h; empty if the series does not have them.

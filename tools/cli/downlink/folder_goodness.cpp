@@ -28,7 +28,7 @@ std::string calibration_text(const toliman_track_goodness &goodness) {
 } // namespace
 
 toliman_track_goodness goodness_of(const toliman::tracker &tracker) {
-    return info_from<toliman_track_goodness>(toliman_track_query_goodness, tracker.get());
+    return toliman::result<toliman_track_goodness>(toliman_track_query_goodness, tracker.get());
 }
 
 std::string goodness_text(const toliman_track_goodness &goodness) {

@@ -93,7 +93,9 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
     set_two(given.crop, "--crop", ',', 0, how.frames.crop_row, how.frames.crop_col);
     set_two(given.shape, "--shape", 'x', 1, how.frames.rows, how.frames.cols);
     how.threads = given.jobs;
-    how.ledger.sync = given.sync == "frame" ? TOLIMAN_TRACK_SYNC_FRAME : given.sync == "none" ? TOLIMAN_TRACK_SYNC_NONE : 0;
+    how.ledger.sync = given.sync == "frame"  ? TOLIMAN_TRACK_SYNC_FRAME
+                      : given.sync == "none" ? TOLIMAN_TRACK_SYNC_NONE
+                                             : 0;
     how.estimator.cae = estimator.network ? estimator.network->cae.get() : nullptr;
     how.estimator.linear = estimator.linear.get();
     how.estimator.fit = estimator.fit.get();
@@ -183,9 +185,8 @@ toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estima
     try {
         return open_tracker(how, progress);
     } catch (const toliman::error &error) {
-        const std::string bank = "options->estimator.bank";
-        if (error.field() == bank)
-            throw Failure(kExitUsage, estimator_options.weights + std::string(error.what()).substr(bank.size()));
+        if (error.field() == "options->estimator.bank")
+            throw Failure(kExitUsage, message_about(estimator_options.weights, error));
         if (error.status() != TOLIMAN_E_MISMATCH && (!made || uses_same_frames(*made, how)))
             throw;
         throw Failure(kExitUsage,

@@ -30,7 +30,7 @@ bool PairSource::next(toliman_frame &frame, toliman_ingest_event &event) {
 }
 
 int64_t PairSource::skipped() const {
-    return info_from<toliman_ingest_info>(toliman_ingest_get_info, reader_.get()).skipped;
+    return toliman::result<toliman_ingest_info>(toliman_ingest_get_info, reader_.get()).skipped;
 }
 
 int64_t PairSource::find(int64_t offset, const toliman_frame &reference, std::vector<uint8_t> &pixels) const {

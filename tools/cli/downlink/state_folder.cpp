@@ -78,11 +78,11 @@ toliman::tracker open_tracker(toliman_track_options options, Progress &progress)
 }
 
 toliman_track_info info_of(const toliman::tracker &tracker) {
-    return info_from<toliman_track_info>(toliman_track_get_info, tracker.get());
+    return toliman::result<toliman_track_info>(toliman_track_get_info, tracker.get());
 }
 
 toliman_track_options settings_of(const toliman::tracker &tracker) {
-    return info_from<toliman_track_options>(toliman_track_get_options, tracker.get());
+    return toliman::result<toliman_track_options>(toliman_track_get_options, tracker.get());
 }
 
 namespace {

@@ -198,7 +198,8 @@ bool Tracking::set_intervals(toliman_frame &frame, std::vector<double> &interval
 
 void Tracking::note_unknown_exposure(const std::string &place) {
     const bool shifted = settings_.frames.stamp != TOLIMAN_FRAME_STAMP_MIDDLE;
-    if (!shifted || settings_.frames.exposure_s > 0 || options_.new_folder.empty() || std::exchange(noted_exposure_, true))
+    if (!shifted || settings_.frames.exposure_s > 0 || options_.new_folder.empty() ||
+        std::exchange(noted_exposure_, true))
         return;
     progress_.tell(place + ": times are those of the stamps, the " + stamp_name(settings_.frames.stamp) +
                    " of the exposure: --exposure SECONDS moves them to its middle");

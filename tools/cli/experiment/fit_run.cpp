@@ -39,7 +39,7 @@ void FitRun::train(Progress &progress) {
         return;
     bank_->train(Progress::callback, &progress);
     const toliman_bank *const bank = bank_->bank();
-    bank_outcome.info = info_from<toliman_bank_info>(toliman_bank_get_info, bank);
+    bank_outcome.info = toliman::result<toliman_bank_info>(toliman_bank_get_info, bank);
     bank_outcome.least_cosine = 1;
     for (int64_t i = 0; i < bank_outcome.info.networks; i++) {
         auto network = toliman::sized<toliman_bank_network>();

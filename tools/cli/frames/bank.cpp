@@ -16,7 +16,7 @@ toliman::network_bank load_bank(const std::string &path) {
 
 toliman::network_bank trained_bank(const std::string &path) {
     toliman::network_bank bank = load_bank(path);
-    const auto info = info_from<toliman_bank_info>(toliman_bank_get_info, bank.get());
+    const auto info = toliman::result<toliman_bank_info>(toliman_bank_get_info, bank.get());
     if (info.trained_networks < info.networks)
         malformed(path,
                   formatted("contains an interrupted training, %lld of %lld networks: continue it with `toliman "
@@ -51,7 +51,7 @@ std::string use_of(const toliman::network_bank &bank, const toliman::frame_fit &
     const std::optional<double> zero = date_of(scene);
     if (!zero)
         return "";
-    const double last = info_from<toliman_bank_info>(toliman_bank_get_info, bank.get()).last_days,
+    const double last = toliman::result<toliman_bank_info>(toliman_bank_get_info, bank.get()).last_days,
                  efficiency = efficiency_at(bank, fit, last);
     if (efficiency < kLeastEfficiency)
         return formatted("an efficiency of %.3f on its last day, %s", efficiency, day_text(*zero, last).c_str());
@@ -83,7 +83,7 @@ std::string renewal_of(const toliman::network_bank &bank, const toliman::frame_f
     const std::optional<double> zero = date_of(scene);
     if (!zero)
         return "";
-    const auto info = info_from<toliman_bank_info>(toliman_bank_get_info, bank.get());
+    const auto info = toliman::result<toliman_bank_info>(toliman_bank_get_info, bank.get());
     const double next = 2 * info.last_days - info.first_days;
     return formatted("the bank has %s; train the next one with: toliman train %s --bank %s:%s%s%s --out FILE",
                      use_of(bank, fit, scene).c_str(), file.c_str(), day_text(*zero, info.last_days).c_str(),

@@ -28,7 +28,7 @@ class BankTraining {
     std::string result() const;
 
   private:
-    toliman_bank_info info() const { return info_from<toliman_bank_info>(toliman_bank_get_info, bank_.get()); }
+    toliman_bank_info info() const { return toliman::result<toliman_bank_info>(toliman_bank_get_info, bank_.get()); }
 
     const BankRequest &request_;
     SceneFit scene_fit_;

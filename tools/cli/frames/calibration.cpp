@@ -126,7 +126,7 @@ void Calibration::run(Progress &progress) {
         refuse(error);
     }
     progress.clear();
-    const auto info = info_from<toliman_calibration_info>(toliman_calibration_get_info, made_.get());
+    const auto info = toliman::result<toliman_calibration_info>(toliman_calibration_get_info, made_.get());
     if ((info.flags & TOLIMAN_CALIBRATION_NOT_CONVERGED) != 0)
         fail_to_converge(info);
 }

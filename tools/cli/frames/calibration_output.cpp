@@ -21,7 +21,7 @@ constexpr char kBefore[] = ".residual_before.npy", kAfter[] = ".residual_after.n
                kOpd[] = ".opd_change.npy";
 
 toliman_calibration_info info_of(const Calibration &calibration) {
-    return info_from<toliman_calibration_info>(toliman_calibration_get_info, calibration.get());
+    return toliman::result<toliman_calibration_info>(toliman_calibration_get_info, calibration.get());
 }
 
 // Parameters and covariance of a window.

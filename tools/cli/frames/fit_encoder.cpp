@@ -84,7 +84,7 @@ class FitEncoder final : public Encoder {
 class BankEncoder final : public Encoder {
   public:
     BankEncoder(const Estimator &estimator, size_t most, const FrameClock &clock, Progress &progress)
-        : estimator_(estimator), info_(info_from<toliman_bank_info>(toliman_bank_get_info, estimator.bank.get())),
+        : estimator_(estimator), info_(toliman::result<toliman_bank_info>(toliman_bank_get_info, estimator.bank.get())),
           predictions_(estimator.times, most, clock, progress), results_(most, toliman::sized<toliman_bank_result>()),
           fits_(most, toliman::sized<toliman_fit_result>()),
           columns_(std::string("displacement_px,") + kGoodnessColumns +

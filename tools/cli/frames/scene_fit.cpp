@@ -28,12 +28,9 @@ Scene scene_with(toliman_log_fn log, const std::string &file, Progress &progress
 }
 
 // An error of a scene or a start of a list, in terms of its file.
-[[noreturn]] void refuse_windows(const std::string &list, const std::string &field) {
-    std::string why = toliman_last_error();
-    const bool of_scene = field.rfind("sims[", 0) == 0;
-    if (of_scene && why.rfind(field + ": ", 0) == 0)
-        why.erase(0, field.size() + 2);
-    malformed(list, why);
+[[noreturn]] void refuse_windows(const std::string &list, const toliman::error &error) {
+    const bool of_scene = error.field().rfind("sims[", 0) == 0 && error.detail().rfind(": ", 0) == 0;
+    malformed(list, of_scene ? error.detail().substr(2) : error.what());
 }
 
 toliman::frame_fit make_fit(const std::string &list, const std::vector<const Scene *> &scenes,
@@ -48,14 +45,13 @@ toliman::frame_fit make_fit(const std::string &list, const std::vector<const Sce
         sims.push_back(scene->sim.get());
     toliman_fit *made = nullptr;
     const toliman_status status = toliman_fit_create_windows(sims.data(), starts.data(), sims.size(), &options, &made);
-    const std::string field = status != TOLIMAN_OK ? toliman_last_error_field() : "", option = "options->free";
-    if (field == option) {
-        std::string why = toliman_last_error();
-        throw Failure(kExitUsage, why.replace(why.find(option), option.size(), "--free"));
+    if (status != TOLIMAN_OK) {
+        const toliman::error error(status);
+        refuse_option(error, {{"free", "--free"}});
+        if (error.field().rfind("sims[", 0) == 0 || error.field().rfind("first_days[", 0) == 0)
+            refuse_windows(list, error);
+        throw error;
     }
-    if (field.rfind("sims[", 0) == 0 || field.rfind("first_days[", 0) == 0)
-        refuse_windows(list, field);
-    toliman::check(status);
     return toliman::frame_fit(made);
 }
 

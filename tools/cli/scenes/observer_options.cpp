@@ -98,14 +98,14 @@ toliman::sky_predictor ObserverOptions::predictor(const std::string &system, uin
 }
 
 std::string ObserverOptions::coverage(const toliman_sky *sky) const {
-    const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky);
+    const auto info = toliman::result<toliman_sky_info>(toliman_sky_get_info, sky);
     return *file_ + " has states from " + date_text(info.first_ns) + " to " + date_text(info.last_ns) + " TAI";
 }
 
 std::string ObserverOptions::orbit(const toliman_sky *sky) const {
     if (!file_)
         return "";
-    const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky);
+    const auto info = toliman::result<toliman_sky_info>(toliman_sky_get_info, sky);
     const auto day = [](int64_t ns) { return date_text(ns).substr(0, std::strlen("2029-01-01")); };
     return *file_ +
            formatted(": altitude %.0f to %.0f km, inclination %.1f deg, ascending node at %.1f h local time, ",
@@ -116,7 +116,7 @@ std::string ObserverOptions::orbit(const toliman_sky *sky) const {
 void ObserverOptions::set_orbit(Json &json, const toliman_sky *sky) const {
     std::optional<Json> orbit;
     if (file_) {
-        const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky);
+        const auto info = toliman::result<toliman_sky_info>(toliman_sky_get_info, sky);
         orbit = Json("altitude_min_km", info.altitude_km[0], "altitude_max_km", info.altitude_km[1], "inclination_deg",
                      info.inclination_deg, "node_deg", info.node_deg, "node_hours", info.node_hours, "period_minutes",
                      info.orbit_minutes, "first_tai", date_text(info.first_ns), "last_tai", date_text(info.last_ns),

@@ -80,15 +80,15 @@ Scene::Scene(const std::string &file, Progress &progress, const std::string &bad
 
 Scene::Scene(const std::string &file, const toliman_sim_options &options)
     : path(scene_path(file, options)), sim(simulator_of(path, options)),
-      info(info_from<toliman_sim_info>(toliman_sim_get_info, sim.get())) {}
+      info(toliman::result<toliman_sim_info>(toliman_sim_get_info, sim.get())) {}
 
 Scene::Scene(const std::string &file, const std::string &json)
     : path(file), sim(toliman::make<toliman::simulator>(toliman_sim_create_json, json.data(), json.size(),
                                                         folder_of(file).c_str(), nullptr)),
-      info(info_from<toliman_sim_info>(toliman_sim_get_info, sim.get())) {}
+      info(toliman::result<toliman_sim_info>(toliman_sim_get_info, sim.get())) {}
 
 toliman_sim_bounds Scene::bounds() const {
-    return info_from<toliman_sim_bounds>(toliman_sim_get_bounds, sim.get());
+    return toliman::result<toliman_sim_bounds>(toliman_sim_get_bounds, sim.get());
 }
 
 std::vector<double> Scene::image(int32_t kind) const {
@@ -104,11 +104,11 @@ std::vector<double> Scene::wavelengths() const {
 }
 
 bool Scene::has(const char *stage) const {
-    return has_stage(info_from<toliman_sim_plan_info>(toliman_sim_get_plan, sim.get()), stage);
+    return has_stage(toliman::result<toliman_sim_plan_info>(toliman_sim_get_plan, sim.get()), stage);
 }
 
 std::string Scene::lacks_for_real_frames() const {
-    const auto plan = info_from<toliman_sim_plan_info>(toliman_sim_get_plan, sim.get());
+    const auto plan = toliman::result<toliman_sim_plan_info>(toliman_sim_get_plan, sim.get());
     const double noise = 1 / std::sqrt(info.peak_photons);
     if (!(plan.pupil_error > noise))
         return "";

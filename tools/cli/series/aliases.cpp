@@ -34,7 +34,7 @@ std::string line_of(const toliman_period_alias &alias) {
 } // namespace
 
 Aliases aliases_of(const toliman_period *periodogram, double frequency) {
-    const auto info = info_from<toliman_period_info>(toliman_period_get_info, periodogram);
+    const auto info = toliman::result<toliman_period_info>(toliman_period_get_info, periodogram);
     const double last = info.f0 + info.df * static_cast<double>(info.nf - 1);
     if (!(frequency >= info.f0 && frequency <= last))
         return {};

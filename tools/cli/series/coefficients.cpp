@@ -33,7 +33,7 @@ std::vector<Coefficient> named(const toliman_period_info &info, const std::vecto
 
 std::vector<Coefficient> coefficients_at(const toliman_period *period, int64_t k,
                                          const std::vector<NuisanceColumn> &columns) {
-    const auto info = info_from<toliman_period_info>(toliman_period_get_info, period);
+    const auto info = toliman::result<toliman_period_info>(toliman_period_get_info, period);
     if (info.trend + info.columns == 0)
         return {};
     std::vector<Coefficient> all = named(info, columns);
@@ -47,7 +47,7 @@ std::vector<Coefficient> coefficients_at(const toliman_period *period, int64_t k
 }
 
 Coefficients with_counts(const toliman_period *period, std::vector<Coefficient> coefficients) {
-    const auto info = info_from<toliman_period_info>(toliman_period_get_info, period);
+    const auto info = toliman::result<toliman_period_info>(toliman_period_get_info, period);
     return {std::move(coefficients), info.functions, info.free_functions};
 }
 

@@ -175,7 +175,7 @@ void save_state(const toliman::periodogram &periodogram, const std::string &path
 }
 
 toliman_period_info info_of(const toliman::periodogram &periodogram) {
-    return info_from<toliman_period_info>(toliman_period_get_info, periodogram.get());
+    return toliman::result<toliman_period_info>(toliman_period_get_info, periodogram.get());
 }
 
 std::vector<double> power_of(const toliman_period *periodogram, int64_t nf, int32_t normalisation) {

@@ -21,32 +21,17 @@ namespace {
 constexpr size_t kLimitPeriods = 40;
 constexpr double kMostMass = 500, kMostParallax = 770; // solar masses, mas
 
-// Members of the library's options, and the options of the command line that set them.
-const std::pair<const char *, const char *> kNames[] = {
-    {"period_min", "--period-min"},   {"period_max", "--period-max"}, {"threshold", "--threshold"},
-    {"detection_fap", "--fap"},       {"samples", "--samples"},       {"star_mass", "--star-masses"},
-    {"parallax_arcsec", "--parallax"}};
-
-bool begins_with(const std::string &text, const std::string &start) {
-    return text.compare(0, start.size(), start) == 0;
-}
-
-// The message without the name of the library's struct, and with that of the option or of the series.
+// The error of the library in terms of the series and of options.
 [[noreturn]] void fail(const toliman::error &error, const Series &series) {
-    const std::string &field = error.field();
-    std::string what = error.what();
-    for (const auto &[member, option] : kNames) {
-        if (!begins_with(field, std::string("options->") + member))
-            continue;
-        const bool has_value = begins_with(what, field + " = ");
-        what.erase(0, begins_with(what, field) ? field.size() + (has_value ? 3 : 0) : 0);
-        throw Failure(kExitUsage, option + (has_value ? " " + what : what));
-    }
-    const std::string series_name = "series: ";
-    if (begins_with(what, series_name))
-        malformed(series.name, what.substr(series_name.size()));
-    if (error.status() == TOLIMAN_E_STATE)
-        malformed(series.name, what);
+    refuse_option(error, {{"period_min", "--period-min"},
+                          {"period_max", "--period-max"},
+                          {"threshold", "--threshold"},
+                          {"detection_fap", "--fap"},
+                          {"samples", "--samples"},
+                          {"star_mass", "--star-masses"},
+                          {"parallax_arcsec", "--parallax"}});
+    if (error.field() == "series" || error.status() == TOLIMAN_E_STATE)
+        throw Failure(kExitInput, message_about(error.field() == "series" ? series.name : series.name + ": ", error));
     throw error;
 }
 
@@ -180,7 +165,7 @@ PlanetSearch find_planets(const Series &series, const PlanetOptions &options, co
     } catch (const toliman::error &error) {
         fail(error, series);
     }
-    search.info = info_from<toliman_planet_info>(toliman_planet_get_info, search.handle.get());
+    search.info = toliman::result<toliman_planet_info>(toliman_planet_get_info, search.handle.get());
     for (int64_t i = 0; i < search.info.candidates; i++) {
         search.candidates.push_back(toliman::sized<toliman_planet_candidate>());
         toliman::check(toliman_planet_get_candidate(search.handle.get(), i, &search.candidates.back()));

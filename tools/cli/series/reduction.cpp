@@ -45,7 +45,7 @@ std::vector<int64_t> intervals_of(const std::vector<int64_t> &middles, double ex
         throw Failure(kExitUsage, options.exposures() + ": " + kOrbitExposure);
     }
     if (error.status() == TOLIMAN_E_ARGUMENT && error.field() == "y")
-        malformed(name, std::string(error.what()).substr(error.field().size() + 2) + " See --plate-scale");
+        malformed(name, error.detail().substr(2) + " See --plate-scale");
     throw error;
 }
 

@@ -63,7 +63,9 @@ class SampleParser {
     SampleParser(const char *name, const SampleOptions &options, uint32_t flags = 0);
     // False for a comment, an empty line or the line of names. BadLine for a malformed line.
     bool parse(const std::string &line, Sample &sample);
-    toliman_series_info info() const { return info_from<toliman_series_info>(toliman_series_get_info, parser_.get()); }
+    toliman_series_info info() const {
+        return toliman::result<toliman_series_info>(toliman_series_get_info, parser_.get());
+    }
     std::string time_scale() const; // of Modified Julian Days; empty for plain numbers
 
   private:
