@@ -94,11 +94,12 @@ typedef struct toliman_planet_options {
     double star_mass[2];    /* of A and B, solar masses; 0 = that of the series; if that is unknown, the mass for it is
                                NaN. Velocities: of A */
     double period_min, period_max;       /* in units of t; 0 = 60 d and 1000 d */
-    double eccentricity_max;             /* in [0.001, 0.95]; 0 = 0.95 */
+    double eccentricity_max;             /* in [0.001, 0.99]; 0 = 0.99 */
     double amplitude_min, amplitude_max; /* range of the scale of the amplitudes, in units of y; set both or none.
                                             Default with a known unit of separations: 0.05 uas to 5 uas, or to the rms
-                                            of the series if that is larger. Otherwise: s to 100 s, or to the rms,
-                                            where s is the standard error of an amplitude */
+                                            of the series if that is larger. Otherwise: 0.1 s to 3 rms, with the rms of
+                                            the series without the planets before, and the standard error s of an
+                                            amplitude with this noise: not that of the sigmas, which may be wrong */
     double jitter_max;    /* in units of y; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER */
     double threshold;     /* log10 of the Bayes factor that a planet needs; 0 = 2 */
     double detection_fap; /* largest FAP of a planet, and FAP of a detection in limits, efficiency and
@@ -172,7 +173,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
  *   MASS        the mass is not below that of the star, for each star of known mass
  *   CROSSING    the orbit crosses that of a planet with larger odds, if both orbit the same star
  *   FRAMES      frame_chi_square of the series is above 2
- *   SAMPLES     there are outliers, and TOLIMAN_PLANET_CLIP is not set */
+ *   SAMPLES     there are outliers, and TOLIMAN_PLANET_CLIP is not set
+ *   EVIDENCE    log10_bayes has not converged: it is below the threshold within its error, which is infinite for an
+ *               eccentricity above 0.9 with a jitter: the jitter may stand for passages through periastron that a wrong
+ *               period misses */
 #define TOLIMAN_PLANET_REASON_ODDS 1u
 #define TOLIMAN_PLANET_REASON_CHI_SQUARE 2u
 #define TOLIMAN_PLANET_REASON_JITTER 4u
@@ -183,6 +187,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
 #define TOLIMAN_PLANET_REASON_CROSSING 128u
 #define TOLIMAN_PLANET_REASON_FRAMES 256u
 #define TOLIMAN_PLANET_REASON_SAMPLES 512u
+#define TOLIMAN_PLANET_REASON_EVIDENCE 1024u
 
 /* Returns the name of a reason of one bit; "?" for another number. Static text. */
 TOLIMAN_API const char *toliman_planet_reason_name(uint32_t bit) TOLIMAN_NOEXCEPT;
@@ -194,7 +199,10 @@ typedef struct toliman_planet_candidate {
     uint32_t flags;       /* TOLIMAN_PLANET_AT_EDGE */
     uint32_t reasons;     /* TOLIMAN_PLANET_REASON_...; 0: a planet */
     uint32_t reserved;
-    double log10_bayes;     /* log10 of the Bayes factor, given the other candidates */
+    double log10_bayes; /* log10 of the Bayes factor, given the other candidates */
+    double
+        log10_bayes_error;  /* of the quadrature: its change from the last but one to the last resolution, and what was
+                                 too large to be resolved */
     double log10_fap;       /* Baluev's bound of the false alarm probability of the highest power of a sinusoid */
     double log10_fap_orbit; /* log10 of 20 z FAP: FAP that of a sinusoid as powerful as the joint fit, z half the
                                reduction of chi-square by it; 20 z counts the shapes of an orbit */

@@ -39,7 +39,8 @@ namespace {
 constexpr double kDegree = kPi / 180;
 
 static_assert(planet::kReasonOdds == TOLIMAN_PLANET_REASON_ODDS &&
-                  planet::kReasonSamples == TOLIMAN_PLANET_REASON_SAMPLES,
+                  planet::kReasonSamples == TOLIMAN_PLANET_REASON_SAMPLES &&
+                  planet::kReasonEvidence == TOLIMAN_PLANET_REASON_EVIDENCE,
               "the reasons of lib/planet are those of planet.h");
 constexpr uint32_t kMostSamples = 1'000'000;
 constexpr double kMostParallax = 0.77;               // arcsec; that of the nearest star is 0.768
@@ -111,7 +112,7 @@ planet::Settings settings_of(const toliman_planet_options &options, const measur
          within("options->star_mass[1]", chosen(options.star_mass[1], series.star_mass[1]), kLeastMass, kMostMass)}};
     settings.period_min = positive("options->period_min", options.period_min);
     settings.period_max = positive("options->period_max", options.period_max);
-    settings.eccentricity_max = in_range("eccentricity_max", options.eccentricity_max, 1e-3, 0.95, 0.95);
+    settings.eccentricity_max = in_range("eccentricity_max", options.eccentricity_max, 1e-3, 0.99, 0.99);
     settings.amplitude_min = positive("options->amplitude_min", options.amplitude_min);
     settings.amplitude_max = positive("options->amplitude_max", options.amplitude_max);
     check_pair("amplitude_min", options.amplitude_min, "amplitude_max", options.amplitude_max);
@@ -201,6 +202,7 @@ toliman_planet_candidate public_planet(const planet::Result &result, int64_t ind
     out.flags = candidate.at_edge ? TOLIMAN_PLANET_AT_EDGE : 0;
     out.reasons = candidate.reasons;
     out.log10_bayes = candidate.log10_bayes;
+    out.log10_bayes_error = candidate.log10_bayes_error;
     out.log10_fap = candidate.log10_fap;
     out.log10_fap_orbit = candidate.log10_fap_orbit;
     double *const intervals[] = {out.period,    out.eccentricity, out.periastron_deg, out.epoch,

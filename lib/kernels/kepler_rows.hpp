@@ -7,7 +7,7 @@
 namespace toliman::kernels {
 
 constexpr size_t kRowLanes = 16;               // lengths of rows are multiples
-constexpr double kMostEccentricKepler = 0.951; // largest eccentricity
+constexpr double kMostEccentricKepler = 0.991; // largest eccentricity
 
 struct KeplerOrbit {
     double frequency;    // cycles per unit of time

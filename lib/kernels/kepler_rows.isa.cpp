@@ -1,7 +1,8 @@
 // Method: Kepler's equation g(E) = E - e sin E - M = 0 from E = M + 0.85 e sign(M), by steps of third order,
 //     d1 = -g/g', d2 = -g/(g' + d1 g''/2), d3 = -g/(g' + d2 g''/2 + d2^2 g'''/6).
-// Two steps leave 1e-15 up to e = 0.5, three 1e-13 up to 0.951. There are no conditions, so that loops vectorise. The
-// last step is below 1e-3: cosine and sine of E + d3 follow from those of E by a polynomial in d3.
+// Two steps leave 1e-15 up to e = 0.5, three 1e-13 up to 0.951, four 1e-14 up to 0.991. There are no conditions, so
+// that loops vectorise. The last step is below 1e-3: cosine and sine of E + d3 follow from those of E by a polynomial
+// in d3.
 // Rejected: the starts of Encke, which needs a square root and a cosine, and of Mikkola, which needs a cube root.
 //
 // Reference: Danby, Fundamentals of Celestial Mechanics, ch. 6
@@ -65,6 +66,8 @@ template <class Use> inline void in_blocks(const KeplerOrbit &orbit, const doubl
         start(orbit, t + first, count, block);
         step(orbit.eccentricity, count, block);
         if (orbit.eccentricity > 0.5)
+            step(orbit.eccentricity, count, block);
+        if (orbit.eccentricity > 0.951)
             step(orbit.eccentricity, count, block);
         last_step(orbit.eccentricity, count, block);
         use(first, count, block);

@@ -1,5 +1,5 @@
-// Method: midpoint rule on a lattice of cells in frequency (steps of a fifth of 1/span), shares of the prior of the
-// eccentricity and of the jitter, and mean anomaly. In turns, each axis in which the logarithm of neighbouring nodes
+// Method: midpoint rule on a lattice of cells in frequency (steps of a fifth of 1/span), (1 - e)^0.4, and mean anomaly;
+// at each node the jitter is integrated (jitter.cpp). In turns, each axis in which the logarithm of neighbouring nodes
 // differs by more than 0.6, as the rms over the posterior, is halved: in a Gaussian posterior, cells are then smaller
 // than 0.6 of its conditional standard deviation. Only cells are divided whose logarithm is within 8 of the largest,
 // plus half of the differences from their neighbours: more than the logarithm may rise inside a cell around a peak.
@@ -27,11 +27,15 @@ constexpr double kMostDifference = 0.6; // rms of neighbouring logarithms over t
 constexpr double kCut = 8;              // of logarithms, below the largest
 constexpr double kRise = 0.5;           // of the differences from the neighbours: the rise inside a cell
 constexpr double kFrequencyStep = 0.2;  // of 1/span
-constexpr int32_t kEccentricities = 8, kAnomalies = 16, kJitters = 8;
+constexpr int32_t kEccentricities = 10, kAnomalies = 16;
+constexpr int32_t kBoxCells = 16;
+constexpr double kBoxErrors = 8, kCellPower = 0.4;
 constexpr size_t kMostCells = 20'000'000, kMostRefined = 1'000'000, kChunk = 256;
 constexpr size_t kLeastRefined = 4096;    // of a level, when kMostWork is reached
 constexpr size_t kMostWork = 400'000'000; // refined cells times measurements: about 5 s of one processor
 constexpr size_t kScaleWork = 8;          // of a scale of the amplitudes, in measurements
+constexpr size_t kJitterWork = 4;         // of an integral over the jitter, in nodes without one
+constexpr double kOrder = 3; // error of the midpoint rule after a division, of the change by it: 1/4 to 3/4
 constexpr int kMostLevels = 100;
 constexpr int32_t kMostCount = 1 << 29;
 
@@ -105,6 +109,11 @@ double log_sum(const std::vector<Cell> &cells) noexcept {
     return largest + std::log(sum);
 }
 
+double log_add(double a, double b) noexcept {
+    const double largest = std::max(a, b);
+    return std::isinf(largest) ? largest : largest + std::log(std::exp(a - largest) + std::exp(b - largest));
+}
+
 // How much neighbours differ: for each axis as the rms over the posterior, and for each cell the sum over the axes of
 // the largest difference.
 struct Roughness {
@@ -165,137 +174,135 @@ std::array<bool, kAxes> axes_to_split(const Roughness &rough, const Level &level
     return split;
 }
 
-// Whether each cell is divided: those that may contain a part of the posterior, and at most `most` of them.
-std::vector<bool> cells_to_split(const std::vector<Cell> &active, const Roughness &rough, size_t most) {
+// Which cells are divided: those that may contain a part of the posterior, and at most `most` of them; and ln of the
+// mass of those that are too many.
+struct Division {
+    std::vector<bool> is_split;
+    double log_left = -HUGE_VAL;
+};
+
+Division divide(const std::vector<Cell> &active, const Roughness &rough, size_t most) {
     std::vector<double> highest_inside(active.size());
     for (size_t i = 0; i < active.size(); i++)
         highest_inside[i] = active[i].log_mass + kRise * rough.each[i];
-    double least = active[highest(active)].log_mass - kCut;
+    const double largest = active[highest(active)].log_mass, wanted = largest - kCut;
+    double least = wanted;
     if (active.size() > most) {
         std::vector<double> sorted = highest_inside;
         const auto place = sorted.begin() + static_cast<std::ptrdiff_t>(most);
         std::nth_element(sorted.begin(), place, sorted.end(), std::greater<>());
         least = std::max(least, std::nextafter(*place, HUGE_VAL));
     }
-    std::vector<bool> is_split(active.size());
-    for (size_t i = 0; i < active.size(); i++)
-        is_split[i] = highest_inside[i] >= least;
-    return is_split;
+    Division division;
+    division.is_split.resize(active.size());
+    double left = 0;
+    for (size_t i = 0; i < active.size(); i++) {
+        division.is_split[i] = highest_inside[i] >= least;
+        if (!division.is_split[i] && highest_inside[i] >= wanted)
+            left += std::exp(active[i].log_mass - largest);
+    }
+    division.log_left = largest + std::log(left);
+    return division;
 }
 
 } // namespace
 
-Lattice::Lattice(const Problem &problem, unsigned threads, const Progress &progress, const char *stage)
-    : problem_(problem), stage_(stage) {
-    set_null(threads);
-    set_first_level();
+Box whole_box(const Problem &problem) {
+    const Prior &prior = problem.prior;
+    const double steps = (prior.frequency_max - prior.frequency_min) * problem.series.span / kFrequencyStep;
+    if (!(steps < static_cast<double>(kMostCells)))
+        fail(Status::range, "{options->period_min} = %.9g: too short for the span of the series: %.3g frequencies",
+             1 / prior.frequency_max, steps);
+    const Level level = {{kEccentricities, std::max(4, static_cast<int32_t>(std::ceil(steps))), kAnomalies}};
+    if (cell_count(level) > kMostCells)
+        fail(Status::range,
+             "{options->period_min} = %.9g: too short for the span of the series: %zu nodes, at most %zu",
+             1 / prior.frequency_max, cell_count(level), kMostCells);
+    return {{0, prior.frequency_min, 0}, {prior.eccentricity_max, prior.frequency_max, 1}, level};
+}
+
+Box box_around(const Problem &problem, const Orbit &orbit, const Orbit &error) {
+    const Prior &prior = problem.prior;
+    Box box = {{std::max(0.0, orbit.eccentricity - kBoxErrors * error.eccentricity),
+                std::max(prior.frequency_min, orbit.frequency - kBoxErrors * error.frequency), 0},
+               {std::min(prior.eccentricity_max, orbit.eccentricity + kBoxErrors * error.eccentricity),
+                std::min(prior.frequency_max, orbit.frequency + kBoxErrors * error.frequency), 1},
+               {{kBoxCells, kBoxCells, kBoxCells}}};
+    if (kBoxErrors * error.anomaly < 0.5) {
+        box.low[kAnomaly] = orbit.anomaly - kBoxErrors * error.anomaly;
+        box.high[kAnomaly] = orbit.anomaly + kBoxErrors * error.anomaly;
+    }
+    return box;
+}
+
+Lattice::Lattice(const Problem &problem, const Box &box, unsigned threads, const Progress &progress, const char *stage)
+    : problem_(problem), box_(box), stage_(stage), levels_{box.level}, jitters_(problem) {
     Active active = all_cells(levels_.back());
-    double done = 0;
-    size_t left = kMostWork / (problem_.series.rows + kScaleWork * problem_.prior.scales.size());
+    double done = 0, before = NAN, left_over = -HUGE_VAL;
+    const size_t work = problem_.series.rows + kScaleWork * problem_.prior.scales.size();
+    size_t left = kMostWork / (work * (jitters_.count() > 1 ? kJitterWork : 1));
     for (int turn = 0;; turn++) {
         const double next = turn == 0 ? 0.5 : (1 + done) / 2;
-        prepare(active);
         evaluate(active, threads, progress, done, next);
         done = next;
+        before = log_evidence_;
+        log_evidence_ = cells_.empty() ? log_sum(active) : log_add(log_sum(cells_), log_sum(active));
         const Level &level = levels_.back();
         const Roughness rough = roughness(active, level, threads);
         const std::array<bool, kAxes> split = axes_to_split(rough, level);
         const auto axes = std::count(split.begin(), split.end(), true);
         const size_t most = std::clamp(left, kLeastRefined, kMostRefined) >> axes;
-        const std::vector<bool> is_split = cells_to_split(active, rough, most);
+        const Division division = divide(active, rough, most);
         const bool ends = axes == 0 || turn + 1 == kMostLevels;
+        if (!ends)
+            left_over = log_add(left_over, division.log_left);
         Active kept;
         for (size_t i = 0; i < active.size(); i++)
-            (is_split[i] && !ends ? kept : cells_).push_back(active[i]);
-        if (kept.empty())
+            (division.is_split[i] && !ends ? kept : cells_).push_back(active[i]);
+        if (kept.empty()) {
+            log_error_ = turn == 0 ? 0 : std::fabs(log_evidence_ - before) / kOrder;
             break;
+        }
         active = children(kept, split);
         left -= std::min(left, active.size());
     }
     progress.report(stage, 1);
     best_ = highest(cells_);
     log_evidence_ = log_sum(cells_);
-}
-
-// The integral over the jitter without a planet, by the midpoint rule with cells a quarter of the width of its
-// posterior, which is at least 1/sqrt(2 n) of the jitter.
-void Lattice::set_null(unsigned threads) {
-    const Prior &prior = problem_.prior;
-    size_t count = 1;
-    if (prior.jitter_max > 0) {
-        const double range = std::log1p(prior.jitter_max / prior.jitter_knee);
-        const double width = 1 / std::sqrt(2.0 * static_cast<double>(problem_.series.used));
-        count = static_cast<size_t>(std::clamp(std::ceil(4 * range / width), 16.0, 2000.0));
-    }
-    const auto made = [&](size_t i) {
-        const double jitter = prior.jitter((static_cast<double>(i) + 0.5) / static_cast<double>(count));
-        return std::make_unique<Design>(problem_.series, problem_.functions, problem_.values, jitter);
-    };
-    std::vector<double> logs(count);
-    run_jobs(worker_count(threads), count, [&](size_t i) { logs[i] = made(i)->log_null(); });
-    const auto best = std::max_element(logs.begin(), logs.end());
-    double sum = 0;
-    for (const double log : logs)
-        sum += std::exp(log - *best);
-    log_null_ = *best + std::log(sum / static_cast<double>(count));
-    null_ = made(static_cast<size_t>(best - logs.begin()));
-}
-
-void Lattice::set_first_level() {
-    const Prior &prior = problem_.prior;
-    const double steps = (prior.frequency_max - prior.frequency_min) * problem_.series.span / kFrequencyStep;
-    if (!(steps < static_cast<double>(kMostCells)))
-        fail(Status::range, "{options->period_min} = %.9g: too short for the span of the series: %.3g frequencies",
-             1 / prior.frequency_max, steps);
-    Level level = {};
-    level.counts[kJitter] = prior.jitter_max > 0 ? kJitters : 1;
-    level.counts[kEccentricity] = kEccentricities;
-    level.counts[kFrequency] = std::max(4, static_cast<int32_t>(std::ceil(steps)));
-    level.counts[kAnomaly] = kAnomalies;
-    if (cell_count(level) > kMostCells)
-        fail(Status::range,
-             "{options->period_min} = %.9g: too short for the span of the series: %zu nodes, at most %zu",
-             1 / prior.frequency_max, cell_count(level), kMostCells);
-    levels_.push_back(level);
-}
-
-// Makes the designs of all jitters of the cells.
-void Lattice::prepare(const Active &active) {
-    for (const Cell &cell : active) {
-        auto &design = designs_[{levels_.back().counts[kJitter], cell.place[kJitter]}];
-        if (design == nullptr)
-            design = std::make_unique<Design>(problem_.series, problem_.functions, problem_.values,
-                                              node(cell, {0.5, 0.5, 0.5, 0.5}).jitter);
-    }
+    log_error_ += std::log1p(std::exp(left_over - log_evidence_));
 }
 
 void Lattice::evaluate(Active &active, unsigned threads, const Progress &progress, double from, double to) {
     const Level &level = levels_.back();
     const Prior &prior = problem_.prior;
-    const double step = (prior.frequency_max - prior.frequency_min) / level.counts[kFrequency];
-    const double others = -std::log(static_cast<double>(level.counts[kJitter]) * level.counts[kEccentricity] *
-                                    static_cast<double>(level.counts[kAnomaly]));
+    const auto width = [&](Axis axis) { return (box_.high[axis] - box_.low[axis]) / level.counts[axis]; };
+    const double step = width(kFrequency), others = std::log(width(kAnomaly));
     const size_t chunks = (active.size() + kChunk - 1) / kChunk;
     run_jobs(
         worker_count(threads), chunks,
         [&](size_t chunk) {
             ShapeWork work(problem_.series);
-            double eccentricity = 0;
+            double eccentricity = 0, log_share = 0;
             int32_t known = -1; // place of `eccentricity`
+            size_t jitter = jitters_.null().best;
             const size_t end = std::min(active.size(), (chunk + 1) * kChunk);
             for (size_t i = chunk * kChunk; i < end; i++) {
                 Cell &cell = active[i];
                 const Place &place = cell.place;
                 if (place[kEccentricity] != known) {
                     known = place[kEccentricity];
-                    eccentricity = prior.eccentricity((known + 0.5) / level.counts[kEccentricity]);
+                    const double from_e = eccentricity_end(known, level.counts[kEccentricity]);
+                    const double to_e = eccentricity_end(known + 1, level.counts[kEccentricity]);
+                    eccentricity = prior.eccentricity_in(from_e, to_e, 0.5);
+                    log_share = std::log(prior.eccentricity_share(from_e, to_e));
                 }
-                const double low = prior.frequency_min + step * place[kFrequency];
-                const Orbit orbit = {low + step / 2, eccentricity, (place[kAnomaly] + 0.5) / level.counts[kAnomaly]};
-                const Design &at = design(level.counts[kJitter], place[kJitter]);
-                cell.log_mass = at.log_null() +
-                                log_bayes(work.moments(problem_.series, at, orbit), prior.scales, nullptr) +
-                                std::log(prior.share(low, low + step)) + others;
+                const double low = box_.low[kFrequency] + step * place[kFrequency];
+                const Orbit orbit = {low + step / 2, eccentricity,
+                                     box_.low[kAnomaly] + (place[kAnomaly] + 0.5) * width(kAnomaly)};
+                const JitterIntegral integral = jitters_.at(work, orbit, jitter);
+                jitter = integral.best;
+                cell.jitter = static_cast<uint32_t>(jitter);
+                cell.log_mass = integral.log_sum + std::log(prior.share(low, low + step)) + log_share + others;
             }
         },
         [&](double part) { progress.report(stage_, from + (to - from) * part); });
@@ -325,21 +332,25 @@ Lattice::Active Lattice::children(const Active &active, const std::array<bool, k
     return made;
 }
 
-Node Lattice::node(const Cell &cell, const std::array<double, kAxes> &part) const noexcept {
+// Cells are equal in (1 - e)^0.4: those of high eccentricities are small, as their orbits differ by more.
+double Lattice::eccentricity_end(int32_t cell, int32_t count) const noexcept {
+    const double first = std::pow(1 - box_.low[kEccentricity], kCellPower);
+    const double last = std::pow(1 - box_.high[kEccentricity], kCellPower);
+    return cell == count ? box_.high[kEccentricity]
+                         : 1 - std::pow(first + (last - first) * cell / count, 1 / kCellPower);
+}
+
+Orbit Lattice::orbit(const Cell &cell, const std::array<double, kAxes> &part) const noexcept {
     const Level &level = levels_[static_cast<size_t>(cell.level)];
-    const Prior &prior = problem_.prior;
-    const auto share = [&](size_t axis) { return (cell.place[axis] + part[axis]) / level.counts[axis]; };
-    return {{prior.frequency_min + (prior.frequency_max - prior.frequency_min) * share(kFrequency),
-             prior.eccentricity(share(kEccentricity)), share(kAnomaly)},
-            prior.jitter(share(kJitter))};
-}
-
-const Design &Lattice::design(int32_t count, int32_t place) const {
-    return *designs_.at({count, place});
-}
-
-const Design &Lattice::design(const Cell &cell) const {
-    return design(levels_[static_cast<size_t>(cell.level)].counts[kJitter], cell.place[kJitter]);
+    const auto at = [&](size_t axis) {
+        return box_.low[axis] +
+               (box_.high[axis] - box_.low[axis]) * (cell.place[axis] + part[axis]) / level.counts[axis];
+    };
+    const int32_t place = cell.place[kEccentricity], count = level.counts[kEccentricity];
+    return {at(kFrequency),
+            problem_.prior.eccentricity_in(std::max(0.0, eccentricity_end(place, count)),
+                                           eccentricity_end(place + 1, count), part[kEccentricity]),
+            at(kAnomaly)};
 }
 
 } // namespace toliman::planet

@@ -1,7 +1,7 @@
 // Method: systematic resampling of the cells by their mass, a uniform point inside each drawn cell, and there a scale
-// of the amplitudes by its evidence and amplitudes from their Gaussian. Cells are below half a standard deviation,
-// which widens a marginal by at most 1 %. The jitter of the whitening is that of the centre of the cell. Reference:
-// Kitagawa (1996), J. Comput. Graph. Stat. 5, 1, for systematic resampling
+// of the jitter and of the amplitudes by their evidences and amplitudes from their Gaussian. Cells are below half a
+// standard deviation, which widens a marginal by at most 1 %. The jitter of the whitening is that of its node.
+// Reference: // Kitagawa (1996), J. Comput. Graph. Stat. 5, 1, for systematic resampling
 #include "planet/posterior.hpp"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ constexpr size_t kChunk = 64;
 struct Draw {
     size_t cell;
     std::array<double, kAxes> part;
-    double scale; // uniform
+    double jitter, in_jitter, scale; // uniform
     Amplitudes normal;
 };
 
@@ -39,6 +39,8 @@ std::vector<Draw> draws_of(const Lattice &lattice, size_t count, kernels::Rng &r
         draws[i].cell = cell;
         for (double &part : draws[i].part)
             part = rng.uniform();
+        draws[i].jitter = rng.uniform();
+        draws[i].in_jitter = rng.uniform();
         draws[i].scale = rng.uniform();
         for (double &normal : draws[i].normal)
             normal = rng.normal();
@@ -48,19 +50,19 @@ std::vector<Draw> draws_of(const Lattice &lattice, size_t count, kernels::Rng &r
     return draws;
 }
 
-// Index of the scale at the share u of their evidences.
-size_t scale_at(const std::vector<double> &log_bayes, double u) noexcept {
-    const double largest = *std::max_element(log_bayes.begin(), log_bayes.end());
+// Index of the term at the share u of the sum of terms, of which the logarithms are given.
+size_t term_at(const std::vector<double> &logs, double u) noexcept {
+    const double largest = *std::max_element(logs.begin(), logs.end());
     double all = 0;
-    for (const double value : log_bayes)
+    for (const double value : logs)
         all += std::exp(value - largest);
     double below = 0;
-    for (size_t i = 0; i + 1 < log_bayes.size(); i++) {
-        below += std::exp(log_bayes[i] - largest);
+    for (size_t i = 0; i + 1 < logs.size(); i++) {
+        below += std::exp(logs[i] - largest);
         if (below >= u * all)
             return i;
     }
-    return log_bayes.size() - 1;
+    return logs.size() - 1;
 }
 
 // mean + L^-T normal: covariance (L L^T)^-1.
@@ -84,17 +86,20 @@ std::vector<PosteriorSample> draw_samples(const Problem &problem, const Lattice 
     kernels::Rng rng(seed, kernels::kStreamPosterior);
     const std::vector<Draw> draws = draws_of(lattice, count, rng);
     std::vector<PosteriorSample> samples(count);
+    const JitterGrid &jitters = lattice.jitters();
     run_jobs(worker_count(threads), (count + kChunk - 1) / kChunk, [&](size_t chunk) {
         ShapeWork work(problem.series);
         std::vector<double> each(problem.prior.scales.size());
         for (size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); i++) {
             const Draw &draw = draws[i];
             const Cell &cell = lattice.cells()[draw.cell];
-            const Node node = lattice.node(cell, draw.part);
-            const Moments moments = work.moments(problem.series, lattice.design(cell), node.orbit);
+            const Orbit orbit = lattice.orbit(cell, draw.part);
+            const size_t jitter = term_at(jitters.terms(work, orbit, cell.jitter), draw.jitter);
+            const Moments moments = work.moments(problem.series, jitters.design(jitter), orbit);
             log_bayes(moments, problem.prior.scales, each.data());
-            const AmplitudeFit fit = fit_amplitudes(moments, problem.prior.scales[scale_at(each, draw.scale)]);
-            samples[i] = {{node.orbit, drawn_amplitudes(fit, draw.normal, moments.size)}, node.jitter};
+            const AmplitudeFit fit = fit_amplitudes(moments, problem.prior.scales[term_at(each, draw.scale)]);
+            samples[i] = {{orbit, drawn_amplitudes(fit, draw.normal, moments.size)},
+                          jitters.jitter(jitter, draw.in_jitter)};
         }
     });
     return samples;
@@ -102,14 +107,14 @@ std::vector<PosteriorSample> draw_samples(const Problem &problem, const Lattice 
 
 Planet best_of(const Problem &problem, const Lattice &lattice) {
     const Cell &cell = lattice.best();
-    const Node node = lattice.node(cell, {0.5, 0.5, 0.5, 0.5});
+    const Orbit orbit = lattice.orbit(cell, {0.5, 0.5, 0.5});
     ShapeWork work(problem.series);
     std::vector<double> each(problem.prior.scales.size());
-    const Moments moments = work.moments(problem.series, lattice.design(cell), node.orbit);
+    const Moments moments = work.moments(problem.series, lattice.jitters().design(cell.jitter), orbit);
     log_bayes(moments, problem.prior.scales, each.data());
     const auto scale = static_cast<size_t>(std::max_element(each.begin(), each.end()) - each.begin());
     const AmplitudeFit fit = fit_amplitudes(moments, problem.prior.scales[scale]);
-    Planet planet = {node.orbit, {}};
+    Planet planet = {orbit, {}};
     std::copy(fit.mean, fit.mean + moments.size, planet.amplitudes.begin());
     return planet;
 }

@@ -34,10 +34,13 @@ double Prior::share(double from, double to) const noexcept {
     return std::log(to / from) / std::log(frequency_max / frequency_min);
 }
 
-double Prior::eccentricity(double u) const noexcept {
-    const double target = u * beta_share(eccentricity_max);
-    double low = 0, high = eccentricity_max;
-    for (int i = 0; i < 52 && high - low > 1e-14 * high; i++) {
+double Prior::eccentricity_share(double low, double high) const noexcept {
+    return (beta_share(high) - beta_share(low)) / beta_share(eccentricity_max);
+}
+
+double Prior::eccentricity_in(double low, double high, double part) const noexcept {
+    const double first = beta_share(low), target = first + part * (beta_share(high) - first), resolved = 1e-14 * high;
+    for (int i = 0; i < 52 && high - low > resolved; i++) {
         const double middle = (low + high) / 2;
         (beta_share(middle) < target ? low : high) = middle;
     }

@@ -13,8 +13,10 @@ struct Prior {
 
     // Share of the prior in a range of frequencies.
     double share(double from, double to) const noexcept;
-    // Values at the share u of the prior, in [0, 1].
-    double eccentricity(double u) const noexcept;
+    // Share of the prior of eccentricities from `low` to `high`, and the value at the share `part` of it.
+    double eccentricity_share(double low, double high) const noexcept;
+    double eccentricity_in(double low, double high, double part) const noexcept;
+    // The value at the share u of the prior, in [0, 1].
     double jitter(double u) const noexcept;
 };
 

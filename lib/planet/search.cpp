@@ -23,18 +23,30 @@ constexpr double kLeastScale = 0.05e-6, kMostScale = 5e-6; // arcsec
 constexpr double kLeastGain = 0.1;                         // of the sum of squares, by another start of the joint fit
 constexpr double kMostSpread = 1.2;                        // of the residuals, if measurements are readmitted
 constexpr double kLeastLeft = 0.01;                        // of the sum of squares, by a strong planet
+constexpr double kEccentric = 0.5, kMargin = 10;           // of the sum of squares, by an orbit of a longer period
+constexpr double kSpiked = 0.9; // eccentricity of orbits whose passages the first cells may miss
+constexpr int kMostTimes = 8;
 constexpr int kMostTurns = 4, kMostRounds = 4;
 
-// Weighted rms about the nuisance functions, and the standard error of an amplitude.
-struct Size {
-    double rms, error;
-};
+// Weighted rms of a design without jitter (without sigmas: with the jitter 1).
+double rms_of(const Series &series, const Design &design) noexcept {
+    double weight = 0, square = 0;
+    for (size_t i = 0; i < series.n; i++) {
+        weight += design.weights()[i] * design.weights()[i];
+        square += design.residuals()[i] * design.residuals()[i];
+    }
+    return std::sqrt(square / weight);
+}
 
-Size size_of(const Series &series) {
-    const bool has_sigmas = series.median_sigma > 0;
+double unit_jitter(const Series &series) noexcept {
+    return series.median_sigma > 0 ? 0 : 1;
+}
+
+// Weighted rms about the nuisance functions.
+double size_of(const Series &series) {
     const std::vector<FittedPlanet> none;
     const JointFunctions functions(series, none, 0);
-    const Design design(series, functions.all(), series.y, has_sigmas ? 0 : 1);
+    const Design design(series, functions.all(), series.y, unit_jitter(series));
     if (const size_t function = design.dependent(); function < series.functions.size()) {
         const bool is_column = function > series.trend;
         fail(Status::argument,
@@ -42,13 +54,14 @@ Size size_of(const Series &series) {
                        : "{series}: T_%zu is a combination of the functions before it",
              is_column ? function - series.trend - 1 : function);
     }
-    double weight = 0, square = 0;
-    for (size_t i = 0; i < series.n; i++) {
-        weight += design.weights()[i] * design.weights()[i];
-        square += design.residuals()[i] * design.residuals()[i];
-    }
-    const double rms = std::sqrt(square / weight);
-    return {rms, has_sigmas ? std::sqrt(2 / weight) : rms * std::sqrt(2 / static_cast<double>(series.used))};
+    return rms_of(series, design);
+}
+
+// Range of the scales of amplitudes in a series of this rms: from a tenth of the standard error of an amplitude whose
+// noise is the rms. It does not depend on the sigmas, which may be too small.
+constexpr double kLeastOfError = 0.1, kMostOfRms = 3;
+double least_scale(const Series &series, double rms) noexcept {
+    return kLeastOfError * rms * std::sqrt(2 / static_cast<double>(series.used));
 }
 
 // Replaces the defaults of the periods.
@@ -63,21 +76,22 @@ void set_periods(Settings &settings) {
 
 // Replaces the defaults.
 Settings settled(const Series &series, Settings settings) {
-    const Size size = size_of(series);
-    if (series.median_sigma == 0 && !(size.rms > 0))
+    const double rms = size_of(series);
+    if (series.median_sigma == 0 && !(rms > 0))
         fail(Status::argument, "{series}: the functions describe all values: no jitter can be fitted");
     set_periods(settings);
     const Units &units = settings.units;
     if (settings.amplitude_max == 0) {
         const bool is_known = units.unit > 0 && !units.velocity;
-        settings.amplitude_min = is_known ? kLeastScale / units.unit : size.error;
-        settings.amplitude_max = std::max(is_known ? kMostScale / units.unit : 100 * size.error, size.rms);
+        settings.scales_of_rms = !is_known && rms > 0;
+        settings.amplitude_min = is_known ? kLeastScale / units.unit : least_scale(series, rms);
+        settings.amplitude_max = is_known ? std::max(kMostScale / units.unit, rms) : kMostOfRms * rms;
     }
     if (!(settings.amplitude_min > 0 && settings.amplitude_min < settings.amplitude_max))
         fail(Status::argument, "{options->amplitude_min} = %g: must be above 0 and below amplitude_max = %g",
              settings.amplitude_min, settings.amplitude_max);
     if (settings.jitter && settings.jitter_max == 0)
-        settings.jitter_max = size.rms;
+        settings.jitter_max = rms;
     if (!(settings.jitter_max > 0)) // the functions describe all values
         settings.jitter = false;
     return settings;
@@ -241,19 +255,94 @@ class Searcher {
         return residuals_of(series, functions.all(), values, Design(series, functions.all(), values, jitter_));
     }
 
+    // The square that a joint fit with this planet leaves.
+    double fit_with(const Planet &planet, size_t which, FittedPlanet &fitted) const {
+        std::vector<FittedPlanet> together = planets_;
+        if (which < together.size())
+            together.erase(together.begin() + static_cast<std::ptrdiff_t>(which));
+        together.push_back({planet, fitted.scale});
+        const double square = fit_all(together);
+        fitted = together.back();
+        return square;
+    }
+
+    // An orbit with a short passage through periastron fits a few of its passages at a part of its period, too, and the
+    // first cells of the lattice do not resolve it at its own. Fits orbits of two to eight times the period whose
+    // passages last as long, and returns whether one is better.
+    bool is_part_of_longer(size_t which, FittedPlanet &fitted) const {
+        const Orbit first = fitted.planet.orbit;
+        if (first.eccentricity < kEccentric)
+            return false;
+        FittedPlanet best = fitted;
+        double least = fit_with(fitted.planet, which, best) - kMargin;
+        bool is_found = false;
+        for (int times = 2; times <= kMostTimes; times++)
+            for (int passage = 0; passage < times; passage++) {
+                Planet longer = fitted.planet;
+                longer.orbit = {first.frequency / times, 1 - (1 - first.eccentricity) / std::pow(times, 2.0 / 3),
+                                (first.anomaly + passage) / times};
+                FittedPlanet there = fitted;
+                if (longer.orbit.frequency < prior_.frequency_min ||
+                    longer.orbit.eccentricity > settings_.eccentricity_max)
+                    continue;
+                const double square = fit_with(longer, which, there);
+                if (square < least) {
+                    least = square;
+                    best = there;
+                    is_found = true;
+                }
+            }
+        if (is_found)
+            fitted = best;
+        return is_found;
+    }
+
     // The posterior of planet `which`, or of one more, with the other planets.
     Candidate examine(size_t which, const std::string &stage) {
         const JointFunctions functions(series_, planets_, which);
-        const Problem problem = {series_, prior_, functions.all(), without_planets(series_, planets_, which)};
-        const Lattice lattice(problem, settings_.threads, settings_.progress, stage.c_str());
+        Prior prior = prior_;
+        const Problem problem = {series_, prior, functions.all(), without_planets(series_, planets_, which)};
+        if (settings_.scales_of_rms) {
+            const double rms =
+                rms_of(series_, Design(series_, problem.functions, problem.values, unit_jitter(series_)));
+            if (rms > 0)
+                prior.scales = scales_between(least_scale(series_, rms), kMostOfRms * rms);
+        }
+        const Lattice lattice(problem, whole_box(problem), settings_.threads, settings_.progress, stage.c_str());
         Candidate candidate = {};
-        candidate.log10_bayes = (lattice.log_evidence() - lattice.log_null()) / std::log(10.0);
         candidate.log10_fap = Detection(problem, lattice.null_design(), settings_.fap).log10_fap();
+        set_posterior(problem, lattice, candidate);
+        if (is_part_of_longer(which, candidate.fitted))
+            examine_near(problem, which, stage, lattice.log_evidence(), candidate);
+        if (settings_.jitter && candidate.fitted.planet.orbit.eccentricity > kSpiked)
+            candidate.log10_bayes_error = HUGE_VAL; // the jitter may stand for passages that the orbit misses
+        return candidate;
+    }
+
+    void set_posterior(const Problem &problem, const Lattice &lattice, Candidate &candidate) {
+        candidate.log10_bayes = (lattice.log_evidence() - lattice.log_null()) / std::log(10.0);
+        candidate.log10_bayes_error = lattice.log_error() / std::log(10.0);
         candidate.samples = draw_samples(problem, lattice, settings_.samples, settings_.seed, settings_.threads);
         jitter_ = median_jitter(candidate.samples);
         candidate.fitted.planet = best_of(problem, lattice);
-        candidate.fitted.scale = std::max(scale_of(series_, candidate.fitted.planet), prior_.scales.front());
-        return candidate;
+        candidate.fitted.scale = std::max(scale_of(series_, candidate.fitted.planet), problem.prior.scales.front());
+    }
+
+    // The posterior about an orbit of the joint fit that the lattice of all orbits has missed. The odds have not
+    // converged unless it is there.
+    void examine_near(const Problem &problem, size_t which, const std::string &stage, double log_elsewhere,
+                      Candidate &candidate) {
+        Candidate near = candidate;
+        describe_best(which, near);
+        const Orbit &orbit = near.fitted.planet.orbit;
+        const Orbit error = {near.best_error[0] * orbit.frequency * orbit.frequency, near.best_error[1],
+                             near.best_error[3] * orbit.frequency};
+        const Lattice lattice(problem, box_around(problem, orbit, error), settings_.threads, settings_.progress,
+                              stage.c_str());
+        if (lattice.log_evidence() > log_elsewhere)
+            set_posterior(problem, lattice, candidate);
+        else
+            candidate.log10_bayes_error = HUGE_VAL;
     }
 
     // The candidate that is not a planet, with the orbit of a joint fit.
@@ -352,6 +441,8 @@ class Searcher {
             return;
         }
         uint32_t &reasons = candidate.reasons;
+        reasons |=
+            reason_if(candidate.log10_bayes - candidate.log10_bayes_error < settings_.threshold, kReasonEvidence);
         reasons |=
             reason_if(std::min(candidate.log10_fap, candidate.log10_fap_orbit) > std::log10(settings_.fap), kReasonFap);
         reasons |= reason_if(candidate.at_edge, kReasonEdge);

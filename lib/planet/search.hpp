@@ -15,6 +15,7 @@ struct Settings {
     size_t most = 1;
     unsigned threads = 0;
     bool jitter = true, clip = false;
+    bool scales_of_rms = false; // the scales of amplitudes are those of the series without the planets before
     Units units;
     double period_min = 0, period_max = 0, eccentricity_max = 0, amplitude_min = 0, amplitude_max = 0, jitter_max = 0;
     double threshold = 2, fap = 1e-3;
@@ -31,7 +32,7 @@ Description describe(const Planet &planet) noexcept;
 
 struct Candidate {
     FittedPlanet fitted; // of the joint fit
-    double log10_bayes, log10_fap, log10_fap_orbit;
+    double log10_bayes, log10_bayes_error, log10_fap, log10_fap_orbit;
     uint32_t reasons; // against a planet
     bool at_edge;
     std::vector<PosteriorSample> samples;

@@ -63,6 +63,8 @@ const char *text_of(uint32_t reason) noexcept {
         return "the orbit crosses that of a more certain planet of the same star";
     case kReasonFrames:
         return "chi-square of the frames is poor: the model of the frames lacks an effect";
+    case kReasonEvidence:
+        return "the odds have not converged";
     case kReasonSamples:
         return "there are outliers";
     default:

@@ -20,7 +20,8 @@ enum Reason : uint32_t {
     kReasonMass = 64,
     kReasonCrossing = 128,
     kReasonFrames = 256,
-    kReasonSamples = 512
+    kReasonSamples = 512,
+    kReasonEvidence = 1024
 };
 constexpr uint32_t reason_if(bool is_true, Reason reason) noexcept {
     return is_true ? static_cast<uint32_t>(reason) : 0;

@@ -55,7 +55,7 @@ static double error_at(int velocity, double frequency, double anomaly, double e)
     return worst;
 }
 
-static const double kEccentricities[] = {0, 1e-9, 0.01, 0.3, 0.5, 0.50001, 0.7, 0.9, 0.95};
+static const double kEccentricities[] = {0, 1e-9, 0.01, 0.3, 0.5, 0.50001, 0.7, 0.9, 0.95, 0.9511, 0.97, 0.991};
 enum { ECCENTRICITIES = sizeof kEccentricities / sizeof *kEccentricities };
 
 static void exact(void **state) {

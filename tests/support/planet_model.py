@@ -80,7 +80,7 @@ def mass_of_velocity(amplitude, period_days, e, star):
     return _root(excess, 1e-15, 1e3) / EARTH
 
 
-def eccentricities(count, largest=0.95):
+def eccentricities(count, largest=0.99):
     """`count` eccentricities and their weights under the truncated prior; uniform in e^0.867, where the density is finite."""
     a, b = BETA
     e = (largest**a * (numpy.arange(count) + 0.5) / count)**(1 / a)

@@ -191,7 +191,7 @@ def planets(t: Measurements | ArrayLike, y: ArrayLike | None = None, sigma: Arra
     max_planets: 1 to 4. threshold: log10 of the Bayes factor that a planet needs; 0 means 2.
     parallax_arcsec: of the binary. star_masses: of A and B, solar masses. None, 0: those of the series. Masses of planets
         are NaN while what they need is unknown.
-    period_min, period_max (units of t; 0 means 60 d and 1000 d), eccentricity_max (0 means 0.95), amplitude_min,
+    period_min, period_max (units of t; 0 means 60 d and 1000 d), eccentricity_max (0 means 0.99), amplitude_min,
         amplitude_max, jitter_max (units of y; 0: see the header): limits of the priors.
     detection_fap: largest false alarm probability of a planet, and that of a detection in limits, efficiency and
         injections; 0 means 0.001.

@@ -48,10 +48,14 @@ void malformed(const std::string &path, const std::string &why) {
 }
 
 std::string message_about(const std::string &name, const toliman::error &error) {
-    std::string detail = error.detail();
-    const std::string equals = " = ";
-    const bool has_value = detail.compare(0, equals.size(), equals) == 0;
-    return name + (has_value ? detail.erase(1, 2) : detail);
+    const std::string what = error.what(), equals = " = ";
+    const size_t place = what.find(error.field());
+    if (place == std::string::npos)
+        return name + ": " + what;
+    std::string detail = what.substr(place + error.field().size());
+    if (detail.compare(0, equals.size(), equals) == 0)
+        detail.erase(1, 2);
+    return what.substr(0, place) + name + detail;
 }
 
 void refuse_option(const toliman::error &error, OptionNames names) {

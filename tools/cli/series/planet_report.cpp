@@ -207,11 +207,12 @@ Json PlanetReport::planet_json(size_t index) const {
                     "amplitude", values[4], "amplitude_uas", uas(values[4]));
     };
     return Json("verdict", planet.reasons == 0 ? "planet" : "candidate", "reasons", search.reasons(index),
-                "log10_bayes", planet.log10_bayes, "log10_fap", planet.log10_fap, "log10_fap_orbit",
-                planet.log10_fap_orbit, "period", listed(planet.period), "eccentricity", listed(planet.eccentricity),
-                "periastron_deg", listed(planet.periastron_deg), "epoch", listed(planet.epoch), "amplitude",
-                listed(planet.amplitude), "amplitude_uas", if_known(search.unit.in_uas(), in_uas(planet.amplitude)),
-                "mass_a_earth", listed_if(search.knows_mass(0), planet.mass_a), "mass_b_earth",
+                "log10_bayes", planet.log10_bayes, "log10_bayes_error", planet.log10_bayes_error, "log10_fap",
+                planet.log10_fap, "log10_fap_orbit", planet.log10_fap_orbit, "period", listed(planet.period),
+                "eccentricity", listed(planet.eccentricity), "periastron_deg", listed(planet.periastron_deg), "epoch",
+                listed(planet.epoch), "amplitude", listed(planet.amplitude), "amplitude_uas",
+                if_known(search.unit.in_uas(), in_uas(planet.amplitude)), "mass_a_earth",
+                listed_if(search.knows_mass(0), planet.mass_a), "mass_b_earth",
                 listed_if(search.knows_mass(1), planet.mass_b), "best", five(planet.best), "best_error",
                 five(planet.best_error), "correlation", correlation, "power_left", planet.power_left, "at_edge",
                 (planet.flags & TOLIMAN_PLANET_AT_EDGE) != 0);
