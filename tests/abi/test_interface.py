@@ -92,12 +92,9 @@ class Headers(Tree):
                      "toliman_track_stream.session at ")
 
     def test_structs_that_may_not_grow(self):
-        last = "    const char *bad_pixels;             /* file that replaces detector.bad_pixels of the scene; NULL: none does */\n"
-        self.change(SIM, "toliman_sim_options_init(toliman_sim_options *options, size_t size)",
-                    "toliman_sim_options_init(toliman_sim_options *options)")
-        self.write(RECORD, interface.describe(self.top))
-        self.refuses((SIM, last + "} toliman_sim_options;", last + "    double new_one;\n} toliman_sim_options;"),
-                     "toliman_sim_options_init would write the whole struct")
+        last = "    size_t count;\n} toliman_track_clock;"
+        self.refuses(("include/toliman/track_options.h", last, last.replace("}", "    int64_t one_more;\n}")),
+                     "it has no struct_size")
 
     def test_constants(self):
         self.refuses((SIM, "#define TOLIMAN_SIM_UNIT_DN 303", "#define TOLIMAN_SIM_UNIT_DN 304"), "TOLIMAN_SIM_UNIT_DN: = 303 -> = 304: programs")
