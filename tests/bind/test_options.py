@@ -1,0 +1,137 @@
+"""Options structs: each member refuses, by its name, what its comment in the header does not allow. The comments are the
+table: a number that is not finite, one outside the stated range, an unknown constant, unknown flags."""
+import ctypes
+import math
+import pathlib
+import re
+import sys
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "build" / "python"), str(ROOT / "tools" / "gen")]
+import model as headers  # noqa: E402
+import toliman  # noqa: E402
+from toliman import _raw  # noqa: E402
+from toliman._library import library  # noqa: E402
+
+COUNT, SIDE = 40, 256
+SCENE = {
+    "schema": "toliman-scene/1", "telescope": {"aperture_m": 0.1, "pupil_samples": 96}, "band": {"wavelength_nm": 580},
+    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "relative_flux": 3},
+              "B": {"spectrum": {"kind": "blackbody", "temperature_k": 5260}}},
+    "binary": {"separation_arcsec": 8, "position_angle_deg": 40},
+    "signal": {"kind": "sinusoid", "star": "B", "amplitude_px": 1e-3, "period_days": 20},
+    "cadence": {"frames": 6, "interval_days": 10, "peak_photons": 1e6},
+    "detector": {"shape": [SIDE, SIDE], "pixel_scale_arcsec": 0.4}, "noise": {"photon": True, "seed": 7},
+}
+RANGE = re.compile(r"(?<!\w)in ([\[(])([-\d.e]+), ([-\d.e]+)([\])])")
+MOST = re.compile(r"at most ([\d.]+(?:e\d+)?)(?!\^|\w)")
+
+
+class Callers:
+    """A call for each options struct, whose other arguments are right; it returns a status."""
+
+    def __init__(self):
+        self.sim, self.out = toliman.Simulator(SCENE), ctypes.c_void_p()
+        self.numbers = (ctypes.c_double * COUNT)(*[i + 0.1 * (i % 3) for i in range(COUNT)])
+        self.values = (ctypes.c_double * COUNT)(*[math.sin(i) for i in range(COUNT)])
+        self.power = (ctypes.c_double * 64)()
+        self.cae = toliman.CAE(self.sim)
+        self.period = toliman.Periodogram(0.01, 0.01, 5)
+        self.period.push_many(list(self.numbers), list(self.values))
+        self.series = toliman.Measurements.of(list(self.numbers), list(self.values), 1.0)
+        self.calls = {
+            "toliman_period_options": lambda o: library.toliman_period_create(0.1, 0.1, 3, o, self.handle("period")),
+            "toliman_period_batch_options": lambda o: library.toliman_period_batch(
+                0.01, 0.01, 5, self.numbers, self.values, None, COUNT, o, self.power),
+            "toliman_period_bootstrap_options": lambda o: library.toliman_period_query_bootstrap(
+                self.period._c, self.numbers, self.values, None, COUNT, o, 3, self.power),
+            "toliman_period_noise_options": lambda o: library.toliman_measure_query_noise(
+                self.series._c, 0.01, 0.01, 5, o, None, None, None, ctypes.byref(_raw.toliman_period_noise())),
+            "toliman_period_noise_bootstrap_options": lambda o: library.toliman_measure_query_noise_bootstrap(
+                self.series._c, 0.01, 0.01, 5, 0.1, o, 3, self.power),
+            "toliman_planet_options": lambda o: library.toliman_planet_create(self.series._c, o, self.handle("planet")),
+            "toliman_ingest_options": lambda o: library.toliman_ingest_create(b"nothing_meta.jsonl", o,
+                                                                              self.handle("ingest")),
+            "toliman_series_options": lambda o: library.toliman_series_create(o, self.handle("series")),
+            "toliman_measure_options": lambda o: library.toliman_measure_load(b"1,2\n2,3\n", 8, None, o,
+                                                                              self.handle("measure")),
+            "toliman_sky_options": lambda o: library.toliman_sky_create(b"alpha-cen", o, self.handle("sky")),
+            "toliman_sim_options": lambda o: library.toliman_sim_create_json(b"{}", 2, None, o, self.handle("sim")),
+            "toliman_sim_budget_options": lambda o: library.toliman_sim_get_budget(
+                self.sim._c, o, ctypes.byref(_raw.toliman_sim_budget())),
+            "toliman_cae_options": lambda o: library.toliman_cae_create(self.sim._c, 3, o, self.handle("cae")),
+            "toliman_cae_train_options": lambda o: library.toliman_cae_train(self.cae._c, o, None),
+            "toliman_cae_save_options": lambda o: library.toliman_cae_save(self.cae._c, o, None, 0,
+                                                                           ctypes.byref(ctypes.c_size_t())),
+            "toliman_linear_options": lambda o: library.toliman_linear_create(self.sim._c, o, self.handle("linear")),
+            "toliman_components_options": lambda o: library.toliman_components_create(self.sim._c, o,
+                                                                                      self.handle("components")),
+            "toliman_fit_options": lambda o: library.toliman_fit_create(self.sim._c, o, self.handle("fit")),
+            "toliman_mask_options": lambda o: library.toliman_mask_create(self.sim._c, o, self.handle("mask")),
+            "toliman_track_options": lambda o: library.toliman_track_create(o, self.handle("track")),
+        }
+
+    def handle(self, name):
+        return ctypes.byref(ctypes.POINTER(getattr(_raw, "toliman_" + name))())
+
+
+def wrong_values(table, struct, field):
+    """Values of a member that its comment does not allow."""
+    kind, doc = field.type, " ".join(field.doc.split())
+    of_a_mode = doc.startswith("UNSUPERVISED:")  # not read by the other mode
+    if kind.pointers or kind.array or of_a_mode or field.name in ("struct_size", "reserved"):
+        return
+    if field.name == "flags":
+        yield 1 << 30
+    elif kind.base == "double":
+        yield from (math.nan, math.inf, -math.inf)
+        for low_end, low, high, high_end in RANGE.findall(doc):
+            below = float(low) if low_end == "(" else float(low) - max(1, abs(float(low)))
+            yield from [below] if below != 0 else [float(low) / 2] if float(low) != 0 else []  # 0 is the default
+            yield float(high) if high_end == ")" else float(high) + max(1, abs(float(high)))
+    elif kind.base == "int32_t" and re.search(r"TOLIMAN_[A-Z_]+_\.\.\.", doc):
+        yield 7
+    elif kind.base in ("int32_t", "uint32_t", "int64_t") and MOST.search(doc):
+        yield int(float(MOST.search(doc).group(1))) + 1
+
+
+class Options(unittest.TestCase):
+    def test_members_refuse_what_their_comments_do_not_allow(self):
+        callers, table = Callers(), headers.read(str(ROOT))
+        for name, call in callers.calls.items():
+            for path, field in self.members(table, table.by_name[name]):
+                for value in wrong_values(table, name, field):
+                    with self.subTest(f"{name}.{path} = {value}"):
+                        self.assert_refused(name, call, path, value)
+
+    def members(self, table, struct, before=""):
+        for field in struct.fields:
+            inner = table.by_name.get(field.type.base)
+            if isinstance(inner, headers.Struct) and not field.type.pointers:
+                yield from self.members(table, inner, f"{before}{field.name}.")
+            else:
+                yield before + field.name, field
+
+    def assert_refused(self, name, call, path, value):
+        options = getattr(_raw, name)()
+        if name == "toliman_track_options":
+            options.estimator.id, options.estimator.sigma, options.frames.image_rows, options.frames.image_cols = 1, 1, 4, 4
+            options.grid.f0, options.grid.df, options.grid.nf = 0.01, 0.01, 5
+        if name == "toliman_ingest_options":
+            options.rows = options.cols = 4
+            options.pixel, options.stamp = _raw.TOLIMAN_PIXEL_U16, _raw.TOLIMAN_FRAME_STAMP_START
+        *groups, member = path.split(".")
+        target = options
+        for group in groups:
+            target = getattr(target, group)
+        setattr(target, member, value)
+        status = call(ctypes.byref(options))
+        field = library.toliman_last_error_field().decode()
+        message = library.toliman_last_error().decode()
+        self.assertIn(status, (_raw.TOLIMAN_E_ARGUMENT, _raw.TOLIMAN_E_RANGE), message)
+        self.assertIn(member, field + message)
+
+
+if __name__ == "__main__":
+    unittest.main()
