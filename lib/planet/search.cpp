@@ -24,7 +24,8 @@ constexpr double kLeastGain = 0.1;                         // of the sum of squa
 constexpr double kMostSpread = 1.2;                        // of the residuals, if measurements are readmitted
 constexpr double kLeastLeft = 0.01;                        // of the sum of squares, by a strong planet
 constexpr double kEccentric = 0.5, kMargin = 10;           // of the sum of squares, by an orbit of a longer period
-constexpr double kSpiked = 0.9; // eccentricity of orbits whose passages the first cells may miss
+constexpr double kSpiked = 0.9;   // eccentricity of orbits whose passages the first cells may miss
+constexpr double kMostWidths = 5; // from the median frequency of the posterior to that of the joint fit
 constexpr int kMostTimes = 8;
 constexpr int kMostTurns = 4, kMostRounds = 4;
 
@@ -312,7 +313,7 @@ class Searcher {
         Candidate candidate = {};
         candidate.log10_fap = Detection(problem, lattice.null_design(), settings_.fap).log10_fap();
         set_posterior(problem, lattice, candidate);
-        if (is_part_of_longer(which, candidate.fitted))
+        if (is_part_of_longer(which, candidate.fitted) || is_outside_posterior(which, candidate))
             examine_near(problem, which, stage, lattice.log_evidence(), candidate);
         if (settings_.jitter && candidate.fitted.planet.orbit.eccentricity > kSpiked)
             candidate.log10_bayes_error = HUGE_VAL; // the jitter may stand for passages that the orbit misses
@@ -326,6 +327,23 @@ class Searcher {
         jitter_ = median_jitter(candidate.samples);
         candidate.fitted.planet = best_of(problem, lattice);
         candidate.fitted.scale = std::max(scale_of(series_, candidate.fitted.planet), problem.prior.scales.front());
+    }
+
+    // Whether the joint fit from the best node leads out of the posterior: the lattice has then followed another
+    // maximum. The candidate gets that orbit.
+    bool is_outside_posterior(size_t which, Candidate &candidate) const {
+        FittedPlanet there = candidate.fitted;
+        fit_with(candidate.fitted.planet, which, there);
+        std::vector<double> frequencies;
+        frequencies.reserve(candidate.samples.size());
+        for (const PosteriorSample &sample : candidate.samples)
+            frequencies.push_back(sample.planet.orbit.frequency);
+        const Interval known = interval_of(std::move(frequencies));
+        const double width = kMostWidths * (known.high - known.low) / 2;
+        if (std::fabs(there.planet.orbit.frequency - known.middle) <= width)
+            return false;
+        candidate.fitted = there;
+        return true;
     }
 
     // The posterior about an orbit of the joint fit that the lattice of all orbits has missed. The odds have not

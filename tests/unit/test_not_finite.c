@@ -143,7 +143,9 @@ static void assert_finite_planets(const toliman_planet *planets) {
     for (uint32_t i = 0; i < info.candidates; i++) {
         toliman_planet_candidate planet = {.struct_size = sizeof planet};
         assert_ok(toliman_planet_get_candidate(planets, i, &planet));
-        assert_finite(&planet.log10_bayes, 2);
+        assert_finite(&planet.log10_bayes, 1);
+        assert_finite(&planet.log10_fap, 1);
+        assert_true(planet.log10_bayes_error >= 0); /* infinite: the odds have not converged */
         assert_finite(planet.period, 15);
         assert_finite(planet.best, 5);
         assert_finite(planet.correlation, 25);
