@@ -117,9 +117,10 @@ TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
  * few samples). Never NULL. Valid until the next failed call on this thread. */
 TOLIMAN_API const char *toliman_last_error_field(void) TOLIMAN_NOEXCEPT;
 
-/* Returns the name of a constant in files and messages, for a kind or verdict of TOLIMAN_GOODNESS_, INGEST_REASON_,
- * MEASURE_, PERIOD_INTERVAL_, SIM_IMAGE_, SKY_CAUSE_, SKY_OBSERVER_, TRACK_REASON_ or TRACK_VERDICT_ ("too good",
- * "zero run"); "?" for another number. Static text, never NULL. */
+/* Returns the name of a constant, as files and messages contain it: "too good" for TOLIMAN_GOODNESS_TOO_GOOD. The
+ * enumerations TOLIMAN_GOODNESS_..., TOLIMAN_INGEST_REASON_..., TOLIMAN_MEASURE_..., TOLIMAN_PERIOD_INTERVAL_...,
+ * TOLIMAN_SIM_IMAGE_..., TOLIMAN_SKY_CAUSE_..., TOLIMAN_SKY_OBSERVER_..., TOLIMAN_TRACK_REASON_... and
+ * TOLIMAN_TRACK_VERDICT_... have names. Returns "?" for another number. Static text, never NULL. */
 TOLIMAN_API const char *toliman_constant_name(int32_t constant) TOLIMAN_NOEXCEPT;
 
 /* Callback that reports the progress of a long call. It runs on the thread of the call, with no lock held.

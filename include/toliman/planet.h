@@ -115,9 +115,8 @@ typedef struct toliman_planet_options {
 /* Searches a series for planets. Its functions and their priors are fitted, too.
  *   options  may be NULL
  * The series is copied. The caller destroys *out. Processor time of 836 samples with 5 nuisance functions, per planet:
- * 0.2 to 0.6 s for a signal of up to 100 standard deviations, 1 to 5 s for one of 20,000; 2 to 4 s where a jitter is
- * fitted; at most about 10 s, and 200 MB, for a series that no orbit describes. The first lattice has 1024 nodes for
- * each step 0.2/T of frequency, an eighth of them without jitter, where T is the last minus the first time. Errors:
+ * 1 s, 3 s for a strong signal, 4 to 9 s where a jitter is fitted; 200 MB at most. The first lattice has 160 nodes for
+ * each step 0.2/T of frequency, where T is the last minus the first time. Errors:
  * TOLIMAN_E_ARGUMENT, naming the member, if a number is outside its limits, for separations that are not reduced, if
  * all times are equal, or a function without a prior is a combination of those before it; TOLIMAN_E_STATE if n is below
  * the number of functions + 6; TOLIMAN_E_RANGE if the first lattice would have more than 2e7 nodes, because period_min
@@ -200,9 +199,9 @@ typedef struct toliman_planet_candidate {
     uint32_t reasons;     /* TOLIMAN_PLANET_REASON_...; 0: a planet */
     uint32_t reserved;
     double log10_bayes; /* log10 of the Bayes factor, given the other candidates */
-    double
-        log10_bayes_error;  /* of the quadrature: its change from the last but one to the last resolution, and what was
-                                 too large to be resolved */
+    /* Error of the quadrature: its change from the last but one to the last resolution, and what is not resolved;
+     * infinite if the odds have not converged. */
+    double log10_bayes_error;
     double log10_fap;       /* Baluev's bound of the false alarm probability of the highest power of a sinusoid */
     double log10_fap_orbit; /* log10 of 20 z FAP: FAP that of a sinusoid as powerful as the joint fit, z half the
                                reduction of chi-square by it; 20 z counts the shapes of an orbit */

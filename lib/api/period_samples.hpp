@@ -33,8 +33,7 @@ struct Structs {
     size_t n;
     const double *columns; // [n][columns of the basis]; may be NULL
 
-    Structs(const toliman_period_sample *first, size_t count, const double *values = nullptr)
-        : n(count), columns(values) {
+    Structs(const toliman_period_sample *first, size_t count, const double *values) : n(count), columns(values) {
         required_array(first, count, sizeof *first, "samples");
         if (count > 0)
             samples.emplace(first, "samples");

@@ -55,13 +55,14 @@ bool before(const Cell &a, const Cell &b) noexcept {
 class Neighbours {
   public:
     Neighbours(const std::vector<Cell> &active, const Level &level, size_t axis, int direction) noexcept
-        : active_(active), count_(level.counts[axis]), axis_(axis), direction_(direction), next_(active.end()) {}
+        : active_(active), count_(level.counts[axis]), axis_(axis), direction_(direction), next_(active.end()),
+          is_circle_(axis == kAnomaly && level.is_circle) {}
 
     // The neighbour of a cell, which is not before that of the last call; NULL if there is none.
     const Cell *of(const Cell &cell) noexcept {
         Cell at = cell;
         at.place[axis_] += direction_;
-        const bool is_around = axis_ == kAnomaly && (at.place[axis_] < 0 || at.place[axis_] == count_);
+        const bool is_around = is_circle_ && (at.place[axis_] < 0 || at.place[axis_] == count_);
         if (is_around)
             at.place[axis_] = (at.place[axis_] + count_) % count_;
         auto found = next_;
@@ -80,6 +81,7 @@ class Neighbours {
     size_t axis_;
     int direction_;
     std::vector<Cell>::const_iterator next_;
+    bool is_circle_;
 };
 
 size_t highest(const std::vector<Cell> &cells) noexcept {
@@ -205,6 +207,22 @@ Division divide(const std::vector<Cell> &active, const Roughness &rough, size_t 
     return division;
 }
 
+// The larger change of ln of the evidence if only every second cell is used, in frequency or in anomaly.
+double difference_of_halves(const std::vector<Cell> &cells) noexcept {
+    const double largest = cells[highest(cells)].log_mass;
+    double most = 0;
+    for (const Axis axis : {kFrequency, kAnomaly}) {
+        double half = 0, all = 0;
+        for (const Cell &cell : cells) {
+            const double mass = std::exp(cell.log_mass - largest);
+            half += cell.place[axis] % 2 == 0 ? mass : 0;
+            all += mass;
+        }
+        most = std::max(most, std::fabs(std::log(2 * half / all)));
+    }
+    return most;
+}
+
 } // namespace
 
 Box whole_box(const Problem &problem) {
@@ -213,7 +231,7 @@ Box whole_box(const Problem &problem) {
     if (!(steps < static_cast<double>(kMostCells)))
         fail(Status::range, "{options->period_min} = %.9g: too short for the span of the series: %.3g frequencies",
              1 / prior.frequency_max, steps);
-    const Level level = {{kEccentricities, std::max(4, static_cast<int32_t>(std::ceil(steps))), kAnomalies}};
+    const Level level = {{kEccentricities, std::max(4, static_cast<int32_t>(std::ceil(steps))), kAnomalies}, true};
     if (cell_count(level) > kMostCells)
         fail(Status::range,
              "{options->period_min} = %.9g: too short for the span of the series: %zu nodes, at most %zu",
@@ -227,10 +245,11 @@ Box box_around(const Problem &problem, const Orbit &orbit, const Orbit &error) {
                 std::max(prior.frequency_min, orbit.frequency - kBoxErrors * error.frequency), 0},
                {std::min(prior.eccentricity_max, orbit.eccentricity + kBoxErrors * error.eccentricity),
                 std::min(prior.frequency_max, orbit.frequency + kBoxErrors * error.frequency), 1},
-               {{kBoxCells, kBoxCells, kBoxCells}}};
+               {{kBoxCells, kBoxCells, kBoxCells}, true}};
     if (kBoxErrors * error.anomaly < 0.5) {
         box.low[kAnomaly] = orbit.anomaly - kBoxErrors * error.anomaly;
         box.high[kAnomaly] = orbit.anomaly + kBoxErrors * error.anomaly;
+        box.level.is_circle = false;
     }
     return box;
 }
@@ -260,7 +279,7 @@ Lattice::Lattice(const Problem &problem, const Box &box, unsigned threads, const
         for (size_t i = 0; i < active.size(); i++)
             (division.is_split[i] && !ends ? kept : cells_).push_back(active[i]);
         if (kept.empty()) {
-            log_error_ = turn == 0 ? 0 : std::fabs(log_evidence_ - before) / kOrder;
+            log_error_ = (turn == 0 ? difference_of_halves(active) : std::fabs(log_evidence_ - before)) / kOrder;
             break;
         }
         active = children(kept, split);

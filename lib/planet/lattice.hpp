@@ -24,6 +24,7 @@ struct Cell {
 // Numbers of cells of each axis.
 struct Level {
     std::array<int32_t, kAxes> counts;
+    bool is_circle = true; // the cells of the anomaly are all around the circle
 };
 
 // A box of orbits: ranges of eccentricity, frequency and mean anomaly, with the numbers of its first cells.
@@ -45,8 +46,8 @@ class Lattice {
     // ln of the evidence with one planet, and without it, in the same unit.
     double log_evidence() const noexcept { return log_evidence_; }
     double log_null() const noexcept { return jitters_.null().log_sum; }
-    // Error of log_evidence(): its change by the last division of cells, and the mass of cells that were too many to be
-    // divided.
+    // Error of log_evidence(): its change by the last division of cells, or between the halves of the first cells if
+    // none was divided, and the mass of cells that were too many to be divided.
     double log_error() const noexcept { return log_error_; }
     const std::vector<Cell> &cells() const noexcept { return cells_; }
     // A point of a cell, with parts in (0, 1) of its sides.

@@ -267,35 +267,45 @@ class Searcher {
         return square;
     }
 
-    // An orbit with a short passage through periastron fits a few of its passages at a part of its period, too, and the
-    // first cells of the lattice do not resolve it at its own. Fits orbits of two to eight times the period whose
-    // passages last as long, and returns whether one is better.
-    bool is_part_of_longer(size_t which, FittedPlanet &fitted) const {
-        const Orbit first = fitted.planet.orbit;
-        if (first.eccentricity < kEccentric)
-            return false;
-        FittedPlanet best = fitted;
-        double least = fit_with(fitted.planet, which, best) - kMargin;
-        bool is_found = false;
-        for (int times = 2; times <= kMostTimes; times++)
+    // The orbit of a joint fit that the lattice has missed, as it is in the prior and outside the posterior. The fit
+    // begins at the best node; of an eccentric orbit also at two to eight times its period: an orbit with a short
+    // passage through periastron, which the first cells do not resolve, fits a few of its passages at a part of its
+    // period.
+    std::optional<FittedPlanet> missed_orbit(size_t which, const Candidate &candidate) const {
+        const Planet &best = candidate.fitted.planet;
+        FittedPlanet fitted = candidate.fitted;
+        double least = fit_with(best, which, fitted) - kMargin;
+        bool is_longer = false;
+        for (int times = 2; best.orbit.eccentricity > kEccentric && times <= kMostTimes; times++)
             for (int passage = 0; passage < times; passage++) {
-                Planet longer = fitted.planet;
-                longer.orbit = {first.frequency / times, 1 - (1 - first.eccentricity) / std::pow(times, 2.0 / 3),
-                                (first.anomaly + passage) / times};
-                FittedPlanet there = fitted;
-                if (longer.orbit.frequency < prior_.frequency_min ||
-                    longer.orbit.eccentricity > settings_.eccentricity_max)
-                    continue;
-                const double square = fit_with(longer, which, there);
+                Planet longer = best; // with passages as long
+                longer.orbit = {best.orbit.frequency / times,
+                                1 - (1 - best.orbit.eccentricity) / std::pow(times, 2.0 / 3),
+                                (best.orbit.anomaly + passage) / times};
+                FittedPlanet there = candidate.fitted;
+                const double square = is_in_prior(longer.orbit) ? fit_with(longer, which, there) : HUGE_VAL;
                 if (square < least) {
                     least = square;
-                    best = there;
-                    is_found = true;
+                    fitted = there;
+                    is_longer = true;
                 }
             }
-        if (is_found)
-            fitted = best;
-        return is_found;
+        const bool is_missed = is_longer || is_outside(candidate.samples, fitted.planet.orbit);
+        return is_missed && is_in_prior(fitted.planet.orbit) ? std::optional(fitted) : std::nullopt;
+    }
+
+    bool is_in_prior(const Orbit &orbit) const noexcept {
+        return orbit.frequency > prior_.frequency_min && orbit.frequency < prior_.frequency_max &&
+               orbit.eccentricity <= prior_.eccentricity_max;
+    }
+
+    static bool is_outside(const std::vector<PosteriorSample> &samples, const Orbit &orbit) {
+        std::vector<double> frequencies;
+        frequencies.reserve(samples.size());
+        for (const PosteriorSample &sample : samples)
+            frequencies.push_back(sample.planet.orbit.frequency);
+        const Interval known = interval_of(std::move(frequencies));
+        return std::fabs(orbit.frequency - known.middle) > kMostWidths * (known.high - known.low) / 2;
     }
 
     // The posterior of planet `which`, or of one more, with the other planets.
@@ -313,8 +323,8 @@ class Searcher {
         Candidate candidate = {};
         candidate.log10_fap = Detection(problem, lattice.null_design(), settings_.fap).log10_fap();
         set_posterior(problem, lattice, candidate);
-        if (is_part_of_longer(which, candidate.fitted) || is_outside_posterior(which, candidate))
-            examine_near(problem, which, stage, lattice.log_evidence(), candidate);
+        if (const std::optional<FittedPlanet> missed = missed_orbit(which, candidate))
+            examine_near(problem, which, stage, *missed, lattice.log_evidence(), candidate);
         if (settings_.jitter && candidate.fitted.planet.orbit.eccentricity > kSpiked)
             candidate.log10_bayes_error = HUGE_VAL; // the jitter may stand for passages that the orbit misses
         return candidate;
@@ -329,38 +339,27 @@ class Searcher {
         candidate.fitted.scale = std::max(scale_of(series_, candidate.fitted.planet), problem.prior.scales.front());
     }
 
-    // Whether the joint fit from the best node leads out of the posterior: the lattice has then followed another
-    // maximum. The candidate gets that orbit.
-    bool is_outside_posterior(size_t which, Candidate &candidate) const {
-        FittedPlanet there = candidate.fitted;
-        fit_with(candidate.fitted.planet, which, there);
-        std::vector<double> frequencies;
-        frequencies.reserve(candidate.samples.size());
-        for (const PosteriorSample &sample : candidate.samples)
-            frequencies.push_back(sample.planet.orbit.frequency);
-        const Interval known = interval_of(std::move(frequencies));
-        const double width = kMostWidths * (known.high - known.low) / 2;
-        if (std::fabs(there.planet.orbit.frequency - known.middle) <= width)
-            return false;
-        candidate.fitted = there;
-        return true;
-    }
-
-    // The posterior about an orbit of the joint fit that the lattice of all orbits has missed. The odds have not
-    // converged unless it is there.
-    void examine_near(const Problem &problem, size_t which, const std::string &stage, double log_elsewhere,
-                      Candidate &candidate) {
+    // Adds the neighbourhood of an orbit that the lattice has missed: the posterior is there if it has more evidence;
+    // otherwise its evidence is an error.
+    void examine_near(const Problem &problem, size_t which, const std::string &stage, const FittedPlanet &missed,
+                      double log_elsewhere, Candidate &candidate) {
         Candidate near = candidate;
+        near.fitted = missed;
         describe_best(which, near);
-        const Orbit &orbit = near.fitted.planet.orbit;
+        const Orbit &orbit = missed.planet.orbit;
         const Orbit error = {near.best_error[0] * orbit.frequency * orbit.frequency, near.best_error[1],
                              near.best_error[3] * orbit.frequency};
+        if (!(error.frequency > 0 && error.eccentricity > 0 && error.anomaly > 0)) {
+            candidate.log10_bayes_error = HUGE_VAL;
+            return;
+        }
         const Lattice lattice(problem, box_around(problem, orbit, error), settings_.threads, settings_.progress,
                               stage.c_str());
-        if (lattice.log_evidence() > log_elsewhere)
+        const double more = lattice.log_evidence() - log_elsewhere;
+        if (more > 0)
             set_posterior(problem, lattice, candidate);
         else
-            candidate.log10_bayes_error = HUGE_VAL;
+            candidate.log10_bayes_error += std::log1p(std::exp(more)) / std::log(10.0);
     }
 
     // The candidate that is not a planet, with the orbit of a joint fit.

@@ -254,6 +254,7 @@ class Evidence(unittest.TestCase):
             found = self.search(100 + seed, (80, 20, 2)[seed % 3])
             self.assertEqual(found.info.planets, 0)
             self.assertGreater(found.candidates[0].log10_bayes, -1.5)
+            self.assertLess(0, found.candidates[0].log10_bayes_error)
             self.assertLess(found.candidates[0].log10_bayes_error, 0.1)
 
     def test_short_passages_through_periastron(self):

@@ -156,8 +156,34 @@ int callbacks_may_throw() {
 
 } // namespace
 
+// Results by value; the place of an error, and the message without it.
+int results_are_values_and_errors_have_details() {
+    using namespace toliman;
+    const auto period = make<periodogram>(toliman_period_create, 0.1, 0.1, int64_t{3}, nullptr);
+    int failed = result<toliman_period_info>(toliman_period_get_info, period.get()).nf == 3 ? 0 : 1;
+    toliman_period_sample samples[2] = {sized<toliman_period_sample>(), sized<toliman_period_sample>()};
+    samples[1].flags = 1;
+    try {
+        check(toliman_period_push_samples(period.get(), samples, nullptr, 2));
+        failed++;
+    } catch (const error &caught) {
+        failed +=
+            caught.field() == "samples[1].flags" && caught.index() == 1 && caught.detail() == " = 0x1: unknown bits"
+                ? 0
+                : 1;
+    }
+    try {
+        result<toliman_period_info>(toliman_period_get_info, static_cast<const toliman_period *>(nullptr));
+        failed++;
+    } catch (const error &caught) {
+        failed += caught.index() == -1 && caught.detail() == " is NULL" ? 0 : 1;
+    }
+    return failed;
+}
+
 int main() {
-    const int failed = make_one_of_each() + a_failure_is_an_exception() + callbacks_may_throw();
+    const int failed = results_are_values_and_errors_have_details() + make_one_of_each() + a_failure_is_an_exception() +
+                       callbacks_may_throw();
     std::printf("%d failed\n", failed);
     return failed;
 }

@@ -50,7 +50,7 @@ void malformed(const std::string &path, const std::string &why) {
 std::string message_about(const std::string &name, const toliman::error &error) {
     const std::string what = error.what(), equals = " = ";
     const size_t place = what.find(error.field());
-    if (place == std::string::npos)
+    if (error.field().empty() || place == std::string::npos)
         return name + ": " + what;
     std::string detail = what.substr(place + error.field().size());
     if (detail.compare(0, equals.size(), equals) == 0)

@@ -30,8 +30,10 @@ constexpr double kMostMass = 500, kMostParallax = 770; // solar masses, mas
                           {"samples", "--samples"},
                           {"star_mass", "--star-masses"},
                           {"parallax_arcsec", "--parallax"}});
-    if (error.field() == "series" || error.status() == TOLIMAN_E_STATE)
-        throw Failure(kExitInput, message_about(error.field() == "series" ? series.name : series.name + ": ", error));
+    if (error.field() == "series")
+        throw Failure(kExitInput, message_about(series.name, error));
+    if (error.status() == TOLIMAN_E_STATE)
+        malformed(series.name, error.what());
     throw error;
 }
 
