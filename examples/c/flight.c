@@ -59,7 +59,7 @@ void *__wrap_aligned_alloc(size_t alignment, size_t size) {
 static void check(toliman_status status) {
     if (status == TOLIMAN_OK)
         return;
-    fprintf(stderr, "%s: %s\n", toliman_status_name(status), toliman_last_error());
+    fprintf(stderr, "%s: %s\n", toliman_constant_name(status), toliman_last_error());
     exit(EXIT_FAILURE);
 }
 

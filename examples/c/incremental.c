@@ -13,7 +13,7 @@
 static void check(toliman_status status) {
     if (status == TOLIMAN_OK)
         return;
-    fprintf(stderr, "%s: %s\n", toliman_status_name(status), toliman_last_error());
+    fprintf(stderr, "%s: %s\n", toliman_constant_name(status), toliman_last_error());
     exit(EXIT_FAILURE);
 }
 

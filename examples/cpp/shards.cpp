@@ -66,7 +66,7 @@ int main(int argc, char **argv) {
     try {
         find_period(Mission(argv[1]), threads);
     } catch (const toliman::error &error) {
-        std::fprintf(stderr, "%s: %s\n", toliman_status_name(error.status()), error.what());
+        std::fprintf(stderr, "%s: %s\n", toliman_constant_name(error.status()), error.what());
         return EXIT_FAILURE;
     }
     return EXIT_SUCCESS;

@@ -8,7 +8,7 @@
  *                             |                                           |
  *   downlink -> ingest.h -----+-----------------> track.h ----------------+
  *
- *   Failed call -> status -> toliman_status_name
+ *   Failed call -> status -> toliman_constant_name
  *                         -> toliman_last_error, toliman_last_error_field
  *   Constant -> toliman_constant_name
  *   Version of the library   toliman_version, toliman_abi_version, toliman_get_struct_size
@@ -47,10 +47,9 @@
  *     not depend on the number unless a comment says so.
  *   - Invalid handles. A pointer to a destroyed object, or to an object of another type, is refused with
  *     TOLIMAN_E_ARGUMENT as long as its memory has not been reused. This helps debugging; do not rely on it.
- *   - Functions without a status. toliman_fit_parameter_count, toliman_mask_get_json, toliman_period_count and
- *     toliman_sim_get_name return 0 or "" where others return TOLIMAN_E_STATE or TOLIMAN_E_ARGUMENT, and set
- *     toliman_last_error(). toliman_X_destroy of an object in use, or of another type, does not destroy it, but only
- *     sets toliman_last_error().
+ *   - Functions without a status. toliman_mask_get_json and toliman_period_count return "" or 0 where others return
+ *     TOLIMAN_E_STATE or TOLIMAN_E_ARGUMENT, and set toliman_last_error(). toliman_X_destroy of an object in use, or of
+ *     another type, does not destroy it, but only sets toliman_last_error().
  *   - Callbacks may be written in C++. An exception that leaves a progress, log or frames callback stops the call,
  *     which returns TOLIMAN_E_CANCELLED. An exception that leaves an estimator (frame.h) rejects the frame.
  *     Allocators must not throw. A callback must return or throw: longjmp out of one is not allowed. It skips the
@@ -103,10 +102,6 @@ typedef int32_t toliman_status;
 #define TOLIMAN_E_STATE 13      /* object not ready for this call, such as too few samples or an untrained network */
 #define TOLIMAN_E_LOST 14       /* data lost from a file: another program or the disk has changed it */
 
-/* Returns the name of a status code ("TOLIMAN_E_SCENE"), or "TOLIMAN_E_?" for an unknown code. Static text, never
- * NULL. */
-TOLIMAN_API const char *toliman_status_name(toliman_status status) TOLIMAN_NOEXCEPT;
-
 /* Returns the message of the last failed call on this thread, "" if no call has failed. Never NULL. The text is one
  * line, with a decimal point in every locale. It is valid until the next failed call on this thread. */
 TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
@@ -117,10 +112,12 @@ TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
  * few samples). Never NULL. Valid until the next failed call on this thread. */
 TOLIMAN_API const char *toliman_last_error_field(void) TOLIMAN_NOEXCEPT;
 
-/* Returns the name of a constant, as files and messages contain it: "too good" for TOLIMAN_GOODNESS_TOO_GOOD. The
- * enumerations TOLIMAN_GOODNESS_..., TOLIMAN_INGEST_REASON_..., TOLIMAN_MEASURE_..., TOLIMAN_PERIOD_INTERVAL_...,
- * TOLIMAN_SIM_IMAGE_..., TOLIMAN_SKY_CAUSE_..., TOLIMAN_SKY_OBSERVER_..., TOLIMAN_TRACK_REASON_... and
- * TOLIMAN_TRACK_VERDICT_... have names. Returns "?" for another number. Static text, never NULL. */
+/* Returns the name of a constant, as files and messages contain it: "too good" for TOLIMAN_GOODNESS_TOO_GOOD,
+ * "TOLIMAN_E_SCENE" for a status. Named are the status codes, TOLIMAN_CALIBRATION_CHANGE_..., TOLIMAN_GOODNESS_...,
+ * TOLIMAN_INGEST_REASON_..., TOLIMAN_MEASURE_..., TOLIMAN_PERIOD_INTERVAL_..., TOLIMAN_PLANET_REASON_...,
+ * TOLIMAN_SIM_IMAGE_..., TOLIMAN_SKY_CAUSE_..., TOLIMAN_SKY_ELEMENT_..., TOLIMAN_SKY_OBSERVER_...,
+ * TOLIMAN_TRACK_REASON_... and TOLIMAN_TRACK_VERDICT_...; a bit set has no name. Returns "?" for another number. Static
+ * text, never NULL. */
 TOLIMAN_API const char *toliman_constant_name(int32_t constant) TOLIMAN_NOEXCEPT;
 
 /* Callback that reports the progress of a long call. It runs on the thread of the call, with no lock held.

@@ -4,8 +4,7 @@
  *
  *   toliman_sim -> get_budget               bound with chosen parameters free; displacement due to an Earth
  *                  get_budget_steps         bounds with more and more parameters free
- *                  get_budget_rows          each parameter: its bias, or what the fit leaves of it
- *                  get_budget_correlations  of the separation and the free parameters
+ *                  get_budget_rows          each parameter: its bias, or what the fit leaves of it; correlations
  *
  * Estimate
  *
@@ -104,18 +103,15 @@ typedef struct toliman_sim_budget_row {
 /* Writes the rows to rows[capacity] and their number to *count: the free parameters in the order of their names, then
  * every other parameter of which the scene has a derivative. Arguments and errors as toliman_sim_get_budget;
  * TOLIMAN_E_CAPACITY if capacity is too small. Propagates the frame twice for each free parameter that is not linear.
- */
+ *   correlations  [side][side], or NULL: those of the estimates of the separation and the free parameters, in this
+ *                 order. NaN for a parameter that depends on those before it, and for all if they leave nothing of the
+ *                 signal
+ *   side          toliman_sim_budget.free_count + 1, else TOLIMAN_E_ARGUMENT; not used without correlations */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget_rows(const toliman_sim *sim,
                                                                           const toliman_sim_budget_options *options,
+                                                                          double *correlations, size_t side,
                                                                           toliman_sim_budget_row *rows, size_t capacity,
                                                                           size_t *count) TOLIMAN_NOEXCEPT;
-
-/* Writes the correlations of the estimates to correlations[count][count]: the separation, then the free parameters in
- * the order of their names. NaN for a parameter that depends on those before it, and for all if they leave nothing of
- * the signal. TOLIMAN_E_ARGUMENT unless count is toliman_sim_budget.free_count + 1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
-toliman_sim_get_budget_correlations(const toliman_sim *sim, const toliman_sim_budget_options *options, size_t count,
-                                    double *correlations) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

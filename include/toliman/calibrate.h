@@ -68,14 +68,10 @@ typedef struct toliman_calibration toliman_calibration;
  *             cells are those of the scene
  *   SPECTRUM  spectrum_a_1, _2, spectrum_b_1 and _2 free: slope and curvature of the spectra
  *   OPD_MAP   the OPD of each pupil cell: TOLIMAN_CALIBRATION_MAP */
-#define TOLIMAN_CALIBRATION_CHANGE_EDGES 1u
-#define TOLIMAN_CALIBRATION_CHANGE_SAMPLES 2u
-#define TOLIMAN_CALIBRATION_CHANGE_SPECTRUM 4u
-#define TOLIMAN_CALIBRATION_CHANGE_OPD_MAP 8u
-
-/* Returns the name of a change: "mask edges", "pupil samples", "spectral modes", "map"; "?" for another number. Static
- * text. */
-TOLIMAN_API const char *toliman_calibration_change_name(uint32_t change) TOLIMAN_NOEXCEPT;
+#define TOLIMAN_CALIBRATION_CHANGE_EDGES 4096u
+#define TOLIMAN_CALIBRATION_CHANGE_SAMPLES 8192u
+#define TOLIMAN_CALIBRATION_CHANGE_SPECTRUM 16384u
+#define TOLIMAN_CALIBRATION_CHANGE_OPD_MAP 32768u
 
 /* An iteration of a calibration. */
 typedef struct toliman_calibration_step {
@@ -312,17 +308,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_window(
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_opd(const toliman_calibration *calibration,
                                                                           int64_t window, double *opd) TOLIMAN_NOEXCEPT;
 
-/* Writes the mean over all frames of the squared residual over its variance to map[rows][stride]; stride >= cols, in
- * elements. 0 for pixels that were excluded in all frames. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_chi_map(const toliman_calibration *calibration,
-                                                                              double *map,
-                                                                              size_t stride) TOLIMAN_NOEXCEPT;
+/* Images of a calibration. */
+#define TOLIMAN_CALIBRATION_IMAGE_CHI 851    /* mean over all frames of the squared residual over its variance */
+#define TOLIMAN_CALIBRATION_IMAGE_BEFORE 852 /* residual of the first frame over its standard deviation, at the start */
+#define TOLIMAN_CALIBRATION_IMAGE_AFTER 853  /* the same at the fitted values */
 
-/* Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = at the fitted
- * values, 0 = at those from which the calibration started. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_residual(const toliman_calibration *calibration,
-                                                                               int32_t fitted, double *image,
-                                                                               size_t stride) TOLIMAN_NOEXCEPT;
+/* Writes the image TOLIMAN_CALIBRATION_IMAGE_... given by kind to image[rows][stride]; stride >= cols, in elements.
+ * Pixels that were excluded in all frames are 0. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_image(const toliman_calibration *calibration,
+                                                                            int32_t kind, double *image,
+                                                                            size_t stride) TOLIMAN_NOEXCEPT;
 
 /* Saves the fitted scene at the start of a window at `path`, a name that ends in ".json", and its map, if there is one,
  * in the same folder as <name>.opd.npy. Relative file names are rewritten relative to this folder. Replaces the files

@@ -3,7 +3,7 @@
  *
  * Data flow (functions toliman_components_...)
  *
- *   toliman_sim -> create -> toliman_components <- push, push_many <- frames
+ *   toliman_sim -> create -> toliman_components <- push <- frames
  *                                  |
  *                                train -> get_series -> one value per frame -> period.h
  *                                get_info
@@ -46,19 +46,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_create(const to
 /* Destroys a collection. NULL is allowed. */
 TOLIMAN_API void toliman_components_destroy(toliman_components *components) TOLIMAN_NOEXCEPT;
 
-/* Adds one frame of counts[rows][stride], in the shape of the scene. Discards the trained components.
- * Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column; TOLIMAN_E_RANGE for a count beyond
- * the range of float32; TOLIMAN_E_CAPACITY if the collection is full. */
+/* Adds `count` frames of image in order, or none if one is refused. Discards the trained components.
+ * Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its frame, row and column, and for another shape than that
+ * of the scene; TOLIMAN_E_RANGE for a count beyond the range of float32, and for an image larger than the address
+ * space; TOLIMAN_E_CAPACITY if the collection becomes full. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_push(toliman_components *components,
-                                                                      const double *counts,
-                                                                      size_t stride) TOLIMAN_NOEXCEPT;
-
-/* Adds `count` frames of image in order, or none if one is refused. Otherwise as toliman_components_push.
- * Errors: as toliman_components_push, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
- * image larger than the address space. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_push_many(toliman_components *components,
-                                                                           const toliman_image *image,
-                                                                           size_t count) TOLIMAN_NOEXCEPT;
+                                                                      const toliman_image *image,
+                                                                      size_t count) TOLIMAN_NOEXCEPT;
 
 /* Removes every frame. Options and memory remain. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_reset(toliman_components *components) TOLIMAN_NOEXCEPT;

@@ -92,13 +92,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create_windows(const t
 /* Destroys a fit. NULL is allowed. */
 TOLIMAN_API void toliman_fit_destroy(toliman_fit *fit) TOLIMAN_NOEXCEPT;
 
-/* Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL and after an error. */
-TOLIMAN_API int64_t toliman_fit_parameter_count(const toliman_fit *fit) TOLIMAN_NOEXCEPT;
-
-/* Writes parameter number `index`, 0 <= index < toliman_fit_parameter_count(), to *out, whose struct_size must be set.
- * TOLIMAN_E_RANGE for any other index. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_parameter(const toliman_fit *fit, int64_t index,
-                                                                        toliman_sim_parameter *out) TOLIMAN_NOEXCEPT;
+/* Writes the parameters of a frame, in the order of its values, to parameters[capacity] and their number to *count.
+ * TOLIMAN_E_CAPACITY if capacity is too small. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_parameters(const toliman_fit *fit,
+                                                                         toliman_sim_parameter *parameters,
+                                                                         size_t capacity,
+                                                                         size_t *count) TOLIMAN_NOEXCEPT;
 
 /* Properties of a fit. */
 typedef struct toliman_fit_info {
@@ -107,7 +106,7 @@ typedef struct toliman_fit_info {
     int64_t rows, cols;    /* shape of the frames */
     uint32_t taps;         /* samples per axis that interpolate a pixel of a model image */
     uint32_t images;       /* model images in memory */
-    int64_t parameters;    /* number of parameters */
+    int64_t parameters;    /* of a frame: 7 and those of toliman_fit_options.free */
     double image_error;    /* predicted error of the interpolation, relative to the peak of the model image */
     double capture_px;     /* as in the options */
     uint64_t digest; /* FNV-1a of all that determines results: model images, detector, orbit, parameters, capture */
@@ -165,7 +164,7 @@ typedef struct toliman_fit_result {
 /* Fits one frame counts[rows][stride]. Allocates memory only if more calls run at the same time than before.
  *   prediction  NULL: time 0, no shift
  *   result      struct_size must be set
- *   values      [n], or NULL: all n = toliman_fit_parameter_count() parameters, as listed at the top
+ *   values      [n], or NULL: all n = toliman_fit_info.parameters parameters, as listed at the top
  *   covariance  [n][n], or NULL: their covariance, the inverse Fisher matrix
  * A frame that cannot be fitted is not an error: see the flags. Bad pixels are left out of the fit; where none is
  * found, the search for them changes no bit of the result. The result of a fit depends on the frame and its prediction

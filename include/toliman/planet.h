@@ -176,20 +176,17 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
  *   EVIDENCE    log10_bayes has not converged: it is below the threshold within its error, which is infinite for an
  *               eccentricity above 0.9 with a jitter: the jitter may stand for passages through periastron that a wrong
  *               period misses */
-#define TOLIMAN_PLANET_REASON_ODDS 1u
-#define TOLIMAN_PLANET_REASON_CHI_SQUARE 2u
-#define TOLIMAN_PLANET_REASON_JITTER 4u
-#define TOLIMAN_PLANET_REASON_FAP 8u
-#define TOLIMAN_PLANET_REASON_EDGE 16u
-#define TOLIMAN_PLANET_REASON_RANGE 32u
-#define TOLIMAN_PLANET_REASON_MASS 64u
-#define TOLIMAN_PLANET_REASON_CROSSING 128u
-#define TOLIMAN_PLANET_REASON_FRAMES 256u
-#define TOLIMAN_PLANET_REASON_SAMPLES 512u
-#define TOLIMAN_PLANET_REASON_EVIDENCE 1024u
-
-/* Returns the name of a reason of one bit; "?" for another number. Static text. */
-TOLIMAN_API const char *toliman_planet_reason_name(uint32_t bit) TOLIMAN_NOEXCEPT;
+#define TOLIMAN_PLANET_REASON_ODDS 65536u
+#define TOLIMAN_PLANET_REASON_CHI_SQUARE 131072u
+#define TOLIMAN_PLANET_REASON_JITTER 262144u
+#define TOLIMAN_PLANET_REASON_FAP 524288u
+#define TOLIMAN_PLANET_REASON_EDGE 1048576u
+#define TOLIMAN_PLANET_REASON_RANGE 2097152u
+#define TOLIMAN_PLANET_REASON_MASS 4194304u
+#define TOLIMAN_PLANET_REASON_CROSSING 8388608u
+#define TOLIMAN_PLANET_REASON_FRAMES 16777216u
+#define TOLIMAN_PLANET_REASON_SAMPLES 33554432u
+#define TOLIMAN_PLANET_REASON_EVIDENCE 67108864u
 
 /* A candidate. Three numbers are the 16, 50 and 84 % points of the samples of the posterior. Those of angles and epochs
  * are taken within half a turn or half a period of the best fit. */

@@ -8,7 +8,7 @@
  *                                             +-> get_info, get_name, get_plan, get_stage    properties
  *                                             +-> get_bounds                                 Cramer-Rao bounds
  *                                             +-> get_series, get_offsets                    true values
- *                                             +-> get_pupil, get_spectrum, get_plate_scale   optics and light
+ *                                             +-> get_pupil, get_spectrum                    optics and light
  *                                             +-> expect, propagate, get_image               images, derivatives
  *                                             +-> sim_derivative.h                           all derivatives
  *                                             +-> stage_count, stage_name                    names
@@ -198,6 +198,7 @@ typedef struct toliman_sim_info {
     int32_t calibration_goodness; /* TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict */
     double calibration_chi_square, calibration_chi_square_sigma; /* NaN without a verdict */
     int64_t bad_pixels; /* pixels of detector.bad_pixels, which no estimator uses */
+    const char *name;   /* of the scene; valid until the simulator is destroyed */
 } toliman_sim_info;
 #define TOLIMAN_SIM_INFO_INIT TOLIMAN_INIT(toliman_sim_info)
 
@@ -240,7 +241,7 @@ typedef struct toliman_sim_plan_info {
     int32_t oversampling;       /* point samples per pixel and axis */
     int32_t filter_taps;        /* taps of the filter that integrates over pixels; 0 = no filter */
     int64_t pupil_samples;      /* N: the pupil has N x N samples */
-    int64_t stages;             /* bit set of the modelled stages; read it with toliman_sim_get_stage */
+    int64_t stages;             /* bit set of the modelled stages; read it with toliman_sim_get_stages */
     double accuracy;            /* accuracy that the scene requests */
     double pupil_error;         /* error of N samples; not limited by the accuracy, as the scene sets N */
     double spectrum_error;      /* error of the Chebyshev nodes; 0 if every wavelength is propagated */
@@ -277,24 +278,23 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_json(const char *
                                                                     const toliman_sim_options *options,
                                                                     toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
-/* Returns the number of stages, physical effects that a scene may include. Later versions may append stages. */
-TOLIMAN_API int64_t toliman_sim_stage_count(void) TOLIMAN_NOEXCEPT;
+/* A stage: a physical effect that a scene may include. */
+typedef struct toliman_sim_stage {
+    uint32_t struct_size; /* in, in the first element: sizeof(toliman_sim_stage) */
+    int32_t modelled;     /* 1 if the plan models it, else 0 */
+    const char *name;     /* "photon noise"; static text */
+} toliman_sim_stage;
+#define TOLIMAN_SIM_STAGE_INIT TOLIMAN_INIT(toliman_sim_stage)
 
-/* Returns the name of stage number `index` ("photon noise"), 0 <= index < toliman_sim_stage_count(); "?" for any other
- * index. Static text. */
-TOLIMAN_API const char *toliman_sim_stage_name(int64_t index) TOLIMAN_NOEXCEPT;
-
-/* Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for an unknown
- * name. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const char *name,
-                                                                    int32_t *modelled) TOLIMAN_NOEXCEPT;
+/* Writes the stages to stages[capacity] and their number to *count. Later versions may append stages.
+ * TOLIMAN_E_CAPACITY if capacity is too small. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_stages(const toliman_sim_plan_info *plan,
+                                                                     toliman_sim_stage *stages, size_t capacity,
+                                                                     size_t *count) TOLIMAN_NOEXCEPT;
 
 /* Writes the plan of a simulator to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_plan(const toliman_sim *sim,
                                                                    toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
-
-/* Returns the name of the scene; "" for NULL and after an error. Valid until the simulator is destroyed. */
-TOLIMAN_API const char *toliman_sim_get_name(const toliman_sim *sim) TOLIMAN_NOEXCEPT;
 
 /* Writes the times (days) and true displacements (px) of frames first ... first + count - 1 to arrays of `count`
  * elements. Either array may be NULL. TOLIMAN_E_RANGE if a frame is outside the cadence. */
@@ -331,18 +331,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const tolima
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_pupil(const toliman_sim *sim, double *amplitude,
                                                                     double *opd_m) TOLIMAN_NOEXCEPT;
 
-/* Copies the spectrum: wavelengths (m) and photons per frame of stars A and B at each wavelength, over an infinite
- * image. Each array has `count` elements and may be NULL. The weights of an absent star are 0. TOLIMAN_E_ARGUMENT
- * unless count is toliman_sim_info.wavelengths. */
+/* Copies the spectrum.
+ *   wavelength_m        [count], in m
+ *   weight_a, weight_b  [count], photons per frame of stars A and B over an infinite image; 0 for an absent star
+ *   plate_scale_error   [count], factor by which the padded FFT enlarges the image, minus 1:
+ *                       p D N_out/(lambda N_E) - 1; 0 for the matrix DFT
+ * Each array may be NULL. TOLIMAN_E_ARGUMENT unless count is toliman_sim_info.wavelengths. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count,
                                                                        double *wavelength_m, double *weight_a,
-                                                                       double *weight_b) TOLIMAN_NOEXCEPT;
-
-/* Writes the relative plate-scale error at each wavelength of the spectrum to relative_error[count]: the factor by
- * which the padded FFT enlarges the image, minus 1: p D N_out/(lambda N_E) - 1. 0 for the matrix DFT. count as in
- * toliman_sim_get_spectrum. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_plate_scale(const toliman_sim *sim, size_t count,
-                                                                          double *relative_error) TOLIMAN_NOEXCEPT;
+                                                                       double *weight_b,
+                                                                       double *plate_scale_error) TOLIMAN_NOEXCEPT;
 
 /* Positions of the stars without displacement, in px from the centre of the frame. NaN for an absent star. */
 typedef struct toliman_sim_offsets {

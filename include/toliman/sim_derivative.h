@@ -47,20 +47,18 @@ TOLIMAN_BEGIN_DECLS
 
 /* A parameter of the forward model. */
 typedef struct toliman_sim_parameter {
-    uint32_t struct_size; /* in: sizeof(toliman_sim_parameter) */
+    uint32_t struct_size; /* in, in the first element: sizeof(toliman_sim_parameter) */
     int32_t scope;        /* TOLIMAN_SIM_SCOPE_... */
     const char *name;     /* such as "zernike_7"; static text */
     const char *unit;     /* such as "nm", "" for a relative change; static text */
 } toliman_sim_parameter;
 #define TOLIMAN_SIM_PARAMETER_INIT TOLIMAN_INIT(toliman_sim_parameter)
 
-/* Returns the number of parameters. Later versions may append parameters. */
-TOLIMAN_API int64_t toliman_sim_parameter_count(void) TOLIMAN_NOEXCEPT;
-
-/* Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must be set.
- * TOLIMAN_E_RANGE for any other index. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_parameter(int64_t index,
-                                                                        toliman_sim_parameter *out) TOLIMAN_NOEXCEPT;
+/* Writes the parameters to parameters[capacity] and their number to *count. Later versions may append parameters.
+ * TOLIMAN_E_CAPACITY if capacity is too small. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_parameters(toliman_sim_parameter *parameters,
+                                                                         size_t capacity,
+                                                                         size_t *count) TOLIMAN_NOEXCEPT;
 
 /* Writes the derivative of the expected frame by the parameter with this name to image[rows][stride], in the unit of
  * the frame per unit of the parameter; stride >= cols, in elements. The simulator keeps the image: only the first call

@@ -218,14 +218,19 @@ typedef struct toliman_sky_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_info(const toliman_sky *sky,
                                                                    toliman_sky_info *out) TOLIMAN_NOEXCEPT;
 
-/* Returns the name of an orbital element, with its unit: 0 "period_years", 1 "semi_major_arcsec", 2 "eccentricity",
- * 3 "inclination_deg", 4 "node_deg", 5 "periastron_deg", 6 "epoch" (Julian year); "?" for other numbers. Static
- * text. */
-TOLIMAN_API const char *toliman_sky_element_name(int64_t element) TOLIMAN_NOEXCEPT;
+/* Elements of the orbit, in the order of the derivatives of a prediction. toliman_constant_name gives the name with the
+ * unit: "period_years". */
+#define TOLIMAN_SKY_ELEMENT_PERIOD 731
+#define TOLIMAN_SKY_ELEMENT_SEMI_MAJOR 732
+#define TOLIMAN_SKY_ELEMENT_ECCENTRICITY 733
+#define TOLIMAN_SKY_ELEMENT_INCLINATION 734
+#define TOLIMAN_SKY_ELEMENT_NODE 735
+#define TOLIMAN_SKY_ELEMENT_PERIASTRON 736
+#define TOLIMAN_SKY_ELEMENT_EPOCH 737 /* Julian year */
 
-/* Writes the value of an orbital element and its standard deviation, 0 if unknown. value and sigma may be NULL. Errors:
- * TOLIMAN_E_RANGE for an unknown element. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toliman_sky *sky, int64_t element,
+/* Writes the value of an element, TOLIMAN_SKY_ELEMENT_..., and its standard deviation, 0 if unknown. value and sigma
+ * may be NULL. Errors: TOLIMAN_E_RANGE for an unknown element. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toliman_sky *sky, int32_t element,
                                                                       double *value, double *sigma) TOLIMAN_NOEXCEPT;
 
 /* Declares the errors of the reference orbit as nuisance functions of a periodogram of reduced separations (see
@@ -237,7 +242,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toli
  *                separation as an error of the semi-major axis does, and is added to the variance of that
  *   options      receives columns, column_bound and the precisions of the columns in prior_precision, after those of
  *                the mean and of its trend; its other members remain. Its struct_size must be set
- *   elements     [7], receives the element of each column; -1 after the last one
+ *   elements     [7], receives the index in partials of the element of each column; -1 after the last one
  * The sigmas of the samples must be absolute. Errors: TOLIMAN_E_ARGUMENT for a bad number, or if trend and columns
  * exceed 8 functions. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_set_columns(const toliman_sky *sky, double unit_arcsec,

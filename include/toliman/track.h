@@ -7,7 +7,7 @@
  *                                    |
  *   frames[count] -> push -> toliman_track -> outcomes[count]; get_period -> period.h
  *   other folders -> merge ----------+
- *                                    +-> query_fit, get_info, get_rejected, get_options, get_clock
+ *                                    +-> query_fit, get_info, get_options
  *                                    |   records, sessions: track_records.h
  *                                    +-> commit, save -> folder
  *                                 destroy
@@ -145,7 +145,7 @@ typedef struct toliman_track_info {
     int64_t outlier;
     int64_t quarantined; /* keys */
     int64_t repeated;    /* later arrivals of known keys, with the same or other content, here or in merged folders */
-    int64_t rejected;    /* for any reason; see toliman_track_get_rejected */
+    int64_t rejected;    /* for any reason; see rejected_for */
     int64_t expected;    /* frame ids from the first to the last of each session and region */
     int64_t missing;     /* expected ids that are neither accepted nor unreduced, outlier, misfit nor quarantined */
     int64_t dropped;     /* frames dropped by the camera, as reported by all valid frames */
@@ -162,9 +162,10 @@ typedef struct toliman_track_info {
                            Valid until the tracker is destroyed */
     uint32_t elements;  /* bit j: the error of element j (sky.h) is a column of the periodogram */
     uint32_t reserved;
-    int64_t misfit;    /* frames whose chi-square exceeds chi_limit */
-    double chi_limit;  /* the limit in force */
-    double chi_median; /* median chi-square of the valid frames, to 0.2 %; NaN without one */
+    int64_t misfit;           /* frames whose chi-square exceeds chi_limit */
+    double chi_limit;         /* the limit in force */
+    double chi_median;        /* median chi-square of the valid frames, to 0.2 %; NaN without one */
+    int64_t rejected_for[16]; /* [reason - TOLIMAN_TRACK_REASON_NONE], frames rejected for each reason */
 } toliman_track_info;
 #define TOLIMAN_TRACK_INFO_INIT TOLIMAN_INIT(toliman_track_info)
 
@@ -173,19 +174,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const tolim
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and
- * clock.pairs point to memory of the tracker. Pointers to objects, callbacks and the allocator are NULL. */
+ * clock.pairs (NULL if camera time is TAI) point to memory of the tracker. Pointers to objects, callbacks and the
+ * allocator are NULL. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_get_options(const toliman_track *track, toliman_track_options *options) TOLIMAN_NOEXCEPT;
-
-/* Writes the number of frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or later, to *frames.
- * TOLIMAN_E_ARGUMENT for an unknown reason. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_rejected(const toliman_track *track, int32_t reason,
-                                                                         int64_t *frames) TOLIMAN_NOEXCEPT;
-
-/* Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *count becomes their number, 0
- * if camera time is TAI. TOLIMAN_E_CAPACITY if capacity is too small. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *clock,
-                                                                      size_t capacity, size_t *count) TOLIMAN_NOEXCEPT;
 
 /* Returns the tracker's periodogram in *out, for all queries of period.h. It is updated by every push and belongs to
  * the tracker, which destroys it. Queries during a push return TOLIMAN_E_STATE. */

@@ -18,40 +18,6 @@ using namespace toliman;
 
 namespace {
 
-struct Code {
-    Status status;
-    toliman_status code;
-    const char *name;
-};
-#define TOLIMAN_CODE(internal, code)                                                                                   \
-    { Status::internal, code, #code }
-constexpr Code kCodes[] = {
-    TOLIMAN_CODE(ok, TOLIMAN_OK),
-    TOLIMAN_CODE(internal, TOLIMAN_E_INTERNAL),
-    TOLIMAN_CODE(argument, TOLIMAN_E_ARGUMENT),
-    TOLIMAN_CODE(memory, TOLIMAN_E_MEMORY),
-    TOLIMAN_CODE(not_found, TOLIMAN_E_NOT_FOUND),
-    TOLIMAN_CODE(format, TOLIMAN_E_FORMAT),
-    TOLIMAN_CODE(scene, TOLIMAN_E_SCENE),
-    TOLIMAN_CODE(unsupported, TOLIMAN_E_UNSUPPORTED),
-    TOLIMAN_CODE(write, TOLIMAN_E_WRITE),
-    TOLIMAN_CODE(cancelled, TOLIMAN_E_CANCELLED),
-    TOLIMAN_CODE(range, TOLIMAN_E_RANGE),
-    TOLIMAN_CODE(mismatch, TOLIMAN_E_MISMATCH),
-    TOLIMAN_CODE(capacity, TOLIMAN_E_CAPACITY),
-    TOLIMAN_CODE(state, TOLIMAN_E_STATE),
-    TOLIMAN_CODE(lost, TOLIMAN_E_LOST),
-};
-#undef TOLIMAN_CODE
-
-constexpr bool codes_agree() {
-    for (const Code &entry : kCodes)
-        if (static_cast<toliman_status>(entry.status) != entry.code)
-            return false;
-    return true;
-}
-static_assert(codes_agree(), "base/error.hpp and toliman/base.h number the codes differently");
-
 // Vector width in bits of the OpenBLAS kernels of this name.
 int vector_bits(const char *core) noexcept {
     for (const char *name : {"SkylakeX", "Cooperlake", "SapphireRapids"})
@@ -80,13 +46,6 @@ const char *better_core(const char *core) noexcept {
 } // namespace
 
 extern "C" {
-
-const char *toliman_status_name(toliman_status status) noexcept {
-    for (const Code &entry : kCodes)
-        if (entry.code == status)
-            return entry.name;
-    return "TOLIMAN_E_?";
-}
 
 const char *toliman_last_error(void) noexcept {
     return last_error();

@@ -129,32 +129,23 @@ toliman_status toliman_sim_get_budget_steps(const toliman_sim *sim, const tolima
 }
 
 toliman_status toliman_sim_get_budget_rows(const toliman_sim *sim, const toliman_sim_budget_options *options,
-                                           toliman_sim_budget_row *rows, size_t capacity, size_t *count) noexcept {
+                                           double *correlations, size_t side, toliman_sim_budget_row *rows,
+                                           size_t capacity, size_t *count) noexcept {
     return guard([&] {
         const Use use(sim, "sim");
         const optics::Simulator &simulator = use->simulator;
         const Request request = request_of(simulator, options);
+        if (correlations != nullptr && side != request.free.size() + 1)
+            fail(Status::argument, "{side} = %zu: must be %zu, the separation and the free parameters", side,
+                 request.free.size() + 1);
         const StructOutput<toliman_sim_budget_row> results(rows, "rows", capacity, count);
         const information::BudgetFit fit = information::fit_of(simulator.images(), request.free);
         const double tenth_px = kTenth * information::bound_with(simulator.images(), request.free);
         const std::vector<information::BudgetRow> found = information::budget_rows(simulator, request.free, fit);
         results.write(found.size(), "rows",
                       [&](size_t i) { return public_row(found[i], i, fit, request.earth.px, tenth_px); });
-    });
-}
-
-toliman_status toliman_sim_get_budget_correlations(const toliman_sim *sim, const toliman_sim_budget_options *options,
-                                                   size_t count, double *correlations) noexcept {
-    return guard([&] {
-        const Use use(sim, "sim");
-        const optics::Simulator &simulator = use->simulator;
-        const Request request = request_of(simulator, options);
-        if (count != request.free.size() + 1)
-            fail(Status::argument, "{count} = %zu: must be %zu, the separation and the free parameters", count,
-                 request.free.size() + 1);
-        required(correlations, "correlations");
-        const information::BudgetFit fit = information::fit_of(simulator.images(), request.free);
-        std::copy(fit.correlations.begin(), fit.correlations.end(), correlations);
+        if (correlations != nullptr)
+            std::copy(fit.correlations.begin(), fit.correlations.end(), correlations);
     });
 }
 

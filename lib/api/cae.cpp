@@ -91,7 +91,7 @@ cae::FrameSource frame_source(const toliman_cae_train_options &options) {
         const toliman_status status = in_callback("frames", [&] { return call(first, count, counts, data); });
         if (status != TOLIMAN_OK)
             fail(static_cast<Status>(status), "{frames} %zu to %zu: the frames callback returned %s", first,
-                 first + count - 1, toliman_status_name(status));
+                 first + count - 1, toliman_constant_name(status));
     };
 }
 

@@ -163,9 +163,9 @@ bool has_values(const calibrate::Calibration &calibration) {
 
 // Sets an image [rows][stride] to values [rows][cols], or to NaN without values.
 void deliver_image(const Buffer<double> &values, const calibrate::Calibration &calibration, double *image,
-                   size_t stride, const char *name) {
+                   size_t stride) {
     const size_t rows = calibration.nominal.detector.rows, cols = calibration.nominal.detector.cols;
-    required_image(image, stride, cols, name);
+    required_image(image, stride, cols, "image");
     for (size_t y = 0; y < rows; y++)
         for (size_t x = 0; x < cols; x++)
             image[y * stride + x] = values.empty() ? kNan : values[y * cols + x];
@@ -363,14 +363,6 @@ toliman_status toliman_calibration_get_window(const toliman_calibration *handle,
     });
 }
 
-const char *toliman_calibration_change_name(uint32_t change) noexcept {
-    for (const calibrate::Lack lack :
-         {calibrate::lacks_edges, calibrate::lacks_samples, calibrate::lacks_spectrum, calibrate::lacks_map})
-        if (change == lack)
-            return calibrate::name_of(lack);
-    return "?";
-}
-
 toliman_status toliman_calibration_get_attempt(const toliman_calibration *handle, int64_t index,
                                                toliman_calibration_attempt *out) noexcept {
     return guard([&] {
@@ -412,20 +404,16 @@ toliman_status toliman_calibration_get_opd(const toliman_calibration *handle, in
     });
 }
 
-toliman_status toliman_calibration_get_chi_map(const toliman_calibration *handle, double *map, size_t stride) noexcept {
+toliman_status toliman_calibration_get_image(const toliman_calibration *handle, int32_t kind, double *image,
+                                             size_t stride) noexcept {
     return guard([&] {
         const Use use(handle, "calibration");
-        deliver_image(use->calibration.chi_map, use->calibration, map, stride, "map");
-    });
-}
-
-toliman_status toliman_calibration_get_residual(const toliman_calibration *handle, int32_t fitted, double *image,
-                                                size_t stride) noexcept {
-    return guard([&] {
-        const Use use(handle, "calibration");
-        check_truth("fitted", fitted);
         const calibrate::Calibration &calibration = use->calibration;
-        deliver_image(fitted == 1 ? calibration.after : calibration.before, calibration, image, stride, "image");
+        const Buffer<double> *const images[] = {&calibration.chi_map, &calibration.before, &calibration.after};
+        const auto known = static_cast<size_t>(int64_t{kind} - TOLIMAN_CALIBRATION_IMAGE_CHI);
+        if (known >= std::size(images))
+            fail(Status::argument, "{kind} = %d: must be a constant TOLIMAN_CALIBRATION_IMAGE_...", kind);
+        deliver_image(*images[known], calibration, image, stride);
     });
 }
 

@@ -95,18 +95,7 @@ void toliman_components_destroy(toliman_components *components) noexcept {
     destroy(components);
 }
 
-toliman_status toliman_components_push(toliman_components *handle, const double *counts, size_t stride) noexcept {
-    return guard([&] {
-        const Use components(handle, "components");
-        linear::Residuals &residuals = components->residuals;
-        required_image(counts, stride, residuals.cols(), "counts");
-        residuals.push({counts, residuals.rows(), residuals.cols(), stride});
-        discard_training(*components);
-    });
-}
-
-toliman_status toliman_components_push_many(toliman_components *handle, const toliman_image *image,
-                                            size_t count) noexcept {
+toliman_status toliman_components_push(toliman_components *handle, const toliman_image *image, size_t count) noexcept {
     return guard([&] {
         const Use components(handle, "components");
         linear::Residuals &residuals = components->residuals;

@@ -16,6 +16,7 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
+#include "api/output.hpp"
 #include "api/parameters.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/struct_array.hpp"
@@ -197,21 +198,18 @@ void toliman_fit_destroy(toliman_fit *fit) noexcept {
     destroy(fit);
 }
 
-int64_t toliman_fit_parameter_count(const toliman_fit *fit) noexcept {
-    return value_of(fit, "fit", int64_t{0},
-                    [](const toliman_fit &one) { return static_cast<int64_t>(one.fit.parameters().size()); });
-}
-
-toliman_status toliman_fit_get_parameter(const toliman_fit *handle, int64_t index,
-                                         toliman_sim_parameter *out) noexcept {
+toliman_status toliman_fit_get_parameters(const toliman_fit *handle, toliman_sim_parameter *parameters, size_t capacity,
+                                          size_t *count) noexcept {
     return guard([&] {
         const Use use(handle, "fit");
-        const std::vector<Parameter> &parameters = use->fit.parameters();
-        const Parameter parameter = parameters[required_index(index, parameters.size(), "index")];
-        toliman_sim_parameter found = public_parameter(parameter);
-        if (parameter.kind == Parameter::Kind::position_angle)
-            found.unit = "deg";
-        deliver(found, out, "out");
+        const StructOutput<toliman_sim_parameter> result(parameters, "parameters", capacity, count);
+        const std::vector<Parameter> &all = use->fit.parameters();
+        result.write(all.size(), "parameters", [&](size_t i) {
+            toliman_sim_parameter found = public_parameter(all[i]);
+            if (all[i].kind == Parameter::Kind::position_angle)
+                found.unit = "deg";
+            return found;
+        });
     });
 }
 

@@ -250,11 +250,6 @@ planet::InjectionCell checked(const planet::Result &result, const toliman_planet
 
 extern "C" {
 
-const char *toliman_planet_reason_name(uint32_t bit) noexcept {
-    const char *const text = planet::text_of(bit);
-    return text != nullptr ? text : "?";
-}
-
 toliman_status toliman_planet_create(const toliman_measure *series, const toliman_planet_options *options,
                                      toliman_planet **out) noexcept {
     return guard([&] {

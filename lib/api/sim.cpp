@@ -13,6 +13,7 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
+#include "api/output.hpp"
 #include "backend/json.hpp"
 #include "base/buffer.hpp"
 #include "base/workers.hpp"
@@ -143,6 +144,7 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     const optics::Light &light = simulator.light();
     const Buffer<double> &both = simulator.images().both();
     toliman_sim_info info = {};
+    info.name = scene.name.c_str();
     info.wavelengths = static_cast<int32_t>(light.wavelength_m.size());
     info.rows = static_cast<int64_t>(scene.detector.rows);
     info.cols = static_cast<int64_t>(scene.detector.cols);
@@ -324,30 +326,19 @@ toliman_status toliman_sim_get_plan(const toliman_sim *sim, toliman_sim_plan_inf
     });
 }
 
-int64_t toliman_sim_stage_count() noexcept {
-    return int64_t{optics::kStages};
-}
-
-const char *toliman_sim_stage_name(int64_t index) noexcept {
-    return index >= 0 && index < toliman_sim_stage_count() ? optics::stage_name(static_cast<size_t>(index)) : "?";
-}
-
-toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const char *name, int32_t *modelled) noexcept {
+toliman_status toliman_sim_get_stages(const toliman_sim_plan_info *plan, toliman_sim_stage *stages, size_t capacity,
+                                      size_t *count) noexcept {
     return api::guard([&] {
         api::required(plan, "plan");
         const toliman_sim_plan_info known = api::accept(plan, "plan");
-        api::required(name, "name");
-        size_t stage = 0;
-        while (stage < optics::kStages && std::strcmp(optics::stage_name(stage), name) != 0)
-            stage++;
-        if (stage == optics::kStages)
-            fail(Status::argument, "{name} = \"%s\": must be a name returned by toliman_sim_stage_name", name);
-        api::required(modelled, "modelled") = static_cast<int32_t>(known.stages >> stage & 1);
+        const api::StructOutput<toliman_sim_stage> result(stages, "stages", capacity, count);
+        result.write(optics::kStages, "stages", [&](size_t i) {
+            toliman_sim_stage stage = {};
+            stage.name = optics::stage_name(i);
+            stage.modelled = static_cast<int32_t>(known.stages >> i & 1);
+            return stage;
+        });
     });
-}
-
-const char *toliman_sim_get_name(const toliman_sim *sim) noexcept {
-    return api::value_of(sim, "sim", "", [](const toliman_sim &one) { return one.simulator.scene().name.c_str(); });
 }
 
 toliman_status toliman_sim_get_series(const toliman_sim *sim, int64_t first, size_t count, double *times_days,
@@ -388,7 +379,7 @@ toliman_status toliman_sim_get_pupil(const toliman_sim *sim, double *amplitude, 
 }
 
 toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count, double *wavelength_m, double *weight_a,
-                                        double *weight_b) noexcept {
+                                        double *weight_b, double *plate_scale_error) noexcept {
     return api::guard([&] {
         const api::Use use(sim, "sim");
         const optics::Light &light = use->simulator.light();
@@ -403,20 +394,11 @@ toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count, do
             std::fill_n(weight_b, count, 0.0);
         else if (weight_b != nullptr)
             std::copy(light.photons[1].begin(), light.photons[1].end(), weight_b);
-    });
-}
-
-toliman_status toliman_sim_get_plate_scale(const toliman_sim *sim, size_t count, double *relative_error) noexcept {
-    return api::guard([&] {
-        const api::Use use(sim, "sim");
-        const optics::Simulator &simulator = use->simulator;
-        const size_t wavelengths = simulator.light().wavelength_m.size();
-        if (count != wavelengths)
-            fail(Status::argument, "{count} = %zu: must be %zu, the number of wavelengths", count, wavelengths);
-        api::required(relative_error, "relative_error");
-        const std::vector<double> &errors = simulator.plan().plate_scale_errors;
-        std::fill_n(relative_error, count, 0.0);
-        std::copy(errors.begin(), errors.end(), relative_error);
+        if (plate_scale_error != nullptr) {
+            const std::vector<double> &errors = use->simulator.plan().plate_scale_errors;
+            std::fill_n(plate_scale_error, count, 0.0);
+            std::copy(errors.begin(), errors.end(), plate_scale_error);
+        }
     });
 }
 

@@ -6,6 +6,7 @@
 
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/output.hpp"
 #include "api/parameters.hpp"
 
 namespace api = toliman::api;
@@ -39,14 +40,11 @@ Buffer<double> weights_of(const toliman::Detector &detector, const double *weigh
 
 } // namespace
 
-int64_t toliman_sim_parameter_count() noexcept {
-    return static_cast<int64_t>(toliman::parameter_count());
-}
-
-toliman_status toliman_sim_get_parameter(int64_t index, toliman_sim_parameter *out) noexcept {
+toliman_status toliman_sim_get_parameters(toliman_sim_parameter *parameters, size_t capacity, size_t *count) noexcept {
     return api::guard([&] {
-        const size_t at = api::required_index(index, toliman::parameter_count(), "index");
-        api::deliver(api::public_parameter(toliman::all_parameters()[at]), out, "out");
+        const api::StructOutput<toliman_sim_parameter> result(parameters, "parameters", capacity, count);
+        result.write(toliman::parameter_count(), "parameters",
+                     [](size_t i) { return api::public_parameter(toliman::all_parameters()[i]); });
     });
 }
 

@@ -159,11 +159,11 @@ toliman_period_options options_for(size_t columns, const toliman_period_options 
     return options;
 }
 
-size_t known_element(int64_t element) {
-    if (element < 0 || element >= static_cast<int64_t>(sky::kElements))
-        fail(Status::range, "{element} = %lld: must be in [0, %zu]", static_cast<long long>(element),
-             sky::kElements - 1);
-    return static_cast<size_t>(element);
+size_t known_element(int32_t element) {
+    const auto known = static_cast<size_t>(int64_t{element} - TOLIMAN_SKY_ELEMENT_PERIOD);
+    if (known >= sky::kElements)
+        fail(Status::range, "{element} = %d: must be a constant TOLIMAN_SKY_ELEMENT_...", element);
+    return known;
 }
 
 } // namespace
@@ -278,11 +278,6 @@ toliman_status toliman_sky_get_info(const toliman_sky *sky, toliman_sky_info *ou
     });
 }
 
-const char *toliman_sky_element_name(int64_t element) noexcept {
-    const bool known = element >= 0 && element < static_cast<int64_t>(sky::kElements);
-    return known ? sky::element_name(static_cast<size_t>(element)) : "?";
-}
-
 toliman_status toliman_sky_refit(const toliman_sky *sky, const toliman_measure *measured, double scale_sigma,
                                  toliman_sky_refit_result *result, toliman_sky **out) noexcept {
     return guard([&] {
@@ -344,7 +339,7 @@ toliman_status toliman_sky_save_file(const toliman_sky *sky, const char *path) n
     });
 }
 
-toliman_status toliman_sky_get_element(const toliman_sky *sky, int64_t element, double *value, double *sigma) noexcept {
+toliman_status toliman_sky_get_element(const toliman_sky *sky, int32_t element, double *value, double *sigma) noexcept {
     return guard([&] {
         const Use use(sky, "sky");
         const size_t known = known_element(element);

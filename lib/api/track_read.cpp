@@ -102,14 +102,6 @@ toliman_status toliman_track_get_info(const toliman_track *track, toliman_track_
     });
 }
 
-toliman_status toliman_track_get_rejected(const toliman_track *track, int32_t reason, int64_t *frames) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        required(frames, "frames");
-        *frames = use->tracker->counts().rejected[static_cast<size_t>(kRejections.to_enum(reason, "reason"))];
-    });
-}
-
 toliman_status toliman_track_get_streams(const toliman_track *track, toliman_track_stream *streams, size_t capacity,
                                          size_t *count) noexcept {
     return guard([&] {
@@ -118,20 +110,6 @@ toliman_status toliman_track_get_streams(const toliman_track *track, toliman_tra
         const StructOutput<toliman_track_stream> result(streams, "streams", capacity, count);
         const std::vector<track::NamedStream> all = tracker.streams();
         result.write(all.size(), "sessions and regions", [&](size_t i) { return public_stream(all[i]); });
-    });
-}
-
-toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *clock, size_t capacity,
-                                       size_t *count) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        const std::vector<track::ClockPoint> &known = use->tracker->plan().clock.points();
-        const Output<int64_t> result(clock, "clock", capacity, count, 2);
-        int64_t *next = result.resize(known.size(), "clock pairs");
-        for (const track::ClockPoint &point : known) {
-            *next++ = point.camera_ns;
-            *next++ = point.tai_ns;
-        }
     });
 }
 

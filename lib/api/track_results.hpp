@@ -97,8 +97,11 @@ inline toliman_track_info public_info(const track::Tracker &tracker, uint32_t fl
     info.outlier = counts.outlier;
     info.quarantined = counts.quarantined;
     info.repeated = counts.repeated;
-    for (const int64_t rejected : counts.rejected)
-        info.rejected += rejected;
+    for (size_t reason = 0; reason < std::size(counts.rejected); reason++) {
+        const int32_t constant = kRejections.to_constant(static_cast<track::Reason>(reason));
+        info.rejected_for[constant - TOLIMAN_TRACK_REASON_NONE] = counts.rejected[reason];
+        info.rejected += counts.rejected[reason];
+    }
     info.expected = tracker.expected();
     info.misfit = counts.misfit;
     info.missing =

@@ -14,7 +14,13 @@ constexpr double kStructureLimit = 50; // of `structure`
 constexpr double kHeld = 0.7;          // of the prior's standard deviation: above it, the prior determines a parameter
 
 // What an incomplete model may lack, in the order in which it is tried.
-enum Lack : uint32_t { lacks_edges = 1, lacks_samples = 2, lacks_spectrum = 4, lacks_map = 8 };
+// In the order of TOLIMAN_CALIBRATION_CHANGE_....
+enum Lack : uint32_t {
+    lacks_edges = 1u << 12,
+    lacks_samples = 1u << 13,
+    lacks_spectrum = 1u << 14,
+    lacks_map = 1u << 15
+};
 
 // A calibration with one change of the model.
 struct Attempt {

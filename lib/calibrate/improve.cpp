@@ -143,13 +143,6 @@ bool attempt(Lack lack, bool must, Variant &model, Calibration &best) {
 
 } // namespace
 
-const char *name_of(Lack lack) noexcept {
-    return lack == lacks_edges      ? "mask edges"
-           : lack == lacks_samples  ? "pupil samples"
-           : lack == lacks_spectrum ? "spectral modes"
-                                    : "map";
-}
-
 uint32_t lacks_of(const Calibration &calibration, const Problem &problem, const Options &options) {
     uint32_t lacks = 0;
     for (const Lack lack : kOrder)

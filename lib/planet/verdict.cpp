@@ -43,35 +43,6 @@ double median_step(const Series &series) {
 
 } // namespace
 
-const char *text_of(uint32_t reason) noexcept {
-    switch (reason) {
-    case kReasonOdds:
-        return "the odds are below the threshold";
-    case kReasonChiSquare:
-        return "chi-square of the fit is too good, or poor without a jitter";
-    case kReasonJitter:
-        return "the noise is far above the sigmas: the model lacks an effect, or times, unit or sigmas are wrong";
-    case kReasonFap:
-        return "the false alarm probability contradicts the odds";
-    case kReasonEdge:
-        return "period or eccentricity is at the edge of the prior";
-    case kReasonRange:
-        return "a period outside the range fits better";
-    case kReasonMass:
-        return "the mass is not below that of the star";
-    case kReasonCrossing:
-        return "the orbit crosses that of a more certain planet of the same star";
-    case kReasonFrames:
-        return "chi-square of the frames is poor: the model of the frames lacks an effect";
-    case kReasonEvidence:
-        return "the odds have not converged";
-    case kReasonSamples:
-        return "there are outliers";
-    default:
-        return nullptr;
-    }
-}
-
 double log10_fap_of_orbit(const Squares &squares, const Series &series, const Design &design, const Prior &prior) {
     const double left = squares.without > 0 ? squares.with / squares.without : 1;
     const double log10_left =

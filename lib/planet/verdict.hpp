@@ -11,23 +11,21 @@ namespace toliman::planet {
 
 // In the order of TOLIMAN_PLANET_REASON_....
 enum Reason : uint32_t {
-    kReasonOdds = 1,
-    kReasonChiSquare = 2,
-    kReasonJitter = 4,
-    kReasonFap = 8,
-    kReasonEdge = 16,
-    kReasonRange = 32,
-    kReasonMass = 64,
-    kReasonCrossing = 128,
-    kReasonFrames = 256,
-    kReasonSamples = 512,
-    kReasonEvidence = 1024
+    kReasonOdds = 1u << 16,
+    kReasonChiSquare = 1u << 17,
+    kReasonJitter = 1u << 18,
+    kReasonFap = 1u << 19,
+    kReasonEdge = 1u << 20,
+    kReasonRange = 1u << 21,
+    kReasonMass = 1u << 22,
+    kReasonCrossing = 1u << 23,
+    kReasonFrames = 1u << 24,
+    kReasonSamples = 1u << 25,
+    kReasonEvidence = 1u << 26
 };
 constexpr uint32_t reason_if(bool is_true, Reason reason) noexcept {
     return is_true ? static_cast<uint32_t>(reason) : 0;
 }
-// What a reason means, in English; NULL for a number that is none.
-const char *text_of(uint32_t reason) noexcept;
 
 // Median chi-square of the frames, beyond which their model lacks an effect, whose sizes and periods are unknown.
 constexpr double kMostFrameChiSquare = 2;

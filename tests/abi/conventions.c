@@ -43,7 +43,7 @@ static void result(const char *name, const void *data, size_t size) {
 /* An expected failure; its message must have a decimal point in every locale. */
 static void refused(const char *name, toliman_status status, toliman_status wanted) {
     if (status != wanted)
-        fail_msg("%s: %s, expected %s", name, toliman_status_name(status), toliman_status_name(wanted));
+        fail_msg("%s: %s, expected %s", name, toliman_constant_name(status), toliman_constant_name(wanted));
     assert_true(toliman_last_error()[0] != 0);
     fprintf(results, "%s: %s\n", name, toliman_last_error());
 }
@@ -185,7 +185,7 @@ static void fit(const toliman_sim *sim, const double *frames) {
     toliman_linear_destroy(linear);
     assert_ok(toliman_components_create(sim, NULL, &components));
     for (int i = 0; i < FRAMES; i++)
-        assert_ok(toliman_components_push(components, frames + (size_t)i * kPixels, kSide));
+        assert_ok(toliman_components_push(components, PLAIN_IMAGE(frames + (size_t)i * kPixels), 1));
     toliman_components_train_options options = TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT;
     options.threads = 2;
     options.progress = keep_going;

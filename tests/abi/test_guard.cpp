@@ -16,8 +16,8 @@ using namespace toliman;
 template <class Body> void require(toliman_status expected, const char *message, Body body) {
     const toliman_status status = api::guard(body);
     if (status != expected || std::strstr(toliman_last_error(), message) == nullptr) {
-        std::fprintf(stderr, "%s: %s, not %s: %s\n", toliman_status_name(status), toliman_last_error(),
-                     toliman_status_name(expected), message);
+        std::fprintf(stderr, "%s: %s, not %s: %s\n", toliman_constant_name(status), toliman_last_error(),
+                     toliman_constant_name(expected), message);
         std::exit(EXIT_FAILURE);
     }
 }

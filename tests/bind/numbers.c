@@ -47,7 +47,10 @@ static void simulate(const toliman_sim *sim, int64_t rows, int64_t cols, double 
     show("star_a", image[120 * cols + 100]);
     MUST(toliman_sim_get_derivative(sim, "jitter_xy", image, (size_t)cols));
     show("jitter_xy", image[120 * cols + 100]);
-    show("parameters", (double)toliman_sim_parameter_count());
+    static toliman_sim_parameter parameters[128] = {TOLIMAN_SIM_PARAMETER_INIT};
+    size_t known = 0;
+    MUST(toliman_sim_get_parameters(parameters, 128, &known));
+    show("parameters", (double)known);
     MUST(toliman_sim_frame_many(sim, NULL, 3, 5, 2, images));
     show("frame_many", images[rows * cols + 130 * cols + 100]);
     MUST(toliman_sim_get_series(sim, 8, 3, times, displacements));
@@ -148,9 +151,10 @@ static void fit_linear(const toliman_sim *sim, const double *frame, int64_t rows
     show("estimate", value);
     show("sigma", sigma);
     MUST(toliman_components_create(sim, NULL, &components));
+    const toliman_image view = {.struct_size = sizeof view, .pixels = image};
     for (int k = 0; k < FRAMES; k++) {
         MUST(toliman_sim_frame(sim, 1e-3 * k, 3, k, image, (size_t)cols));
-        MUST(toliman_components_push(components, image, (size_t)cols));
+        MUST(toliman_components_push(components, &view, 1));
     }
     MUST(toliman_components_train(components, NULL, NULL));
     MUST(toliman_components_get_series(components, 0, values, &share));
@@ -278,7 +282,7 @@ static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
     const toliman_period *period;
     toliman_track_stream streams[2] = {{.struct_size = sizeof *streams}};
     toliman_track_options options;
-    int64_t rejected;
+    toliman_track_info info = TOLIMAN_TRACK_INFO_INIT;
     toliman_track_outcome outcome = {.struct_size = sizeof outcome};
     size_t done, many;
     double *image = malloc((size_t)(rows * cols) * sizeof *image);
@@ -308,8 +312,8 @@ static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
     }
     show("tracked", outcome.value);
     show("tai", (double)outcome.tai_ns);
-    MUST(toliman_track_get_rejected(track, TOLIMAN_TRACK_REASON_NOT_FINITE, &rejected));
-    show("rejected", (double)rejected);
+    MUST(toliman_track_get_info(track, &info));
+    show("rejected", (double)info.rejected_for[TOLIMAN_TRACK_REASON_NOT_FINITE - TOLIMAN_TRACK_REASON_NONE]);
     MUST(toliman_track_get_streams(track, streams, 2, &many));
     show("streams", (double)many);
     show("frames", (double)streams[0].frames);
@@ -334,7 +338,7 @@ int main(int argc, char **argv) {
     MUST(toliman_sim_get_bounds(sim, &bounds));
     show("crb", bounds.crb_px);
     show("photons", info.total_photons);
-    printf("name %s\n", toliman_sim_get_name(sim));
+    printf("name %s\n", info.name);
     double *image = malloc((size_t)(info.rows * info.cols) * sizeof *image);
     simulate(sim, info.rows, info.cols, image);
     encode(sim, image, info.cols);

@@ -30,7 +30,7 @@ contains
         call sim%get_bounds(bounds)
         call show('crb', bounds%crb_px)
         call show('photons', info%total_photons)
-        print '(2a)', 'name ', sim%get_name()
+        print '(2a)', 'name ', toliman_text(info%name)
         allocate (image(info%cols, info%rows))
         call simulate(sim, image)
         call encode(sim, image)
@@ -48,6 +48,8 @@ contains
         real(c_double), allocatable :: images(:, :, :)
         real(c_double) :: times(3), displacements(3), sum_of
         type(toliman_sim_offsets) :: offsets
+        type(toliman_sim_parameter) :: parameters(128)
+        integer(c_size_t) :: known
         integer :: x, y
         call sim%expect(1d-6, image)
         call show('expect', image(101, 121))
@@ -55,7 +57,8 @@ contains
         call show('star_a', image(101, 121))
         call sim%get_derivative('jitter_xy', image)
         call show('jitter_xy', image(101, 121))
-        call show('parameters', real(sim%parameter_count(), c_double))
+        call sim%get_parameters(known, parameters)
+        call show('parameters', real(known, c_double))
         allocate (images(size(image, 1), size(image, 2), 2))
         call sim%frame_many(3_c_int64_t, 5_c_int64_t, images)
         call show('frame_many', images(101, 131, 2))
@@ -163,7 +166,8 @@ contains
         type(toliman_linear_estimator) :: linear
         type(toliman_component_set) :: components
         real(c_double) :: value, sigma, values(frames), share
-        real(c_double), allocatable :: image(:, :)
+        real(c_double), allocatable, target :: image(:, :)
+        type(toliman_image) :: view
         integer :: k
         call linear%create(sim)
         call linear%encode(frame, value)
@@ -171,10 +175,11 @@ contains
         call show('estimate', value)
         call show('sigma', sigma)
         allocate (image, mold=frame)
+        view%pixels = c_loc(image)
         call components%create(sim)
         do k = 0, frames - 1
             call sim%frame(1d-3*k, 3_c_int64_t, int(k, c_int64_t), image)
-            call components%push(image)
+            call components%push(view, 1_c_size_t)
         end do
         call components%train()
         call components%get_series(0_c_int64_t, values, share)
@@ -294,7 +299,7 @@ contains
         type(toliman_periodogram) :: period
         type(toliman_track_stream) :: streams(2)
         type(toliman_track_options) :: options
-        integer(c_int64_t) :: rejected
+        type(toliman_track_info) :: info
         type(toliman_track_outcome) :: outcome
         integer(c_int64_t) :: clock(2, 2), k
         integer(c_size_t) :: many
@@ -313,8 +318,8 @@ contains
         end do
         call show('tracked', outcome%value)
         call show('tai', real(outcome%tai_ns, c_double))
-        call tracker%get_rejected(TOLIMAN_TRACK_REASON_NOT_FINITE, rejected)
-        call show('rejected', real(rejected, c_double))
+        call tracker%get_info(info)
+        call show('rejected', real(info%rejected_for(1 + TOLIMAN_TRACK_REASON_NOT_FINITE - TOLIMAN_TRACK_REASON_NONE), c_double))
         call tracker%get_streams(many, streams)
         call show('streams', real(many, c_double))
         call show('frames', real(streams(1)%frames, c_double))

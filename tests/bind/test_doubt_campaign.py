@@ -17,7 +17,7 @@ import toliman  # noqa: E402
 from test_planet_campaign import Serial  # noqa: E402
 
 from toliman import _library, _raw as RAW  # noqa: E402
-REASONS = {name: _library.library.toliman_planet_reason_name(getattr(RAW, f"TOLIMAN_PLANET_REASON_{name}")).decode()
+REASONS = {name: _library.library.toliman_constant_name(getattr(RAW, f"TOLIMAN_PLANET_REASON_{name}")).decode()
            for name in ("ODDS", "CHI_SQUARE", "JITTER", "FAP", "EDGE", "RANGE", "MASS", "CROSSING", "FRAMES", "SAMPLES")}
 
 
@@ -149,8 +149,8 @@ class Reasons(unittest.TestCase):
 
     def test_names(self):
         self.assertEqual(len(set(REASONS.values())), 10)
-        name = _library.library.toliman_planet_reason_name
-        self.assertEqual([name(number) for number in (0, 3, 1 << 20)], [b"?"] * 3)
+        name = _library.library.toliman_constant_name
+        self.assertEqual([name(number) for number in (15, 3 << 20, -1)], [b"?"] * 3)
 
 
 if __name__ == "__main__":

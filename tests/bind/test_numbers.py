@@ -151,7 +151,7 @@ class Python:
     def track(self, sim, image, rows, cols):
         linear, track = ctypes.POINTER(_raw.toliman_linear)(), ctypes.POINTER(_raw.toliman_track)()
         self.must(library.toliman_linear_create(sim, None, ctypes.byref(linear)))
-        options, rejected, outcome = _raw.toliman_track_options(), ctypes.c_int64(), _raw.toliman_track_outcome()
+        options, info, outcome = _raw.toliman_track_options(), _raw.toliman_track_info(), _raw.toliman_track_outcome()
         options.estimator.linear = linear
         options.grid.nf, options.grid.f0, options.grid.df = 5461, 1.5 / N, 0.1 / N
         self.must(library.toliman_track_create(ctypes.byref(options), ctypes.byref(track)))
@@ -164,8 +164,9 @@ class Python:
                                        pixels=ctypes.cast(image, ctypes.c_void_p))
             self.must(library.toliman_track_push(track, ctypes.byref(frame), 1, ctypes.byref(outcome),
                                                  ctypes.byref(ctypes.c_size_t())))
-        self.must(library.toliman_track_get_rejected(track, _raw.TOLIMAN_TRACK_REASON_NOT_FINITE, ctypes.byref(rejected)))
-        self.found.update(tracked=outcome.value, rejected=rejected.value)
+        self.must(library.toliman_track_get_info(track, ctypes.byref(info)))
+        reason = _raw.TOLIMAN_TRACK_REASON_NOT_FINITE - _raw.TOLIMAN_TRACK_REASON_NONE
+        self.found.update(tracked=outcome.value, rejected=info.rejected_for[reason])
         library.toliman_track_destroy(track)
         library.toliman_linear_destroy(linear)
 

@@ -34,7 +34,7 @@ static int defects;
 static void complain(const char *when, const char *what, toliman_status status) {
     defects++;
     fprintf(stderr, "%s%s%s: %s%s [%s; %s failed]: %s \"%s\"\n", now->function, now->variant ? ", " : "",
-            now->variant ? now->variant : "", when, what, failure, failed_call(), toliman_status_name(status),
+            now->variant ? now->variant : "", when, what, failure, failed_call(), toliman_constant_name(status),
             toliman_last_error());
 }
 

@@ -86,11 +86,8 @@ static toliman_status get_window(attempt *a) {
 static toliman_status get_opd(attempt *a) {
     return toliman_calibration_get_opd(calibration(), 0, (double *)a->out);
 }
-static toliman_status get_chi_map(attempt *a) {
-    return toliman_calibration_get_chi_map(calibration(), (double *)a->out, SMALL);
-}
-static toliman_status get_residual(attempt *a) {
-    return toliman_calibration_get_residual(calibration(), 1, (double *)a->out, SMALL);
+static toliman_status get_image(attempt *a) {
+    return toliman_calibration_get_image(calibration(), TOLIMAN_CALIBRATION_IMAGE_AFTER, (double *)a->out, SMALL);
 }
 static toliman_status save_file(attempt *a) {
     (void)a;
@@ -110,7 +107,7 @@ static toliman_status get_left_out(attempt *a) {
 }
 static toliman_status change_name(attempt *a) {
     (void)a;
-    must(strcmp(toliman_calibration_change_name(TOLIMAN_CALIBRATION_CHANGE_EDGES), "mask edges") == 0, "change_name");
+    must(strcmp(toliman_constant_name(TOLIMAN_CALIBRATION_CHANGE_EDGES), "mask edges") == 0, "change_name");
     return TOLIMAN_OK;
 }
 
@@ -203,10 +200,9 @@ static const scenario all[] = {
      .call = get_left_out,
      .stage = put_all,
      .refused = TOLIMAN_E_RANGE},
-    {.function = "toliman_calibration_change_name", .call = change_name},
+    {.function = "toliman_constant_name", .call = change_name},
     {.function = "toliman_calibration_get_opd", .call = get_opd, .stage = put_all},
-    {.function = "toliman_calibration_get_chi_map", .call = get_chi_map, .stage = put_all},
-    {.function = "toliman_calibration_get_residual", .call = get_residual, .stage = put_all},
+    {.function = "toliman_calibration_get_image", .call = get_image, .stage = put_all},
     {.function = "toliman_calibration_save_file", .call = save_file, .stage = put_old, .check = check_saved, .slow = 1},
 };
 SCENARIO_LIST(calibrate_scenarios, all);

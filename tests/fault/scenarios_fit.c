@@ -49,13 +49,9 @@ static toliman_status destroy(attempt *a) {
     a->object = NULL;
     return TOLIMAN_OK;
 }
-static toliman_status parameter_count(attempt *a) {
-    const int64_t count = toliman_fit_parameter_count(fitter());
-    memcpy(a->out, &count, sizeof count);
-    return TOLIMAN_OK;
-}
-static toliman_status get_parameter(attempt *a) {
-    return toliman_fit_get_parameter(fitter(), 1, (void *)a->out);
+static toliman_status get_parameters(attempt *a) {
+    size_t count = 0;
+    return toliman_fit_get_parameters(fitter(), (void *)a->out, 16, &count);
 }
 static toliman_status get_info(attempt *a) {
     return toliman_fit_get_info(fitter(), (void *)a->out);
@@ -83,9 +79,8 @@ static const scenario all[] = {
     {.function = "toliman_fit_create", .call = create, .made = &fits, .stage = put_frames},
     {.function = "toliman_fit_create_windows", .call = create_windows, .made = &fits, .stage = put_frames},
     {.function = "toliman_fit_destroy", .call = destroy, .make = make, .of = &fits},
-    {.function = "toliman_fit_parameter_count", .call = parameter_count, .stage = put_frames},
-    {.function = "toliman_fit_get_parameter",
-     .call = get_parameter,
+    {.function = "toliman_fit_get_parameters",
+     .call = get_parameters,
      .stage = put_frames,
      .struct_size = sizeof(toliman_sim_parameter)},
     {.function = "toliman_fit_get_info",

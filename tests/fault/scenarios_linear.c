@@ -33,7 +33,7 @@ static void *make_components(void) {
     toliman_components *components = NULL;
     assert_ok(toliman_components_create(small_sim(), NULL, &components));
     for (size_t i = 0; i + 1 < FRAMES; i++)
-        assert_ok(toliman_components_push(components, small_frames() + i * PIXELS, SMALL));
+        assert_ok(toliman_components_push(components, PLAIN_IMAGE(small_frames() + i * PIXELS), 1));
     return components;
 }
 
@@ -101,10 +101,7 @@ static toliman_status destroy_components(attempt *a) {
     return TOLIMAN_OK;
 }
 static toliman_status push_frame(attempt *a) {
-    return toliman_components_push(a->object, small_frames() + (FRAMES - 1) * PIXELS, SMALL);
-}
-static toliman_status push_last(attempt *a) {
-    return toliman_components_push_many(a->object, PLAIN_IMAGE(small_frames() + (FRAMES - 1) * PIXELS), 1);
+    return toliman_components_push(a->object, PLAIN_IMAGE(small_frames() + (FRAMES - 1) * PIXELS), 1);
 }
 static toliman_status reset(attempt *a) {
     return toliman_components_reset(a->object);
@@ -138,7 +135,6 @@ static const scenario all[] = {
     {.function = "toliman_components_create", .call = create_components, .made = &collections},
     {.function = "toliman_components_destroy", .call = destroy_components, .make = make_trained, .of = &collections},
     {.function = "toliman_components_push", .call = push_frame, .make = make_trained, .of = &collections},
-    {.function = "toliman_components_push_many", .call = push_last, .make = make_trained, .of = &collections},
     {.function = "toliman_components_reset", .call = reset, .make = make_trained, .of = &collections},
     {.function = "toliman_components_train", "PCA", train_pca, make_components, &collections, .struct_size = REPORT},
     {.function = "toliman_components_train",

@@ -233,8 +233,9 @@ static toliman_status get_derivative(attempt *a) {
 static toliman_status get_opd_gradient(attempt *a) {
     return toliman_sim_get_opd_gradient(small_sim(), small_frames(), SMALL, (double *)a->out);
 }
-static toliman_status get_parameter(attempt *a) {
-    return toliman_sim_get_parameter(toliman_sim_parameter_count() - 1, (void *)a->out);
+static toliman_status get_parameters(attempt *a) {
+    size_t count = 0;
+    return toliman_sim_get_parameters((void *)a->out, 128, &count);
 }
 static toliman_status get_info(attempt *a) {
     return toliman_sim_get_info(small_sim(), (void *)a->out);
@@ -243,15 +244,10 @@ static toliman_status get_plan(attempt *a) {
     toliman_sim_plan_info *const out = (void *)a->out;
     return without_seconds(toliman_sim_get_plan(small_sim(), out), out);
 }
-static toliman_status get_texts(attempt *a) {
-    (void)a;
-    must(strcmp(toliman_sim_get_name(small_sim()), "binary") == 0, "get_name");
-    must(strcmp(toliman_sim_stage_name(toliman_sim_stage_count() - 1), "?") != 0, "stage_name");
-    return TOLIMAN_OK;
-}
-static toliman_status get_stage(attempt *a) {
+static toliman_status get_stages(attempt *a) {
     static const toliman_sim_plan_info plan = {.struct_size = sizeof plan, .stages = 1};
-    return toliman_sim_get_stage(&plan, toliman_sim_stage_name(0), (int32_t *)a->out);
+    size_t count = 0;
+    return toliman_sim_get_stages(&plan, (void *)a->out, 32, &count);
 }
 static toliman_status get_bounds(attempt *a) {
     return toliman_sim_get_bounds(small_sim(), (void *)a->out);
@@ -266,16 +262,10 @@ static toliman_status get_budget_steps(attempt *a) {
 }
 static toliman_status get_budget_rows(attempt *a) {
     size_t count = 0;
-    return toliman_sim_get_budget_rows(small_sim(), &kBudget, (void *)a->out, 128, &count);
-}
-static toliman_status get_budget_correlations(attempt *a) {
-    return toliman_sim_get_budget_correlations(small_sim(), &kBudget, 3, (double *)a->out);
+    return toliman_sim_get_budget_rows(small_sim(), &kBudget, (double *)a->out, 3, (void *)(a->out + 128), 128, &count);
 }
 static toliman_status get_offsets(attempt *a) {
     return toliman_sim_get_offsets(small_sim(), (void *)a->out);
-}
-static toliman_status get_plate_scale(attempt *a) {
-    return toliman_sim_get_plate_scale(small_sim(), 5, (double *)a->out);
 }
 static toliman_status get_pupil(attempt *a) {
     double *const out = (double *)a->out;
@@ -287,7 +277,7 @@ static toliman_status get_series(attempt *a) {
 }
 static toliman_status get_spectrum(attempt *a) {
     double *const out = (double *)a->out;
-    return toliman_sim_get_spectrum(small_sim(), 5, out, out + 5, out + 10);
+    return toliman_sim_get_spectrum(small_sim(), 5, out, out + 5, out + 10, out + 15);
 }
 
 static void *make_binary(void) {
@@ -341,14 +331,10 @@ static const scenario all[] = {
     {.function = "toliman_sim_get_image", .call = get_image},
     {.function = "toliman_sim_get_derivative", .call = get_derivative, .make = make_binary, .of = &sims},
     {.function = "toliman_sim_get_opd_gradient", .call = get_opd_gradient},
-    {.function = "toliman_sim_parameter_count", .call = get_parameter, .struct_size = sizeof(toliman_sim_parameter)},
-    {.function = "toliman_sim_get_parameter", .call = get_parameter, .struct_size = sizeof(toliman_sim_parameter)},
+    {.function = "toliman_sim_get_parameters", .call = get_parameters, .struct_size = sizeof(toliman_sim_parameter)},
     {.function = "toliman_sim_get_info", .call = get_info, .struct_size = sizeof(toliman_sim_info)},
     {.function = "toliman_sim_get_plan", .call = get_plan, .struct_size = sizeof(toliman_sim_plan_info)},
-    {.function = "toliman_sim_get_name", .call = get_texts},
-    {.function = "toliman_sim_stage_count", .call = get_texts},
-    {.function = "toliman_sim_stage_name", .call = get_texts},
-    {.function = "toliman_sim_get_stage", .call = get_stage},
+    {.function = "toliman_sim_get_stages", .call = get_stages, .struct_size = sizeof(toliman_sim_stage)},
     {.function = "toliman_sim_get_bounds", .call = get_bounds, .struct_size = sizeof(toliman_sim_bounds)},
     {.function = "toliman_sim_get_budget", .call = get_budget, .struct_size = sizeof(toliman_sim_budget)},
     {.function = "toliman_sim_get_budget_steps",
@@ -358,9 +344,7 @@ static const scenario all[] = {
      .call = get_budget_rows,
      .struct_size = sizeof(toliman_sim_budget_row),
      .slow = 1},
-    {.function = "toliman_sim_get_budget_correlations", .call = get_budget_correlations},
     {.function = "toliman_sim_get_offsets", .call = get_offsets, .struct_size = sizeof(toliman_sim_offsets)},
-    {.function = "toliman_sim_get_plate_scale", .call = get_plate_scale},
     {.function = "toliman_sim_get_pupil", .call = get_pupil},
     {.function = "toliman_sim_get_series", .call = get_series},
     {.function = "toliman_sim_get_spectrum", .call = get_spectrum},

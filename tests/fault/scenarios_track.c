@@ -301,12 +301,6 @@ static toliman_status load_options(attempt *a) {
         options->folder = NULL; /* a different pointer each time */
     return status;
 }
-static toliman_status get_clock(attempt *a) {
-    return toliman_track_get_clock(a->object, (int64_t *)a->out, 8, (size_t *)(a->out + 8192));
-}
-static toliman_status get_rejected(attempt *a) {
-    return toliman_track_get_rejected(a->object, TOLIMAN_TRACK_REASON_ZERO_RUN, (int64_t *)a->out);
-}
 static toliman_status get_info(attempt *a) {
     return toliman_track_get_info(a->object, (void *)a->out);
 }
@@ -431,9 +425,7 @@ static const scenario all[] = {
      .call = load_options,
      .struct_size = sizeof(toliman_track_options),
      .stage = put_frames},
-    QUERIES(get_clock, 0),
     QUERIES(get_info, sizeof(toliman_track_info)),
-    QUERIES(get_rejected, 0),
     QUERIES(get_records, sizeof(toliman_track_record)),
     QUERIES(get_columns, sizeof(toliman_track_column)),
     QUERIES(get_column, 0),

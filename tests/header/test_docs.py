@@ -67,7 +67,7 @@ class Reference(unittest.TestCase):
         first = (ROOT / "include/toliman/core.h").read_text().split("*/")[0].replace("save_file, load_file", "cae_save_file cae_load_file")
         core = {name for name in SYMBOLS if re.search(rf"\b{name.removeprefix('toliman_')}\b", first)}
         self.assertEqual(len(core), 15, core)
-        more = re.compile(r"toliman_(\w+_destroy|\w+_get_info|sim_get_series|status_name|period_query_fit|period_push_many)")
+        more = re.compile(r"toliman_(\w+_destroy|\w+_get_info|sim_get_series|constant_name|period_query_fit|period_push_many)")
         for example in ("first_light", "period"):
             used = set(re.findall(r"\b(toliman_\w+)\(", (ROOT / f"examples/c/{example}.c").read_text()))
             self.assertEqual({name for name in used - core if not more.fullmatch(name)}, set(), example)

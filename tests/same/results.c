@@ -131,7 +131,7 @@ static void decompose(const toliman_sim *sim, const double *frames) {
     double series[FRAMES];
     assert_ok(toliman_components_create(sim, NULL, &components));
     for (int i = 0; i < FRAMES; i++)
-        assert_ok(toliman_components_push(components, frames + (size_t)i * kPixels, kSide));
+        assert_ok(toliman_components_push(components, PLAIN_IMAGE(frames + (size_t)i * kPixels), 1));
     toliman_components_train_options options = TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT;
     options.threads = workers;
     for (options.method = TOLIMAN_COMPONENTS_PCA; options.method <= TOLIMAN_COMPONENTS_DICTIONARY; options.method++) {

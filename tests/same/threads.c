@@ -85,7 +85,7 @@ static int use_components(results *found) {
     for (int64_t k = 0; k < 3 && status == TOLIMAN_OK; k++) {
         status = toliman_sim_frame(shared_sim, 0, 2, k, frame, SIDE_PX);
         if (status == TOLIMAN_OK)
-            status = toliman_components_push(components, frame, SIDE_PX);
+            status = toliman_components_push(components, PLAIN_IMAGE(frame), 1);
     }
     if (status == TOLIMAN_OK)
         status = toliman_components_train(components, &how, NULL);

@@ -35,7 +35,7 @@
     do {                                                                                                               \
         const toliman_status ok_status_ = (call);                                                                      \
         if (ok_status_ != TOLIMAN_OK)                                                                                  \
-            fail_msg("%s: %s: %s", #call, toliman_status_name(ok_status_), toliman_last_error());                      \
+            fail_msg("%s: %s: %s", #call, toliman_constant_name(ok_status_), toliman_last_error());                    \
     } while (0)
 
 /* The call, with capacity 0, asks for the number of results; there are some. */
@@ -57,7 +57,7 @@ static inline void assert_field_fits(toliman_status status, const char *call) {
     do {                                                                                                               \
         const toliman_status fails_status_ = (call);                                                                   \
         if (fails_status_ != (code))                                                                                   \
-            fail_msg("%s: %s, expected %s", #call, toliman_status_name(fails_status_), #code);                         \
+            fail_msg("%s: %s, expected %s", #call, toliman_constant_name(fails_status_), #code);                       \
         if (strstr(toliman_last_error(), (text)) == NULL)                                                              \
             fail_msg("%s: message \"%s\" does not contain \"%s\"", #call, toliman_last_error(), (text));               \
         assert_field_fits(fails_status_, #call);                                                                       \

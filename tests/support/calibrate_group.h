@@ -77,8 +77,8 @@ static inline void assert_same(const toliman_calibration *one, const toliman_cal
         const toliman_fit_result result = calibrate_frame_of(one, k), equal = calibrate_frame_of(other, k);
         assert_memory_equal(&result, &equal, sizeof result);
     }
-    assert_ok(toliman_calibration_get_chi_map(one, numbers[0], SIDE));
-    assert_ok(toliman_calibration_get_chi_map(other, numbers[1], SIDE));
+    assert_ok(toliman_calibration_get_image(one, TOLIMAN_CALIBRATION_IMAGE_CHI, numbers[0], SIDE));
+    assert_ok(toliman_calibration_get_image(other, TOLIMAN_CALIBRATION_IMAGE_CHI, numbers[1], SIDE));
     assert_memory_equal(numbers[0], numbers[1], sizeof numbers[0]);
 }
 

@@ -38,7 +38,7 @@ static inline reference reference_of(const toliman_sim *sim, long double apertur
     r.weight[0] = doubles((size_t)r.wavelengths);
     r.weight[1] = doubles((size_t)r.wavelengths);
     assert_ok(toliman_sim_get_pupil(sim, r.amplitude, r.opd));
-    assert_ok(toliman_sim_get_spectrum(sim, (size_t)r.wavelengths, r.wavelength, r.weight[0], r.weight[1]));
+    assert_ok(toliman_sim_get_spectrum(sim, (size_t)r.wavelengths, r.wavelength, r.weight[0], r.weight[1], NULL));
     double offset[4];
     get_offsets(sim, offset);
     for (int i = 0; i < 4; i++)

@@ -76,7 +76,7 @@ static toliman_sim_budget budget_of(const toliman_sim *sim, const toliman_sim_bu
 static size_t rows_of(const toliman_sim *sim, const toliman_sim_budget_options *options, toliman_sim_budget_row *rows) {
     size_t count = 0;
     rows[0].struct_size = sizeof *rows;
-    assert_ok(toliman_sim_get_budget_rows(sim, options, rows, ROWS, &count));
+    assert_ok(toliman_sim_get_budget_rows(sim, options, NULL, 0, rows, ROWS, &count));
     return count;
 }
 
@@ -99,7 +99,10 @@ static void fit_matches_the_fisher_matrix(void **state) {
     const size_t count = rows_of(f.sim, &options, rows);
     assert_int_equal(count, budget.rows);
     double correlations[(FREE + 1) * (FREE + 1)];
-    assert_ok(toliman_sim_get_budget_correlations(f.sim, &options, FREE + 1, correlations));
+    toliman_sim_budget_row again[ROWS] = {TOLIMAN_SIM_BUDGET_ROW_INIT};
+    size_t same = 0;
+    assert_ok(toliman_sim_get_budget_rows(f.sim, &options, correlations, FREE + 1, again, ROWS, &same));
+    assert_int_equal(same, count);
     const char *const names[FREE] = {"flux_a", "scale", "shift_x", "shift_y"};
     for (int i = 0; i <= FREE; i++) {
         const long double own = f.covariance[i * (FREE + 2)];
@@ -300,17 +303,17 @@ static void bad_arguments_are_refused(void **state) {
     options.earth_px = NAN;
     assert_fails(toliman_sim_get_budget(sim, &options, &budget), TOLIMAN_E_ARGUMENT,
                  "options->earth_px = nan: must be in [0, 100] px");
-    double correlations[4];
-    assert_fails(toliman_sim_get_budget_correlations(sim, NULL, 2, correlations), TOLIMAN_E_ARGUMENT,
-                 "count = 2: must be 1, the separation and the free parameters");
     toliman_sim_budget_row row = TOLIMAN_SIM_BUDGET_ROW_INIT;
     size_t count = 7;
-    assert_fails(toliman_sim_get_budget_rows(sim, NULL, NULL, 2, &count), TOLIMAN_E_ARGUMENT, "rows is NULL");
+    double correlations[4];
+    assert_fails(toliman_sim_get_budget_rows(sim, NULL, correlations, 2, &row, 1, &count), TOLIMAN_E_ARGUMENT,
+                 "side = 2: must be 1, the separation and the free parameters");
+    assert_fails(toliman_sim_get_budget_rows(sim, NULL, NULL, 0, NULL, 2, &count), TOLIMAN_E_ARGUMENT, "rows is NULL");
     assert_int_equal(count, 7);
-    assert_asks(toliman_sim_get_budget_rows(sim, NULL, NULL, 0, &count));
+    assert_asks(toliman_sim_get_budget_rows(sim, NULL, NULL, 0, NULL, 0, &count));
     const size_t needed = count;
     row.name = "as before";
-    assert_fails(toliman_sim_get_budget_rows(sim, NULL, &row, 1, &count), TOLIMAN_E_CAPACITY, "capacity = 1");
+    assert_fails(toliman_sim_get_budget_rows(sim, NULL, NULL, 0, &row, 1, &count), TOLIMAN_E_CAPACITY, "capacity = 1");
     assert_int_equal(count, needed);
     assert_string_equal(row.name, "as before");
     assert_asks(toliman_sim_get_budget_steps(sim, NULL, NULL, 0, &count));

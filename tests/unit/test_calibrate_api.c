@@ -161,14 +161,16 @@ static void bad_arguments_of_results_are_refused(void **state) {
     assert_fails(toliman_calibration_get_window(whole, 0, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     assert_fails(toliman_calibration_get_covariance(whole, 0, NULL), TOLIMAN_E_ARGUMENT, "covariance is NULL");
     assert_fails(toliman_calibration_get_opd(whole, 0, NULL), TOLIMAN_E_ARGUMENT, "opd is NULL");
-    assert_fails(toliman_calibration_get_chi_map(whole, NULL, SIDE), TOLIMAN_E_ARGUMENT, "map is NULL");
-    assert_fails(toliman_calibration_get_chi_map(whole, numbers, SIDE - 1), TOLIMAN_E_ARGUMENT,
-                 "stride of map = 39: must be at least 40");
-    assert_fails(toliman_calibration_get_residual(whole, 1, NULL, SIDE), TOLIMAN_E_ARGUMENT, "image is NULL");
-    assert_fails(toliman_calibration_get_residual(whole, 1, numbers, SIDE - 1), TOLIMAN_E_ARGUMENT,
-                 "stride of image = 39: must be at least 40");
-    assert_fails(toliman_calibration_get_residual(whole, 2, numbers, SIDE), TOLIMAN_E_ARGUMENT,
-                 "fitted = 2: must be 0 or 1");
+    assert_fails(toliman_calibration_get_image(whole, TOLIMAN_CALIBRATION_IMAGE_CHI, NULL, SIDE), TOLIMAN_E_ARGUMENT,
+                 "image is NULL");
+    assert_fails(toliman_calibration_get_image(whole, TOLIMAN_CALIBRATION_IMAGE_CHI, numbers, SIDE - 1),
+                 TOLIMAN_E_ARGUMENT, "stride of image = 39: must be at least 40");
+    assert_fails(toliman_calibration_get_image(whole, TOLIMAN_CALIBRATION_IMAGE_AFTER, NULL, SIDE), TOLIMAN_E_ARGUMENT,
+                 "image is NULL");
+    assert_fails(toliman_calibration_get_image(whole, TOLIMAN_CALIBRATION_IMAGE_AFTER, numbers, SIDE - 1),
+                 TOLIMAN_E_ARGUMENT, "stride of image = 39: must be at least 40");
+    assert_fails(toliman_calibration_get_image(whole, 2, numbers, SIDE), TOLIMAN_E_ARGUMENT,
+                 "kind = 2: must be a constant TOLIMAN_CALIBRATION_IMAGE_...");
     assert_fails(toliman_calibration_save_file(whole, 0, NULL), TOLIMAN_E_ARGUMENT, "path is NULL");
     assert_fails(toliman_calibration_save_file(whole, 0, in_folder("scene.txt")), TOLIMAN_E_ARGUMENT,
                  "must end with .json");
@@ -215,9 +217,9 @@ static void without_convergence_every_value_is_nan(void **state) {
         assert_true(isnan(numbers[i]));
     assert_ok(toliman_calibration_get_opd(made, 0, numbers));
     assert_true(isnan(numbers[CELLS * CELLS / 2 + 5]));
-    assert_ok(toliman_calibration_get_chi_map(made, numbers, SIDE));
+    assert_ok(toliman_calibration_get_image(made, TOLIMAN_CALIBRATION_IMAGE_CHI, numbers, SIDE));
     assert_true(isnan(numbers[0]) && isnan(numbers[PIXELS - 1]));
-    assert_ok(toliman_calibration_get_residual(made, 1, numbers, SIDE));
+    assert_ok(toliman_calibration_get_image(made, TOLIMAN_CALIBRATION_IMAGE_AFTER, numbers, SIDE));
     assert_true(isnan(numbers[0]) && isnan(numbers[PIXELS - 1]));
     toliman_calibration_window window = {.struct_size = sizeof window};
     assert_ok(toliman_calibration_get_window(made, 0, &window));

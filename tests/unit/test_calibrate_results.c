@@ -116,11 +116,11 @@ static double mean_square(const double *values) {
 static void residuals_are_white_after_the_fit(void **state) {
     (void)state;
     static double before[PIXELS], after[PIXELS], map[PIXELS + SIDE], mean;
-    assert_ok(toliman_calibration_get_residual(whole, 0, before, SIDE));
-    assert_ok(toliman_calibration_get_residual(whole, 1, after, SIDE));
+    assert_ok(toliman_calibration_get_image(whole, TOLIMAN_CALIBRATION_IMAGE_BEFORE, before, SIDE));
+    assert_ok(toliman_calibration_get_image(whole, TOLIMAN_CALIBRATION_IMAGE_AFTER, after, SIDE));
     assert_true(mean_square(before) > 20);
     assert_close(mean_square(after), 1, 0, 6 * sqrt(2.0 / PIXELS));
-    assert_ok(toliman_calibration_get_chi_map(whole, map, SIDE + 1));
+    assert_ok(toliman_calibration_get_image(whole, TOLIMAN_CALIBRATION_IMAGE_CHI, map, SIDE + 1));
     for (int y = 0; y < SIDE; y++)
         for (int x = 0; x < SIDE; x++)
             mean += map[y * (SIDE + 1) + x] / PIXELS;

@@ -79,18 +79,20 @@ static void parameters_are_listed(void **state) {
     static const char *const expected[][2] = {
         {"separation", "px"}, {"position_angle", "deg"}, {"shift_x", "px"}, {"shift_y", "px"},    {"flux_a", ""},
         {"flux_b", ""},       {"background", "photons"}, {"scale", ""},     {"jitter_xx", "px^2"}};
-    toliman_sim_parameter parameter = {.struct_size = sizeof parameter};
-    assert_int_equal(toliman_fit_parameter_count(fit), 9);
-    assert_int_equal(toliman_fit_parameter_count(NULL), 0);
-    for (int64_t i = 0; i < 9; i++) {
-        assert_ok(toliman_fit_get_parameter(fit, i, &parameter));
-        assert_string_equal(parameter.name, expected[i][0]);
-        assert_string_equal(parameter.unit, expected[i][1]);
-        assert_true(parameter.scope == TOLIMAN_SIM_SCOPE_FRAME || parameter.scope == TOLIMAN_SIM_SCOPE_INSTRUMENT);
+    toliman_sim_parameter parameters[9] = {TOLIMAN_SIM_PARAMETER_INIT};
+    size_t count = 0;
+    assert_asks(toliman_fit_get_parameters(fit, NULL, 0, &count));
+    assert_int_equal(count, 9);
+    assert_ok(toliman_fit_get_parameters(fit, parameters, 9, &count));
+    for (size_t i = 0; i < 9; i++) {
+        const toliman_sim_parameter *const one = &parameters[i];
+        assert_string_equal(one->name, expected[i][0]);
+        assert_string_equal(one->unit, expected[i][1]);
+        assert_true(one->scope == TOLIMAN_SIM_SCOPE_FRAME || one->scope == TOLIMAN_SIM_SCOPE_INSTRUMENT);
     }
-    assert_fails(toliman_fit_get_parameter(fit, 9, &parameter), TOLIMAN_E_RANGE, "index = 9: must be in [0, 8]");
-    assert_fails(toliman_fit_get_parameter(fit, -1, &parameter), TOLIMAN_E_RANGE, "index = -1: must be in [0, 8]");
-    assert_fails(toliman_fit_get_parameter(fit, 0, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_fails(toliman_fit_get_parameters(fit, parameters, 8, &count), TOLIMAN_E_CAPACITY,
+                 "capacity = 8: must be at least 9, the number of parameters");
+    assert_fails(toliman_fit_get_parameters(fit, NULL, 9, &count), TOLIMAN_E_ARGUMENT, "parameters is NULL");
 }
 
 static toliman_fit_info info_with(const toliman_fit_options *options) {

@@ -164,7 +164,7 @@ static void properties_are_those_of_all_windows(void **state) {
     }
     assert_int_equal(info_of(all).images, images);
     assert_true(info_of(all).image_error >= error && info_of(all).image_error <= error);
-    assert_int_equal(toliman_fit_parameter_count(all), 8);
+    assert_int_equal(info_of(all).parameters, 8);
     toliman_fit_destroy(all);
     toliman_fit_destroy(first);
 }

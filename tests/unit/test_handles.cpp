@@ -109,7 +109,7 @@ int ends_with(toliman_status status, const char *message) {
     const bool as_expected =
         status == TOLIMAN_E_CANCELLED && std::string(toliman_last_error()).find(message) != std::string::npos;
     if (!as_expected)
-        std::printf("%s: %s\n", toliman_status_name(status), toliman_last_error());
+        std::printf("%s: %s\n", toliman_constant_name(status), toliman_last_error());
     return as_expected ? 0 : 1;
 }
 

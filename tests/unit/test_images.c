@@ -125,15 +125,15 @@ static void components_take_many_frames_or_none(void **unused) {
     assert_ok(toliman_components_create(sim, &options, &one_by_one));
     assert_ok(toliman_components_create(sim, &options, &at_once));
     for (size_t k = 0; k < COUNT; k++)
-        assert_ok(toliman_components_push(one_by_one, plain + k * kPixels, kSide));
+        assert_ok(toliman_components_push(one_by_one, PLAIN_IMAGE(plain + k * kPixels), 1));
     const toliman_image *const image = IMAGE_OF(TOLIMAN_PIXEL_U16BE, pixels);
-    assert_ok(toliman_components_push_many(at_once, NULL, 0));
-    assert_fails(toliman_components_push_many(at_once, image, COUNT + 1), TOLIMAN_E_CAPACITY,
+    assert_ok(toliman_components_push(at_once, NULL, 0));
+    assert_fails(toliman_components_push(at_once, image, COUNT + 1), TOLIMAN_E_CAPACITY,
                  "count = 4: must be at most 3: 0 of 3 frames have been pushed");
     plain[kPixels + 300] = NAN;
-    assert_fails(toliman_components_push_many(at_once, PLAIN_IMAGE(plain), COUNT), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_components_push(at_once, PLAIN_IMAGE(plain), COUNT), TOLIMAN_E_ARGUMENT,
                  "frame 1: counts[1][44] = nan");
-    assert_ok(toliman_components_push_many(at_once, image, COUNT)); /* contains none of the other frames */
+    assert_ok(toliman_components_push(at_once, image, COUNT)); /* contains none of the other frames */
     assert_ok(toliman_components_train(one_by_one, NULL, NULL));
     assert_ok(toliman_components_train(at_once, NULL, NULL));
     assert_ok(toliman_components_get_series(one_by_one, 0, series[0], NULL));

@@ -5,6 +5,7 @@
 #include <toliman/linear.h>
 #include <toliman/period.h>
 
+#include "images.h"
 #include "scene_text.h"
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE, FRAMES = 100 };
@@ -24,7 +25,7 @@ static void push_frames(toliman_components *components, const toliman_sim *sim, 
     assert_ok(toliman_sim_get_series(sim, 0, FRAMES, NULL, displacement));
     for (size_t f = 0; f < count; f++) {
         assert_ok(toliman_sim_frame(sim, times * displacement[f], 5, (int64_t)f, image, SIDE));
-        assert_ok(toliman_components_push(components, image, SIDE));
+        assert_ok(toliman_components_push(components, PLAIN_IMAGE(image), 1));
     }
 }
 
@@ -128,7 +129,7 @@ static void projected_nuisances_leave_nothing(void **state) {
         for (int f = 0; f < 20; f++) {
             for (size_t i = 0; i < PIXELS; i++)
                 image[i] = both[i] * (1 + 0.01 * sin(f)) + star[i] * 0.02 * cos(2 * f);
-            assert_ok(toliman_components_push(components, image, SIDE));
+            assert_ok(toliman_components_push(components, PLAIN_IMAGE(image), 1));
         }
         assert_true(info_of(components).projected == (project ? 2u : 0u));
         assert_close(info_of(components).crb_px, sim_bounds_of(sim).crb_projected_px, 0.5, 0); /* the cost of binning */
@@ -203,10 +204,10 @@ static void push_discards_a_training_and_cancellation_does_not(void **state) {
     assert_true(report.iterations == 1 && report.converged == 0 && report.objective > 0 && report.objective < 1);
     assert_ok(toliman_sim_frame(sim, 0, 5, 40, image, SIDE));
     image[0] = NAN;
-    assert_fails(toliman_components_push(components, image, SIDE), TOLIMAN_E_ARGUMENT, "counts[0][0] = nan");
+    assert_fails(toliman_components_push(components, PLAIN_IMAGE(image), 1), TOLIMAN_E_ARGUMENT, "counts[0][0] = nan");
     assert_ok(toliman_components_get_series(components, 0, NULL, &share));
     image[0] = 0;
-    assert_ok(toliman_components_push(components, image, SIDE));
+    assert_ok(toliman_components_push(components, PLAIN_IMAGE(image), 1));
     assert_fails(toliman_components_get_series(components, 0, after, NULL), TOLIMAN_E_STATE,
                  "or not since the last push");
     options.progress = stop_at;
@@ -242,21 +243,22 @@ static void errors_name_the_argument_and_change_nothing(void **state) {
     assert_ok(toliman_components_create(sim, &options, &components));
     assert_true(isinf(info_of(components).threshold_px));
 
-    assert_fails(toliman_components_push(NULL, image, SIDE), TOLIMAN_E_ARGUMENT, "components is NULL");
-    assert_fails(toliman_components_push(components, NULL, SIDE), TOLIMAN_E_ARGUMENT, "counts is NULL");
-    assert_fails(toliman_components_push(components, image, 63), TOLIMAN_E_ARGUMENT, "stride of counts = 63");
+    assert_fails(toliman_components_push(NULL, PLAIN_IMAGE(image), 1), TOLIMAN_E_ARGUMENT, "components is NULL");
+    assert_fails(toliman_components_push(components, NULL, 1), TOLIMAN_E_ARGUMENT, "image is NULL");
+    const toliman_image narrow = {.struct_size = sizeof narrow, .pixels = image, .stride = SIDE - 1};
+    assert_fails(toliman_components_push(components, &narrow, 1), TOLIMAN_E_ARGUMENT, "stride = 63");
     image[5] = 1e300;
-    assert_fails(toliman_components_push(components, image, SIDE), TOLIMAN_E_RANGE, "sigmas");
+    assert_fails(toliman_components_push(components, PLAIN_IMAGE(image), 1), TOLIMAN_E_RANGE, "sigmas");
     assert_true(info_of(components).frames == 0);
     image[5] = 0;
 
     toliman_components_train_options training = TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT;
-    assert_ok(toliman_components_push(components, image, SIDE));
+    assert_ok(toliman_components_push(components, PLAIN_IMAGE(image), 1));
     assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_STATE,
                  "1 components need at least 2 frames, 1 were pushed");
     image[5] = 1;
-    assert_ok(toliman_components_push(components, image, SIDE));
-    assert_fails(toliman_components_push(components, image, SIDE), TOLIMAN_E_CAPACITY, "capacity = 2");
+    assert_ok(toliman_components_push(components, PLAIN_IMAGE(image), 1));
+    assert_fails(toliman_components_push(components, PLAIN_IMAGE(image), 1), TOLIMAN_E_CAPACITY, "capacity = 2");
     training.reserved = 1;
     assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "reserved = 1");
     training.reserved = 0;

@@ -82,7 +82,7 @@ static Expected expected_of(const toliman_sim *sim) {
     toliman_sim_bounds bounds = TOLIMAN_SIM_BOUNDS_INIT;
     assert_ok(toliman_sim_get_bounds(sim, &bounds));
     assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, both, SIDE));
-    assert_ok(toliman_sim_get_spectrum(sim, WAVELENGTHS, NULL, a, b));
+    assert_ok(toliman_sim_get_spectrum(sim, WAVELENGTHS, NULL, a, b, NULL));
     for (int i = 0; i < PIXELS; i++) {
         total += both[i];
         peak = fmax(peak, both[i]);

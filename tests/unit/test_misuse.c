@@ -232,19 +232,11 @@ static void pointer_to_another_type_is_refused(void **state) {
     toliman_sim_destroy(sim);
 }
 
-static const void *read_parameter_count(const void *object) {
-    static int64_t count;
-    count = toliman_fit_parameter_count(object);
-    return count == 0 ? NULL : &count;
-}
 static const void *read_json(const void *object) {
     return *toliman_mask_get_json(object) == '\0' ? NULL : object;
 }
 static const void *read_count(const void *object) {
     return toliman_period_count(object) == 0 ? NULL : object;
-}
-static const void *read_name(const void *object) {
-    return *toliman_sim_get_name(object) == '\0' ? NULL : object;
 }
 
 /* All functions that take an object and return no status; tests/header/test_types.py compares with the headers. */
@@ -255,10 +247,8 @@ static const struct {
 } kWithoutStatus[] = {
 #define DESTROYS(type, function)                                                                                       \
     { #type, NULL, (void (*)(void *))function }
-    {"toliman_fit", read_parameter_count, NULL},
     {"toliman_mask", read_json, NULL},
     {"toliman_period", read_count, NULL},
-    {"toliman_sim", read_name, NULL},
     DESTROYS(toliman_bank, toliman_bank_destroy),
     DESTROYS(toliman_cae, toliman_cae_destroy),
     DESTROYS(toliman_calibration, toliman_calibration_destroy),
@@ -289,7 +279,8 @@ static void functions_without_status_check_their_object(void **state) {
         snprintf(expected, sizeof expected, "is not a %s, or was destroyed", kWithoutStatus[i].type);
         for (int zeros = 0; zeros < 2; zeros++) { /* another type, and memory that is not an object */
             void *const wrong = zeros ? (void *)none : other;
-            assert_fails(toliman_sky_get_element(NULL, 0, NULL, NULL), TOLIMAN_E_ARGUMENT, "sky is NULL");
+            assert_fails(toliman_sky_get_element(NULL, TOLIMAN_SKY_ELEMENT_PERIOD, NULL, NULL), TOLIMAN_E_ARGUMENT,
+                         "sky is NULL");
             if (kWithoutStatus[i].read != NULL)
                 assert_null(kWithoutStatus[i].read(wrong));
             else
@@ -303,7 +294,7 @@ static void functions_without_status_check_their_object(void **state) {
         }
     }
     double value = 0;
-    assert_ok(toliman_sky_get_element(sky, 0, &value, NULL));
+    assert_ok(toliman_sky_get_element(sky, TOLIMAN_SKY_ELEMENT_PERIOD, &value, NULL));
     assert_int_equal(toliman_period_count(period), 1);
     toliman_sky_destroy(sky);
     toliman_period_destroy(period);

@@ -2,6 +2,7 @@
  * refused and change nothing; for all others every output is finite. TOLIMAN_STORMS sets the number of rounds. */
 #include <float.h>
 
+#include "images.h"
 #include "tlmw.h"
 #include "track_frames.h"
 
@@ -52,7 +53,7 @@ static void assert_finite(const double *values, size_t count) {
 
 static void assert_refused(int32_t status) {
     if (status != TOLIMAN_E_ARGUMENT && status != TOLIMAN_E_RANGE)
-        fail_msg("%s: %s", toliman_status_name(status), toliman_last_error());
+        fail_msg("%s: %s", toliman_constant_name(status), toliman_last_error());
 }
 
 static void make_samples(double *t, double *y, double *sigma) {
@@ -245,7 +246,7 @@ static void pixels(void **unused) {
         assert_refused(toliman_cae_encode(cae, frame, kSide, &value, NULL));
         assert_refused(toliman_cae_reconstruct(cae, frame, kSide, image, kSide, NULL, NULL, NULL));
         assert_refused(toliman_linear_encode(linear, frame, kSide, &value, NULL));
-        assert_refused(toliman_components_push(components, frame, kSide));
+        assert_refused(toliman_components_push(components, PLAIN_IMAGE(frame), 1));
         assert_true(value == -7);
         memcpy(frame, good, kPixels * sizeof *frame);
         corrupt_pixels(frame, odd_number);

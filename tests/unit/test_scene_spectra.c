@@ -42,7 +42,7 @@ static void tables_are_read_and_refused(void **state) {
     write_file("star.csv", good, strlen(good));
     assert_ok(create_with(body, table, &sim));
     double wavelength[5], a[5], b[5];
-    assert_ok(toliman_sim_get_spectrum(sim, 5, wavelength, a, b));
+    assert_ok(toliman_sim_get_spectrum(sim, 5, wavelength, a, b, NULL));
     assert_close(b[0] / b[2], 0.5 * (1 + 1.5 * 50 / 75) / 2.5, 1e-14, 0);
     assert_close(b[1] / b[2], (1 + 1.5 * 62.5 / 75) / 2.5, 1e-14, 0);
     assert_close(b[4] / b[2], 0.5 * 3 / 2.5, 1e-14, 0);
@@ -79,7 +79,7 @@ static void spectra_in_other_units(void **state) {
         toliman_sim *sim = NULL;
         assert_ok(create_with("{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
                               "{\"kind\": \"table\", \"file\": \"star.csv\"}", &sim));
-        assert_ok(toliman_sim_get_spectrum(sim, 5, wavelength, a, b));
+        assert_ok(toliman_sim_get_spectrum(sim, 5, wavelength, a, b, NULL));
         for (int i = 0; i < 5; i++) {
             first[i] = kind == 0 ? b[i] : first[i];
             assert_close(b[i] / first[i], 1, 1e-12, 0);

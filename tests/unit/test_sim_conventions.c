@@ -147,7 +147,7 @@ static void energy_is_conserved(void **state) {
     text = replaced_again(text, "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.4");
     toliman_sim *const sim = sim_of(text);
     double wavelength, photons, none;
-    assert_ok(toliman_sim_get_spectrum(sim, 1, &wavelength, &photons, &none));
+    assert_ok(toliman_sim_get_spectrum(sim, 1, &wavelength, &photons, &none, NULL));
     assert_close(wavelength, 550e-9, 1e-15, 0);
     assert_close(none, 0, 0, 0);
     /* Airy: 1 - J0^2 - J1^2 of the light within a radius, here 51 arcsec. */
@@ -171,7 +171,7 @@ static void cropping_removes_light(void **state) {
         for (int col = 0; col < 32; col++)
             assert_close(of_small[row * 32 + col], of_large[(row + 16) * 64 + col + 16], 1e-9, 1e-9);
     double wavelength[5], a[5], b[5], photons = 0;
-    assert_ok(toliman_sim_get_spectrum(small, 5, wavelength, a, b));
+    assert_ok(toliman_sim_get_spectrum(small, 5, wavelength, a, b, NULL));
     for (int i = 0; i < 5; i++)
         photons += a[i] + b[i];
     assert_close(photons, 4e4 * 100, 1e-14, 0);
@@ -189,7 +189,7 @@ static void spectrum_is_a_trapezium(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
     double wavelength[5], a[5], b[5];
-    assert_ok(toliman_sim_get_spectrum(sim, 5, wavelength, a, b));
+    assert_ok(toliman_sim_get_spectrum(sim, 5, wavelength, a, b, NULL));
     for (int i = 0; i < 5; i++) {
         assert_close(wavelength[i], (550 + 12.5 * i) * 1e-9, 1e-15, 0);
         const double hc_k = 6.62607015e-34 * 299792458.0 / 1.380649e-23, end = i == 0 || i == 4 ? 0.5 : 1;
@@ -197,7 +197,7 @@ static void spectrum_is_a_trapezium(void **state) {
                                 expm1(hc_k / (wavelength[i] * 5790));
         assert_close(a[i] / a[2], end * expected, 1e-13, 0);
     }
-    assert_fails(toliman_sim_get_spectrum(sim, 4, wavelength, a, b), TOLIMAN_E_ARGUMENT, "count = 4: must be 5");
+    assert_fails(toliman_sim_get_spectrum(sim, 4, wavelength, a, b, NULL), TOLIMAN_E_ARGUMENT, "count = 4: must be 5");
     toliman_sim_destroy(sim);
 }
 
@@ -209,7 +209,7 @@ static void lines_are_exact(void **state) {
     toliman_sim *const sim = sim_of(text);
     assert_int_equal(sim_info_of(sim).wavelengths, 7);
     double wavelength[7], a[7], b[7];
-    assert_ok(toliman_sim_get_spectrum(sim, 7, wavelength, a, b));
+    assert_ok(toliman_sim_get_spectrum(sim, 7, wavelength, a, b, NULL));
     assert_close(wavelength[3], 587.5e-9, 1e-15, 0);
     assert_close(wavelength[4], 589e-9, 1e-15, 0);
     assert_close(a[4], 0, 0, 0);

@@ -6,7 +6,7 @@
 
 #include "scene_text.h"
 
-enum { SIDE = 40, PIXELS = SIDE * SIDE, MODES = 11, LAST_ZERNIKE = 36 };
+enum { SIDE = 40, PIXELS = SIDE * SIDE, MODES = 11, LAST_ZERNIKE = 36, MOST = 200 };
 
 typedef enum { CONTINUOUS, LINES, SINGLE } light;
 
@@ -238,9 +238,11 @@ static void check_derivative(const toliman_sim *sim, const keys *base, const cha
  * parameters with a number only the first two. */
 static void check_all(const keys *base, int few) {
     toliman_sim *const sim = sim_of_keys(base);
-    for (int64_t i = 0; i < toliman_sim_parameter_count(); i++) {
-        toliman_sim_parameter parameter = TOLIMAN_SIM_PARAMETER_INIT;
-        assert_ok(toliman_sim_get_parameter(i, &parameter));
+    toliman_sim_parameter all[MOST] = {TOLIMAN_SIM_PARAMETER_INIT};
+    size_t count = 0;
+    assert_ok(toliman_sim_get_parameters(all, MOST, &count));
+    for (size_t i = 0; i < count; i++) {
+        const toliman_sim_parameter parameter = all[i];
         const row *const r = row_of(parameter.name);
         const int jitter = strncmp(parameter.name, "jitter_", 7) == 0; /* has no smaller covariance than 0 */
         const int later = r->first > 0 && atoi(parameter.name + strlen(r->name)) > r->first + 1;
@@ -276,15 +278,15 @@ static void wavelengths_increase(void **state) {
 
 static void parameters_have_names(void **state) {
     (void)state;
-    const int64_t count = toliman_sim_parameter_count();
-    static char names[200][40];
-    assert_true(count > 70 && count < 200);
-    for (int64_t i = 0; i < count; i++) {
-        toliman_sim_parameter parameter = TOLIMAN_SIM_PARAMETER_INIT;
-        assert_ok(toliman_sim_get_parameter(i, &parameter));
-        strcpy(names[i], parameter.name);
-        for (int64_t j = 0; j < i; j++)
-            assert_string_not_equal(names[i], names[j]);
+    toliman_sim_parameter all[MOST] = {TOLIMAN_SIM_PARAMETER_INIT};
+    size_t count = 0;
+    assert_asks(toliman_sim_get_parameters(NULL, 0, &count));
+    assert_true(count > 70 && count < MOST);
+    assert_ok(toliman_sim_get_parameters(all, MOST, &count));
+    for (size_t i = 0; i < count; i++) {
+        const toliman_sim_parameter parameter = all[i];
+        for (size_t j = 0; j < i; j++)
+            assert_string_not_equal(parameter.name, all[j].name);
         if (strcmp(parameter.name, "zernike_7") == 0) {
             assert_string_equal(parameter.unit, "nm");
             assert_int_equal(parameter.scope, TOLIMAN_SIM_SCOPE_INSTRUMENT);
@@ -294,11 +296,8 @@ static void parameters_have_names(void **state) {
             assert_int_equal(parameter.scope, TOLIMAN_SIM_SCOPE_FRAME);
         }
     }
-    toliman_sim_parameter parameter = TOLIMAN_SIM_PARAMETER_INIT;
-    assert_fails(toliman_sim_get_parameter(-1, &parameter), TOLIMAN_E_RANGE, "index = -1: must be in [0, ");
-    assert_fails(toliman_sim_get_parameter(count, &parameter), TOLIMAN_E_RANGE, "must be in [0, ");
-    assert_null(parameter.name);
-    assert_fails(toliman_sim_get_parameter(0, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_fails(toliman_sim_get_parameters(all, count - 1, &count), TOLIMAN_E_CAPACITY, "the number of parameters");
+    assert_fails(toliman_sim_get_parameters(NULL, 1, &count), TOLIMAN_E_ARGUMENT, "parameters is NULL");
 }
 
 static void check_refusal(const char *scene, int32_t engine, const char *name, const char *reason) {

@@ -173,8 +173,7 @@ static void impossible_calls_are_refused(void **state) {
     double offsets[4];
     get_offsets(single, offsets);
     assert_true(isnan(offsets[2]) && isnan(offsets[3]));
-    assert_string_equal(toliman_sim_get_name(single), "");
-    assert_string_equal(toliman_sim_get_name(NULL), "");
+    assert_string_equal(sim_info_of(single).name, "");
     toliman_sim_destroy(single);
 }
 

@@ -147,26 +147,19 @@ static void cost_of_stages_is_planned(void **state) {
     assert_true(a.setup_flops > b.setup_flops && b.setup_flops > c.setup_flops);
     assert_true(b.filter_taps == 0 && b.pixel_error <= 0 && c.spectrum_error <= 0);
     assert_int_equal(c.wavelengths, 2);
-    const char *name;
-    int32_t of_a = 2, of_b = 2;
-    const int64_t count = toliman_sim_stage_count();
-    for (int64_t i = 0; i < count; i++) {
-        name = toliman_sim_stage_name(i);
-        const int32_t differs = strcmp(name, "pixel integration") == 0;
-        assert_ok(toliman_sim_get_stage(&a, name, &of_a));
-        assert_ok(toliman_sim_get_stage(&b, name, &of_b));
-        assert_int_equal(of_a, differs ^ of_b);
+    toliman_sim_stage of_a[32] = {TOLIMAN_SIM_STAGE_INIT}, of_b[32] = {TOLIMAN_SIM_STAGE_INIT};
+    size_t count = 0, pixels = 0;
+    assert_asks(toliman_sim_get_stages(&a, NULL, 0, &count));
+    assert_ok(toliman_sim_get_stages(&a, of_a, 32, &count));
+    assert_ok(toliman_sim_get_stages(&b, of_b, 32, &count));
+    for (size_t i = 0; i < count; i++) {
+        const int32_t differs = strcmp(of_a[i].name, "pixel integration") == 0;
+        assert_int_equal(of_a[i].modelled, differs ^ of_b[i].modelled);
+        pixels += (size_t)(differs && of_a[i].modelled);
     }
-    assert_true(count > 10);
-    assert_string_equal(toliman_sim_stage_name(-1), "?");
-    assert_string_equal(toliman_sim_stage_name(count), "?");
-    assert_ok(toliman_sim_get_stage(&a, "pixel integration", &of_a));
-    assert_int_equal(of_a, 1);
-    assert_fails(toliman_sim_get_stage(&a, "pixels", &of_a), TOLIMAN_E_ARGUMENT,
-                 "name = \"pixels\": must be a name returned by toliman_sim_stage_name");
-    assert_fails(toliman_sim_get_stage(&a, NULL, &of_a), TOLIMAN_E_ARGUMENT, "name is NULL");
-    assert_fails(toliman_sim_get_stage(NULL, "roll", &of_a), TOLIMAN_E_ARGUMENT, "plan is NULL");
-    assert_fails(toliman_sim_get_stage(&a, "pixel integration", NULL), TOLIMAN_E_ARGUMENT, "modelled is NULL");
+    assert_true(count > 10 && pixels == 1);
+    assert_fails(toliman_sim_get_stages(&a, of_a, 2, &count), TOLIMAN_E_CAPACITY, "the number of stages");
+    assert_fails(toliman_sim_get_stages(NULL, of_a, 32, &count), TOLIMAN_E_ARGUMENT, "plan is NULL");
     toliman_sim_destroy(whole);
     toliman_sim_destroy(point);
     toliman_sim_destroy(two_lines);
@@ -299,17 +292,14 @@ static void plate_scales_by_wavelength(void **state) {
     (void)state;
     toliman_sim *const exact = sim_of(kBinaryScene), *const fft = padded(kBinaryScene);
     double wavelength[5], error[5];
-    assert_ok(toliman_sim_get_spectrum(fft, 5, wavelength, NULL, NULL));
-    assert_ok(toliman_sim_get_plate_scale(fft, 5, error));
+    assert_ok(toliman_sim_get_spectrum(fft, 5, wavelength, NULL, NULL, error));
     for (int i = 0; i < 5; i++) {
         const double samples = 256 * (0.2 * acos(-1) / 648000) * 0.125 / wavelength[i];
         assert_close(error[i], samples / floor(samples + 0.5) - 1, 1e-9, 0);
     }
-    assert_ok(toliman_sim_get_plate_scale(exact, 5, error));
+    assert_ok(toliman_sim_get_spectrum(exact, 5, NULL, NULL, NULL, error));
     for (int i = 0; i < 5; i++)
         assert_close(error[i], 0, 0, 0);
-    assert_fails(toliman_sim_get_plate_scale(fft, 4, error), TOLIMAN_E_ARGUMENT,
-                 "must be 5, the number of wavelengths");
     toliman_sim_destroy(exact);
     toliman_sim_destroy(fft);
 }

@@ -34,7 +34,7 @@ static void check_spectrum(const char *spectrum, const double *expected) {
     toliman_sim *sim = NULL;
     double wavelength[WAVELENGTHS], a[WAVELENGTHS], sum = 0;
     assert_ok(create_in_folder(text, &sim));
-    assert_ok(toliman_sim_get_spectrum(sim, WAVELENGTHS, wavelength, a, NULL));
+    assert_ok(toliman_sim_get_spectrum(sim, WAVELENGTHS, wavelength, a, NULL, NULL));
     for (int i = 0; i < WAVELENGTHS; i++)
         sum += expected[i] * (i % (WAVELENGTHS - 1) == 0 ? 0.5 : 1);
     for (int i = 0; i < WAVELENGTHS; i++) {
@@ -92,7 +92,7 @@ static void eleven_modes(void **state) {
         toliman_sim *sim = NULL;
         double a[WAVELENGTHS], middle = mode % 2 == 0 ? 1 : 0;
         assert_ok(create_in_folder(text, &sim));
-        assert_ok(toliman_sim_get_spectrum(sim, WAVELENGTHS, NULL, a, NULL));
+        assert_ok(toliman_sim_get_spectrum(sim, WAVELENGTHS, NULL, a, NULL, NULL));
         for (int k = 2; k <= mode && mode % 2 == 0; k += 2)
             middle *= -(k - 1.0) / k;
         const double blue = a[0] / planck(550, 5790), red = a[4] / planck(600, 5790);

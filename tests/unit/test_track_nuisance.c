@@ -140,7 +140,7 @@ static void a_system_brings_the_errors_of_its_orbit(void **unused) {
 static void an_error_of_the_plate_scale_widens_a_prior(void **unused) {
     (void)unused;
     double axis, sigma;
-    assert_ok(toliman_sky_get_element(orbit, 1, &axis, &sigma));
+    assert_ok(toliman_sky_get_element(orbit, TOLIMAN_SKY_ELEMENT_SEMI_MAJOR, &axis, &sigma));
     toliman_track_options options = reduced_options(folder, orbit);
     options.reduction.scale_sigma = 1e-3;
     fill_with(&options, 1, LAST);

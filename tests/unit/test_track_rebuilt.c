@@ -86,9 +86,7 @@ static void rebuild_reduces_a_plain_folder(void **unused) {
         toliman_track *track = rebuild(orbit, SCALE);
         assert_same_periods(period_of(track), period_of(expected));
         assert_same_counts(assert_counted(track), assert_counted(expected));
-        int64_t rejected = 0;
-        assert_ok(toliman_track_get_rejected(track, TOLIMAN_TRACK_REASON_OVER_RANGE, &rejected));
-        assert_int_equal(rejected, 2);
+        assert_int_equal(info_of(track).rejected_for[TOLIMAN_TRACK_REASON_OVER_RANGE - TOLIMAN_TRACK_REASON_NONE], 2);
         toliman_track_destroy(track);
         track = open_reader();
         assert_same_periods(period_of(track), period_of(expected));

@@ -20,6 +20,7 @@ RESULTS = {
     "toliman_sim_bounds": "Bounds",
     "toliman_sim_plan_info": "Plan",
     "toliman_sim_offsets": None,
+    "toliman_sim_stage": None,
     "toliman_sim_parameter": "Parameter",
     "toliman_sim_budget": "BudgetSummary",
     "toliman_sim_budget_step": "BudgetStep",

@@ -137,6 +137,16 @@ def array_of(kind: type, count: int) -> typing.Any:
     return made
 
 
+def listed(kind: type, function: typing.Any, *arguments: typing.Any, capacity: int | None = None) -> typing.Any:
+    """Returns the structs of a function (..., array, capacity, count). capacity: their number at most, if known."""
+    count = ctypes.c_size_t(0 if capacity is None else capacity)
+    if capacity is None:
+        check_asked(function(*arguments, None, 0, ctypes.byref(count)))
+    made = array_of(kind, count.value)
+    check(function(*arguments, made, count.value, ctypes.byref(count)))
+    return made[:count.value]
+
+
 def options_of(kind: type, /, **members: typing.Any) -> typing.Any:
     """Returns an options struct with the given members; those of a struct in it are a dictionary. 0 in the others selects
     their defaults."""

@@ -30,7 +30,7 @@ class Error(Exception):
     def __init__(self, status: int, message: str, field: str = ""):
         super().__init__(message)
         self.status = status
-        self.name = library.toliman_status_name(status).decode()
+        self.name = library.toliman_constant_name(status).decode()
         self.field = field
 
     def __str__(self):

@@ -7,7 +7,7 @@ import typing
 import numpy
 
 from . import _raw
-from ._arguments import Doubles, array_of, options_of, pointer, real, whole
+from ._arguments import Doubles, listed, options_of, pointer, real, whole
 from ._library import check, library
 from ._results import BudgetRow, BudgetStep, BudgetSummary
 
@@ -22,13 +22,6 @@ class Budget(typing.NamedTuple):
     correlations: Doubles
 
 
-def _array(function: typing.Any, sim: typing.Any, options: typing.Any, struct: typing.Any, capacity: int) -> typing.Any:
-    """Calls a function that fills an array of structs."""
-    found, count = array_of(struct, capacity), ctypes.c_size_t()
-    check(function(sim, ctypes.byref(options), found, capacity, ctypes.byref(count)))
-    return found[:count.value]
-
-
 def budget_of(sim: typing.Any, free: typing.Sequence[str] | None, frames: int, earth_px: float) -> Budget:
     """Returns the budget of a C simulator; see Simulator.budget()."""
     if isinstance(free, str):
@@ -38,11 +31,11 @@ def budget_of(sim: typing.Any, free: typing.Sequence[str] | None, frames: int, e
                          frames=whole("frames", frames, 2**53 + 1), earth_px=real("earth_px", earth_px))
     summary = _raw.toliman_sim_budget()
     check(library.toliman_sim_get_budget(sim, ctypes.byref(options), ctypes.byref(summary)))
-    steps = _array(library.toliman_sim_get_budget_steps, sim, options, _raw.toliman_sim_budget_step,
-                   summary.steps)
-    rows = _array(library.toliman_sim_get_budget_rows, sim, options, _raw.toliman_sim_budget_row, summary.rows)
+    steps = listed(_raw.toliman_sim_budget_step, library.toliman_sim_get_budget_steps, sim, ctypes.byref(options),
+                   capacity=summary.steps)
     side = summary.free_count + 1
     correlations = numpy.empty((side, side))
-    check(library.toliman_sim_get_budget_correlations(sim, ctypes.byref(options), side, pointer(correlations)))
+    rows = listed(_raw.toliman_sim_budget_row, library.toliman_sim_get_budget_rows, sim, ctypes.byref(options),
+                  pointer(correlations), side, capacity=summary.rows)
     return Budget(BudgetSummary._of(summary), [BudgetStep._of(step) for step in steps],
                   [BudgetRow._of(row) for row in rows], correlations)

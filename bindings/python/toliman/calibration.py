@@ -116,10 +116,7 @@ class Calibration(Handle):
     @property
     def chi_map(self) -> Doubles:
         """The mean over all frames of the squared residual over its variance [row][column]."""
-        info = self.info
-        image = numpy.empty((info.rows, info.cols))
-        check(library.toliman_calibration_get_chi_map(self._c, pointer(image), info.cols))
-        return image
+        return self._image(_raw.TOLIMAN_CALIBRATION_IMAGE_CHI)
 
     def values(self, window: int = 0) -> dict[str, CalibrationValue]:
         """Returns the parameters of the instrument by name, with value, sigma and prior_sigma. Values are changes
@@ -148,9 +145,12 @@ class Calibration(Handle):
     def residual(self, fitted: bool = True) -> Doubles:
         """Returns the residual of the first frame over its standard deviation [row][column]. fitted: with the fitted
         instrument; False: with the one from which the calibration started."""
+        return self._image(_raw.TOLIMAN_CALIBRATION_IMAGE_AFTER if fitted else _raw.TOLIMAN_CALIBRATION_IMAGE_BEFORE)
+
+    def _image(self, kind: int) -> Doubles:
         info = self.info
         image = numpy.empty((info.rows, info.cols))
-        check(library.toliman_calibration_get_residual(self._c, int(bool(fitted)), pointer(image), info.cols))
+        check(library.toliman_calibration_get_image(self._c, kind, pointer(image), info.cols))
         return image
 
     def save(self, path: str | os.PathLike[str], window: int = 0) -> None:
@@ -261,7 +261,7 @@ def _names(free: str | typing.Iterable[str] | None) -> bytes | None:
 def _names_of(changes: int) -> tuple[str, ...]:
     """Returns the names of changes of a model."""
     bits = (1 << k for k in range(changes.bit_length()))
-    return tuple(library.toliman_calibration_change_name(bit).decode() for bit in bits if changes & bit)
+    return tuple(library.toliman_constant_name(bit).decode() for bit in bits if changes & bit)
 
 
 def _state_of(info: CalibrationInfo) -> str:

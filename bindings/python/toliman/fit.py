@@ -8,7 +8,7 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import Doubles, array_of, has_shape, of_kind, options_of, pointer, real, shaped, text, whole
+from ._arguments import Doubles, array_of, has_shape, listed, of_kind, options_of, pointer, real, shaped, text, whole
 from ._goodness import warn_of
 from ._handle import Handle
 from ._library import check, library
@@ -81,12 +81,8 @@ class Fit(Handle):
     @property
     def parameters(self) -> list[Parameter]:
         """The parameters of a frame, in the order of values and covariances."""
-        found = []
-        for index in range(library.toliman_fit_parameter_count(self._c)):
-            parameter = _raw.toliman_sim_parameter()
-            check(library.toliman_fit_get_parameter(self._c, index, ctypes.byref(parameter)))
-            found.append(Parameter._of(parameter))
-        return found
+        return [Parameter._of(one) for one in listed(_raw.toliman_sim_parameter, library.toliman_fit_get_parameters,
+                                                     self._c)]
 
     def frame(self, frame: ArrayLike, *, time_days: float = 0, shift: tuple[float, float] = (0, 0),
               separation: float = 0, position_angle: float = 0) -> tuple[FitResult, Doubles, Doubles]:
@@ -135,7 +131,7 @@ class Fit(Handle):
         return image, values, covariance
 
     def _numbers(self) -> tuple[Doubles, Doubles]:
-        n = library.toliman_fit_parameter_count(self._c)
+        n = self.info.parameters
         return numpy.empty(n), numpy.empty((n, n))
 
     def _summary(self) -> str:

@@ -105,7 +105,7 @@ class Components(Handle):
         CapacityError when the collection is full."""
         images = frames_of(frames, self.shape)
         image, array = image_of(images[None] if images.ndim == 2 else images)
-        check(library.toliman_components_push_many(self._c, ctypes.byref(image), len(array)))
+        check(library.toliman_components_push(self._c, ctypes.byref(image), len(array)))
 
     def reset(self) -> None:
         """Removes all frames; options and memory are kept."""

@@ -43,7 +43,7 @@ class Planet(_results.Planet):
     @classmethod
     def _of(cls, struct: typing.Any) -> Planet:
         members = {name: getattr(struct, name) for name, *_ in struct._fields_}
-        members["reasons"] = [library.toliman_planet_reason_name(1 << bit).decode() for bit in range(32)
+        members["reasons"] = [library.toliman_constant_name(1 << bit).decode() for bit in range(32)
                               if struct.reasons >> bit & 1]
         return super()._of(types.SimpleNamespace(**members))
 

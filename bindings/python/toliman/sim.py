@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._library import NotFoundError, above, check, library, library_path
-from ._arguments import Doubles, file_name, options_of, pointer, real, shaped, text, whole
+from ._arguments import Doubles, file_name, listed, options_of, pointer, real, shaped, text, whole
 from ._handle import Handle
 from ._log import log
 from ._progress import Progress, Watch
@@ -99,20 +99,10 @@ def _options(watch: Watch, threads: int, engine: str | None,
                       bad_pixels=None if bad_pixels is None else file_name(bad_pixels))
 
 
-def _stage_names() -> typing.Iterator[bytes]:
-    for index in range(library.toliman_sim_stage_count()):
-        yield library.toliman_sim_stage_name(index)
-
-
-def _has_stage(plan: typing.Any, name: bytes) -> bool:
-    modelled = ctypes.c_int32()
-    check(library.toliman_sim_get_stage(ctypes.byref(plan), name, ctypes.byref(modelled)))
-    return modelled.value != 0
-
-
 def _plan_of(struct: typing.Any) -> Plan:
     members = {name: getattr(struct, name) for name, *_ in struct._fields_}
-    members["stages"] = [name.decode() for name in _stage_names() if _has_stage(struct, name)]
+    stages = listed(_raw.toliman_sim_stage, library.toliman_sim_get_stages, ctypes.byref(struct))
+    members["stages"] = [stage.name.decode() for stage in stages if stage.modelled]
     return Plan._of(types.SimpleNamespace(**members))
 
 
@@ -132,12 +122,7 @@ def plan(scene: Scene, *, folder: str | os.PathLike[str] | None = None, engine: 
 def parameters() -> list[Parameter]:
     """Returns the parameters of the forward model, whose names Simulator.derivative() takes. What a unit change of each
     does: include/toliman/sim_derivative.h."""
-    found = []
-    for index in range(library.toliman_sim_parameter_count()):
-        parameter = _raw.toliman_sim_parameter()
-        check(library.toliman_sim_get_parameter(index, ctypes.byref(parameter)))
-        found.append(Parameter._of(parameter))
-    return found
+    return [Parameter._of(one) for one in listed(_raw.toliman_sim_parameter, library.toliman_sim_get_parameters)]
 
 
 class Simulator(Handle):
@@ -201,7 +186,7 @@ class Simulator(Handle):
     @property
     def name(self) -> str:
         """The scene's name."""
-        return library.toliman_sim_get_name(self._c).decode()
+        return self.info.name
 
     @property
     def plan(self) -> Plan:
@@ -260,13 +245,13 @@ class Simulator(Handle):
     def spectrum(self) -> Spectrum:
         """Returns the sampled spectrum: wavelengths (m) and photons per frame of stars A and B, before cropping."""
         arrays = [numpy.empty(self.info.wavelengths) for _ in Spectrum._fields]
-        check(library.toliman_sim_get_spectrum(self._c, self.info.wavelengths, *map(pointer, arrays)))
+        check(library.toliman_sim_get_spectrum(self._c, self.info.wavelengths, *map(pointer, arrays), None))
         return Spectrum(*arrays)
 
     def plate_scale(self) -> Doubles:
         """Returns the relative error of the plate scale at each wavelength: nonzero for engine "padded_fft" only."""
         errors = numpy.empty(self.info.wavelengths)
-        check(library.toliman_sim_get_plate_scale(self._c, len(errors), pointer(errors)))
+        check(library.toliman_sim_get_spectrum(self._c, len(errors), None, None, None, pointer(errors)))
         return errors
 
     def offsets(self) -> Doubles:

@@ -186,9 +186,9 @@ class Sky(Handle):
         """The elements of the orbit by name, each with its standard deviation, 0 if unknown."""
         found = {}
         value, sigma = ctypes.c_double(), ctypes.c_double()
-        for i in range(7):
-            check(library.toliman_sky_get_element(self._c, i, ctypes.byref(value), ctypes.byref(sigma)))
-            found[library.toliman_sky_element_name(i).decode()] = (value.value, sigma.value)
+        for element in range(_raw.TOLIMAN_SKY_ELEMENT_PERIOD, _raw.TOLIMAN_SKY_ELEMENT_EPOCH + 1):
+            check(library.toliman_sky_get_element(self._c, element, ctypes.byref(value), ctypes.byref(sigma)))
+            found[library.toliman_constant_name(element).decode()] = (value.value, sigma.value)
         return found
 
     @property

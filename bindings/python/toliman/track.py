@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._library import check, check_asked, library
-from ._arguments import (INT64, array_of, file_name, of_kind, options_of, pointer, real, refuse_lost, shaped, text,
+from ._arguments import (INT64, array_of, file_name, listed, of_kind, options_of, pointer, real, refuse_lost, shaped, text,
                          whole, whole_float, within)
 from ._handle import Handle
 from ._log import log
@@ -316,11 +316,10 @@ class Tracker(Handle):
     @property
     def rejected(self) -> dict[str, int]:
         """Number of frames rejected for each reason."""
-        counts, frames = {}, ctypes.c_int64()
-        for reason in range(_raw.TOLIMAN_TRACK_REASON_SHAPE, _raw.TOLIMAN_TRACK_REASON_ESTIMATE + 1):
-            check(library.toliman_track_get_rejected(self._c, reason, ctypes.byref(frames)))
-            counts[REASONS[reason]] = frames.value
-        return counts
+        info = _raw.toliman_track_info()
+        check(library.toliman_track_get_info(self._c, ctypes.byref(info)))
+        return {REASONS[reason]: info.rejected_for[reason - _raw.TOLIMAN_TRACK_REASON_NONE]
+                for reason in range(_raw.TOLIMAN_TRACK_REASON_SHAPE, _raw.TOLIMAN_TRACK_REASON_ESTIMATE + 1)}
 
     @property
     def period(self) -> View:
@@ -376,30 +375,20 @@ class Tracker(Handle):
 
     def _columns(self) -> list[tuple[str, type]]:
         """Returns names and types of the ledger's columns."""
-        count = ctypes.c_size_t()
-        check_asked(library.toliman_track_get_columns(self._c, None, 0, ctypes.byref(count)))
-        found = array_of(_raw.toliman_track_column, count.value)
-        check(library.toliman_track_get_columns(self._c, found, count, ctypes.byref(count)))
         return [(column.name.decode(), numpy.int64 if column.type == _raw.TOLIMAN_TRACK_COLUMN_I64 else numpy.float64)
-                for column in found[:count.value]]
+                for column in listed(_raw.toliman_track_column, library.toliman_track_get_columns, self._c)]
 
     def streams(self) -> list[Stream]:
         """Returns the sessions and regions, sorted by name, each with its range of frame ids and the number missing."""
-        count = ctypes.c_size_t()
-        check_asked(library.toliman_track_get_streams(self._c, None, 0, ctypes.byref(count)))
-        found = array_of(_raw.toliman_track_stream, count.value)
-        check(library.toliman_track_get_streams(self._c, found, count, ctypes.byref(count)))
-        return [Stream._of(stream) for stream in found[:count.value]]
+        return [Stream._of(stream) for stream in listed(_raw.toliman_track_stream, library.toliman_track_get_streams,
+                                                        self._c)]
 
     def clock(self) -> NDArray[numpy.int64]:
         """Returns the clock pairs [n][2] of camera and TAI nanoseconds; empty if camera times are TAI."""
-        points = ctypes.c_size_t()
-        check_asked(library.toliman_track_get_clock(self._c, None, 0, ctypes.byref(points)))
-        pairs = numpy.empty((points.value, 2), numpy.int64)
-        if len(pairs) > 0:
-            check(library.toliman_track_get_clock(self._c, pairs.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
-                                                  len(pairs), ctypes.byref(points)))
-        return pairs
+        options = _raw.toliman_track_options()
+        check(library.toliman_track_get_options(self._c, ctypes.byref(options)))
+        count = options.clock.count
+        return numpy.array(options.clock.pairs[:2 * count] if count > 0 else [], numpy.int64).reshape(count, 2)
 
     def _summary(self) -> str:
         info = self.info

@@ -44,13 +44,23 @@ struct Budget {
     std::vector<Correlation> correlations; // those above kNotable
 };
 
-template <class Item, class Get>
-std::vector<Item> items_of(Get get, const Scene &scene, const toliman_sim_budget_options &options, size_t capacity) {
-    std::vector<Item> items(capacity, toliman::sized<Item>());
+std::vector<toliman_sim_budget_step> steps_of(const Scene &scene, const toliman_sim_budget_options &options,
+                                              size_t capacity) {
+    std::vector<toliman_sim_budget_step> steps(capacity, toliman::sized<toliman_sim_budget_step>());
     size_t count = 0;
-    toliman::check(get(scene.sim.get(), &options, items.data(), capacity, &count));
-    items.resize(count);
-    return items;
+    toliman::check(toliman_sim_get_budget_steps(scene.sim.get(), &options, steps.data(), capacity, &count));
+    steps.resize(count);
+    return steps;
+}
+
+std::vector<toliman_sim_budget_row> rows_of(const Scene &scene, const toliman_sim_budget_options &options,
+                                            size_t capacity, std::vector<double> &correlations, size_t side) {
+    std::vector<toliman_sim_budget_row> rows(capacity, toliman::sized<toliman_sim_budget_row>());
+    size_t count = 0;
+    toliman::check(toliman_sim_get_budget_rows(scene.sim.get(), &options, correlations.data(), side, rows.data(),
+                                               capacity, &count));
+    rows.resize(count);
+    return rows;
 }
 
 Budget budget_of(const Scene &scene, const toliman_sim_budget_options &options, const Advance &advance) {
@@ -65,13 +75,11 @@ Budget budget_of(const Scene &scene, const toliman_sim_budget_options &options, 
         throw Failure(kExitUsage, "--free" + std::string(error.what()).substr(error.field().size()));
     }
     advance(0.1);
-    budget.steps =
-        items_of<toliman_sim_budget_step>(toliman_sim_get_budget_steps, scene, options, budget.summary.steps);
+    budget.steps = steps_of(scene, options, budget.summary.steps);
     advance(0.3);
-    budget.rows = items_of<toliman_sim_budget_row>(toliman_sim_get_budget_rows, scene, options, budget.summary.rows);
     const size_t n = budget.summary.free_count + 1;
     std::vector<double> matrix(n * n);
-    toliman::check(toliman_sim_get_budget_correlations(scene.sim.get(), &options, n, matrix.data()));
+    budget.rows = rows_of(scene, options, budget.summary.rows, matrix, n);
     const auto name = [&](size_t i) { return i == 0 ? "separation" : budget.rows[i - 1].name; };
     for (size_t i = 0; i < n; i++)
         for (size_t j = i + 1; j < n; j++)

@@ -24,9 +24,9 @@ struct Options {
 
 std::string stages(const toliman_sim_plan_info &plan, bool there) {
     std::vector<std::string> names;
-    for (int64_t i = 0; i < toliman_sim_stage_count(); i++)
-        if (has_stage(plan, toliman_sim_stage_name(i)) == there)
-            names.emplace_back(toliman_sim_stage_name(i));
+    for (const toliman_sim_stage &stage : stages_of(plan))
+        if ((stage.modelled != 0) == there)
+            names.emplace_back(stage.name);
     return names.empty() ? "nothing" : joined(names);
 }
 
@@ -168,8 +168,8 @@ Json bank_json(const toliman_bank_plan_info &info) {
 
 std::string as_json(const toliman_sim_plan_info &plan, const SetUp &found, const std::string &scene) {
     Json stages_there;
-    for (int64_t i = 0; i < toliman_sim_stage_count(); i++)
-        stages_there.set(toliman_sim_stage_name(i), has_stage(plan, toliman_sim_stage_name(i)) ? 1.0 : 0.0);
+    for (const toliman_sim_stage &stage : stages_of(plan))
+        stages_there.set(stage.name, stage.modelled);
     Json json("schema", "toliman-plan/1", "scene", scene, "engine", engine_name(plan), "accuracy", plan.accuracy);
     json.set("scene_wavelengths", plan.scene_wavelengths, "wavelengths", plan.wavelengths, "order", plan.order);
     json.set("exact_frames", plan.exact_frames, "orbit_px", plan.orbit_px);

@@ -150,10 +150,9 @@ Json place_json(const Design &design, size_t place) {
 
 std::string as_json(const Design &design) {
     const toliman_mask_info &info = design.places[0];
-    Json json("schema", "toliman-pupil/1", "version", toliman_version(), "scene",
-              toliman_sim_get_name(design.scene.sim.get()), "seed", design.options.design.seed, "free",
-              names_in(design.free), "improved", info.improved != 0, "stopped", info.stopped != 0, "iterations",
-              info.iterations, "small_features", info.small_features);
+    Json json("schema", "toliman-pupil/1", "version", toliman_version(), "scene", design.scene.info.name, "seed",
+              design.options.design.seed, "free", names_in(design.free), "improved", info.improved != 0, "stopped",
+              info.stopped != 0, "iterations", info.iterations, "small_features", info.small_features);
     std::vector<Json> places;
     for (size_t place = 0; place < design.places.size(); place++)
         places.push_back(place_json(design, place));
@@ -184,7 +183,7 @@ std::string place_text(const Options &options, size_t place) {
 
 void print_summary(const Design &design) {
     const toliman_mask_info &first = design.places[0];
-    std::printf("scene          %s\n", toliman_sim_get_name(design.scene.sim.get()));
+    std::printf("scene          %s\n", design.scene.info.name);
     std::printf("free           %s\n", design.free.empty() ? "none" : design.free.c_str());
     for (size_t place = 0; place < design.places.size(); place++) {
         const toliman_mask_info &info = design.places[place];

@@ -47,9 +47,10 @@ std::vector<Element> elements_of(const toliman_sky *before, const toliman_sky *a
     std::vector<Element> elements(TOLIMAN_SKY_ELEMENTS);
     for (int32_t i = 0; i < static_cast<int32_t>(TOLIMAN_SKY_ELEMENTS); i++) {
         Element &element = elements[static_cast<size_t>(i)];
-        element.name = toliman_sky_element_name(i);
-        toliman::check(toliman_sky_get_element(before, i, &element.before, &element.sigma_before));
-        toliman::check(toliman_sky_get_element(after, i, &element.after, &element.sigma_after));
+        const int32_t constant = TOLIMAN_SKY_ELEMENT_PERIOD + i;
+        element.name = toliman_constant_name(constant);
+        toliman::check(toliman_sky_get_element(before, constant, &element.before, &element.sigma_before));
+        toliman::check(toliman_sky_get_element(after, constant, &element.after, &element.sigma_after));
     }
     return elements;
 }

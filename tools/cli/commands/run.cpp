@@ -110,7 +110,7 @@ void print_seconds(const Pipeline &pipeline) {
 
 void print_summary(const Scene &scene, const Pipeline &pipeline, const std::string &folder) {
     const toliman_sim_info &info = scene.info;
-    std::printf("scene         %s: %lld frames of %lldx%lld, seed %llu\n", toliman_sim_get_name(scene.sim.get()),
+    std::printf("scene         %s: %lld frames of %lldx%lld, seed %llu\n", scene.info.name,
                 static_cast<long long>(info.frames), static_cast<long long>(info.rows),
                 static_cast<long long>(info.cols), static_cast<unsigned long long>(pipeline.seed));
     if (info.amplitude_px != 0)
@@ -149,7 +149,7 @@ void run(const Options &options, Progress &progress) {
     const Scene scene(options.scene, progress, options.bad_pixels);
     check_cadence(scene, "run");
     const Cadence cadence(scene);
-    const std::string name = toliman_sim_get_name(scene.sim.get());
+    const std::string name = scene.info.name;
     const std::string path = options.folder.empty() ? (name.empty() ? "scene" : name) + ".run" : options.folder;
     const std::string text = whole_text(scene.path); // before the computation: the file may change meanwhile
     const JsonTree tree = parse_scene(scene.path, text);

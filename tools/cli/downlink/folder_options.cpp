@@ -144,14 +144,17 @@ std::string remedy_of(const FolderOptions &given, const toliman_track_options &h
 
 // Names the free parameters of a new folder that were not asked for.
 void tell_free(const EstimatorOptions &given, const Estimator &estimator, Progress &progress) {
-    constexpr int64_t kAlways = 7;
-    const int64_t count = given.free.empty() ? toliman_fit_parameter_count(estimator.fit.get()) : 0;
+    if (!given.free.empty())
+        return;
+    constexpr size_t kAlways = 7;
+    const auto info = toliman::result<toliman_fit_info>(toliman_fit_get_info, estimator.fit.get());
+    std::vector<toliman_sim_parameter> parameters(static_cast<size_t>(info.parameters),
+                                                  toliman::sized<toliman_sim_parameter>());
+    size_t count = 0;
+    toliman::check(toliman_fit_get_parameters(estimator.fit.get(), parameters.data(), parameters.size(), &count));
     std::string names;
-    for (int64_t i = kAlways; i < count; i++) {
-        auto parameter = toliman::sized<toliman_sim_parameter>();
-        toliman::check(toliman_fit_get_parameter(estimator.fit.get(), i, &parameter));
-        names += std::string(names.empty() ? "" : " ") + parameter.name;
-    }
+    for (size_t i = kAlways; i < count; i++)
+        names += std::string(names.empty() ? "" : " ") + parameters[i].name;
     if (!names.empty())
         progress.tell("the scene is calibrated: each frame also fits " + names + " (--free self)");
 }

@@ -114,11 +114,8 @@ void add_counts(const toliman::tracker &tracker, Json &json) {
         if (count != &toliman_track_info::rejected)
             continue;
         Json reasons;
-        for (int32_t reason = TOLIMAN_TRACK_REASON_SHAPE; reason <= TOLIMAN_TRACK_REASON_ESTIMATE; reason++) {
-            int64_t frames = 0;
-            toliman::check(toliman_track_get_rejected(tracker.get(), reason, &frames));
-            reasons.set(toliman_constant_name(reason), frames);
-        }
+        for (int32_t reason = TOLIMAN_TRACK_REASON_SHAPE; reason <= TOLIMAN_TRACK_REASON_ESTIMATE; reason++)
+            reasons.set(toliman_constant_name(reason), info.rejected_for[reason - TOLIMAN_TRACK_REASON_NONE]);
         json.set("rejected_by", std::move(reasons));
     }
 }

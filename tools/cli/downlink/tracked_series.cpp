@@ -16,9 +16,9 @@ double time_of(int64_t tai_ns, const toliman_track_options &how) {
 std::vector<NuisanceColumn> element_columns(const toliman::tracker &tracker) {
     const toliman_track_info info = info_of(tracker);
     std::vector<NuisanceColumn> columns;
-    for (int64_t i = 0; i < static_cast<int64_t>(TOLIMAN_SKY_ELEMENTS); i++)
+    for (int32_t i = 0; i < static_cast<int32_t>(TOLIMAN_SKY_ELEMENTS); i++)
         if ((info.elements >> i & 1) != 0)
-            columns.push_back({toliman_sky_element_name(i), {}, 0, info.plate_scale_arcsec});
+            columns.push_back({toliman_constant_name(TOLIMAN_SKY_ELEMENT_PERIOD + i), {}, 0, info.plate_scale_arcsec});
     return columns;
 }
 

@@ -182,9 +182,9 @@ Table &Campaign::add_table(const std::string &name, const std::string &what, std
 }
 
 Json Campaign::arguments() const {
-    return Json("schema", "toliman-experiment-journal/1", "version", toliman_version(), "scene",
-                toliman_sim_get_name(scene_->sim.get()), "scene_digest", digest_text(scene_->info.scene_digest),
-                "crb_px", scene_->bounds().crb_projected_px, // changes also with the files that the scene names
+    return Json("schema", "toliman-experiment-journal/1", "version", toliman_version(), "scene", scene_->info.name,
+                "scene_digest", digest_text(scene_->info.scene_digest), "crb_px",
+                scene_->bounds().crb_projected_px, // changes also with the files that the scene names
                 "amplitudes_px", options_.amplitudes, "methods", options_.methods, "tables", options_.tables, "seeds",
                 static_cast<double>(options_.seeds), "blind", static_cast<double>(options_.blind));
 }

@@ -221,17 +221,16 @@ std::string report_json(const Campaign &campaign, const std::vector<TableSummary
     const CampaignOptions &options = campaign.options();
     const FrequencyGrid &grid = campaign.grid();
     return Json("schema", "toliman-experiment/1", "version", toliman_version(), "provenance", provenance(), "scene",
-                toliman_sim_get_name(campaign.scene().sim.get()), "frames", info.frames, "true_period_days",
-                info.period_days, "amplitude_px", info.amplitude_px, "seeds", options.seeds, "controls",
-                name_of(options.controls), "blind", options.blind, "grid",
-                Json("f0", grid.f0, "df", grid.df, "nf", grid.nf), "methods", array_of(options.methods, method_json),
-                "tables", array_of(summaries, table_json))
+                campaign.scene().info.name, "frames", info.frames, "true_period_days", info.period_days, "amplitude_px",
+                info.amplitude_px, "seeds", options.seeds, "controls", name_of(options.controls), "blind",
+                options.blind, "grid", Json("f0", grid.f0, "df", grid.df, "nf", grid.nf), "methods",
+                array_of(options.methods, method_json), "tables", array_of(summaries, table_json))
         .text();
 }
 
 std::string report_markdown(const Campaign &campaign, const std::vector<TableSummary> &summaries) {
     const toliman_sim_info &info = campaign.scene().info;
-    std::string out = formatted("# Experiment: %s\n\n", toliman_sim_get_name(campaign.scene().sim.get()));
+    std::string out = formatted("# Experiment: %s\n\n", campaign.scene().info.name);
     out += formatted(
         "%lld frames of %lldx%lld, period %g days, seeds 1 to %llu.%sbelow %g and the period\nwithin 5 %%.\n",
         static_cast<long long>(info.frames), static_cast<long long>(info.rows), static_cast<long long>(info.cols),

@@ -59,7 +59,8 @@ std::vector<toliman_fit_result> FitMethod::results() {
 }
 
 std::vector<double> FitMethod::bounds_px(const std::vector<double> &times_days) const {
-    const auto parameters = static_cast<size_t>(toliman_fit_parameter_count(fit_.get()));
+    const auto parameters =
+        static_cast<size_t>(toliman::result<toliman_fit_info>(toliman_fit_get_info, fit_.get()).parameters);
     std::vector<double> bounds(times_days.size());
     run_parallel(bounds.size(), [&](size_t i) {
         const toliman_fit_prediction prediction = prediction_at(times_days[i]);

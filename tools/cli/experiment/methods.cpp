@@ -82,8 +82,7 @@ enum class Component { raw, whitened, blocks };
 // first training computes the products of frames.
 class ComponentFrames {
   public:
-    ComponentFrames(const Scene &scene, Component which)
-        : cols_(static_cast<size_t>(scene.info.cols)), pixels_(scene.pixels()) {
+    ComponentFrames(const Scene &scene, Component which) : pixels_(scene.pixels()) {
         const auto frames = static_cast<size_t>(scene.info.frames);
         if (which == Component::blocks)
             block_ = std::max<size_t>(1, frames / kBlocks);
@@ -124,12 +123,13 @@ class ComponentFrames {
             mean_[i] += image[i] / static_cast<double>(block_);
         if (added_ % block_ != 0)
             return;
-        check(toliman_components_push(components_.get(), mean_.data(), cols_));
+        const toliman_image whole = plain_image(mean_.data());
+        check(toliman_components_push(components_.get(), &whole, 1));
         pushed_++;
     }
 
     std::mutex mutex_;
-    size_t cols_, pixels_, block_ = 1, added_ = 0, pushed_ = 0; // frames, and means of blocks of them
+    size_t pixels_, block_ = 1, added_ = 0, pushed_ = 0; // frames, and means of blocks of them
     bool taken_ = false;
     std::vector<double> mean_;
     toliman::component_set components_;

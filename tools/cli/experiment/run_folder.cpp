@@ -26,7 +26,7 @@ double efficiency_error(const Pipeline &pipeline, double efficiency) {
 void set_scene(const Scene &scene, uint64_t seed, Json &json) {
     const toliman_sim_info &info = scene.info;
     const toliman_sim_bounds bounds = scene.bounds();
-    json.set("scene", toliman_sim_get_name(scene.sim.get()), "seed", seed, "scene_folder",
+    json.set("scene", scene.info.name, "seed", seed, "scene_folder",
              std::filesystem::absolute(folder_of(scene.path)).lexically_normal().string());
     json.set("frames", info.frames, "amplitude_px", info.amplitude_px, "amplitude_uas", info.amplitude_uas,
              "true_period_days", info.period_days, "crb_px", bounds.crb_px, "crb_flux_shift_px",

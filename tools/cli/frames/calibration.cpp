@@ -81,7 +81,7 @@ int32_t Calibration::on_step(const toliman_calibration *, const toliman_calibrat
                                       run.files_.journal().c_str()));
     run.steps_.push_back(*step);
     const std::string change =
-        step->change != 0 ? toliman_calibration_change_name(step->change) + std::string(": ") : "";
+        step->change != 0 ? toliman_constant_name(static_cast<int32_t>(step->change)) + std::string(": ") : "";
     if (step->recalled == 0)
         run.progress_->line("calibrate",
                             formatted("%s%s iteration %d: chi-square %.6g, largest step %.3g %s%s", change.c_str(),

@@ -76,7 +76,7 @@ std::vector<std::string> names_of(uint32_t changes) {
     std::vector<std::string> names;
     for (const uint32_t change : kChanges)
         if (has(changes, change))
-            names.emplace_back(toliman_calibration_change_name(change));
+            names.emplace_back(toliman_constant_name(static_cast<int32_t>(change)));
     return names;
 }
 
@@ -187,15 +187,15 @@ Json json_of_frame(const Calibration &calibration, size_t i) {
 Json json_of(const toliman_calibration_step &step) {
     std::optional<std::string> change;
     if (step.change != 0)
-        change = toliman_calibration_change_name(step.change);
+        change = toliman_constant_name(static_cast<int32_t>(step.change));
     return Json("change", change, "map", step.is_map != 0, "iteration", step.iteration, "accepted", step.accepted != 0,
                 "chi_square", step.chi_square, "largest_step", step.largest_step);
 }
 
 Json json_of(const toliman_calibration_attempt &attempt) {
-    return Json("change", toliman_calibration_change_name(attempt.change), "kept", attempt.kept != 0, "converged",
-                !has(attempt.flags, TOLIMAN_CALIBRATION_NOT_CONVERGED), "cells", attempt.cells, "chi_square",
-                attempt.chi_square, "chi_square_sigma", attempt.chi_square_sigma, "largest_residual",
+    return Json("change", toliman_constant_name(static_cast<int32_t>(attempt.change)), "kept", attempt.kept != 0,
+                "converged", !has(attempt.flags, TOLIMAN_CALIBRATION_NOT_CONVERGED), "cells", attempt.cells,
+                "chi_square", attempt.chi_square, "chi_square_sigma", attempt.chi_square_sigma, "largest_residual",
                 attempt.largest_residual, "goodness", toliman_constant_name(attempt.goodness));
 }
 
@@ -229,7 +229,7 @@ void print_window(const Window &window, size_t number, size_t count) {
 void print_attempt(const toliman_calibration_attempt &attempt) {
     const bool of_cells = attempt.change == TOLIMAN_CALIBRATION_CHANGE_SAMPLES;
     const bool converged = !has(attempt.flags, TOLIMAN_CALIBRATION_NOT_CONVERGED);
-    std::printf("tried        %s%s: %s, %s\n", toliman_calibration_change_name(attempt.change),
+    std::printf("tried        %s%s: %s, %s\n", toliman_constant_name(static_cast<int32_t>(attempt.change)),
                 of_cells ? formatted(" %lld", static_cast<long long>(attempt.cells)).c_str() : "",
                 converged ? ("chi-square " + text_with_error(attempt.chi_square, attempt.chi_square_sigma) + ", " +
                              toliman_constant_name(attempt.goodness))
@@ -313,11 +313,11 @@ void CalibrationOutput::write_arrays(const Calibration &calibration) {
                cells = static_cast<size_t>(info.cells), windows = static_cast<size_t>(info.windows);
     std::vector<double> image(rows * cols), opd(windows * cells * cells);
     const auto write_image = [&](OutputFile &file) { write_npy(file, image, {rows, cols}); };
-    toliman::check(toliman_calibration_get_residual(made, 0, image.data(), cols));
+    toliman::check(toliman_calibration_get_image(made, TOLIMAN_CALIBRATION_IMAGE_BEFORE, image.data(), cols));
     write_image(before_);
-    toliman::check(toliman_calibration_get_residual(made, 1, image.data(), cols));
+    toliman::check(toliman_calibration_get_image(made, TOLIMAN_CALIBRATION_IMAGE_AFTER, image.data(), cols));
     write_image(after_);
-    toliman::check(toliman_calibration_get_chi_map(made, image.data(), cols));
+    toliman::check(toliman_calibration_get_image(made, TOLIMAN_CALIBRATION_IMAGE_CHI, image.data(), cols));
     write_image(chi_map_);
     for (size_t i = 0; i < windows; i++)
         toliman::check(toliman_calibration_get_opd(made, static_cast<int64_t>(i), &opd[i * cells * cells]));

@@ -64,13 +64,13 @@ class FitsOutput : public FrameOutput {
              : info.unit == TOLIMAN_SIM_UNIT_ELECTRON ? "electron"
                                                       : "photon",
              "of a frame");
-        text("SCENE", toliman_sim_get_name(scene.sim.get()), "name of the scene");
+        text("SCENE", scene.info.name, "name of the scene");
         text("SCENEID", digest_text(info.scene_digest), "FNV-1a of the scene's text");
         number("PIXSCALE", info.pixel_scale_arcsec, "[arcsec] side of a pixel");
         number("APERTURE", info.aperture_m, "[m] diameter");
         std::vector<double> wavelengths(static_cast<size_t>(info.wavelengths));
-        toliman::check(
-            toliman_sim_get_spectrum(scene.sim.get(), wavelengths.size(), wavelengths.data(), nullptr, nullptr));
+        toliman::check(toliman_sim_get_spectrum(scene.sim.get(), wavelengths.size(), wavelengths.data(), nullptr,
+                                                nullptr, nullptr));
         number("WAVEMIN", wavelengths.front() * 1e9, "[nm] shortest wavelength");
         number("WAVEMAX", wavelengths.back() * 1e9, "[nm] longest wavelength");
         number("NWAVES", static_cast<uint64_t>(wavelengths.size()), "samples of the spectrum");

@@ -69,10 +69,19 @@ std::string scene_path(const std::string &name, const toliman_sim_options &optio
     return shipped;
 }
 
-bool has_stage(const toliman_sim_plan_info &plan, const char *name) {
-    int32_t modelled = 0;
-    toliman::check(toliman_sim_get_stage(&plan, name, &modelled));
-    return modelled != 0;
+std::vector<toliman_sim_stage> stages_of(const toliman_sim_plan_info &plan) {
+    size_t count = 0;
+    if (const auto status = toliman_sim_get_stages(&plan, nullptr, 0, &count); status != TOLIMAN_E_CAPACITY)
+        toliman::check(status);
+    std::vector<toliman_sim_stage> stages(count, toliman::sized<toliman_sim_stage>());
+    toliman::check(toliman_sim_get_stages(&plan, stages.data(), stages.size(), &count));
+    return stages;
+}
+
+bool has_stage(const toliman_sim_plan_info &plan, const std::string &name) {
+    const std::vector<toliman_sim_stage> stages = stages_of(plan);
+    return std::any_of(stages.begin(), stages.end(),
+                       [&](const toliman_sim_stage &stage) { return stage.modelled != 0 && stage.name == name; });
 }
 
 Scene::Scene(const std::string &file, Progress &progress, const std::string &bad_pixels)
@@ -99,7 +108,7 @@ std::vector<double> Scene::image(int32_t kind) const {
 
 std::vector<double> Scene::wavelengths() const {
     std::vector<double> waves(static_cast<size_t>(info.wavelengths));
-    toliman::check(toliman_sim_get_spectrum(sim.get(), waves.size(), waves.data(), nullptr, nullptr));
+    toliman::check(toliman_sim_get_spectrum(sim.get(), waves.size(), waves.data(), nullptr, nullptr, nullptr));
     return waves;
 }
 

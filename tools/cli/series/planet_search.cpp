@@ -146,7 +146,7 @@ std::vector<std::string> PlanetSearch::reasons(size_t index) const {
     std::vector<std::string> texts;
     for (uint32_t bit = 1; bit != 0; bit <<= 1)
         if ((candidates[index].reasons & bit) != 0)
-            texts.emplace_back(toliman_planet_reason_name(bit));
+            texts.emplace_back(toliman_constant_name(static_cast<int32_t>(bit)));
     return texts;
 }
 
