@@ -144,7 +144,7 @@ std::string remedy_of(const FolderOptions &given, const toliman_track_options &h
 
 // Names the free parameters of a new folder that were not asked for.
 void tell_free(const EstimatorOptions &given, const Estimator &estimator, Progress &progress) {
-    if (!given.free.empty())
+    if (!given.free.empty() || !estimator.fit)
         return;
     constexpr size_t kAlways = 7;
     const auto info = toliman::result<toliman_fit_info>(toliman_fit_get_info, estimator.fit.get());
