@@ -9,8 +9,8 @@
  *   tracker -> toliman_track_get_measure ---------------------+    |                 toliman_sky_diagnose
  *                                                                 |                 toliman_planet_create (planet.h)
  *                                                                 |                 toliman_measure_query_noise
- *     set_trend, add_column, set_prior -> functions fitted with --+
- *     the mean                                                    +-> get_info, get_function, get_values, get_times
+ *     set_trend, add_column, set_instruments, set_prior ----------+
+ *     -> functions fitted with the mean                           +-> get_info, get_function, get_values, get_times
  *                                                                destroy
  *
  * Kind         What the values are. Separations as they were measured are reduced to the orbit of the binary before
@@ -22,7 +22,7 @@
  *              on-target intervals are not known. Those of a state folder are in its ledger.
  * Unit         arcsec (velocities: m/s) per unit of the values and sigmas. The values keep their own unit.
  * Functions    Fitted with the mean, as in period_nuisance.h: the polynomials T_1 ... of a trend, then columns. At most
- *              8. A coefficient may have a Gaussian prior.
+ *              32. A coefficient may have a Gaussian prior.
  * Frames       Of a state folder, in order of arrival. By default the values of all accepted frames, as in its sums,
  *              with the functions and priors of the sums. With kind TOLIMAN_MEASURE_SEPARATION the measured separations
  *              of accepted and unreduced frames, which need a fit; those whose time on target is not known are left
@@ -116,7 +116,7 @@ TOLIMAN_API void toliman_measure_destroy(toliman_measure *measure) TOLIMAN_NOEXC
  * priors.
  *   order       0 to 8; 0 removes the trend
  *   start, end  the span, in units of t; both 0: from the first to the last time
- * Errors: TOLIMAN_E_ARGUMENT for a bad order or span, or more than 8 functions. */
+ * Errors: TOLIMAN_E_ARGUMENT for a bad order or span, or more than 32 functions. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_set_trend(toliman_measure *measure, int32_t order,
                                                                         double start, double end) TOLIMAN_NOEXCEPT;
 
@@ -125,10 +125,21 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_set_trend(toliman_
  *   values  [n], copied
  *   n       number of samples
  *   sigma   standard deviation of the prior of its coefficient, in units of y per unit of the column; 0: no prior
- * Errors: TOLIMAN_E_ARGUMENT for bad numbers, a name that is used, or more than 8 functions. */
+ * Errors: TOLIMAN_E_ARGUMENT for bad numbers, a name that is used, or more than 32 functions. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_add_column(toliman_measure *measure, const char *name,
                                                                          const double *values, size_t n,
                                                                          double sigma) TOLIMAN_NOEXCEPT;
+
+/* Sets the instruments of the samples: each has an offset, and a jitter in searches for planets. The offsets are
+ * columns named "offset NAME", of all but the first instrument; those that were set before are replaced.
+ *   names       list of the instruments' names, up to 56 characters each; "" removes them
+ *   instrument  [n], index of the instrument of each sample; each has at least one
+ *   n           number of samples
+ * Errors: TOLIMAN_E_ARGUMENT for bad names or numbers, a name that is used, or more than 32 functions. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_set_instruments(toliman_measure *measure,
+                                                                              const char *names,
+                                                                              const int64_t *instrument,
+                                                                              size_t n) TOLIMAN_NOEXCEPT;
 
 /* Sets the standard deviation of the prior of a function's coefficient, in units of y per unit of the function; 0: no
  * prior. Errors: TOLIMAN_E_RANGE if `function` is not in [0, functions). */
@@ -147,6 +158,7 @@ typedef struct toliman_measure_info {
     int32_t time_scale;     /* TOLIMAN_INGEST_SCALE_... of t, Modified Julian Days; 0: plain numbers */
     int32_t is_weighted;    /* 1: has sigmas */
     int32_t has_exposures;  /* 1: exposures are known */
+    int64_t instruments;    /* number; 0: not known */
     double trend_start, trend_end;
     double unit, time_unit_days, frame_chi_square; /* as in toliman_measure_data */
     double parallax_arcsec, star_mass[2];          /* of the system to which it is reduced; 0: not known */
@@ -175,7 +187,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_get_function(
     const toliman_measure *measure, int64_t index, toliman_measure_function *out) TOLIMAN_NOEXCEPT;
 
 /* Writes one number for each sample.
- *   name      "t", "y", "sigma", "position_angle_deg", the name of a function; of reduced series also
+ *   name      "t", "y", "sigma", "position_angle_deg", "instrument", the name of a function; of reduced series also
  *             "separation_arcsec" as it was measured, "factor" and "geometric_arcsec" of sky.h
  *   values    [n]
  *   n         number of samples

@@ -85,12 +85,12 @@ typedef struct toliman_period_options {
     double unit_ns;         /* nanoseconds per unit of t, in [1, 1e30]; 0 = 1e9, seconds; 86400e9 = days */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     /* Nuisance functions (period_nuisance.h). Any of them makes the accumulators double-limb and excludes
-     * TOLIMAN_PERIOD_FIXED_MEAN. 1 + trend + columns must be at most 9. */
-    int32_t trend;                 /* highest order of T_j(x), x from -1 at trend_start to 1 at trend_end; 0 = none */
-    int32_t columns;               /* number of values that come with each sample */
+     * TOLIMAN_PERIOD_FIXED_MEAN. */
+    int32_t trend;                 /* highest order of T_j(x), x from -1 at trend_start to 1 at trend_end; 0 to 8 */
+    int32_t columns;               /* number of values that come with each sample; at most 32 - trend */
     double trend_start, trend_end; /* in units of t; a time outside is TOLIMAN_E_RANGE */
-    double column_bound[8];        /* largest |value| of each column, otherwise TOLIMAN_E_RANGE; 0 = 1 */
-    double prior_precision[9];     /* 1/s_j^2 for the mean (about value_offset), T_1 ... and the columns, with s_j in
+    double column_bound[32];       /* largest |value| of each column, otherwise TOLIMAN_E_RANGE; 0 = 1 */
+    double prior_precision[33];    /* 1/s_j^2 for the mean (about value_offset), T_1 ... and the columns, with s_j in
                                       units of y per unit of the function; 0 = no prior */
 } toliman_period_options;
 #define TOLIMAN_PERIOD_OPTIONS_INIT TOLIMAN_INIT(toliman_period_options)
@@ -226,8 +226,8 @@ typedef struct toliman_period_info {
     int32_t reserved;
     int32_t trend, columns; /* nuisance functions, see period_nuisance.h */
     double trend_start, trend_end;
-    double column_bound[8];
-    double prior_precision[9];
+    double column_bound[32];
+    double prior_precision[33];
     int32_t functions;      /* number of functions in use, with the mean */
     int32_t free_functions; /* number of those without a prior */
 } toliman_period_info;

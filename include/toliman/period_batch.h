@@ -26,7 +26,7 @@ typedef struct toliman_period_batch_options {
     /* Nuisance functions, as in period_nuisance.h. */
     int32_t trend, columns;
     double trend_start, trend_end; /* both 0: first and last time */
-    double prior_precision[9];     /* that of the mean is about 0 */
+    double prior_precision[33];    /* that of the mean is about 0 */
     const double *rows;            /* [n][columns] */
 } toliman_period_batch_options;
 #define TOLIMAN_PERIOD_BATCH_OPTIONS_INIT TOLIMAN_INIT(toliman_period_batch_options)

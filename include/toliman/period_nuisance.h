@@ -11,7 +11,7 @@
  *                                           +-> all queries of period.h and period_fap.h
  *                                           +-> query_coefficients          coefficients of the functions
  *
- * Model        y = c_0 + sum over j of c_j b_j + a cos(2 pi f t) + b sin(2 pi f t), with K - 1 <= 8 functions b_j, in
+ * Model        y = c_0 + sum over j of c_j b_j + a cos(2 pi f t) + b sin(2 pi f t), with K - 1 <= 32 functions b_j, in
  *              this order: the Chebyshev polynomials T_1 ... T_trend, then the columns.
  * Power        1 - R/R_H, where R_H is the residual of mean and functions instead of that of the mean alone. Do not
  *              subtract a fitted trend before the samples are pushed: that removes a part of the signal.

@@ -7,10 +7,10 @@
  *                                              -> get_samples                    samples of the posterior
  *                                              -> get_signal, get_residuals      for figures
  *                                              -> get_outliers                   samples that do not belong
+ *                                              -> get_instruments                offsets and jitters
  *                                              -> get_limits, get_efficiency     upper limits, detection probability
  *                                              -> inject                         rate of detection by injection
  *                                              destroy
- *   reason -> reason_name                                                        why a candidate is not a planet
  *
  * Series       Reduced separations of a binary (toliman_sky_reduce, or a state folder), or the radial velocities of a
  *              star, or values of another kind, without masses. The mean must not have a prior.
@@ -28,6 +28,17 @@
  *              error of the period is larger. Without position angles the axis is fixed: the period of a face-on orbit
  *              is then wrong by the angle through which the axis turns in one period, divided by 360 deg (alpha
  *              Centauri: 0.8 % at 479 d from 2027 to 2030).
+ * Velocities   Of one star or both, with their own functions, fitted together with separations: the orbit has one
+ *              period, eccentricity and epoch. Two more amplitudes, of the coordinate away from the observer, have the
+ *              prior of the others: orbits of all directions have the same probability. Orbits about A and about B are
+ *              searched; before the data both stars have the same probability. Inclination and node follow from the
+ *              amplitudes along the axis and away from the observer, but for the mirror image of the orbit in the plane
+ *              of both. Masses are then true masses. Times are those of the separations; the light time across the
+ *              Earth's orbit is 8 min at most.
+ * Instruments  Each has an offset, without a prior, and a jitter. The ratios of their jitters are those of restricted
+ *              maximum likelihood (Patterson and Thompson 1971), without and with the planet; their common factor has
+ *              the prior of a jitter. A jitter that an instrument hardly determines is drawn towards those of the
+ *              others: the logarithms have a prior with a standard deviation of ln 10.
  * Mass         One series measures mass times g, or mass times sin i of velocities; g is 0.985 to 0.997 for an orbit in
  *              the plane of alpha Centauri, 0.785 in the mean of all directions. Which star has the planet cannot be
  *              seen in a separation: the mass is stated for both. The total mass of the orbit includes this mass times
@@ -81,7 +92,19 @@ typedef struct toliman_planet toliman_planet;
 #define TOLIMAN_PLANET_MOST 4u
 
 /* Number of columns of the samples of a posterior. */
-#define TOLIMAN_PLANET_COLUMNS 8u
+#define TOLIMAN_PLANET_COLUMNS 10u
+
+/* Ranges of the priors. */
+typedef struct toliman_planet_prior {
+    double period_min, period_max;       /* in units of t; 0 = 60 d and 1000 d */
+    double eccentricity_max;             /* in [0.001, 0.99]; 0 = 0.99 */
+    double amplitude_min, amplitude_max; /* range of the scale of the amplitudes, in units of y; set both or none.
+                                            Default with a known unit of separations: 0.05 uas to 5 uas, or to the rms
+                                            of the series if that is larger. Otherwise: 0.1 s to 3 rms, with the rms of
+                                            the series without the planets before, and the standard error s of an
+                                            amplitude with this noise: not that of the sigmas, which may be wrong */
+    double jitter_max; /* in units of y; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER */
+} toliman_planet_prior;
 
 /* Options of a search. */
 typedef struct toliman_planet_options {
@@ -93,14 +116,10 @@ typedef struct toliman_planet_options {
                                of a separation are NaN. 0 for velocities */
     double star_mass[2];    /* of A and B, solar masses; 0 = that of the series; if that is unknown, the mass for it is
                                NaN. Velocities: of A */
-    double period_min, period_max;       /* in units of t; 0 = 60 d and 1000 d */
-    double eccentricity_max;             /* in [0.001, 0.99]; 0 = 0.99 */
-    double amplitude_min, amplitude_max; /* range of the scale of the amplitudes, in units of y; set both or none.
-                                            Default with a known unit of separations: 0.05 uas to 5 uas, or to the rms
-                                            of the series if that is larger. Otherwise: 0.1 s to 3 rms, with the rms of
-                                            the series without the planets before, and the standard error s of an
-                                            amplitude with this noise: not that of the sigmas, which may be wrong */
-    double jitter_max;    /* in units of y; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER */
+    toliman_planet_prior prior;
+    /* Velocities of A and of B: of kind TOLIMAN_MEASURE_VELOCITY, with sigmas and a known unit. NULL: none. The series
+     * must then be of separations of known unit and parallax; their times are both dates, or both plain numbers. */
+    const toliman_measure *velocity_a, *velocity_b;
     double threshold;     /* log10 of the Bayes factor that a planet needs; 0 = 2 */
     double detection_fap; /* largest FAP of a planet, and FAP of a detection in limits, efficiency and
                              injections; 0 = 0.001 */
@@ -115,12 +134,13 @@ typedef struct toliman_planet_options {
 /* Searches a series for planets. Its functions and their priors are fitted, too.
  *   options  may be NULL
  * The series is copied. The caller destroys *out. Processor time of 836 samples with 5 nuisance functions, per planet:
- * 1 s, 3 s for a strong signal, 4 to 9 s where a jitter is fitted; 200 MB at most. The first lattice has 160 nodes for
- * each step 0.2/T of frequency, where T is the last minus the first time. Errors:
+ * 1 s, 3 s for a strong signal, 4 to 9 s where a jitter is fitted, about twice that with instruments or velocities;
+ * 300 MB at most. The first lattice has 160 nodes for each step 0.2/T of frequency, where T is the last minus the first
+ * time; if they are more than 4 million, twice the time. Errors:
  * TOLIMAN_E_ARGUMENT, naming the member, if a number is outside its limits, for separations that are not reduced, if
- * all times are equal, or a function without a prior is a combination of those before it; TOLIMAN_E_STATE if n is below
- * the number of functions + 6; TOLIMAN_E_RANGE if the first lattice would have more than 2e7 nodes, because period_min
- * is too short; TOLIMAN_E_CANCELLED. */
+ * all times are equal, or a function without a prior is a combination of those before it, and for velocities with other
+ * times, kinds or units than described; TOLIMAN_E_STATE if n is below the number of functions + 6; TOLIMAN_E_RANGE if
+ * there are more than 2e6 steps of frequency, because period_min is too short; TOLIMAN_E_CANCELLED. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_create(const toliman_measure *series,
                                                                     const toliman_planet_options *options,
                                                                     toliman_planet **out) TOLIMAN_NOEXCEPT;
@@ -140,7 +160,7 @@ typedef struct toliman_planet_info {
                              not hide a poor fit; NaN without sigmas. Outliers count, except with _CLIP. Degrees of
                              freedom: samples minus functions and numbers of planets without a prior */
     double jitter[3];     /* 16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate
-                             if there is none; 0 without one */
+                             if there is none; 0 without one. With instruments: the largest of the series */
     double time_reference; /* weighted mean time */
     double axis_deg;       /* position angle of the mean axis, -180 to 180; NaN if the axis is fixed */
     double axis_turn_deg;  /* angle through which the axis turns in the series; 0 if it is fixed */
@@ -194,8 +214,8 @@ typedef struct toliman_planet_candidate {
     uint32_t struct_size; /* in: sizeof(toliman_planet_candidate) */
     uint32_t flags;       /* TOLIMAN_PLANET_AT_EDGE */
     uint32_t reasons;     /* TOLIMAN_PLANET_REASON_...; 0: a planet */
-    uint32_t reserved;
-    double log10_bayes; /* log10 of the Bayes factor, given the other candidates */
+    int32_t star;         /* with velocities: the likelier star, 0 = A, 1 = B; -1: not known */
+    double log10_bayes;   /* log10 of the Bayes factor, given the other candidates */
     /* Error of the quadrature: its change from the last but one to the last resolution, and what is not resolved;
      * infinite if the odds have not converged. */
     double log10_bayes_error;
@@ -204,18 +224,23 @@ typedef struct toliman_planet_candidate {
                                reduction of chi-square by it; 20 z counts the shapes of an orbit */
     double period[3];       /* units of t */
     double eccentricity[3];
-    double periastron_deg[3]; /* as in the signal described at the top of planet.h */
-    double epoch[3];          /* time of a passage through periastron, within half a period of best[3] */
-    double amplitude[3];      /* units of y */
-    double mass_a[3];         /* Earth masses, times g or sin i, if the planet orbits A */
-    double mass_b[3];         /* the same if it orbits B */
-    double best[5];           /* joint fit: period, eccentricity, periastron_deg (-180 to 180), epoch (within half a
+    double periastron_deg[3];  /* as in the signal described at the top of planet.h */
+    double epoch[3];           /* time of a passage through periastron, within half a period of best[3] */
+    double amplitude[3];       /* units of y */
+    double mass_a[3];          /* Earth masses, times g or sin i, if the planet orbits A. With velocities: true masses,
+                                 NaN if `star` is not A */
+    double mass_b[3];          /* the same if it orbits B */
+    double best[5];            /* joint fit: period, eccentricity, periastron_deg (-180 to 180), epoch (within half a
                                  period of time_reference), amplitude. It may leave the prior of the period. The two
                                  components of the eccentricity have priors with a standard deviation of 0.3, the
                                  amplitudes one of their own size */
-    double best_error[5];     /* standard errors of the joint fit, from its linearisation */
-    double correlation[25];   /* [5][5], of the posterior of the same five */
-    double power_left;        /* share of the squared signal that the nuisance functions and other planets leave */
+    double best_error[5];      /* standard errors of the joint fit, from its linearisation */
+    double correlation[25];    /* [5][5], of the posterior of the same five */
+    double power_left;         /* share of the squared signal that the nuisance functions and other planets leave */
+    double log10_star;         /* with velocities: log10 of the odds of star A against star B; NaN without */
+    double inclination_deg[3]; /* with velocities: of the orbit or of its mirror image, 0 to 90; NaN without */
+    double node_deg[3];        /* the same: angle of the ascending node from the mean axis, to either side, 0 to 180.
+                                  Inclination and node without information have the widths of their priors */
 } toliman_planet_candidate;
 #define TOLIMAN_PLANET_CANDIDATE_INIT TOLIMAN_INIT(toliman_planet_candidate)
 
@@ -227,7 +252,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_candidate(
 /* Writes the first `count` samples of the posterior of a candidate, of equal weight and in random order.
  *   count    number of samples, at most `samples` of the options
  *   samples  [count][TOLIMAN_PLANET_COLUMNS]: period, eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b,
- *            jitter
+ *            jitter, inclination_deg, node_deg
  * Errors: TOLIMAN_E_RANGE as toliman_planet_get_candidate; TOLIMAN_E_ARGUMENT for a bad count. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_samples(const toliman_planet *planets, int64_t index,
                                                                          size_t count,
@@ -243,15 +268,37 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_signal(const to
                                                                         double *signal) TOLIMAN_NOEXCEPT;
 
 /* Writes the residuals of the joint fit of nuisance functions and all candidates that reach the threshold to
- * residuals[n], in the order of the series. The signal of a candidate below the threshold remains in them. Errors:
- * TOLIMAN_E_ARGUMENT if n is not that of the series. */
+ * residuals[n], in the order of the series; velocities of A and of B follow. The signal of a candidate below the
+ * threshold remains in them. Errors: TOLIMAN_E_ARGUMENT if n is not the number of all samples. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_residuals(const toliman_planet *planets, size_t n,
                                                                            double *residuals) TOLIMAN_NOEXCEPT;
 
-/* Writes the indices of the samples that do not belong, in the order of the series, to indices[count]. Errors:
+/* Writes the indices of the samples that do not belong, in the order of the residuals, to indices[count]. Errors:
  * TOLIMAN_E_ARGUMENT if count is not info.outliers. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_outliers(const toliman_planet *planets, size_t count,
                                                                           int64_t *indices) TOLIMAN_NOEXCEPT;
+
+/* An instrument in the joint fit. */
+typedef struct toliman_planet_instrument {
+    uint32_t struct_size;        /* in, in the first element: sizeof(toliman_planet_instrument) */
+    int32_t source;              /* 0: of the series; 1, 2: of the velocities of A, B */
+    int64_t samples;             /* in use */
+    double offset, offset_error; /* from the first instrument of its source, units of its values; 0 for the first */
+    double jitter[3];            /* 16, 50 and 84 %, units of its values; 0 without one */
+    double chi_square, chi_square_sigma,
+        largest_residual; /* as in goodness.h, without the jitter; NaN without sigmas */
+    int32_t goodness;     /* TOLIMAN_GOODNESS_... of chi_square */
+    uint32_t reserved;
+    char name[64]; /* "" for the only one of a source */
+} toliman_planet_instrument;
+#define TOLIMAN_PLANET_INSTRUMENT_INIT TOLIMAN_INIT(toliman_planet_instrument)
+
+/* Writes the instruments of the series, then those of the velocities of A and of B, to instruments[capacity] and their
+ * number to *count. TOLIMAN_E_CAPACITY if capacity is too small. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_instruments(const toliman_planet *planets,
+                                                                             toliman_planet_instrument *instruments,
+                                                                             size_t capacity,
+                                                                             size_t *count) TOLIMAN_NOEXCEPT;
 
 /* Limits at one period, for circular orbits. */
 typedef struct toliman_planet_limit {
@@ -266,7 +313,7 @@ typedef struct toliman_planet_limit {
 } toliman_planet_limit;
 #define TOLIMAN_PLANET_LIMIT_INIT TOLIMAN_INIT(toliman_planet_limit)
 
-/* Computes limits of one planet more.
+/* Computes limits of one additional planet, from the separations: a planet whose orbit is seen face-on has no velocity.
  *   periods      [count], in units of t, within the prior
  *   probability  in (0, 1), for example 0.95
  *   limits       [count], with the struct_size of limits[0] set

@@ -172,9 +172,9 @@ typedef struct toliman_sky_reduce_options {
  *   out       receives the reduced series, of kind TOLIMAN_MEASURE_REDUCED, with position angles; the caller destroys
  *             it
  * Measurements whose exposure the observer file does not cover completely are left out: left_out of
- * toliman_measure_info. A series without functions gets those of the errors of the orbit: the derivative by each
- * element with a standard deviation, which is its prior, increased by scale_sigma for the semi-major axis. Without such
- * standard deviations, or without sigmas, it gets a trend of order 4, with a warning.
+ * toliman_measure_info. A series without functions, but offsets, gets those of the errors of the orbit: the derivative
+ * by each element with a standard deviation, which is its prior, increased by scale_sigma for the semi-major axis.
+ * Without such standard deviations, or without sigmas, it gets a trend of order 4, with a warning.
  * Two kinds of exposures are refused if the observer is in orbit, circular or from a file:
  *   - a single interval of zero length. The prediction for an instant is wrong by up to 245 uas;
  *   - one whose on-target intervals are not known, longer than 600 s. The telescope points elsewhere during a part of

@@ -14,6 +14,7 @@
 #include "api/times.hpp"
 #include "backend/file.hpp"
 #include "base/progress.hpp"
+#include "base/words.hpp"
 #include "measure/text.hpp"
 
 using namespace toliman;
@@ -163,6 +164,7 @@ bool is_reserved(const std::string &name) {
                                         "separation_arcsec",
                                         "factor",
                                         "geometric_arcsec",
+                                        "instrument",
                                         "T1",
                                         "T2",
                                         "T3",
@@ -192,6 +194,8 @@ const std::vector<double> *member_of(const measure::Series &series, const std::s
 std::vector<double> values_of(const measure::Series &series, const std::string &name) {
     if (const std::vector<double> *const member = member_of(series, name))
         return *member;
+    if (name == "instrument" && !series.instrument.empty())
+        return {series.instrument.begin(), series.instrument.end()};
     for (size_t f = 0; f < series.functions(); f++)
         if (name == series.function_name(f))
             return function_values(series, f);
@@ -243,10 +247,11 @@ toliman_status toliman_measure_set_trend(toliman_measure *measure, int32_t order
     return guard([&] {
         const Use use(measure, "measure");
         measure::Series &series = use->series;
-        const auto most = static_cast<int64_t>(measure::kMostFunctions - series.columns.size());
-        if (order < 0 || order > most)
-            fail(Status::argument, "{order} = %d: must be in [0, %lld], as there are at most %zu functions", order,
-                 static_cast<long long>(most), measure::kMostFunctions);
+        if (order < 0 || order > measure::kMostTrend)
+            fail(Status::argument, "{order} = %d: must be in [0, %d]", order, measure::kMostTrend);
+        if (static_cast<size_t>(order) + series.columns.size() > measure::kMostFunctions)
+            fail(Status::argument, "{order} = %d: with %zu columns, must be at most %zu together", order,
+                 series.columns.size(), measure::kMostFunctions);
         if (!(std::fabs(start) <= 1e100) || !(std::fabs(end) <= 1e100))
             fail(Status::argument, "{start} = %g, end = %g: must be finite and at most 1e100", start, end);
         series.set_trend(order, start, end);
@@ -281,6 +286,23 @@ toliman_status toliman_measure_add_column(toliman_measure *measure, const char *
     });
 }
 
+toliman_status toliman_measure_set_instruments(toliman_measure *measure, const char *names, const int64_t *instrument,
+                                               size_t n) noexcept {
+    return guard([&] {
+        const Use use(measure, "measure");
+        std::vector<std::string> list = words_of(&required(names, "names"));
+        std::vector<int32_t> of_samples;
+        if (!list.empty())
+            required_array(instrument, n, sizeof *instrument, "instrument");
+        for (size_t i = 0; i < n && !list.empty(); i++)
+            of_samples.push_back(static_cast<int32_t>(std::clamp<int64_t>(instrument[i], -1, INT32_MAX)));
+        measure::Series changed = use->series;
+        changed.set_instruments(std::move(list), std::move(of_samples));
+        check(changed);
+        use->series = std::move(changed);
+    });
+}
+
 toliman_status toliman_measure_set_prior(toliman_measure *measure, int64_t function, double sigma) noexcept {
     return guard([&] {
         const Use use(measure, "measure");
@@ -306,6 +328,7 @@ toliman_status toliman_measure_get_info(const toliman_measure *measure, toliman_
         }
         info.is_weighted = series.sigma.empty() ? 0 : 1;
         info.has_exposures = std::any_of(series.exposures.begin(), series.exposures.end(), has_length) ? 1 : 0;
+        info.instruments = static_cast<int64_t>(series.instruments.size());
         info.trend_start = series.trend.start;
         info.trend_end = series.trend.end;
         info.unit = series.unit;

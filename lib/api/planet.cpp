@@ -11,9 +11,14 @@
 #include "api/handle.hpp"
 #include "api/measure_handle.hpp"
 #include "api/option.hpp"
+#include "api/output.hpp"
+#include "api/planet_series.hpp"
 #include "api/struct_array.hpp"
+#include "api/text_out.hpp"
 #include "base/constants.hpp"
 #include "base/workers.hpp"
+#include "planet/instruments.hpp"
+#include "planet/orientation.hpp"
 #include "planet/recovery.hpp"
 #include "planet/search.hpp"
 
@@ -22,9 +27,12 @@ using namespace toliman::api;
 
 struct toliman_planet : Handle<toliman_planet> {
     static constexpr char kType[] = "toliman_planet";
-    toliman_planet(const planet::GivenSeries &given, const planet::Settings &settings) : result(given, settings) {}
+    toliman_planet(const planet::GivenSeries &given, const planet::GivenVelocities &velocities,
+                   const planet::Settings &settings, std::vector<std::string> names_of)
+        : result(given, velocities, settings), names(std::move(names_of)) {}
 
     const planet::Result result;
+    const std::vector<std::string> names; // of the instruments
 
     const planet::Detection &detection() const noexcept { return detection_; }
     const planet::Recovery &recovery() const noexcept { return recovery_; }
@@ -60,35 +68,6 @@ double within(const char *name, double value, double least, double most) {
     return value;
 }
 
-// The arrays of a series, as the search takes them.
-class Given {
-  public:
-    Given(const measure::Series &series, bool jitter)
-        : rows_(series.column_rows()), precision_(1 + series.functions()) {
-        if (series.kind == measure::Kind::separation)
-            fail(Status::argument, "{series}: is of measured separations: reduce them by toliman_sky_reduce");
-        if (series.sigma.empty() && !jitter)
-            fail(Status::argument, "{series}: has no sigma: must have one with TOLIMAN_PLANET_NO_JITTER");
-        for (size_t f = 0; f < series.functions(); f++)
-            precision_[1 + f] = series.precision(f);
-        given_ = {series.count(),         series.t.data(),
-                  series.y.data(),        or_null(series.sigma),
-                  rows_.data(),           or_null(series.position_angle_deg),
-                  series.trend.order,     static_cast<int32_t>(series.columns.size()),
-                  series.trend.start,     series.trend.end,
-                  precision_.data(),      series.kind == measure::Kind::velocity,
-                  series.frame_chi_square};
-    }
-    const planet::GivenSeries &get() const noexcept { return given_; }
-
-  private:
-    static const double *or_null(const std::vector<double> &values) noexcept {
-        return values.empty() ? nullptr : values.data();
-    }
-    std::vector<double> rows_, precision_;
-    planet::GivenSeries given_;
-};
-
 void check_pair(const char *least_name, double least, const char *most_name, double most) {
     if ((least == 0) != (most == 0))
         fail(Status::argument, "{options->%s} = %g and %s = %g: give both or none", least_name, least, most_name, most);
@@ -97,6 +76,7 @@ void check_pair(const char *least_name, double least, const char *most_name, dou
 planet::Settings settings_of(const toliman_planet_options &options, const measure::Series &series) {
     if ((options.flags & ~(TOLIMAN_PLANET_NO_JITTER | TOLIMAN_PLANET_CLIP)) != 0)
         fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
+    const toliman_planet_prior &prior = options.prior;
     planet::Settings settings;
     settings.most = in_range("max_planets", options.max_planets, 1u, TOLIMAN_PLANET_MOST, 1u);
     settings.threads = options.threads;
@@ -110,16 +90,16 @@ planet::Settings settings_of(const toliman_planet_options &options, const measur
         within("options->parallax_arcsec", chosen(options.parallax_arcsec, series.parallax_arcsec), 0, kMostParallax),
         {within("options->star_mass[0]", chosen(options.star_mass[0], series.star_mass[0]), kLeastMass, kMostMass),
          within("options->star_mass[1]", chosen(options.star_mass[1], series.star_mass[1]), kLeastMass, kMostMass)}};
-    settings.period_min = positive("options->period_min", options.period_min);
-    settings.period_max = positive("options->period_max", options.period_max);
-    settings.eccentricity_max = in_range("eccentricity_max", options.eccentricity_max, 1e-3, 0.99, 0.99);
-    settings.amplitude_min = positive("options->amplitude_min", options.amplitude_min);
-    settings.amplitude_max = positive("options->amplitude_max", options.amplitude_max);
-    check_pair("amplitude_min", options.amplitude_min, "amplitude_max", options.amplitude_max);
-    settings.jitter_max = positive("options->jitter_max", options.jitter_max);
-    if (options.jitter_max != 0 && !settings.jitter)
-        fail(Status::argument, "{options->jitter_max} = %g: must be 0 with TOLIMAN_PLANET_NO_JITTER",
-             options.jitter_max);
+    settings.period_min = positive("options->prior.period_min", prior.period_min);
+    settings.period_max = positive("options->prior.period_max", prior.period_max);
+    settings.eccentricity_max = in_range("prior.eccentricity_max", prior.eccentricity_max, 1e-3, 0.99, 0.99);
+    settings.amplitude_min = positive("options->prior.amplitude_min", prior.amplitude_min);
+    settings.amplitude_max = positive("options->prior.amplitude_max", prior.amplitude_max);
+    check_pair("prior.amplitude_min", prior.amplitude_min, "amplitude_max", prior.amplitude_max);
+    settings.jitter_max = positive("options->prior.jitter_max", prior.jitter_max);
+    if (prior.jitter_max != 0 && !settings.jitter)
+        fail(Status::argument, "{options->prior.jitter_max} = %g: must be 0 with TOLIMAN_PLANET_NO_JITTER",
+             prior.jitter_max);
     if (settings.units.velocity && options.parallax_arcsec != 0)
         fail(Status::argument, "{options->parallax_arcsec} = %g: must be 0 for velocities", options.parallax_arcsec);
     if (settings.units.velocity && options.star_mass[1] != 0)
@@ -142,18 +122,26 @@ const planet::Candidate &candidate_of(const planet::Result &result, int64_t inde
 
 // A sample in the order of TOLIMAN_PLANET_COLUMNS; angles and epochs within half a turn of those of the best fit.
 using Row = std::array<double, TOLIMAN_PLANET_COLUMNS>;
+constexpr size_t kJitter = 7, kInclination = 8, kNode = 9;
 Row row_of(const planet::Result &result, const planet::Candidate &candidate, const planet::PosteriorSample &sample) {
     const planet::Description own = planet::describe(sample.planet), &best = candidate.best;
     const planet::Units &units = result.settings.units;
-    const double reference = result.series.time_reference;
+    const planet::Series &series = result.series;
+    const planet::Orientation orientation = planet::orientation_of(series, sample.planet);
+    const auto mass = [&](int star) {
+        const bool may_have = !series.has_velocities() || sample.planet.orbit.star == star;
+        return may_have ? units.mass(star, own[0], own[1], orientation.axis) : NAN;
+    };
     return {own[0],
             own[1],
             best[2] + std::remainder(own[2] - best[2], 360),
-            reference + best[3] + std::remainder(own[3] - best[3], own[0]),
+            series.time_reference + best[3] + std::remainder(own[3] - best[3], own[0]),
             own[4],
-            units.mass(0, own[0], own[1], own[4]),
-            units.mass(1, own[0], own[1], own[4]),
-            sample.jitter};
+            mass(0),
+            mass(1),
+            sample.jitter,
+            orientation.inclination_deg,
+            orientation.node_deg};
 }
 
 std::vector<Row> rows_of(const planet::Result &result, const planet::Candidate &candidate) {
@@ -209,11 +197,61 @@ toliman_planet_candidate public_planet(const planet::Result &result, int64_t ind
                                  out.amplitude, out.mass_a,       out.mass_b};
     for (size_t i = 0; i < std::size(intervals); i++)
         set_interval(rows, i, intervals[i]);
+    const bool has_velocities = result.series.has_velocities();
+    out.star = has_velocities ? candidate.fitted.planet.orbit.star : -1;
+    out.log10_star = has_velocities ? candidate.log10_star : NAN;
+    set_interval(rows, kInclination, out.inclination_deg);
+    set_interval(rows, kNode, out.node_deg);
     std::copy(candidate.best.begin(), candidate.best.end(), out.best);
     out.best[3] += result.series.time_reference;
     std::copy(candidate.best_error.begin(), candidate.best_error.end(), out.best_error);
     set_correlation(rows, out.correlation);
     out.power_left = candidate.power_left;
+    return out;
+}
+
+// The largest scale of the jitter of the instruments of a series itself.
+double largest_scale(const planet::Series &series) noexcept {
+    double largest = 0;
+    for (size_t k = 0; k < series.groups.size(); k++)
+        if (series.groups[k].source == 0)
+            largest = std::max(largest, series.jitter_scales()[k]);
+    return largest;
+}
+
+// The jitter of each instrument, 16, 50 and 84 %: with several, about the most probable of each.
+std::vector<std::array<double, 3>> jitters_of(const planet::Result &result) {
+    const planet::Series &series = result.series;
+    std::array<double, 3> common = {};
+    set_interval(rows_of(result, result.last_fitted()), kJitter, common.data());
+    if (series.groups.size() == 1)
+        return {common};
+    const std::vector<double> errors = planet::jitter_errors(series, *result.design, common[1]);
+    std::vector<std::array<double, 3>> jitters;
+    for (size_t k = 0; k < errors.size(); k++) {
+        const double jitter = common[1] * series.jitter_scales()[k];
+        jitters.push_back({jitter * std::exp(-errors[k]), jitter, jitter * std::exp(errors[k])});
+    }
+    return jitters;
+}
+
+toliman_planet_instrument public_instrument(const toliman_planet &planets, size_t k, const Goodness &goodness,
+                                            const std::array<double, 3> &jitter) {
+    const planet::Result &result = planets.result;
+    const planet::Series &series = result.series;
+    const planet::Group &group = series.groups[k];
+    toliman_planet_instrument out = {};
+    out.source = group.source;
+    for (size_t i = 0; i < series.n; i++)
+        out.samples += series.group[i] == k && series.factor[i] > 0 ? 1 : 0;
+    if (group.instrument > 0) {
+        const std::vector<double> covariance = result.design->covariance();
+        out.offset = result.design->coefficients()[group.offset];
+        out.offset_error = std::sqrt(covariance[group.offset * (result.rest->functions.size() + 1)]);
+    }
+    std::copy(jitter.begin(), jitter.end(), out.jitter);
+    set_goodness(goodness, out);
+    put_text(planets.names[k], out.name);
     return out;
 }
 
@@ -255,9 +293,16 @@ toliman_status toliman_planet_create(const toliman_measure *series, const tolima
     return guard([&] {
         const Use use(series, "series");
         required(out, "out");
-        const planet::Settings settings = settings_of(accept(options, "options"), use->series);
-        const Given given(use->series, settings.jitter);
-        *out = new toliman_planet(given.get(), settings);
+        const measure::Series &own = use->series;
+        const toliman_planet_options known = accept(options, "options");
+        const planet::Settings settings = settings_of(known, own);
+        check_series(own, settings.jitter);
+        const Given given(own, own.t, "series");
+        const Velocities velocities(own, settings.units, known.velocity_a, known.velocity_b);
+        std::vector<std::string> names;
+        Velocities::add_names(own, names);
+        names.insert(names.end(), velocities.names().begin(), velocities.names().end());
+        *out = new toliman_planet(given.get(), velocities.get(), settings, std::move(names));
     });
 }
 
@@ -278,7 +323,7 @@ toliman_status toliman_planet_get_info(const toliman_planet *planets, toliman_pl
         info.candidates = static_cast<uint32_t>(result.candidates.size());
         info.functions = static_cast<uint32_t>(series.functions.size());
         double weight = 0, square = 0;
-        for (size_t i = 0; i < series.n; i++) {
+        for (size_t i = 0; i < series.primary; i++) {
             weight += result.design->weights()[i] * result.design->weights()[i];
             square += result.design->residuals()[i] * result.design->residuals()[i];
         }
@@ -286,7 +331,9 @@ toliman_status toliman_planet_get_info(const toliman_planet *planets, toliman_pl
         set_goodness(result.goodness, info);
         info.chi_square_with_jitter = result.chi_square_with_jitter;
         info.outliers = static_cast<uint32_t>(result.outliers.size());
-        set_interval(rows_of(result, result.last_fitted()), TOLIMAN_PLANET_COLUMNS - 1, info.jitter);
+        set_interval(rows_of(result, result.last_fitted()), kJitter, info.jitter);
+        for (double &jitter : info.jitter)
+            jitter *= largest_scale(series);
         info.time_reference = series.time_reference;
         info.axis_deg = series.axis_cosine.empty() ? NAN : series.axis / kDegree;
         info.axis_turn_deg = series.turn / kDegree;
@@ -369,6 +416,22 @@ toliman_status toliman_planet_get_outliers(const toliman_planet *planets, size_t
                  outliers.size());
         required_array(indices, count, sizeof *indices, "indices");
         std::copy(outliers.begin(), outliers.end(), indices);
+    });
+}
+
+toliman_status toliman_planet_get_instruments(const toliman_planet *planets, toliman_planet_instrument *instruments,
+                                              size_t capacity, size_t *count) noexcept {
+    return guard([&] {
+        const Use use(planets, "planets");
+        const planet::Result &result = use->result;
+        const StructOutput<toliman_planet_instrument> out(instruments, "instruments", capacity, count);
+        const bool is_weighted = result.series.median_sigma > 0;
+        const std::vector<Goodness> goodness = is_weighted
+                                                   ? planet::goodness_of_groups(result.series, *result.design, false)
+                                                   : std::vector<Goodness>(result.series.groups.size());
+        const std::vector<std::array<double, 3>> jitters = jitters_of(result);
+        out.write(goodness.size(), "instruments",
+                  [&](size_t k) { return public_instrument(*use.operator->(), k, goodness[k], jitters[k]); });
     });
 }
 

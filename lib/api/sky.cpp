@@ -149,13 +149,11 @@ void warn_of_centre(const sky::Predictor &predictor, const Log &log) {
              arcsec, kWarnedYear, 1e6 * arcsec * kLowOrbitSpeed / erfa::kLightSpeed);
 }
 
-// The options of the caller, if these columns fit.
-toliman_period_options options_for(size_t columns, const toliman_period_options *given) {
+// The options of the caller, whose trend must be valid.
+toliman_period_options options_for(const toliman_period_options *given) {
     const toliman_period_options options = accept(given, "options");
-    const auto most = static_cast<int64_t>(std::size(options.column_bound));
-    if (options.trend < 0 || options.trend + static_cast<int64_t>(columns) > most)
-        fail(Status::argument, "{options->trend} = %d: must be in [0, %lld] with %zu columns", options.trend,
-             static_cast<long long>(most - static_cast<int64_t>(columns)), columns);
+    if (options.trend < 0 || options.trend > period::kMaxTrend)
+        fail(Status::argument, "{options->trend} = %d: must be in [0, %d]", options.trend, period::kMaxTrend);
     return options;
 }
 
@@ -317,7 +315,7 @@ toliman_status toliman_sky_set_columns(const toliman_sky *sky, double unit_arcse
             fail(Status::argument, "{unit_arcsec} = %g: must be above 0 and finite", unit_arcsec);
         const std::vector<sky::Column> columns =
             sky::error_columns(sky->predictor->system(), known_scale_sigma(scale_sigma));
-        toliman_period_options changed = options_for(columns.size(), options);
+        toliman_period_options changed = options_for(options);
         std::fill_n(elements, sky::kElements, -1);
         changed.columns = static_cast<int32_t>(columns.size());
         for (size_t c = 0; c < columns.size(); c++) {

@@ -40,9 +40,9 @@ void keep(const track::Setup &known, track::Setup &setup) {
 } // namespace
 
 void check_functions(const toliman_track_options &options) {
-    if (options.grid.trend < -1 || options.grid.trend >= static_cast<int32_t>(period::kMaxFunctions))
-        fail(Status::argument, "{options->grid.trend} = %d: must be in [-1, %zu]", options.grid.trend,
-             period::kMaxFunctions - 1);
+    if (options.grid.trend < -1 || options.grid.trend > period::kMaxTrend)
+        fail(Status::argument, "{options->grid.trend} = %d: must be in [-1, %d]", options.grid.trend,
+             period::kMaxTrend);
     if (options.grid.trend <= 0 && (options.grid.trend_start != 0 || options.grid.trend_end != 0))
         fail(Status::argument, "{options->grid.trend_start} = %g, trend_end = %g: must be 0 without a trend",
              options.grid.trend_start, options.grid.trend_end);

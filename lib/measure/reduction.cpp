@@ -107,6 +107,7 @@ Reduction reduce(const Series &measured, const sky::Predictor &predictor, double
         values->clear();
     series.exposures.clear();
     series.tai_ns.clear();
+    series.instrument.clear();
     for (Column &column : series.columns)
         column.values.clear();
     series.kind = Kind::reduced;
@@ -136,7 +137,8 @@ Reduction reduce(const Series &measured, const sky::Predictor &predictor, double
     series.position_angle_deg = std::move(angles);
     set_stars(predictor.system(), series);
     std::string warning;
-    if (with_functions && series.functions() == 0)
+    const size_t offsets = series.instruments.empty() ? 0 : series.instruments.size() - 1;
+    if (with_functions && series.functions() == offsets)
         warning = add_functions(seen, predictor, scale_sigma, series);
     return {std::move(series), std::move(warning)};
 }

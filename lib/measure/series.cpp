@@ -12,6 +12,9 @@ namespace toliman::measure {
 
 namespace {
 
+const std::string kOffset = "offset "; // and the name of the instrument
+constexpr size_t kMostName = 56;
+
 constexpr double kLargest = 1e100; // |t|, |y|, sigma: squares of their differences do not overflow
 
 void check_lengths(const Series &series) {
@@ -90,6 +93,46 @@ void Series::set_trend(int32_t order, double start, double end) {
     trend = {order, start, end, std::vector<double>(static_cast<size_t>(order), 0.0)};
 }
 
+size_t Series::offset_column(size_t which) const {
+    const std::string wanted = kOffset + instruments[which];
+    const auto has_name = [&](const Column &column) { return column.name == wanted; };
+    return static_cast<size_t>(std::find_if(columns.begin(), columns.end(), has_name) - columns.begin());
+}
+
+void Series::set_instruments(std::vector<std::string> names, std::vector<int32_t> of_samples) {
+    if (names.empty() != of_samples.empty() || (!names.empty() && of_samples.size() != count()))
+        fail(Status::argument, "{instrument}: has %zu samples: must have %zu", of_samples.size(), count());
+    std::vector<size_t> samples(names.size());
+    for (size_t i = 0; i < of_samples.size(); i++) {
+        if (of_samples[i] < 0 || static_cast<size_t>(of_samples[i]) >= names.size())
+            fail(Status::argument, "{instrument[%zu]} = %d: must be in [0, %zu), the number of instruments", i,
+                 of_samples[i], names.size());
+        samples[static_cast<size_t>(of_samples[i])]++;
+    }
+    for (size_t k = 0; k < names.size(); k++) {
+        if (names[k].empty() || names[k].size() > kMostName || std::count(names.begin(), names.end(), names[k]) > 1)
+            fail(Status::argument, "{names}: \"%.64s\": must be a name of up to %zu characters, once", names[k].c_str(),
+                 kMostName);
+        if (samples[k] == 0)
+            fail(Status::argument, "{instrument}: no sample of %.64s", names[k].c_str());
+    }
+    const auto is_offset = [&](const Column &column) {
+        for (size_t k = 1; k < instruments.size(); k++)
+            if (column.name == kOffset + instruments[k])
+                return true;
+        return false;
+    };
+    columns.erase(std::remove_if(columns.begin(), columns.end(), is_offset), columns.end());
+    instruments = std::move(names);
+    instrument = std::move(of_samples);
+    for (size_t k = 1; k < instruments.size(); k++) {
+        Column column = {kOffset + instruments[k], std::vector<double>(count(), 0.0), 1};
+        for (size_t i = 0; i < count(); i++)
+            column.values[i] = static_cast<size_t>(instrument[i]) == k ? 1 : 0;
+        columns.push_back(std::move(column));
+    }
+}
+
 void Series::add(const Series &from, size_t sample) {
     const auto append = [sample](const std::vector<double> &values, std::vector<double> &to) {
         if (!values.empty())
@@ -103,6 +146,8 @@ void Series::add(const Series &from, size_t sample) {
         tai_ns.push_back(from.tai_ns[sample]);
     if (!from.exposures.empty())
         exposures.push_back(from.exposures[sample]);
+    if (!from.instrument.empty())
+        instrument.push_back(from.instrument[sample]);
     for (size_t c = 0; c < columns.size(); c++)
         append(from.columns[c].values, columns[c].values);
 }

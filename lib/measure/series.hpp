@@ -11,7 +11,8 @@
 
 namespace toliman::measure {
 
-constexpr size_t kMostFunctions = 8; // without the mean
+constexpr size_t kMostFunctions = 32; // without the mean
+constexpr int32_t kMostTrend = 8;
 
 // What the values are.
 enum class Kind : int32_t {
@@ -59,7 +60,9 @@ struct Series {
     double parallax_arcsec = 0, star_mass[2] = {0, 0}; // of the system, solar masses; 0: not known
     Trend trend;
     std::vector<Column> columns;
-    size_t left_out = 0; // samples of the source that could not be used
+    std::vector<int32_t> instrument;      // of each sample, index of its name; empty: one instrument
+    std::vector<std::string> instruments; // names; each has an offset, a column, but the first, and a jitter
+    size_t left_out = 0;                  // samples of the source that could not be used
 
     size_t count() const noexcept { return t.size(); }
     size_t functions() const noexcept { return static_cast<size_t>(trend.order) + columns.size(); }
@@ -73,6 +76,10 @@ struct Series {
 
     // Sets the trend; both ends 0: from the first to the last time. Status::argument if all times are equal.
     void set_trend(int32_t order, double start, double end);
+    // Sets the instruments of the samples, and their offsets. Status::argument for bad numbers.
+    void set_instruments(std::vector<std::string> names, std::vector<int32_t> of_samples);
+    // Index of the column of the offset of an instrument, of the second or a later one.
+    size_t offset_column(size_t which) const;
     // Adds a sample of a series with the same members.
     void add(const Series &from, size_t sample);
 };

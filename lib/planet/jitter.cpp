@@ -90,8 +90,9 @@ double density(const Series &series, const Prior &prior, double u) noexcept {
     const double jitter = prior.jitter(u), range = std::log1p(prior.jitter_max / prior.jitter_knee);
     double sum = 0;
     for (size_t i = 0; i < series.n; i++) {
-        const double variance = series.sigma[i] * series.sigma[i] + jitter * jitter;
-        sum += series.factor[i] > 0 && variance > 0 ? 2 / (variance * variance) : 0;
+        const double scale = series.jitter_scale(i), square = scale * scale;
+        const double variance = series.sigma[i] * series.sigma[i] + jitter * jitter * square;
+        sum += series.factor[i] > 0 && variance > 0 ? 2 * square * square / (variance * variance) : 0;
     }
     return jitter * (jitter + prior.jitter_knee) * range * std::sqrt(sum) + kLeastDensity;
 }

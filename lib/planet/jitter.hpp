@@ -18,6 +18,7 @@ struct Problem {
     const Prior &prior;
     std::vector<const Function *> functions;
     Buffer<double> values; // [rows]
+    int star = 0;          // that has the planet
 };
 
 // An integral over the jitter: its logarithm, and the node of its largest term.

@@ -25,6 +25,7 @@ constexpr int kMostSteps = 100, kMostHalvings = 30;
 struct Numbers {
     double frequency, k, h;
     Amplitudes turned;
+    int star;
 };
 
 // Turns pairs of amplitudes by an angle.
@@ -41,12 +42,12 @@ Amplitudes turned(const Amplitudes &amplitudes, double angle) noexcept {
 Numbers numbers_of(const Planet &planet) noexcept {
     const double longitude = -2 * kPi * planet.orbit.anomaly, e = planet.orbit.eccentricity;
     return {planet.orbit.frequency, e * std::cos(longitude), e * std::sin(longitude),
-            turned(planet.amplitudes, longitude)};
+            turned(planet.amplitudes, longitude), planet.orbit.star};
 }
 
 Planet planet_of(const Numbers &numbers) noexcept {
     const double longitude = std::atan2(numbers.h, numbers.k);
-    return {{numbers.frequency, std::hypot(numbers.k, numbers.h), -longitude / (2 * kPi)},
+    return {{numbers.frequency, std::hypot(numbers.k, numbers.h), -longitude / (2 * kPi), numbers.star},
             turned(numbers.turned, -longitude)};
 }
 

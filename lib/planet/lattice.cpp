@@ -4,8 +4,9 @@
 // than 0.6 of its conditional standard deviation. Only cells are divided whose logarithm is within 8 of the largest,
 // plus half of the differences from their neighbours: more than the logarithm may rise inside a cell around a peak.
 // So the limit is wide for strong signals at first, and follows their peak down to widths of 1e-5 cells. All other
-// cells keep their mass. Nodes are independent of each other and sums are taken in the order of the cells, so that
-// the threads do not change a bit.
+// cells keep their mass. Long ranges of frequency are several boxes, of which only those are divided that may contain a
+// part of the posterior: the memory is bounded, and the time is that of the first nodes. Nodes are independent of each
+// other and sums are taken in the order of the cells, so that the threads do not change a bit.
 //
 // Rejected: Markov chains, whose convergence needs a judgement; refining around the highest node only, which loses the
 // weaker of two periods.
@@ -30,18 +31,20 @@ constexpr double kFrequencyStep = 0.2;  // of 1/span
 constexpr int32_t kEccentricities = 10, kAnomalies = 16;
 constexpr int32_t kBoxCells = 16;
 constexpr double kBoxErrors = 8, kCellPower = 0.4;
-constexpr size_t kMostCells = 20'000'000, kMostRefined = 1'000'000, kChunk = 256;
+constexpr size_t kMostCells = 4'000'000, kMostRefined = 1'000'000, kChunk = 256;
 constexpr size_t kLeastRefined = 4096;    // of a level, when kMostWork is reached
 constexpr size_t kMostWork = 400'000'000; // refined cells times measurements: about 5 s of one processor
 constexpr size_t kScaleWork = 8;          // of a scale of the amplitudes, in measurements
 constexpr size_t kJitterWork = 4;         // of an integral over the jitter, in nodes without one
-constexpr double kOrder = 3; // error of the midpoint rule after a division, of the change by it: 1/4 to 3/4
+constexpr double kOrder = 3;       // error of the midpoint rule after a division, of the change by it: 1/4 to 3/4
+constexpr double kNegligible = 40; // of logarithms, below the largest: cells that are not kept
+constexpr double kMostSteps = 2e6; // of frequency: minutes of one processor
 constexpr int kMostLevels = 100;
 constexpr int32_t kMostCount = 1 << 29;
 
-size_t cell_count(const Level &level) noexcept {
+size_t cell_count(const Box &box) noexcept {
     size_t count = 1;
-    for (const int32_t n : level.counts)
+    for (const int32_t n : box.counts)
         count *= static_cast<size_t>(n);
     return count;
 }
@@ -54,7 +57,7 @@ bool before(const Cell &a, const Cell &b) noexcept {
 // neighbours, but for those around the circle of the mean anomaly.
 class Neighbours {
   public:
-    Neighbours(const std::vector<Cell> &active, const Level &level, size_t axis, int direction) noexcept
+    Neighbours(const std::vector<Cell> &active, const Box &level, size_t axis, int direction) noexcept
         : active_(active), count_(level.counts[axis]), axis_(axis), direction_(direction), next_(active.end()),
           is_circle_(axis == kAnomaly && level.is_circle) {}
 
@@ -90,7 +93,7 @@ size_t highest(const std::vector<Cell> &cells) noexcept {
 }
 
 // All cells of a level, in order.
-std::vector<Cell> all_cells(const Level &level) {
+std::vector<Cell> all_cells(const Box &level) {
     std::vector<Cell> cells(cell_count(level));
     for (size_t i = 0; i < cells.size(); i++) {
         size_t rest = i;
@@ -129,7 +132,7 @@ struct Sums {
 };
 
 // Adds the differences of the cells from `first` on along an axis.
-void add_differences(const std::vector<Cell> &active, const Level &level, size_t axis, size_t first, size_t end,
+void add_differences(const std::vector<Cell> &active, const Box &level, size_t axis, size_t first, size_t end,
                      double largest, Sums &sums, std::vector<double> &each) noexcept {
     Neighbours neighbours[] = {{active, level, axis, -1}, {active, level, axis, 1}};
     for (size_t i = first; i < end; i++) {
@@ -146,7 +149,7 @@ void add_differences(const std::vector<Cell> &active, const Level &level, size_t
     }
 }
 
-Roughness roughness(const std::vector<Cell> &active, const Level &level, unsigned threads) {
+Roughness roughness(const std::vector<Cell> &active, const Box &level, unsigned threads) {
     Roughness rough;
     rough.each.resize(active.size());
     const double largest = active[highest(active)].log_mass;
@@ -169,7 +172,7 @@ Roughness roughness(const std::vector<Cell> &active, const Level &level, unsigne
 }
 
 // Whether each axis is divided: those whose differences are too large.
-std::array<bool, kAxes> axes_to_split(const Roughness &rough, const Level &level) {
+std::array<bool, kAxes> axes_to_split(const Roughness &rough, const Box &level) {
     std::array<bool, kAxes> split = {};
     for (size_t axis = 0; axis < kAxes; axis++)
         split[axis] = rough.mean[axis] > kMostDifference && level.counts[axis] < kMostCount;
@@ -223,20 +226,50 @@ double difference_of_halves(const std::vector<Cell> &cells) noexcept {
     return most;
 }
 
+// The lower end of a cell of the eccentricity. Cells are equal in (1 - e)^0.4: those of high eccentricities are small,
+// as their orbits differ by more.
+double eccentricity_end(const Box &box, int32_t cell) noexcept {
+    const int32_t count = box.counts[kEccentricity];
+    const double first = std::pow(1 - box.low[kEccentricity], kCellPower);
+    const double last = std::pow(1 - box.high[kEccentricity], kCellPower);
+    return cell == count ? box.high[kEccentricity]
+                         : 1 - std::pow(first + (last - first) * cell / count, 1 / kCellPower);
+}
+
+// The highest logarithm that a cell may reach inside.
+double highest_inside(const std::vector<Cell> &cells, const Roughness &rough) noexcept {
+    double most = -HUGE_VAL;
+    for (size_t i = 0; i < cells.size(); i++)
+        most = std::max(most, cells[i].log_mass + kRise * rough.each[i]);
+    return most;
+}
+
 } // namespace
 
-Box whole_box(const Problem &problem) {
+std::vector<Box> whole_boxes(const Problem &problem) {
     const Prior &prior = problem.prior;
-    const double steps = (prior.frequency_max - prior.frequency_min) * problem.series.span / kFrequencyStep;
-    if (!(steps < static_cast<double>(kMostCells)))
-        fail(Status::range, "{options->period_min} = %.9g: too short for the span of the series: %.3g frequencies",
-             1 / prior.frequency_max, steps);
-    const Level level = {{kEccentricities, std::max(4, static_cast<int32_t>(std::ceil(steps))), kAnomalies}, true};
-    if (cell_count(level) > kMostCells)
+    const double steps =
+        std::max(4.0, std::ceil((prior.frequency_max - prior.frequency_min) * problem.series.span / kFrequencyStep));
+    if (!(steps < kMostSteps))
         fail(Status::range,
-             "{options->period_min} = %.9g: too short for the span of the series: %zu nodes, at most %zu",
-             1 / prior.frequency_max, cell_count(level), kMostCells);
-    return {{0, prior.frequency_min, 0}, {prior.eccentricity_max, prior.frequency_max, 1}, level};
+             "{options->prior.period_min} = %.9g: too short for the span of the series, %.9g: %.3g steps of frequency, "
+             "at most %.3g",
+             1 / prior.frequency_max, problem.series.span, steps, kMostSteps);
+    const auto most = static_cast<double>(kMostCells / (kEccentricities * kAnomalies));
+    const auto count = static_cast<size_t>(std::ceil(steps / most));
+    const double each = std::ceil(steps / static_cast<double>(count)),
+                 range = prior.frequency_max - prior.frequency_min;
+    std::vector<Box> boxes;
+    for (size_t i = 0; i < count; i++) {
+        const auto at = [&](size_t end) {
+            return end == count ? prior.frequency_max
+                                : prior.frequency_min + range * static_cast<double>(end) / static_cast<double>(count);
+        };
+        boxes.push_back({{0, at(i), 0},
+                         {prior.eccentricity_max, at(i + 1), 1},
+                         {kEccentricities, static_cast<int32_t>(each), kAnomalies}});
+    }
+    return boxes;
 }
 
 Box box_around(const Problem &problem, const Orbit &orbit, const Orbit &error) {
@@ -245,60 +278,102 @@ Box box_around(const Problem &problem, const Orbit &orbit, const Orbit &error) {
                 std::max(prior.frequency_min, orbit.frequency - kBoxErrors * error.frequency), 0},
                {std::min(prior.eccentricity_max, orbit.eccentricity + kBoxErrors * error.eccentricity),
                 std::min(prior.frequency_max, orbit.frequency + kBoxErrors * error.frequency), 1},
-               {{kBoxCells, kBoxCells, kBoxCells}, true}};
+               {kBoxCells, kBoxCells, kBoxCells}};
     if (kBoxErrors * error.anomaly < 0.5) {
         box.low[kAnomaly] = orbit.anomaly - kBoxErrors * error.anomaly;
         box.high[kAnomaly] = orbit.anomaly + kBoxErrors * error.anomaly;
-        box.level.is_circle = false;
+        box.is_circle = false;
     }
     return box;
 }
 
-Lattice::Lattice(const Problem &problem, const Box &box, unsigned threads, const Progress &progress, const char *stage)
-    : problem_(problem), box_(box), stage_(stage), levels_{box.level}, jitters_(problem) {
-    Active active = all_cells(levels_.back());
-    double done = 0, before = NAN, left_over = -HUGE_VAL;
+Lattice::Lattice(const Problem &problem, const std::vector<Box> &boxes, unsigned threads, const Progress &progress,
+                 const char *stage)
+    : problem_(problem), log_rest_(-HUGE_VAL), log_left_over_(-HUGE_VAL), jitters_(problem) {
     const size_t work = problem_.series.rows + kScaleWork * problem_.prior.scales.size();
     size_t left = kMostWork / (work * (jitters_.count() > 1 ? kJitterWork : 1));
+    const Run run = {threads, progress, stage};
+    const auto count = static_cast<double>(boxes.size());
+    std::vector<double> peaks(boxes.size(), HUGE_VAL), sums(boxes.size());
+    double largest = -HUGE_VAL;
+    for (size_t i = 0; i < boxes.size() && boxes.size() > 1; i++) {
+        Active active = first_cells(boxes[i]);
+        evaluate(active, run, static_cast<double>(i) / count / 2, static_cast<double>(i + 1) / count / 2);
+        peaks[i] = highest_inside(active, roughness(active, boxes[i], threads));
+        sums[i] = log_sum(active);
+        largest = std::max(largest, active[highest(active)].log_mass);
+    }
+    const double begin = boxes.size() > 1 ? 0.5 : 0;
+    for (size_t i = 0; i < boxes.size(); i++) {
+        const double from = begin + (1 - begin) * static_cast<double>(i) / count, to = from + (1 - begin) / count;
+        if (peaks[i] >= largest - kCut)
+            refine(first_cells(boxes[i]), run, from, to, left);
+        else
+            log_rest_ = log_add(log_rest_, sums[i]);
+    }
+    progress.report(stage, 1);
+    best_ = highest(cells_);
+    log_evidence_ = log_add(log_sum(cells_), log_rest_);
+    log_error_ += std::log1p(std::exp(log_left_over_ - log_evidence_));
+}
+
+Lattice::Active Lattice::first_cells(const Box &box) {
+    levels_.push_back(box);
+    Active cells = all_cells(box);
+    for (Cell &cell : cells)
+        cell.level = static_cast<int32_t>(levels_.size()) - 1;
+    return cells;
+}
+
+void Lattice::refine(Active active, const Run &run, double from, double to, size_t &left) {
+    double done = from, sum = NAN;
     for (int turn = 0;; turn++) {
-        const double next = turn == 0 ? 0.5 : (1 + done) / 2;
-        evaluate(active, threads, progress, done, next);
+        const double next = (to + done) / 2, before = sum;
+        evaluate(active, run, done, next);
         done = next;
-        before = log_evidence_;
-        log_evidence_ = cells_.empty() ? log_sum(active) : log_add(log_sum(cells_), log_sum(active));
-        const Level &level = levels_.back();
-        const Roughness rough = roughness(active, level, threads);
+        sum = cells_.empty() ? log_sum(active) : log_add(log_sum(cells_), log_sum(active));
+        const Box &level = levels_.back();
+        const Roughness rough = roughness(active, level, run.threads);
         const std::array<bool, kAxes> split = axes_to_split(rough, level);
         const auto axes = std::count(split.begin(), split.end(), true);
         const size_t most = std::clamp(left, kLeastRefined, kMostRefined) >> axes;
         const Division division = divide(active, rough, most);
         const bool ends = axes == 0 || turn + 1 == kMostLevels;
         if (!ends)
-            left_over = log_add(left_over, division.log_left);
+            log_left_over_ = log_add(log_left_over_, division.log_left);
         Active kept;
         for (size_t i = 0; i < active.size(); i++)
             (division.is_split[i] && !ends ? kept : cells_).push_back(active[i]);
         if (kept.empty()) {
-            log_error_ = (turn == 0 ? difference_of_halves(active) : std::fabs(log_evidence_ - before)) / kOrder;
+            const double error = (turn == 0 ? difference_of_halves(active) : std::fabs(sum - before)) / kOrder;
+            log_error_ = std::max(log_error_, error);
             break;
         }
         active = children(kept, split);
         left -= std::min(left, active.size());
     }
-    progress.report(stage, 1);
-    best_ = highest(cells_);
-    log_evidence_ = log_sum(cells_);
-    log_error_ += std::log1p(std::exp(left_over - log_evidence_));
+    if (problem_.prior.frequency_max > levels_.front().high[kFrequency]) // there are several boxes
+        drop_negligible();
 }
 
-void Lattice::evaluate(Active &active, unsigned threads, const Progress &progress, double from, double to) {
-    const Level &level = levels_.back();
+// Adds cells to the rest that no sample is drawn from.
+void Lattice::drop_negligible() {
+    const double least = cells_[highest(cells_)].log_mass - kNegligible;
+    const auto is_negligible = [&](const Cell &cell) { return cell.log_mass < least; };
+    for (const Cell &cell : cells_)
+        if (is_negligible(cell))
+            log_rest_ = log_add(log_rest_, cell.log_mass);
+    cells_.erase(std::remove_if(cells_.begin(), cells_.end(), is_negligible), cells_.end());
+}
+
+void Lattice::evaluate(Active &active, const Run &run, double from, double to) {
+    const Box &level = levels_.back();
     const Prior &prior = problem_.prior;
-    const auto width = [&](Axis axis) { return (box_.high[axis] - box_.low[axis]) / level.counts[axis]; };
+    const auto width = [&](Axis axis) { return (level.high[axis] - level.low[axis]) / level.counts[axis]; };
     const double step = width(kFrequency), others = std::log(width(kAnomaly));
     const size_t chunks = (active.size() + kChunk - 1) / kChunk;
     run_jobs(
-        worker_count(threads), chunks,
+        worker_count(run.threads), chunks,
         [&](size_t chunk) {
             ShapeWork work(problem_.series);
             double eccentricity = 0, log_share = 0;
@@ -310,25 +385,24 @@ void Lattice::evaluate(Active &active, unsigned threads, const Progress &progres
                 const Place &place = cell.place;
                 if (place[kEccentricity] != known) {
                     known = place[kEccentricity];
-                    const double from_e = eccentricity_end(known, level.counts[kEccentricity]);
-                    const double to_e = eccentricity_end(known + 1, level.counts[kEccentricity]);
+                    const double from_e = eccentricity_end(level, known), to_e = eccentricity_end(level, known + 1);
                     eccentricity = prior.eccentricity_in(from_e, to_e, 0.5);
                     log_share = std::log(prior.eccentricity_share(from_e, to_e));
                 }
-                const double low = box_.low[kFrequency] + step * place[kFrequency];
+                const double low = level.low[kFrequency] + step * place[kFrequency];
                 const Orbit orbit = {low + step / 2, eccentricity,
-                                     box_.low[kAnomaly] + (place[kAnomaly] + 0.5) * width(kAnomaly)};
+                                     level.low[kAnomaly] + (place[kAnomaly] + 0.5) * width(kAnomaly), problem_.star};
                 const JitterIntegral integral = jitters_.at(work, orbit, jitter);
                 jitter = integral.best;
                 cell.jitter = static_cast<uint32_t>(jitter);
                 cell.log_mass = integral.log_sum + std::log(prior.share(low, low + step)) + log_share + others;
             }
         },
-        [&](double part) { progress.report(stage_, from + (to - from) * part); });
+        [&](double part) { run.progress.report(run.stage, from + (to - from) * part); });
 }
 
 Lattice::Active Lattice::children(const Active &active, const std::array<bool, kAxes> &split) {
-    Level level = levels_.back();
+    Box level = levels_.back();
     for (size_t axis = 0; axis < kAxes; axis++)
         level.counts[axis] *= split[axis] ? 2 : 1;
     levels_.push_back(level);
@@ -351,25 +425,17 @@ Lattice::Active Lattice::children(const Active &active, const std::array<bool, k
     return made;
 }
 
-// Cells are equal in (1 - e)^0.4: those of high eccentricities are small, as their orbits differ by more.
-double Lattice::eccentricity_end(int32_t cell, int32_t count) const noexcept {
-    const double first = std::pow(1 - box_.low[kEccentricity], kCellPower);
-    const double last = std::pow(1 - box_.high[kEccentricity], kCellPower);
-    return cell == count ? box_.high[kEccentricity]
-                         : 1 - std::pow(first + (last - first) * cell / count, 1 / kCellPower);
-}
-
 Orbit Lattice::orbit(const Cell &cell, const std::array<double, kAxes> &part) const noexcept {
-    const Level &level = levels_[static_cast<size_t>(cell.level)];
+    const Box &level = levels_[static_cast<size_t>(cell.level)];
     const auto at = [&](size_t axis) {
-        return box_.low[axis] +
-               (box_.high[axis] - box_.low[axis]) * (cell.place[axis] + part[axis]) / level.counts[axis];
+        return level.low[axis] +
+               (level.high[axis] - level.low[axis]) * (cell.place[axis] + part[axis]) / level.counts[axis];
     };
-    const int32_t place = cell.place[kEccentricity], count = level.counts[kEccentricity];
+    const int32_t place = cell.place[kEccentricity];
     return {at(kFrequency),
-            problem_.prior.eccentricity_in(std::max(0.0, eccentricity_end(place, count)),
-                                           eccentricity_end(place + 1, count), part[kEccentricity]),
-            at(kAnomaly)};
+            problem_.prior.eccentricity_in(std::max(0.0, eccentricity_end(level, place)),
+                                           eccentricity_end(level, place + 1), part[kEccentricity]),
+            at(kAnomaly), problem_.star};
 }
 
 } // namespace toliman::planet

@@ -16,32 +16,28 @@ using Place = std::array<int32_t, kAxes>;
 
 struct Cell {
     Place place;     // in the lattice of its level
-    int32_t level;   // index of Lattice::levels
+    int32_t level;   // index of the boxes of the lattice
     uint32_t jitter; // node of the most probable jitter
     double log_mass;
 };
 
-// Numbers of cells of each axis.
-struct Level {
+// A box of orbits: ranges of eccentricity, frequency and mean anomaly, with the numbers of its cells.
+struct Box {
+    std::array<double, kAxes> low, high;
     std::array<int32_t, kAxes> counts;
     bool is_circle = true; // the cells of the anomaly are all around the circle
 };
 
-// A box of orbits: ranges of eccentricity, frequency and mean anomaly, with the numbers of its first cells.
-struct Box {
-    std::array<double, kAxes> low, high;
-    Level level;
-};
-
-// All orbits of the prior. Status::range if they need too many cells.
-Box whole_box(const Problem &problem);
+// All orbits of the prior, in boxes that fit into memory. Status::range if they cannot be counted.
+std::vector<Box> whole_boxes(const Problem &problem);
 // Orbits within some standard errors of one. Anomalies are whole cycles where these are large.
 Box box_around(const Problem &problem, const Orbit &orbit, const Orbit &error);
 
 class Lattice {
   public:
     // Progress is reported as `stage` from 0 to 1.
-    Lattice(const Problem &problem, const Box &box, unsigned threads, const Progress &progress, const char *stage);
+    Lattice(const Problem &problem, const std::vector<Box> &boxes, unsigned threads, const Progress &progress,
+            const char *stage);
 
     // ln of the evidence with one planet, and without it, in the same unit.
     double log_evidence() const noexcept { return log_evidence_; }
@@ -59,16 +55,22 @@ class Lattice {
 
   private:
     using Active = std::vector<Cell>;
-    void evaluate(Active &active, unsigned threads, const Progress &progress, double from, double to);
-    // The lower end of a cell of the eccentricity.
-    double eccentricity_end(int32_t cell, int32_t count) const noexcept;
+    struct Run { // of the evaluations of a search
+        unsigned threads;
+        const Progress &progress;
+        const char *stage;
+    };
+    Active first_cells(const Box &box);
+    // Divides the cells of a box; `from` and `to`: the progress.
+    void refine(Active active, const Run &run, double from, double to, size_t &left);
+    void evaluate(Active &active, const Run &run, double from, double to);
+    void drop_negligible();
     Active children(const Active &active, const std::array<bool, kAxes> &split);
 
     const Problem &problem_;
-    Box box_;
-    const char *stage_;
-    std::vector<Level> levels_;
+    std::vector<Box> levels_; // each division of a box is another one
     std::vector<Cell> cells_;
+    double log_rest_, log_left_over_; // of boxes that were not divided; of cells that were too many to be divided
     JitterGrid jitters_;
     double log_evidence_ = 0, log_error_ = 0;
     size_t best_ = 0;

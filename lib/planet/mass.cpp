@@ -52,4 +52,8 @@ double Units::amplitude(int star, double period, double eccentricity, double mas
     return sun / std::pow(star_mass[star] + sun, 2.0 / 3) * unit_orbit(span) * per_au(*this, span, eccentricity);
 }
 
+double velocity_of_motion(const Units &units) noexcept {
+    return units.unit / units.parallax_arcsec * kAstronomicalUnit / (units.days * kDay);
+}
+
 } // namespace toliman::planet

@@ -22,4 +22,7 @@ struct Units {
     double amplitude(int star, double period, double eccentricity, double mass) const noexcept;
 };
 
+// Velocity in m/s of a star that moves by one unit of y, of a separation, times one radian per unit of t.
+double velocity_of_motion(const Units &units) noexcept;
+
 } // namespace toliman::planet

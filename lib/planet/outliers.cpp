@@ -24,6 +24,7 @@ namespace {
 constexpr double kHuber = 1.5, kStill = 1e-3;
 constexpr int kMostSteps = 30, kMostTurns = 6;
 constexpr double kFrequencyStep = 0.2, kMostFrequencies = 20000; // of 1/span
+constexpr size_t kLeastOfGroup = 8;
 constexpr double kWide = 1e50; // scale of a prior without influence, in units of the sigmas
 
 double sigma_of(const Series &series, size_t i) noexcept {
@@ -102,6 +103,20 @@ double scale_of(const Series &series, const Buffer<double> &residuals) {
     return std::max(robust_sigma(std::move(sizes)), series.median_sigma > 0 ? 1.0 : 0.0);
 }
 
+// That of each group, as instruments have different jitters; of all for one with few measurements.
+static std::vector<double> scales_of_groups(const Series &series, const Buffer<double> &residuals) {
+    const double of_all = scale_of(series, residuals);
+    std::vector<std::vector<double>> sizes(series.groups.size());
+    for (size_t i = 0; i < series.n; i++)
+        sizes[series.group[i]].push_back(residuals[i] / sigma_of(series, i));
+    std::vector<double> scales;
+    for (std::vector<double> &own : sizes)
+        scales.push_back(own.size() < kLeastOfGroup || sizes.size() == 1
+                             ? of_all
+                             : std::max(robust_sigma(std::move(own)), series.median_sigma > 0 ? 1.0 : 0.0));
+    return scales;
+}
+
 Buffer<double> residuals_of(const Series &series, const std::vector<const Function *> &functions,
                             const Buffer<double> &values, const Design &design) {
     const std::vector<double> coefficients = design.coefficients();
@@ -116,9 +131,10 @@ Buffer<double> residuals_of(const Series &series, const std::vector<const Functi
 
 std::vector<bool> far_residuals(const Series &series, const Buffer<double> &residuals) {
     std::vector<bool> far(series.n);
-    const double limit = kOutlierSigmas * scale_of(series, residuals);
+    const std::vector<double> scales = scales_of_groups(series, residuals);
     size_t count = 0;
     for (size_t i = 0; i < series.n; i++) {
+        const double limit = kOutlierSigmas * scales[series.group[i]];
         far[i] = limit > 0 && std::fabs(residuals[i] / sigma_of(series, i)) > limit;
         count += far[i];
     }
@@ -149,7 +165,7 @@ Goodness series_goodness(const Series &series, const Buffer<double> &residuals, 
         return {};
     double square = 0, largest = 0;
     size_t count = 0;
-    for (size_t i = 0; i < series.n; i++) {
+    for (size_t i = 0; i < series.primary; i++) {
         if (!with_left_out && series.factor[i] == 0)
             continue;
         const double size = std::fabs(residuals[i] / series.sigma[i]);

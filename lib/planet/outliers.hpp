@@ -22,7 +22,8 @@ double scale_of(const Series &series, const Buffer<double> &residuals);
 // Marks measurements that are far from a robust fit of the functions of the series and the best sinusoid.
 std::vector<bool> screen(Series series, double frequency_min, double frequency_max);
 
-// Residuals over the sigmas, without a jitter; unknown without sigmas. free: numbers of the fit without a prior.
+// Residuals of the series itself over the sigmas, without a jitter; unknown without sigmas. free: numbers of the fit
+// without a prior.
 Goodness series_goodness(const Series &series, const Buffer<double> &residuals, size_t free, bool with_left_out);
 
 // Of the measurements in use, with the jitter of the design.

@@ -1,7 +1,7 @@
 // Method: systematic resampling of the cells by their mass, a uniform point inside each drawn cell, and there a scale
 // of the jitter and of the amplitudes by their evidences and amplitudes from their Gaussian. Cells are below half a
 // standard deviation, which widens a marginal by at most 1 %. The jitter of the whitening is that of its node.
-// Reference: // Kitagawa (1996), J. Comput. Graph. Stat. 5, 1, for systematic resampling
+// Reference: Kitagawa (1996), J. Comput. Graph. Stat. 5, 1, for systematic resampling
 #include "planet/posterior.hpp"
 
 #include <algorithm>
@@ -22,10 +22,10 @@ struct Draw {
     size_t cell;
     std::array<double, kAxes> part;
     double jitter, in_jitter, scale; // uniform
-    Amplitudes normal;
+    Amplitudes normal = {};
 };
 
-std::vector<Draw> draws_of(const Lattice &lattice, size_t count, kernels::Rng &rng) {
+std::vector<Draw> draws_of(const Lattice &lattice, size_t count, size_t amplitudes, kernels::Rng &rng) {
     const std::vector<Cell> &cells = lattice.cells();
     std::vector<Draw> draws(count);
     const double start = rng.uniform();
@@ -42,8 +42,8 @@ std::vector<Draw> draws_of(const Lattice &lattice, size_t count, kernels::Rng &r
         draws[i].jitter = rng.uniform();
         draws[i].in_jitter = rng.uniform();
         draws[i].scale = rng.uniform();
-        for (double &normal : draws[i].normal)
-            normal = rng.normal();
+        for (size_t j = 0; j < amplitudes; j++)
+            draws[i].normal[j] = rng.normal();
     }
     for (size_t i = count; i-- > 1;)
         std::swap(draws[i], draws[static_cast<size_t>(rng.uniform() * static_cast<double>(i + 1))]);
@@ -84,7 +84,7 @@ Amplitudes drawn_amplitudes(const AmplitudeFit &fit, const Amplitudes &normal, s
 std::vector<PosteriorSample> draw_samples(const Problem &problem, const Lattice &lattice, size_t count, uint64_t seed,
                                           unsigned threads) {
     kernels::Rng rng(seed, kernels::kStreamPosterior);
-    const std::vector<Draw> draws = draws_of(lattice, count, rng);
+    const std::vector<Draw> draws = draws_of(lattice, count, std::max<size_t>(4, problem.series.amplitudes()), rng);
     std::vector<PosteriorSample> samples(count);
     const JitterGrid &jitters = lattice.jitters();
     run_jobs(worker_count(threads), (count + kChunk - 1) / kChunk, [&](size_t chunk) {

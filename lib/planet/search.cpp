@@ -14,6 +14,7 @@
 
 #include "base/constants.hpp"
 #include "base/error.hpp"
+#include "planet/instruments.hpp"
 
 namespace toliman::planet {
 
@@ -24,15 +25,16 @@ constexpr double kLeastGain = 0.1;                         // of the sum of squa
 constexpr double kMostSpread = 1.2;                        // of the residuals, if measurements are readmitted
 constexpr double kLeastLeft = 0.01;                        // of the sum of squares, by a strong planet
 constexpr double kEccentric = 0.5, kMargin = 10;           // of the sum of squares, by an orbit of a longer period
-constexpr double kSpiked = 0.9;   // eccentricity of orbits whose passages the first cells may miss
-constexpr double kMostWidths = 5; // from the median frequency of the posterior to that of the joint fit
+constexpr double kSpiked = 0.9;     // eccentricity of orbits whose passages the first cells may miss
+constexpr double kMostWidths = 5;   // from the median frequency of the posterior to that of the joint fit
+constexpr double kMostChange = 0.2; // of the logarithm of a scale of the jitter
 constexpr int kMostTimes = 8;
 constexpr int kMostTurns = 4, kMostRounds = 4;
 
-// Weighted rms of a design without jitter (without sigmas: with the jitter 1).
+// Weighted rms of a design without jitter (without sigmas: with the jitter 1), of the series itself.
 double rms_of(const Series &series, const Design &design) noexcept {
     double weight = 0, square = 0;
-    for (size_t i = 0; i < series.n; i++) {
+    for (size_t i = 0; i < series.primary; i++) {
         weight += design.weights()[i] * design.weights()[i];
         square += design.residuals()[i] * design.residuals()[i];
     }
@@ -48,13 +50,9 @@ double size_of(const Series &series) {
     const std::vector<FittedPlanet> none;
     const JointFunctions functions(series, none, 0);
     const Design design(series, functions.all(), series.y, unit_jitter(series));
-    if (const size_t function = design.dependent(); function < series.functions.size()) {
-        const bool is_column = function > series.trend;
-        fail(Status::argument,
-             is_column ? "{series}: column %zu is a combination of the functions before it"
-                       : "{series}: T_%zu is a combination of the functions before it",
-             is_column ? function - series.trend - 1 : function);
-    }
+    if (const size_t function = design.dependent(); function < series.functions.size())
+        fail(Status::argument, "{series}: %s is a combination of the functions before it",
+             series.functions[function].name.c_str());
     return rms_of(series, design);
 }
 
@@ -77,7 +75,7 @@ void set_periods(Settings &settings) {
 
 // Replaces the defaults.
 Settings settled(const Series &series, Settings settings) {
-    const double rms = size_of(series);
+    const double rms = settings.rms = size_of(series);
     if (series.median_sigma == 0 && !(rms > 0))
         fail(Status::argument, "{series}: the functions describe all values: no jitter can be fitted");
     set_periods(settings);
@@ -124,65 +122,22 @@ double scale_of(const Series &series, const Planet &planet) noexcept {
     return std::sqrt(square / static_cast<double>(series.amplitudes()));
 }
 
-// Standard errors of the description of a planet, whose changes are the last ones of the design.
-Description errors_of(const Series &series, const Planet &planet, const Design &design, size_t first, size_t all) {
-    const std::vector<double> covariance = design.covariance();
-    const size_t count = series.amplitudes() + kOrbitNumbers;
-    std::vector<Description> slopes(count);
-    for (size_t i = 0; i < count; i++) {
-        const double sigma = std::sqrt(covariance[(first + i) * (all + 1)]), size = 1e-3 * sigma;
-        if (!(sigma > 0))
-            continue;
-        std::vector<double> changes(count);
-        changes[i] = size;
-        const Description more = describe(changed(series, planet, changes.data()));
-        changes[i] = -size;
-        const Description less = describe(changed(series, planet, changes.data()));
-        for (size_t d = 0; d < kDescribed; d++)
-            slopes[i][d] = (more[d] - less[d]) / (2 * size);
-        slopes[i][2] = std::remainder(more[2] - less[2], 360) / (2 * size);
-        slopes[i][3] = std::remainder(more[3] - less[3], more[0]) / (2 * size);
-    }
-    Description errors = {};
-    for (size_t d = 0; d < kDescribed; d++) {
-        double variance = 0;
-        for (size_t i = 0; i < count; i++)
-            for (size_t j = 0; j < count; j++)
-                variance += slopes[i][d] * covariance[(first + i) * all + first + j] * slopes[j][d];
-        errors[d] = std::sqrt(std::max(variance, 0.0));
-    }
-    return errors;
-}
-
-// Share of the squared signal that other functions leave.
-double power_left(const Series &series, const Design &design, const Planet &planet) {
-    Buffer<double> signal = signal_of(series, planet);
-    for (size_t i = 0; i < series.n; i++)
-        signal[i] *= design.weights()[i];
-    Buffer<double> left = signal;
-    design.project(left.data());
-    double before = 0, after = 0;
-    for (size_t i = 0; i < series.n; i++) {
-        before += signal[i] * signal[i];
-        after += signal[i] * left[i];
-    }
-    return before > 0 ? std::max(after / before, 0.0) : 0;
-}
-
 class Searcher {
   public:
-    Searcher(const Series &series, const Prior &prior, const Settings &settings)
+    // The scales of the jitter of the series become those of the last fit.
+    Searcher(Series &series, const Prior &prior, const Settings &settings)
         : series_(series), prior_(prior), settings_(settings) {}
 
     // Searches, and fills the result. A trial ends, and returns false, when the fit is poor and no strong planet is the
     // reason why further ones are to be searched: the sigmas are too small, or the model is wrong.
     bool run(bool is_trial, Result &result) {
         while (planets_.size() < settings_.most) {
-            const double jitter = jitter_;
+            const Noise before = noise();
             Candidate next = examine(planets_.size(), "planet " + std::to_string(planets_.size() + 1));
             if (next.log10_bayes < settings_.threshold) {
                 set_rejected(std::move(next));
-                jitter_ = planets_.empty() ? jitter_ : jitter;
+                if (!planets_.empty())
+                    set_noise(before);
                 break;
             }
             planets_.push_back(next.fitted);
@@ -225,8 +180,23 @@ class Searcher {
     }
 
   private:
+    // The jitter of the last posterior, and its scales.
+    struct Noise {
+        double jitter;
+        std::vector<double> scales;
+    };
+    Noise noise() const { return {jitter_, series_.jitter_scales()}; }
+    void set_noise(const Noise &noise) {
+        jitter_ = noise.jitter;
+        series_.set_jitter_scales(noise.scales);
+    }
+
+    // Whether all measurements, or those of an instrument, fit poorly.
     bool is_poor(const Design &design) const {
-        return goodness_with_jitter(series_, design).verdict == GoodnessVerdict::poor;
+        const auto is_bad = [](const Goodness &one) { return one.verdict == GoodnessVerdict::poor; };
+        const std::vector<Goodness> each = goodness_of_groups(series_, design, true);
+        return is_bad(goodness_with_jitter(series_, design)) ||
+               (each.size() > 1 && std::any_of(each.begin(), each.end(), is_bad));
     }
 
     bool is_hopeless() const {
@@ -258,9 +228,7 @@ class Searcher {
 
     // The square that a joint fit with this planet leaves.
     double fit_with(const Planet &planet, size_t which, FittedPlanet &fitted) const {
-        std::vector<FittedPlanet> together = planets_;
-        if (which < together.size())
-            together.erase(together.begin() + static_cast<std::ptrdiff_t>(which));
+        std::vector<FittedPlanet> together = others_of(which);
         together.push_back({planet, fitted.scale});
         const double square = fit_all(together);
         fitted = together.back();
@@ -281,7 +249,7 @@ class Searcher {
                 Planet longer = best; // with passages as long
                 longer.orbit = {best.orbit.frequency / times,
                                 1 - (1 - best.orbit.eccentricity) / std::pow(times, 2.0 / 3),
-                                (best.orbit.anomaly + passage) / times};
+                                (best.orbit.anomaly + passage) / times, best.orbit.star};
                 FittedPlanet there = candidate.fitted;
                 const double square = is_in_prior(longer.orbit) ? fit_with(longer, which, there) : HUGE_VAL;
                 if (square < least) {
@@ -308,30 +276,117 @@ class Searcher {
         return std::fabs(orbit.frequency - known.middle) > kMostWidths * (known.high - known.low) / 2;
     }
 
-    // The posterior of planet `which`, or of one more, with the other planets.
+    // The posterior of planet `which`, or of one more, with the other planets. Velocities tell the star of a planet:
+    // both stars have the same share of the prior.
     Candidate examine(size_t which, const std::string &stage) {
         const JointFunctions functions(series_, planets_, which);
+        const Buffer<double> values = without_planets(series_, planets_, which);
         Prior prior = prior_;
-        const Problem problem = {series_, prior, functions.all(), without_planets(series_, planets_, which)};
         if (settings_.scales_of_rms) {
-            const double rms =
-                rms_of(series_, Design(series_, problem.functions, problem.values, unit_jitter(series_)));
+            const double rms = rms_of(series_, Design(series_, functions.all(), values, unit_jitter(series_)));
             if (rms > 0)
                 prior.scales = scales_between(least_scale(series_, rms), kMostOfRms * rms);
         }
-        const Lattice lattice(problem, whole_box(problem), settings_.threads, settings_.progress, stage.c_str());
+        if (has_scales())
+            series_.set_jitter_scales(jitter_scales_of(series_, functions.all(), values, settings_.rms));
+        if (!series_.has_velocities())
+            return examine_star({series_, prior, functions.all(), values, 0}, which, stage);
+        const Noise before = noise();
+        Candidate of_a = examine_star({series_, prior, functions.all(), values, 0}, which, stage + " of A");
+        const Noise noise_of_a = noise();
+        set_noise(before);
+        Candidate of_b = examine_star({series_, prior, functions.all(), values, 1}, which, stage + " of B");
+        const double difference = of_a.log10_bayes - of_b.log10_bayes;
+        if (difference >= 0)
+            set_noise(noise_of_a);
+        Candidate &likelier = difference >= 0 ? of_a : of_b;
+        likelier.log10_star = difference;
+        likelier.log10_bayes += std::log10((1 + std::pow(10, -std::fabs(difference))) / 2);
+        return std::move(likelier);
+    }
+
+    bool has_scales() const noexcept { return settings_.jitter && series_.groups.size() > 1; }
+
+    // The jitters of instruments depend on whether there is a planet: each of the two models has its own.
+    Candidate examine_star(const Problem &problem, size_t which, const std::string &stage) {
+        const std::vector<Box> boxes = whole_boxes(problem);
         Candidate candidate = {};
-        candidate.log10_fap = Detection(problem, lattice.null_design(), settings_.fap).log10_fap();
-        set_posterior(problem, lattice, candidate);
-        if (const std::optional<FittedPlanet> missed = missed_orbit(which, candidate))
-            examine_near(problem, which, stage, *missed, lattice.log_evidence(), candidate);
+        double log_null = 0, jitter = 0;
+        {
+            const JitterGrid without(problem);
+            const Design &design = without.design(without.null().best);
+            log_null = without.null().log_sum;
+            jitter = without.jitter(without.null().best);
+            candidate.log10_fap = Detection(problem, design, settings_.fap).log10_fap();
+        }
+        if (has_scales()) {
+            candidate.fitted = scout(problem, boxes, jitter, stage);
+            jitter_ = jitter;
+            adapt_scales(which, candidate);
+        }
+        for (int turn = 0; turn < kMostTurns; turn++) {
+            examine_orbits(problem, boxes, which, stage, log_null, candidate);
+            if (!has_scales() || !adapt_scales(which, candidate))
+                break;
+        }
         if (settings_.jitter && candidate.fitted.planet.orbit.eccentricity > kSpiked)
             candidate.log10_bayes_error = HUGE_VAL; // the jitter may stand for passages that the orbit misses
         return candidate;
     }
 
-    void set_posterior(const Problem &problem, const Lattice &lattice, Candidate &candidate) {
-        candidate.log10_bayes = (lattice.log_evidence() - lattice.log_null()) / std::log(10.0);
+    // The most probable planet with the jitters of a series without it.
+    FittedPlanet scout(const Problem &problem, const std::vector<Box> &boxes, double jitter,
+                       const std::string &stage) const {
+        Series quiet = series_;
+        for (size_t i = 0; i < quiet.n; i++)
+            quiet.sigma[i] = std::hypot(quiet.sigma[i], jitter * quiet.jitter_scale(i));
+        Prior prior = problem.prior;
+        prior.jitter_max = 0;
+        const Problem easier = {quiet, prior, problem.functions, problem.values, problem.star};
+        const Lattice lattice(easier, boxes, settings_.threads, settings_.progress, (stage + ", jitters").c_str());
+        const Planet best = best_of(easier, lattice);
+        return {best, std::max(scale_of(series_, best), prior.scales.front())};
+    }
+
+    // Sets the scales of the jitter to those with this planet; false if they were near them.
+    bool adapt_scales(size_t which, const Candidate &candidate) {
+        std::vector<FittedPlanet> together = others_of(which);
+        together.push_back(candidate.fitted);
+        fit_all(together);
+        const JointFunctions all(series_, together, together.size());
+        const std::vector<double> scales =
+            jitter_scales_of(series_, all.all(), without_planets(series_, together, together.size()), settings_.rms);
+        if (are_near(scales, series_.jitter_scales()))
+            return false;
+        series_.set_jitter_scales(scales);
+        return true;
+    }
+
+    static bool are_near(const std::vector<double> &some, const std::vector<double> &others) {
+        for (size_t k = 0; k < some.size(); k++)
+            if (std::fabs(std::log(some[k] / others[k])) > kMostChange)
+                return false;
+        return true;
+    }
+
+    std::vector<FittedPlanet> others_of(size_t which) const {
+        std::vector<FittedPlanet> others = planets_;
+        if (which < others.size())
+            others.erase(others.begin() + static_cast<std::ptrdiff_t>(which));
+        return others;
+    }
+
+    // The posterior of the orbits, with the scales of the jitter at hand.
+    void examine_orbits(const Problem &problem, const std::vector<Box> &boxes, size_t which, const std::string &stage,
+                        double log_null, Candidate &candidate) {
+        const Lattice lattice(problem, boxes, settings_.threads, settings_.progress, stage.c_str());
+        set_posterior(problem, lattice, log_null, candidate);
+        if (const std::optional<FittedPlanet> missed = missed_orbit(which, candidate))
+            examine_near(problem, which, stage, *missed, lattice.log_evidence(), log_null, candidate);
+    }
+
+    void set_posterior(const Problem &problem, const Lattice &lattice, double log_null, Candidate &candidate) {
+        candidate.log10_bayes = (lattice.log_evidence() - log_null) / std::log(10.0);
         candidate.log10_bayes_error = lattice.log_error() / std::log(10.0);
         candidate.samples = draw_samples(problem, lattice, settings_.samples, settings_.seed, settings_.threads);
         jitter_ = median_jitter(candidate.samples);
@@ -342,7 +397,7 @@ class Searcher {
     // Adds the neighbourhood of an orbit that the lattice has missed: the posterior is there if it has more evidence;
     // otherwise its evidence is an error.
     void examine_near(const Problem &problem, size_t which, const std::string &stage, const FittedPlanet &missed,
-                      double log_elsewhere, Candidate &candidate) {
+                      double log_elsewhere, double log_null, Candidate &candidate) {
         Candidate near = candidate;
         near.fitted = missed;
         describe_best(which, near);
@@ -353,11 +408,11 @@ class Searcher {
             candidate.log10_bayes_error = HUGE_VAL;
             return;
         }
-        const Lattice lattice(problem, box_around(problem, orbit, error), settings_.threads, settings_.progress,
+        const Lattice lattice(problem, {box_around(problem, orbit, error)}, settings_.threads, settings_.progress,
                               stage.c_str());
         const double more = lattice.log_evidence() - log_elsewhere;
         if (more > 0)
-            set_posterior(problem, lattice, candidate);
+            set_posterior(problem, lattice, log_null, candidate);
         else
             candidate.log10_bayes_error += std::log1p(std::exp(more)) / std::log(10.0);
     }
@@ -432,9 +487,7 @@ class Searcher {
 
     // Describes a candidate, and finds the reasons that it has of its own.
     void describe_best(size_t which, Candidate &candidate) const {
-        std::vector<FittedPlanet> others = planets_;
-        if (which < others.size())
-            others.erase(others.begin() + static_cast<std::ptrdiff_t>(which));
+        std::vector<FittedPlanet> others = others_of(which);
         const JointFunctions without(series_, others, others.size());
         const Design rest(series_, without.all(), without_planets(series_, others, others.size()), jitter_);
         candidate.power_left = power_left(series_, rest, candidate.fitted.planet);
@@ -464,10 +517,10 @@ class Searcher {
             reason_if(std::min(candidate.log10_fap, candidate.log10_fap_orbit) > std::log10(settings_.fap), kReasonFap);
         reasons |= reason_if(candidate.at_edge, kReasonEdge);
         reasons |= reason_if(is_better_outside(squares, series_, rest, prior_), kReasonRange);
-        reasons |= reason_if(is_too_heavy(settings_.units, planet), kReasonMass);
+        reasons |= reason_if(is_too_heavy(settings_.units, series_, planet), kReasonMass);
     }
 
-    const Series &series_;
+    Series &series_;
     const Prior &prior_;
     const Settings &settings_;
     std::vector<FittedPlanet> planets_; // of the joint fit
@@ -478,14 +531,8 @@ class Searcher {
 
 } // namespace
 
-Description describe(const Planet &planet) noexcept {
-    const Orbit &orbit = planet.orbit;
-    return {1 / orbit.frequency, orbit.eccentricity, periastron_of(planet.amplitudes) * 180 / kPi,
-            -std::remainder(orbit.anomaly, 1) / orbit.frequency, amplitude_of(planet.amplitudes)};
-}
-
-Result::Result(const GivenSeries &given, const Settings &asked)
-    : series(given), frame_chi_square(given.frame_chi_square), settings(asked) {
+Result::Result(const GivenSeries &given, const GivenVelocities &velocities, const Settings &asked)
+    : series(given, velocities), frame_chi_square(given.frame_chi_square), settings(asked) {
     set_periods(settings);
     std::vector<bool> left_out = screen(series, 1 / settings.period_max, 1 / settings.period_min);
     for (int round = 0; round < kMostRounds; round++) {
@@ -526,8 +573,11 @@ std::vector<bool> Result::search(const Settings &asked) {
 // Adds the reasons that all candidates of the joint fit share, and those of pairs: of two planets whose orbits cross,
 // the one with smaller odds is none.
 void Result::judge() {
-    goodness = series_goodness(series, residuals, design->free(), !settings.clip);
-    const Goodness kept = series_goodness(series, residuals, design->free(), false);
+    size_t free = design->free(); // of the series itself
+    for (const Group &group : series.groups)
+        free -= group.source > 0 ? 1 : 0;
+    goodness = series_goodness(series, residuals, free, !settings.clip);
+    const Goodness kept = series_goodness(series, residuals, free, false);
     const Goodness with_jitter = goodness_with_jitter(series, *design);
     chi_square_with_jitter = with_jitter.chi_square;
     const bool has_noise_of_frames = settings.jitter && !settings.units.velocity;

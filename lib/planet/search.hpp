@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "planet/description.hpp"
 #include "planet/detection.hpp"
 #include "planet/joint_fit.hpp"
 #include "planet/outliers.hpp"
@@ -21,19 +22,15 @@ struct Settings {
     double threshold = 2, fap = 1e-3;
     size_t samples = 4096;
     uint64_t seed = 0;
+    double rms = 0; // of the series, about its functions; set by the search
     Progress progress;
 };
-
-// Numbers by which people describe an orbit: period, eccentricity, periastron in deg, epoch about the time reference,
-// amplitude.
-constexpr size_t kDescribed = 5;
-using Description = std::array<double, kDescribed>;
-Description describe(const Planet &planet) noexcept;
 
 struct Candidate {
     FittedPlanet fitted; // of the joint fit
     double log10_bayes, log10_bayes_error, log10_fap, log10_fap_orbit;
-    uint32_t reasons; // against a planet
+    double log10_star; // log10 of the odds of star A against B, with velocities
+    uint32_t reasons;  // against a planet
     bool at_edge;
     std::vector<PosteriorSample> samples;
     Description best, best_error;
@@ -46,7 +43,7 @@ struct Candidate {
 
 // Searches, and keeps what later questions need.
 struct Result {
-    Result(const GivenSeries &given, const Settings &settings);
+    Result(const GivenSeries &given, const GivenVelocities &velocities, const Settings &settings);
     Result(const Result &) = delete; // the members refer to each other
     Result &operator=(const Result &) = delete;
 

@@ -13,16 +13,29 @@ namespace {
 
 constexpr double kMostValue = 1e100;
 
-void check(const char *name, const double *values, size_t n) {
+void check(const GivenSeries &given, const char *name, const double *values, size_t n) {
     for (size_t i = 0; i < n; i++)
         if (!(std::fabs(values[i]) <= kMostValue))
-            fail(Status::argument, "{series}: %s[%zu] = %g: must be finite and at most 1e100", name, i, values[i]);
+            fail(Status::argument, "{%s}: %s[%zu] = %g: must be finite and at most 1e100", given.name, name, i,
+                 values[i]);
 }
 
-void check_sigmas(const double *sigma, size_t n) {
-    for (size_t i = 0; i < n; i++)
-        if (!(sigma[i] >= 1e-100 && sigma[i] <= kMostValue))
-            fail(Status::argument, "{series}: sigma[%zu] = %g: must be in [1e-100, 1e100]", i, sigma[i]);
+void check_sigmas(const GivenSeries &given) {
+    for (size_t i = 0; i < given.n && given.sigma != nullptr; i++)
+        if (!(given.sigma[i] >= 1e-100 && given.sigma[i] <= kMostValue))
+            fail(Status::argument, "{%s}: sigma[%zu] = %g: must be in [1e-100, 1e100]", given.name, i, given.sigma[i]);
+}
+
+// Whether the numbers are finite, and enough.
+void check(const GivenSeries &given) {
+    check(given, "t", given.t, given.n);
+    check(given, "y", given.y, given.n);
+    check_sigmas(given);
+    check(given, "rows", given.rows, given.n * static_cast<size_t>(given.columns));
+    const size_t needed = 7 + static_cast<size_t>(given.trend) + static_cast<size_t>(given.columns);
+    if (given.n < needed)
+        fail(Status::state, "{%s}: n = %zu: must be at least %zu, the number of functions and 6", given.name, given.n,
+             needed);
 }
 
 double median(std::vector<double> values) {
@@ -44,7 +57,7 @@ double mean(const double *values, const double *sigma, size_t n) {
 
 void set_axis(const GivenSeries &given, Series &series) {
     const double *const angle = given.position_angle_deg, degree = kPi / 180;
-    check("position_angle_deg", angle, given.n);
+    check(given, "position_angle_deg", angle, given.n);
     double cosine = 0, sine = 0;
     for (size_t i = 0; i < given.n; i++) {
         cosine += std::cos(angle[i] * degree);
@@ -64,85 +77,120 @@ void set_axis(const GivenSeries &given, Series &series) {
     series.turn = most - least;
 }
 
-void add_trend(const GivenSeries &given, Series &series) {
+Function new_function(const Series &series, std::string name) {
+    Function function;
+    function.values.assign(series.rows, 0.0);
+    function.name = std::move(name);
+    return function;
+}
+
+// first: row of the first measurement, as for the next two.
+void add_trend(const GivenSeries &given, size_t first, Series &series) {
     double start = given.trend_start, end = given.trend_end;
     if (start == 0 && end == 0 && given.n > 0) {
         start = *std::min_element(given.t, given.t + given.n);
         end = *std::max_element(given.t, given.t + given.n);
     }
     if (given.trend > 0 && !(start < end))
-        fail(Status::argument, "{series}: trend_start = %.9g: must be below trend_end = %.9g", start, end);
+        fail(Status::argument, "{%s}: trend_start = %.9g: must be below trend_end = %.9g", given.name, start, end);
     for (int32_t order = 1; order <= given.trend; order++) {
-        Function function;
-        function.values.assign(series.rows, 0.0);
+        Function function = new_function(series, "T_" + std::to_string(order));
         for (size_t i = 0; i < given.n; i++) {
             if (given.t[i] < start || given.t[i] > end)
-                fail(Status::argument, "{series}: t[%zu] = %.9g: outside the span of the trend, %.9g to %.9g", i,
-                     given.t[i], start, end);
+                fail(Status::argument, "{%s}: t[%zu] = %.9g: outside the span of the trend, %.9g to %.9g", given.name,
+                     i, given.t[i], start, end);
             const double x = std::clamp(((given.t[i] - start) - (end - given.t[i])) / (end - start), -1.0, 1.0);
-            function.values[i] = std::cos(order * std::acos(x));
+            function.values[first + i] = std::cos(order * std::acos(x));
         }
         series.functions.push_back(std::move(function));
     }
 }
 
-void add_columns(const GivenSeries &given, Series &series) {
+void add_columns(const GivenSeries &given, size_t first, Series &series) {
     const auto columns = static_cast<size_t>(given.columns);
     for (size_t j = 0; j < columns; j++) {
-        Function function;
-        function.values.assign(series.rows, 0.0);
+        Function function = new_function(series, "column " + std::to_string(j));
         for (size_t i = 0; i < given.n; i++)
-            function.values[i] = given.rows[i * columns + j];
+            function.values[first + i] = given.rows[i * columns + j];
         series.functions.push_back(std::move(function));
     }
 }
 
-void set_priors(const GivenSeries &given, Series &series) {
-    for (size_t j = 0; j < series.functions.size(); j++) {
+// mean: index of the first function of these measurements.
+void set_priors(const GivenSeries &given, size_t mean, Series &series) {
+    for (size_t j = 0; j < series.functions.size() - mean; j++) {
         const double precision = given.precision[j];
         if (!(precision >= 0 && precision <= kMostValue))
-            fail(Status::argument, "{series}: prior_precision[%zu] = %g: must be in [0, 1e100]", j, precision);
-        series.functions[j].precision = precision;
+            fail(Status::argument, "{%s}: prior_precision[%zu] = %g: must be in [0, 1e100]", given.name, j, precision);
+        series.functions[mean + j].precision = precision;
     }
+}
+
+// mean: as for set_priors.
+void add_groups(const GivenSeries &given, int32_t source, size_t first, size_t mean, Series &series) {
+    const size_t before = series.groups.size(), column = mean + 1 + static_cast<size_t>(given.trend);
+    for (size_t k = 0; k < given.offsets.size(); k++)
+        series.groups.push_back({first, given.n, static_cast<int32_t>(k), source, column + given.offsets[k]});
+    for (size_t i = 0; i < given.n; i++)
+        series.group.push_back(static_cast<uint32_t>(
+            before + (given.instrument != nullptr ? static_cast<size_t>(given.instrument[i]) : 0)));
 }
 
 } // namespace
 
-Series::Series(const GivenSeries &given) : n(given.n), velocity(given.velocity) {
-    check("t", given.t, n);
-    check("y", given.y, n);
-    if (given.sigma != nullptr)
-        check_sigmas(given.sigma, n);
-    check("rows", given.rows, n * static_cast<size_t>(given.columns));
-    const size_t needed = 7 + static_cast<size_t>(given.trend) + static_cast<size_t>(given.columns);
-    if (n < needed)
-        fail(Status::state, "{series}: n = %zu: must be at least %zu, the number of functions and 6", n, needed);
+Series::Series(const GivenSeries &given, const GivenVelocities &velocities)
+    : n(given.n), primary(given.n), velocity(given.velocity) {
+    check(given);
+    bool has_motion = false;
+    for (const GivenSeries *const one : velocities.of)
+        if (one != nullptr) {
+            check(*one);
+            n += one->n;
+            has_motion = true;
+        }
     rows = (n + kernels::kRowLanes - 1) / kernels::kRowLanes * kernels::kRowLanes;
-    time_reference = mean(given.t, given.sigma, n);
-    trend = static_cast<size_t>(given.trend);
-    const double middle = n > 0 ? median({given.y, given.y + n}) : 0; // a mean is lost if one value is 1e90
+    time_reference = mean(given.t, given.sigma, given.n);
     t.assign(rows, 0.0);
     y.assign(rows, 0.0);
     sigma.assign(rows, 0.0);
     leave_out(std::vector<bool>(n));
-    for (size_t i = 0; i < n; i++) {
-        t[i] = given.t[i] - time_reference;
-        y[i] = given.y[i] - middle;
-        sigma[i] = given.sigma != nullptr ? given.sigma[i] : 0;
+    add(given, 0, 0);
+    size_t first = given.n;
+    for (int32_t star = 0; star < 2; star++) {
+        if (has_motion)
+            motion[star].assign(rows, 0.0);
+        if (velocities.of[star] == nullptr)
+            continue;
+        const GivenSeries &own = *velocities.of[star];
+        add(own, 1 + star, first);
+        std::fill_n(motion[star].begin() + static_cast<std::ptrdiff_t>(first), own.n, velocities.per_motion[star]);
+        first += own.n;
     }
     span = *std::max_element(t.begin(), t.begin() + static_cast<std::ptrdiff_t>(n)) -
            *std::min_element(t.begin(), t.begin() + static_cast<std::ptrdiff_t>(n));
     if (!(span > 0))
         fail(Status::argument, "{series}: all times are %.9g: must differ", given.t[0]);
-    median_sigma = given.sigma != nullptr ? median({given.sigma, given.sigma + n}) : 0;
+    median_sigma = given.sigma != nullptr ? median({given.sigma, given.sigma + given.n}) : 0;
     if (given.position_angle_deg != nullptr)
         set_axis(given, *this);
-    Function one;
-    one.values.assign(rows, 1.0);
-    functions.push_back(std::move(one));
-    add_trend(given, *this);
-    add_columns(given, *this);
-    set_priors(given, *this);
+    jitter_scales_.assign(groups.size(), 1.0);
+}
+
+// Adds measurements, from row `first` on, and their functions.
+void Series::add(const GivenSeries &given, int32_t source, size_t first) {
+    const double middle = given.n > 0 ? median({given.y, given.y + given.n}) : 0; // a mean is lost if one is 1e90
+    for (size_t i = 0; i < given.n; i++) {
+        t[first + i] = given.t[i] - time_reference;
+        y[first + i] = given.y[i] - middle;
+        sigma[first + i] = given.sigma != nullptr ? given.sigma[i] : 0;
+    }
+    const size_t at = functions.size();
+    functions.push_back(new_function(*this, "mean"));
+    std::fill_n(functions.back().values.begin() + static_cast<std::ptrdiff_t>(first), given.n, 1.0);
+    add_trend(given, first, *this);
+    add_columns(given, first, *this);
+    set_priors(given, at, *this);
+    add_groups(given, source, first, at, *this);
 }
 
 void Series::leave_out(const std::vector<bool> &marked) {
@@ -158,7 +206,7 @@ void Series::leave_out(const std::vector<bool> &marked) {
 Buffer<double> Series::weights(double jitter) const {
     Buffer<double> weights(rows, 0.0);
     for (size_t i = 0; i < n; i++)
-        weights[i] = factor[i] > 0 ? factor[i] / std::hypot(sigma[i], jitter) : 0;
+        weights[i] = factor[i] > 0 ? factor[i] / std::hypot(sigma[i], jitter * jitter_scale(i)) : 0;
     return weights;
 }
 

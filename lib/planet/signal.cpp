@@ -3,11 +3,14 @@
 //     alpha r cos(nu + w) = c_0 x + c_1 y,    c_0 = alpha cos w,    c_1 = -alpha sin w;
 // of a velocity K (cos(nu + w) + e cos w) with x = cos nu + e and y = sin nu. If the position angle of the axis is the
 // mean plus d, the coordinate is cos d times that along the mean axis plus sin d times that across: the four
-// amplitudes are the Thiele-Innes constants in the frame of the mean axis.
+// amplitudes are the Thiele-Innes constants in the frame of the mean axis. Those of the coordinate away from the
+// observer are the other two of the three rows of the same matrix.
 #include "planet/signal.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "base/constants.hpp"
 #include "kernels/kepler_rows.hpp"
 
 namespace toliman::planet {
@@ -19,12 +22,32 @@ void set_plane(bool velocity, const Orbit &orbit, const double *t, size_t n, dou
     (velocity ? kernel.velocity : kernel.position)({orbit.frequency, orbit.anomaly, orbit.eccentricity}, t, n, x, y);
 }
 
+// The motion away from the observer, in the rows of the velocities of the orbit's star: with the motion
+// g = 2 pi f/sqrt(1 - e^2), dx/dt = -g sin nu and dy/dt = g (cos nu + e). The separation follows the planet of A, whose
+// star moves the other way, and star B.
+void set_motion(const Series &series, const Orbit &orbit, double *x, double *y) noexcept {
+    const double g =
+        (orbit.star == 0 ? -1 : 1) * 2 * kPi * orbit.frequency / std::sqrt(1 - orbit.eccentricity * orbit.eccentricity);
+    set_plane(true, orbit, series.t.data(), series.rows, y, x);
+    const double *const motion = series.motion[orbit.star].data();
+    for (size_t i = 0; i < series.rows; i++) {
+        x[i] *= -g * motion[i];
+        y[i] *= g * motion[i];
+    }
+}
+
 } // namespace
 
 void set_shapes(const Series &series, const Orbit &orbit, double *shapes) noexcept {
     const size_t rows = series.rows;
     double *const x = shapes, *const y = shapes + rows;
     set_plane(series.velocity, orbit, series.t.data(), rows, x, y);
+    if (series.has_velocities()) {
+        std::fill(x + series.primary, x + rows, 0.0);
+        std::fill(y + series.primary, y + rows, 0.0);
+        double *const away = shapes + (series.amplitudes() - 2) * rows;
+        set_motion(series, orbit, away, away + rows);
+    }
     if (series.axis_cosine.empty())
         return;
     double *const across_x = shapes + 2 * rows, *const across_y = shapes + 3 * rows;
@@ -54,7 +77,9 @@ Buffer<double> signal_at(const Series &series, const Planet &planet, const doubl
     const Amplitudes &c = planet.amplitudes;
     for (size_t i = 0; i < n; i++) {
         const double off = angle != nullptr ? angle[i] : 0;
-        signal[i] = std::cos(off) * (c[0] * x[i] + c[1] * y[i]) + std::sin(off) * (c[2] * x[i] + c[3] * y[i]);
+        signal[i] = std::cos(off) * (c[0] * x[i] + c[1] * y[i]);
+        if (angle != nullptr)
+            signal[i] += std::sin(off) * (c[2] * x[i] + c[3] * y[i]);
     }
     return signal;
 }

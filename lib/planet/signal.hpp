@@ -1,4 +1,5 @@
-// The signal of a planet on a Kepler orbit, as a linear combination of two shapes, or four if the axis turns.
+// The signal of a planet on a Kepler orbit, as a linear combination of two shapes, four if the axis turns, and two more
+// of velocities.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -8,20 +9,24 @@
 
 namespace toliman::planet {
 
-constexpr size_t kMostAmplitudes = 4;
+constexpr size_t kMostAmplitudes = 6;
 using Amplitudes = std::array<double, kMostAmplitudes>;
 
-// frequency f in cycles per unit of t; mean anomaly at the time reference, cycles.
+// frequency f in cycles per unit of t; mean anomaly at the time reference, cycles; the star that has the planet, 0 or
+// 1, which only velocities tell.
 struct Orbit {
     double frequency, eccentricity, anomaly;
+    int star = 0;
 
     bool operator==(const Orbit &other) const noexcept {
-        return frequency == other.frequency && eccentricity == other.eccentricity && anomaly == other.anomaly;
+        return frequency == other.frequency && eccentricity == other.eccentricity && anomaly == other.anomaly &&
+               star == other.star;
     }
 };
 
 // Signal = c_0 x + c_1 y, and + c_2 x' + c_3 y' if the axis turns: x and y are the position on the orbit towards
-// periastron and 90 deg ahead, along the axis, x' and y' the same across the axis.
+// periastron and 90 deg ahead, along the axis, x' and y' the same across the axis. With velocities, the last two are
+// those of the coordinate away from the observer, of which the velocities are the derivative.
 struct Planet {
     Orbit orbit;
     Amplitudes amplitudes;

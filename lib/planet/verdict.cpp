@@ -17,6 +17,7 @@
 #include "base/constants.hpp"
 #include "period/fap.hpp"
 #include "planet/detection.hpp"
+#include "planet/orientation.hpp"
 
 namespace toliman::planet {
 
@@ -81,14 +82,14 @@ bool is_at_edge(const std::vector<PosteriorSample> &samples, const Orbit &best, 
            best.frequency < prior.frequency_min || best.frequency > prior.frequency_max;
 }
 
-bool is_too_heavy(const Units &units, const Planet &planet) {
+bool is_too_heavy(const Units &units, const Series &series, const Planet &planet) {
     bool is_known = false;
     for (int star = 0; star < 2; star++) {
-        if (!units.knows_mass(star))
+        if (!units.knows_mass(star) || (series.has_velocities() && star != planet.orbit.star))
             continue;
         is_known = true;
-        const double mass =
-            units.mass(star, 1 / planet.orbit.frequency, planet.orbit.eccentricity, amplitude_of(planet.amplitudes));
+        const double mass = units.mass(star, 1 / planet.orbit.frequency, planet.orbit.eccentricity,
+                                       orientation_of(series, planet).axis);
         if (mass < units.star_mass[star] * kEarthsPerSun)
             return false;
     }

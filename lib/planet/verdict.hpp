@@ -47,8 +47,8 @@ constexpr double kNearEdge = 1.01, kMostAtEdge = 0.01;
 // Whether more than 1 % of the posterior, or the best fit, is within 1 % of an end of the prior, or outside.
 bool is_at_edge(const std::vector<PosteriorSample> &samples, const Orbit &best, const Prior &prior);
 
-// Whether the mass of a planet is at least that of its star, for each star of known mass.
-bool is_too_heavy(const Units &units, const Planet &planet);
+// Whether the mass of a planet is at least that of its star, for each star of known mass that may have it.
+bool is_too_heavy(const Units &units, const Series &series, const Planet &planet);
 
 // Whether the orbits of two planets of one star cross, in all but 5 % of the pairs of samples.
 bool do_cross(const std::vector<PosteriorSample> &one, const std::vector<PosteriorSample> &other);

@@ -61,7 +61,7 @@ struct OrbitErrors {
 };
 
 // Values of the columns of a sample.
-using Row = std::array<double, period::kMaxColumns>;
+using Row = std::array<double, kPartials>;
 
 // Reads and writes the reduction of a record.
 class Reducer {

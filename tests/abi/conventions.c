@@ -293,7 +293,7 @@ static void find_planets(void) {
     assert_ok(toliman_measure_create(&data, &series));
     toliman_planet_options options = TOLIMAN_PLANET_OPTIONS_INIT;
     options.flags = 0;
-    options.period_max = 150;
+    options.prior.period_max = 150;
     options.threads = 2;
     assert_ok(toliman_planet_create(series, &options, &planets));
     assert_ok(toliman_planet_get_candidate(planets, 0, &planet));

@@ -245,7 +245,7 @@ static void find_planets(void) {
     MUST(toliman_measure_create(&series, &measure));
     MUST(toliman_measure_add_column(measure, "rows", rows, SERIES, 0));
     options.threads = 1;
-    options.period_max = 200;
+    options.prior.period_max = 200;
     options.samples = 100;
     MUST(toliman_planet_create(measure, &options, &planets));
     MUST(toliman_planet_get_info(planets, &info));

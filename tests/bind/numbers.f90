@@ -261,7 +261,7 @@ contains
         call measure%create(series)
         call measure%add_column('rows', rows, 0d0)
         options%threads = 1
-        options%period_max = 200
+        options%prior%period_max = 200
         options%samples = 100
         call planets%create(measure, options)
         call planets%get_info(info)

@@ -77,6 +77,12 @@ static toliman_status destroy(attempt *a) {
 static toliman_status set_trend(attempt *a) {
     return toliman_measure_set_trend(a->object, 2, 0, 0);
 }
+static toliman_status set_instruments(attempt *a) {
+    int64_t of_samples[SAMPLES];
+    for (int i = 0; i < SAMPLES; i++)
+        of_samples[i] = i % 2;
+    return toliman_measure_set_instruments(a->object, "A B", of_samples, SAMPLES);
+}
 static toliman_status add_column(attempt *a) {
     return toliman_measure_add_column(a->object, "d", t, SAMPLES, 0);
 }
@@ -105,6 +111,7 @@ static const scenario all[] = {
     {.function = "toliman_measure_load_file", .call = load_file, .made = &measures, .stage = put_text},
     ON_ONE(destroy, 0),
     ON_ONE(set_trend, 0),
+    ON_ONE(set_instruments, 0),
     ON_ONE(add_column, 0),
     ON_ONE(set_prior, 0),
     ON_ONE(get_info, sizeof(toliman_measure_info)),

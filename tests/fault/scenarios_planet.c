@@ -26,7 +26,7 @@ static toliman_status search_of(void **made) {
     }
     toliman_planet_options options = TOLIMAN_PLANET_OPTIONS_INIT;
     options.threads = 2;
-    options.period_max = 200;
+    options.prior.period_max = 200;
     options.samples = DRAWS;
     return toliman_planet_create(series, &options, (toliman_planet **)made);
 }
@@ -82,6 +82,10 @@ static toliman_status get_signal(attempt *a) {
 static toliman_status get_residuals(attempt *a) {
     return toliman_planet_get_residuals(a->object, SAMPLES, (double *)a->out);
 }
+static toliman_status get_instruments(attempt *a) {
+    size_t count = 0;
+    return toliman_planet_get_instruments(a->object, (void *)a->out, 4, &count);
+}
 static toliman_status get_outliers(attempt *a) {
     return toliman_planet_get_outliers(a->object, 0, (int64_t *)(void *)a->out);
 }
@@ -115,6 +119,7 @@ static const scenario all[] = {
     ON_ONE(get_signal, 0),
     ON_ONE(get_residuals, 0),
     ON_ONE(get_outliers, 0),
+    ON_ONE(get_instruments, sizeof(toliman_planet_instrument)),
     ON_ONE(get_limits, sizeof(toliman_planet_limit)),
     ON_ONE(get_efficiency, 0),
     ON_ONE(inject, 0),

@@ -99,11 +99,12 @@ def midpoints(low, high, count):
     return low + (high - low) * (numpy.arange(count) + 0.5) / count
 
 
-def log10_bayes(t, y, sigmas, scales, periods, *, largest=0.95, functions=(), angles=None, is_velocity=False,
+def log10_bayes(t, y, sigmas, scales, periods, *, largest=0.95, functions=(), angles=None, is_velocity=False, motion=None,
                 counts=(100, 12, 20, 12)):
     """log10 of the Bayes factor of one planet by the midpoint rule in log period, eccentricity, mean anomaly and log
     scale of the amplitudes. sigmas: arrays of equal weight in the prior, one without jitter, each with its weight;
-    functions: those of the fit after the mean, without priors."""
+    functions: those of the fit after the mean, without priors. motion: with velocities of the planet's star, their size in
+    the rows of velocities for a star that moves by one unit of y times one radian per unit of t, NaN in all others."""
     design = numpy.stack([numpy.ones_like(t), *functions], 1)
     period = numpy.exp(midpoints(*numpy.log(periods), counts[0]))
     e, weight = eccentricities(counts[1], largest)
@@ -118,6 +119,10 @@ def log10_bayes(t, y, sigmas, scales, periods, *, largest=0.95, functions=(), an
     if angles is not None:
         turned = numpy.radians(angles - angles.mean())
         signals = [x * numpy.cos(turned), y_ * numpy.cos(turned), x * numpy.sin(turned), y_ * numpy.sin(turned)]
+    if motion is not None:
+        speed = 2 * math.pi / period[:, None, None, None] / numpy.sqrt(1 - e[:, None, None]**2) * numpy.nan_to_num(motion)
+        nu, is_place = numpy.arctan2(y_, x), numpy.isnan(motion)
+        signals = [x * is_place, y_ * is_place, speed * numpy.sin(nu), speed * (numpy.cos(nu) + e[:, None, None])]
     signals = numpy.stack(signals, -2)
     with_planet, without = [], []
     for sigma, share in sigmas:

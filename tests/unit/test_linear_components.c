@@ -258,7 +258,8 @@ static void errors_name_the_argument_and_change_nothing(void **state) {
                  "1 components need at least 2 frames, 1 were pushed");
     image[5] = 1;
     assert_ok(toliman_components_push(components, PLAIN_IMAGE(image), 1));
-    assert_fails(toliman_components_push(components, PLAIN_IMAGE(image), 1), TOLIMAN_E_CAPACITY, "capacity = 2");
+    assert_fails(toliman_components_push(components, PLAIN_IMAGE(image), 1), TOLIMAN_E_CAPACITY,
+                 "count = 1: must be at most 0: 2 of 2 frames");
     training.reserved = 1;
     assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "reserved = 1");
     training.reserved = 0;

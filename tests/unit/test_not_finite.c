@@ -180,8 +180,8 @@ static void series_of_planets(void **unused) {
         toliman_measure *series = NULL;
         toliman_planet_options options = TOLIMAN_PLANET_OPTIONS_INIT;
         options.threads = 1;
-        options.period_min = 5;
-        options.period_max = 20;
+        options.prior.period_min = 5;
+        options.prior.period_max = 20;
         options.samples = 100;
         make_samples(t, y, sigma);
         for (int i = 0; i < SAMPLES; i++) {
@@ -209,9 +209,10 @@ static void series_of_planets(void **unused) {
         series = NULL;
         arrays[which][place] = good;
         assert_ok(series_with(&data, rows, &series));
-        double *const limits[] = {&options.period_min,    &options.period_max,    &options.eccentricity_max,
-                                  &options.amplitude_min, &options.amplitude_max, &options.jitter_max,
-                                  &options.threshold,     &options.detection_fap, &options.star_mass[1]};
+        double *const limits[] = {
+            &options.prior.period_min,    &options.prior.period_max,    &options.prior.eccentricity_max,
+            &options.prior.amplitude_min, &options.prior.amplitude_max, &options.prior.jitter_max,
+            &options.threshold,           &options.detection_fap,       &options.star_mass[1]};
         *limits[draw(&draws, sizeof limits / sizeof *limits)] = wrong_number();
         assert_refused(toliman_planet_create(series, &options, &planets));
         assert_null(planets);

@@ -55,6 +55,7 @@ RESULTS = {
     "toliman_measure_function": "MeasureFunction",
     "toliman_planet_info": "PlanetInfo",
     "toliman_planet_candidate": "Planet",
+    "toliman_planet_instrument": "Instrument",
     "toliman_planet_limit": "PlanetLimit",
     "toliman_frame": None,
     "toliman_ingest_event": None,

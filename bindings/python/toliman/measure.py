@@ -155,7 +155,7 @@ class Measurements(Handle):
         return found
 
     def values(self, name: str) -> Doubles:
-        """Returns one number for each sample: "t", "y", "sigma", "position_angle_deg", the name of a function, and of
+        """Returns one number for each sample: "t", "y", "sigma", "position_angle_deg", "instrument", a function, and of
         reduced separations "separation_arcsec", "factor" and "geometric_arcsec". Raises NotFoundError for others."""
         values = numpy.empty(len(self))
         check(library.toliman_measure_get_values(self._c, text("name", name), pointer(values), len(values)))
@@ -195,6 +195,16 @@ class Measurements(Handle):
         given = plain("values", values)
         check(library.toliman_measure_add_column(self._c, text("name", name), pointer(given), given.size,
                                                  real("sigma", sigma)))
+        return self
+
+    def set_instruments(self, names: typing.Sequence[str]) -> Measurements:
+        """Sets the instrument of each sample by its name: each has an offset, and a jitter in searches for planets."""
+        known = list(dict.fromkeys(names))
+        if any("," in name or not name for name in known):
+            raise ValueError("names: must not be empty, without commas")
+        indices = (ctypes.c_int64 * len(names))(*(known.index(name) for name in names))
+        check(library.toliman_measure_set_instruments(self._c, text("names", ",".join(known) + ","), indices,
+                                                      len(names)))
         return self
 
     def set_prior(self, function: int, sigma: float) -> Measurements:

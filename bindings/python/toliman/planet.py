@@ -9,22 +9,27 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import Doubles, array_of, options_of, plain, pointer, real, shaped, whole
+from ._arguments import Doubles, array_of, listed, of_kind, options_of, plain, pointer, real, shaped, whole
 from ._handle import Handle
 from ._library import check, library
 from ._predictions import structured
 from ._progress import Progress, Watch
 from . import _results
 from ._result_base import result
-from ._results import PlanetInfo
+from ._results import Instrument, PlanetInfo
 from .measure import Measurements, with_functions
 from .periodogram import _series
 from .times import plain_times, unit_of
 
 _SAMPLE = numpy.dtype([(name, numpy.float64) for name in (
-    "period", "eccentricity", "periastron_deg", "epoch", "amplitude", "mass_a", "mass_b", "jitter")])
+    "period", "eccentricity", "periastron_deg", "epoch", "amplitude", "mass_a", "mass_b", "jitter", "inclination_deg",
+    "node_deg")])
 _STARS = {"a": 0, "b": 1, "": -1}
 _Pair = typing.Tuple[float, float]
+
+
+def _handle_of(name: str, series: Measurements | None) -> typing.Any:
+    return None if series is None else of_kind(name, series, Measurements)._c
 
 
 def _pair(name: str, values: ArrayLike) -> Doubles:
@@ -70,6 +75,12 @@ class Planets(Handle):
     def planets(self) -> list[Planet]:
         """The candidates without a reason against a planet."""
         return [candidate for candidate in self.candidates if not candidate.reasons]
+
+    @property
+    def instruments(self) -> list[Instrument]:
+        """The instruments of the series, then those of the velocities: offset, jitter and chi_square of each."""
+        return [Instrument._of(one) for one in listed(_raw.toliman_planet_instrument,
+                                                      library.toliman_planet_get_instruments, self._c)]
 
     @property
     def outliers(self) -> NDArray:
@@ -163,7 +174,8 @@ def planets(t: Measurements | ArrayLike, y: ArrayLike | None = None, sigma: Arra
             trend: int = 0, span: tuple[typing.Any, typing.Any] | None = None, velocity: bool = False, jitter: bool = True,
             clip: bool = False, frame_chi_square: float = 0, max_planets: int = 1, time_unit_days: float = 1,
             unit: float | None = None, parallax_arcsec: float | None = None,
-            star_masses: tuple[float, float] | None = None, period_min: float = 0, period_max: float = 0,
+            star_masses: tuple[float, float] | None = None, velocities: Measurements | None = None,
+            velocities_b: Measurements | None = None, period_min: float = 0, period_max: float = 0,
             eccentricity_max: float = 0, amplitude_min: float = 0, amplitude_max: float = 0, jitter_max: float = 0,
             threshold: float = 0, detection_fap: float = 0, samples: int = 0, threads: int = 0, seed: int = 0,
             progress: Progress | bool | None = None) -> Planets:
@@ -191,6 +203,8 @@ def planets(t: Measurements | ArrayLike, y: ArrayLike | None = None, sigma: Arra
     max_planets: 1 to 4. threshold: log10 of the Bayes factor that a planet needs; 0 means 2.
     parallax_arcsec: of the binary. star_masses: of A and B, solar masses. None, 0: those of the series. Masses of planets
         are NaN while what they need is unknown.
+    velocities, velocities_b: radial velocities of A and of B (kind "velocity", with sigmas and unit), fitted together with
+        the separations: star, inclination and true mass of the planet follow.
     period_min, period_max (units of t; 0 means 60 d and 1000 d), eccentricity_max (0 means 0.99), amplitude_min,
         amplitude_max, jitter_max (units of y; 0: see the header): limits of the priors.
     detection_fap: largest false alarm probability of a planet, and that of a detection in limits, efficiency and
@@ -223,11 +237,13 @@ def planets(t: Measurements | ArrayLike, y: ArrayLike | None = None, sigma: Arra
             parallax_arcsec=real("parallax_arcsec", 0 if parallax_arcsec is None else parallax_arcsec),
             star_mass=tuple(_pair("star_masses", (0, 0) if star_masses is None else star_masses)),
             samples=whole("samples", samples, 2**32), seed=whole("seed", seed, 2**64), progress=watch.callback,
-            **{name: real(name, value) for name, value in (
+            prior={name: real(name, value) for name, value in (
                 ("period_min", period_min), ("period_max", period_max), ("eccentricity_max", eccentricity_max),
-                ("amplitude_min", amplitude_min), ("amplitude_max", amplitude_max), ("jitter_max", jitter_max),
-                ("threshold", threshold), ("detection_fap", detection_fap))})
+                ("amplitude_min", amplitude_min), ("amplitude_max", amplitude_max), ("jitter_max", jitter_max))},
+            velocity_a=_handle_of("velocities", velocities), velocity_b=_handle_of("velocities_b", velocities_b),
+            threshold=real("threshold", threshold), detection_fap=real("detection_fap", detection_fap))
         made = Planets._adopt(Planets._create(library.toliman_planet_create, series._c, ctypes.byref(options),
                                               check=watch.check))
-    made._n, made._samples = len(series), whole("samples", samples, 2**32) or 4096
+    made._n = sum(len(one) for one in (series, velocities, velocities_b) if one is not None)
+    made._samples = whole("samples", samples, 2**32) or 4096
     return made

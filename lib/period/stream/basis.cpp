@@ -34,9 +34,9 @@ bool within(Quad product, Quad a, Quad b, Quad slack) noexcept {
 } // namespace
 
 void Basis::check() const {
-    constexpr auto kMost = static_cast<int32_t>(kMaxFunctions) - 1;
-    if (trend < 0 || trend > kMost)
-        fail(Status::argument, "{trend} = %d: must be in [0, %d]", trend, kMost);
+    constexpr auto kMost = static_cast<int32_t>(kMaxColumns);
+    if (trend < 0 || trend > kMaxTrend)
+        fail(Status::argument, "{trend} = %d: must be in [0, %d]", trend, kMaxTrend);
     if (columns < 0 || columns > kMost - trend)
         fail(Status::argument, "{columns} = %d: must be in [0, %d] with trend = %d", columns, kMost - trend, trend);
     if (trend == 0 && !(start == 0 && end == 0))

@@ -12,7 +12,8 @@
 
 namespace toliman::period {
 
-constexpr size_t kMaxFunctions = 9, kMaxColumns = 8;
+constexpr size_t kMaxColumns = 32, kMaxFunctions = 1 + kMaxColumns; // trend and columns: kMaxColumns together
+constexpr int32_t kMaxTrend = 8;
 
 // K = 1 + trend + columns functions: 1, the Chebyshev polynomials T_1 ... T_trend of the time on [start, end], and
 // values that come with each sample, divided by their bound. The coefficient of each may have a Gaussian prior of mean

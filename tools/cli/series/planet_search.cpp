@@ -44,8 +44,8 @@ toliman_planet_options for_library(const PlanetOptions &options, const StarData 
     how.threads = options.threads;
     how.parallax_arcsec = stars.parallax_arcsec;
     std::copy(std::begin(stars.mass_sun), std::end(stars.mass_sun), how.star_mass);
-    how.period_min = options.period_min.value_or(0);
-    how.period_max = options.period_max.value_or(0);
+    how.prior.period_min = options.period_min.value_or(0);
+    how.prior.period_max = options.period_max.value_or(0);
     how.threshold = options.threshold;
     how.detection_fap = options.fap;
     how.samples = options.samples;

@@ -1,0 +1,25 @@
+// The noise of each instrument: its jitter, and how its measurements fit.
+#pragma once
+#include <vector>
+
+#include "base/goodness.hpp"
+#include "planet/design.hpp"
+
+namespace toliman::planet {
+
+// Jitter of each group, in units of its values, that is most probable with these functions.
+std::vector<double> jitters_of(const Series &series, const std::vector<const Function *> &functions,
+                               const Buffer<double> &values);
+
+// Jitter of each group over a common one, which is at most `rms` if each is at most the rms of its group.
+std::vector<double> jitter_scales_of(const Series &series, const std::vector<const Function *> &functions,
+                                     const Buffer<double> &values, double rms);
+
+// Standard errors of the logarithms of the jitters of the groups. design: with this jitter.
+std::vector<double> jitter_errors(const Series &series, const Design &design, double jitter);
+
+// Residuals of each group over their standard deviations, with the jitter of the design or without one, which needs
+// sigmas.
+std::vector<Goodness> goodness_of_groups(const Series &series, const Design &design, bool with_jitter);
+
+} // namespace toliman::planet
