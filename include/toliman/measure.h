@@ -3,7 +3,7 @@
  *
  * Data flow (functions toliman_measure_...)
  *
- *   text, JSON Lines, .npy file; state folder -> load_file --+
+ *   table, JSON, .npy file; state folder ------> load_file --+
  *   the bytes of such a file -------------------> load ------+-> toliman_measure -> toliman_sky_reduce    (sky.h)
  *   arrays -------------------------------------> create ----+    |                 toliman_sky_refit     (sky.h)
  *   tracker -> toliman_track_get_measure ---------------------+    |                 toliman_sky_diagnose
@@ -74,8 +74,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_create(const tolim
 /* How to read a file or a state folder. */
 typedef struct toliman_measure_options {
     uint32_t struct_size;
-    int32_t kind;        /* TOLIMAN_MEASURE_...; 0 = VALUE, of a state folder REDUCED where it is. SEPARATION of a
-                                   state folder: the measured separations */
+    int32_t kind;        /* TOLIMAN_MEASURE_...; 0 = VELOCITY if the file states a unit of velocity, otherwise VALUE,
+                            of a state folder REDUCED where it is. SEPARATION of a state folder: the measured
+                            separations */
     const char *columns; /* as toliman_series_options, likewise the next four; not for state folders */
     int32_t time_format;
     int32_t time_scale;
@@ -83,8 +84,8 @@ typedef struct toliman_measure_options {
     size_t leap_second_count;
     uint32_t flags; /* TOLIMAN_SERIES_PLAIN_TIMES */
     uint32_t reserved;
-    double unit; /* as toliman_measure_data; of a state folder: arcsec per px instead of its own plate scale, not for
-                          reduced frames */
+    double unit; /* as toliman_measure_data; 0 = that which the file states, if any. Of a state folder: arcsec per px
+                    instead of its own plate scale, not for reduced frames */
     double exposure_s;  /* length of each exposure, whose middle is t, s; 0: not known. Times must be dates. Not for
                           state folders */
     toliman_log_fn log; /* receives warnings; may be NULL */
@@ -93,12 +94,15 @@ typedef struct toliman_measure_options {
 #define TOLIMAN_MEASURE_OPTIONS_INIT TOLIMAN_INIT(toliman_measure_options)
 
 /* Reads a series from a file, or from a state folder of a tracker.
- *   path     text or JSON Lines as in series.h, a .npy table (float64 [n][2 or 3]: t, y, sigma), or a folder
+ *   path     a table or JSON Lines as in series.h, an array of JSON objects, a .npy table (float64 [n][2 or 3]: t, y,
+ *            sigma), or a folder
  *   options  may be NULL
- * A file whose last line has no newline is read, with a warning: its last number may be truncated. The caller destroys
- * *out. Errors: TOLIMAN_E_NOT_FOUND if there is no such file, and for a folder without such frames; TOLIMAN_E_FORMAT,
- * with file and line, for a malformed line, and for a file without samples; TOLIMAN_E_MISMATCH if the file has no such
- * columns; TOLIMAN_E_ARGUMENT for bad options, and as toliman_measure_create; of a folder as toliman_track_create. */
+ * Warnings: rows without a value, which are skipped; a column of instruments; a last line without newline, whose last
+ * number may be truncated; and those of series.h. A number that seems to stand for a missing value (-9999) is an error.
+ * The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND if there is no such file, and for a folder without such frames;
+ * TOLIMAN_E_FORMAT, with file and line, for a malformed line, and for a file without samples; TOLIMAN_E_MISMATCH if the
+ * file has no such columns, or units that cannot be converted; TOLIMAN_E_ARGUMENT for bad options, such as a unit that
+ * is not that of the file, and as toliman_measure_create; of a folder as toliman_track_create. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_load_file(const char *path,
                                                                         const toliman_measure_options *options,
                                                                         toliman_measure **out) TOLIMAN_NOEXCEPT;
@@ -151,7 +155,7 @@ typedef struct toliman_measure_info {
     uint32_t struct_size;   /* in: sizeof(toliman_measure_info) */
     int32_t kind;           /* TOLIMAN_MEASURE_... */
     int64_t n;              /* samples */
-    int64_t left_out;       /* of the source, that could not be used */
+    int64_t left_out;       /* of the source, that could not be used, such as rows without a value */
     int64_t functions;      /* without the mean: trend + columns */
     int32_t trend, columns; /* highest order; number of columns */
     int32_t time_format;    /* TOLIMAN_INGEST_FORMAT_... in which dates were given; 0: plain numbers */
@@ -162,6 +166,7 @@ typedef struct toliman_measure_info {
     double trend_start, trend_end;
     double unit, time_unit_days, frame_chi_square; /* as in toliman_measure_data */
     double parallax_arcsec, star_mass[2];          /* of the system to which it is reduced; 0: not known */
+    char unit_name[16];                            /* of y, as in toliman_series_info */
 } toliman_measure_info;
 #define TOLIMAN_MEASURE_INFO_INIT TOLIMAN_INIT(toliman_measure_info)
 

@@ -97,6 +97,26 @@ void check_exposure(double exposure_s) {
         fail(Status::argument, "{options->exposure_s} = %g: must be in (0, %g] s, or 0", exposure_s, kLongestExposure);
 }
 
+// Kind and unit, of which the table may state the unit.
+void set_unit(const toliman_measure_options &options, const ingest::Unit &stated, measure::Series &series) {
+    using ingest::Quantity;
+    const bool is_velocity = stated.quantity == Quantity::velocity, is_angle = stated.quantity == Quantity::angle;
+    series.unit_name = stated.name;
+    series.kind = kMeasureKinds.to_enum_or(options.kind, is_velocity ? measure::Kind::velocity : measure::Kind::value,
+                                           "options->kind");
+    const bool of_velocity = series.kind == measure::Kind::velocity, of_value = series.kind == measure::Kind::value;
+    if ((is_velocity && !of_velocity && !of_value) || (is_angle && of_velocity))
+        fail(Status::argument, "{options->kind}: y is in %s, as %s states", stated.name.c_str(), series.name.c_str());
+    if (stated.quantity == Quantity::pixels && !of_value && options.unit == 0)
+        fail(Status::argument, "{options->unit} = 0: y is in px, as %s states: must be arcsec per px",
+             series.name.c_str());
+    const double known = is_angle || (is_velocity && of_velocity) ? stated.factor : 0;
+    if (options.unit > 0 && known > 0 && !(std::fabs(options.unit / known - 1) < 1e-9))
+        fail(Status::argument, "{options->unit} = %g: must be %g or 0: y is in %s, as %s states", options.unit, known,
+             stated.name.c_str(), series.name.c_str());
+    series.unit = options.unit == 0 && known > 0 ? known : known_unit(options.unit, series.kind);
+}
+
 measure::Series series_of(std::string_view bytes, const char *name, const toliman_measure_options &options) {
     toliman_series_options lines = {};
     lines.flags = options.flags;
@@ -111,10 +131,9 @@ measure::Series series_of(std::string_view bytes, const char *name, const tolima
         fail(Status::argument, "{options->flags} = 0x%x: must be 0 or TOLIMAN_SERIES_PLAIN_TIMES", options.flags);
     measure::Text text = measure::read_text(bytes, series_options(lines));
     measure::Series &series = text.series;
-    series.kind = kMeasureKinds.to_enum_or(options.kind, measure::Kind::value, "options->kind");
-    series.unit = known_unit(options.unit, series.kind);
-    if (!text.warning.empty())
-        Log{options.log, options.log_data}.warn("%s", text.warning.c_str());
+    set_unit(options, text.unit, series);
+    for (const std::string &warning : text.warnings)
+        Log{options.log, options.log_data}.warn("%s", warning.c_str());
     // A zero exposure is an instant, which only an observer at the Earth's centre can reduce.
     if (series.kind == measure::Kind::separation && series.dates && options.exposure_s == 0)
         for (const int64_t time : measure::tai_of(series))
@@ -332,6 +351,7 @@ toliman_status toliman_measure_get_info(const toliman_measure *measure, toliman_
         info.trend_start = series.trend.start;
         info.trend_end = series.trend.end;
         info.unit = series.unit;
+        put_text(series.unit_name, info.unit_name);
         info.time_unit_days = series.time_unit_days;
         info.frame_chi_square = series.frame_chi_square;
         info.parallax_arcsec = series.parallax_arcsec;

@@ -7,8 +7,11 @@
 #include "api/guard.hpp"
 #include "api/handle.hpp"
 #include "api/series_options.hpp"
+#include "api/text_out.hpp"
 #include "api/times.hpp"
+#include "base/progress.hpp"
 #include "base/words.hpp"
+#include "ingest/fields.hpp"
 #include "ingest/series.hpp"
 
 using namespace toliman;
@@ -17,9 +20,20 @@ using namespace toliman::api;
 struct toliman_series : Handle<toliman_series> {
     static constexpr char kType[] = "toliman_series";
     ingest::Series series;
+    Log log;
+    bool warned = false; // of marks of missing values
 };
 
 namespace {
+
+void warn(toliman_series &series) {
+    for (const std::string &warning : series.series.take_warnings())
+        series.log.warn("%s", warning.c_str());
+    const std::string mark = series.warned ? "" : series.series.marks().found();
+    series.warned = series.warned || !mark.empty();
+    if (!mark.empty())
+        series.log.warn("%s: it may stand for a missing value", mark.c_str());
+}
 
 constexpr uint32_t kFlags = TOLIMAN_SERIES_GROWING | TOLIMAN_SERIES_PLAIN_TIMES;
 
@@ -43,17 +57,18 @@ ingest::SeriesOptions toliman::api::series_options(const toliman_series_options 
     if (plain && options.time_format != 0)
         fail(Status::argument, "{options->time_format} = %d: must be 0 with TOLIMAN_SERIES_PLAIN_TIMES",
              options.time_format);
-    ingest::SeriesOptions known = {
-        options.name != nullptr ? options.name : "",
-        columns_of(options.columns),
-        (options.flags & TOLIMAN_SERIES_GROWING) != 0,
-        plain,
-        std::nullopt,
-        kScales.to_enum_or(options.time_scale, ingest::Scale::utc, "options->time_scale"),
-        leap_seconds_of(options.leap_seconds, options.leap_second_count, "options->leap_seconds"),
-    };
+    ingest::SeriesOptions known;
+    known.name = options.name != nullptr ? options.name : "";
+    known.columns = columns_of(options.columns);
+    known.instrument = options.instrument != nullptr ? options.instrument : "";
+    known.growing = (options.flags & TOLIMAN_SERIES_GROWING) != 0;
+    known.times.plain = plain;
     if (options.time_format != 0)
-        known.format = kFormats.to_enum(options.time_format, "options->time_format");
+        known.times.format = kFormats.to_enum(options.time_format, "options->time_format");
+    if (options.time_scale != 0)
+        known.times.scale = kScales.to_enum(options.time_scale, "options->time_scale");
+    known.times.leap_seconds =
+        leap_seconds_of(options.leap_seconds, options.leap_second_count, "options->leap_seconds");
     return known;
 }
 
@@ -62,7 +77,8 @@ extern "C" {
 toliman_status toliman_series_create(const toliman_series_options *options, toliman_series **out) noexcept {
     return guard([&] {
         toliman_series *&made = required(out, "out");
-        made = new toliman_series{{}, ingest::Series(series_options(accept(options, "options")))};
+        const auto known = accept(options, "options");
+        made = new toliman_series{{}, ingest::Series(series_options(known)), Log{known.log, known.log_data}};
     });
 }
 
@@ -77,9 +93,11 @@ toliman_status toliman_series_parse(toliman_series *series, const char *line, si
         required_array(line, length, 1, "line");
         check_struct_size("sample", required(sample, "sample"));
         toliman_series_sample result = {};
+        result.instrument = -1;
         if (const std::optional<ingest::Sample> found = use->series.parse({line, length}))
-            result = {0, 1, found->t, found->y, found->sigma};
+            result = {0, 1, found->t, found->y, found->sigma, found->instrument};
         deliver(result, sample, "sample");
+        warn(*use);
     });
 }
 
@@ -94,6 +112,10 @@ toliman_status toliman_series_get_info(const toliman_series *series, toliman_ser
         }
         info.truncated = from.truncated() ? 1 : 0;
         info.lines = from.lines();
+        info.missing = from.missing();
+        info.instruments = static_cast<int64_t>(from.instruments().size());
+        put_text(from.unit().name, info.unit_name);
+        put_text(from.likely_instrument(), info.likely_instrument);
         deliver(info, out, "out");
     });
 }

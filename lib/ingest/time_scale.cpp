@@ -70,7 +70,7 @@ const char *first_date(Scale scale) noexcept {
     return scale == Scale::utc ? "1972-01-01, when leap seconds began," : "1958-01-01";
 }
 
-int64_t parse_time(const char *text, TimeFormat format, Scale scale, const LeapSeconds &leap_seconds) {
+int64_t parse_time(const char *text, TimeFormat format, Scale scale, const LeapSeconds &leap_seconds, int64_t offset) {
     const auto length_of = [&](int64_t day) {
         return (scale == Scale::utc ? leap_seconds.seconds_of(day) : 86400) * kSecond;
     };
@@ -89,7 +89,8 @@ int64_t parse_time(const char *text, TimeFormat format, Scale scale, const LeapS
     if (!parsed)
         fail_format(text, format);
     const Days days = format == TimeFormat::jd ? parsed->plus_half() : *parsed;
-    const int64_t day = days.whole() - (format == TimeFormat::jd ? kHalfDayOfJd : 0);
+    const int64_t whole = days.whole() < 0 ? -kEndDay * 1000 : std::min(days.whole(), INT64_MAX - offset);
+    const int64_t day = whole + offset - (format == TimeFormat::jd ? kHalfDayOfJd : 0);
     check_range(text, day, scale);
     return tai_of(day, days.rest(length_of(day)), scale, leap_seconds);
 }

@@ -55,6 +55,7 @@ struct Series {
     std::vector<double> factor, geometric_arcsec;      // of reduced ones: their predictions
     std::optional<Dates> dates;                        // of t
     double unit = 0;                                   // arcsec (velocities: m/s) per unit of y; 0: not known
+    std::string unit_name;                             // as the source states it, "km/s"; "" if it does not
     double time_unit_days = 1;                         // days per unit of t
     double frame_chi_square = 0;                       // median of the frames; 0: not known
     double parallax_arcsec = 0, star_mass[2] = {0, 0}; // of the system, solar masses; 0: not known

@@ -1,7 +1,8 @@
-// Reads a whole series: text, JSON Lines, or a .npy table.
+// Reads a whole series: a text table, JSON Lines, an array of JSON objects, or a .npy table.
 #pragma once
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "ingest/series.hpp"
 #include "measure/series.hpp"
@@ -10,11 +11,12 @@ namespace toliman::measure {
 
 struct Text {
     Series series;
-    std::string warning; // "" for none
+    ingest::Unit unit; // of y, as the file states it
+    std::vector<std::string> warnings;
 };
 
 // options: as for the lines of a stream; their name begins the messages. Status::format for a malformed line, and if
-// there are no samples; Status::mismatch if there are no such columns.
+// there are no samples, or values that seem to stand for missing ones; Status::mismatch if there are no such columns.
 Text read_text(std::string_view bytes, const ingest::SeriesOptions &options);
 
 } // namespace toliman::measure

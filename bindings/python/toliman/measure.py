@@ -69,13 +69,13 @@ class Measurements(Handle):
         better, fit = Sky("alpha-cen", "spacecraft.oem").refit(measured)
         found = planets(Measurements("state"))                  # its reduced separations, with the errors of the orbit
 
-    source: path of a file, text or JSON Lines or a .npy table, or of a state folder; bytes: the content of such a file.
+    source: path of a file, a table or JSON or .npy, or of a state folder; bytes: the content of such a file.
     kind: "value", "separation" (as they were measured), "reduced" (to the orbit) or "velocity"; "": of a state folder,
-        "reduced" where its frames are; otherwise "value".
-    columns: names of two or three columns of a file; time_format: "iso", "mjd", "jd" or "days"; time_scale: "utc", "tai",
+        "reduced" where its frames are; otherwise "velocity" if the file states such a unit, or "value".
+    columns: names, or numbers from 1, of two or three columns of a file; time_format: "iso", "mjd", "jd" or "days"; time_scale: "utc", "tai",
         "tt", "tdb" or "gps"; "": as series.h says.
-    unit: arcsec (velocities: m/s) per unit of the values; 0: unknown, but 1 for separations, and the plate scale of a
-        state folder.
+    unit: arcsec (velocities: m/s) per unit of the values; 0: that which a file states, and the plate scale of a state
+        folder; otherwise unknown, but 1 for separations.
     exposure_s: length of each exposure of a file, whose middle is its time; 0: not known.
     """
 
