@@ -345,8 +345,10 @@ class BadSeries(ProgramTest):
             ("0,1\n1,2\0junk\n", 'bad.csv:2: y = "2?junk"', "finite number"),
             ("", "bad.csv: is empty"),
             ("t,y\n", "bad.csv: contains no samples"),
-            ("y,time\n1,2\n", "bad.csv:1: has no column t among y,time", "--columns"),
-            ("BJD,RV\n1,2\n", "bad.csv:1: has no column t among BJD,RV", "--columns"),
+            ("y,when\n1,2\n", "bad.csv:1: has no column t among y,when", "--columns"),
+            ("BJD,HJD,RV\n1,2,3\n", "bad.csv:1: has the columns BJD and HJD, which could both be t", "--columns"),
+            ("t,y\n" + "".join(f"{k},{k % 7 / 8}\n" for k in range(20)) + "20,-999\n", "bad.csv: y = -999 on line 22",
+             "missing value"),
             ("".join(f"{k},7.1\n" for k in range(20)), "bad.csv: ", "not all equal"),
             ("t,y\n1,2\n2,3\n", "bad.csv: has 2 different times", "needs at least five"),
         ):

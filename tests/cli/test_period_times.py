@@ -124,7 +124,7 @@ class Times(ProgramTest):
         for text, code, *why in (
             ("2028-03-01,1\n2028-02-30,2\n", 3, "s.csv:2: t: ", "2028-02-30", "must be YYYY-MM-DD"),
             ("mjd,y\n2460000.5,1\n", 3, "s.csv:2: t: ", "2099-12-31", "--time-format days"),
-            ("jd,y\n60000.5,1\n", 3, "s.csv:2: t: ", "--time-format days"),
+            ("jd,y\n6000.5,1\n", 3, "s.csv:2: t: ", "--time-format days"),
         ):
             (self.folder / "s.csv").write_text(text)
             self.refuse(code, *why, arguments=("period", "s.csv"))

@@ -166,8 +166,8 @@ void period(Options &options, Progress &progress) {
         folder.emplace(options.out);
     }
     Series series = read_series(options.file, options.samples);
-    if (!series.warning.empty())
-        progress.warn(series.warning);
+    for (const std::string &warning : series.warnings)
+        progress.warn(warning);
     const std::optional<ReductionNote> reduced = add_functions(
         options, !options.sums.fixed_mean, options.save_state.empty() ? "" : "--save-state", series, progress);
     SumOptions sums = options.sums;
@@ -186,8 +186,7 @@ void add_period(CLI::App &app, Context &context) {
     CLI::Option *file =
         add_option(command, "FILE", options->file, "",
                    "series t,y or t,y,sigma: text, JSON Lines or .npy; - reads text or JSON Lines from standard input");
-    add_option(command, "--columns", options->samples.columns, "NAMES",
-               "names of the columns to use: T,Y or T,Y,SIGMA; default t,y and, if present, sigma");
+    add_option(command, "--columns", options->samples.columns, "NAMES", kColumnsHelp);
     add_times(*command, options->samples);
     command->add_option("--f0", options->f0, "first frequency in cycles per unit of t, default 1.5/T");
     command->add_option("--df", options->df, "frequency step in cycles per unit of t, default 1/(10 T)");

@@ -77,8 +77,8 @@ toliman::measurements measured_of(Options &options, Progress &progress) {
         return measured;
     }
     const Series series = read_series(options.series, options.samples);
-    if (!series.warning.empty())
-        progress.warn(series.warning);
+    for (const std::string &warning : series.warnings)
+        progress.warn(warning);
     if (series.sigma.empty())
         malformed(series.name, "has no column sigma: must have the standard deviation of each separation");
     return separations_of(series, options.reduction);
@@ -190,8 +190,7 @@ void add_refit(CLI::App &app, Context &context) {
     add_option(command, "SERIES", options->series, "",
                "series t,y,sigma of measured separations: text, JSON Lines or .npy; or a state folder of `track --fit`")
         ->required();
-    add_option(command, "--columns", options->samples.columns, "NAMES",
-               "names of the columns to use: T,Y,SIGMA; default t,y,sigma");
+    add_option(command, "--columns", options->samples.columns, "NAMES", kColumnsHelp);
     add_times(*command, options->samples);
     options->reduction.add_to(*command, nullptr);
     command->add_option("--scale-sigma", options->scale_sigma,

@@ -24,8 +24,7 @@ void PlanetJobOptions::add_to(CLI::App &command) {
     add_option(&command, "SERIES", file, "",
                "series t,y,sigma as of `toliman period`, or a state folder of `toliman track`")
         ->required();
-    add_option(&command, "--columns", samples.columns, "NAMES",
-               "names of the columns to use: T,Y or T,Y,SIGMA; default t,y and, if present, sigma");
+    add_option(&command, "--columns", samples.columns, "NAMES", kColumnsHelp);
     add_times(command, samples);
     nuisance.add_to(command);
     CLI::Option *system_option = add_system_options(command, *this);
@@ -33,7 +32,7 @@ void PlanetJobOptions::add_to(CLI::App &command) {
     CLI::Option *unit_option =
         add_choice(&command, "--unit", unit, std::vector<std::string>{"arcsec", "mas", "uas", "px", "m/s", "km/s"},
                    "unit of y, for masses: arcsec, mas, uas, px (--plate-scale); m/s and km/s are "
-                   "radial velocities; default: unknown separations");
+                   "radial velocities; default: that of the file, otherwise unknown separations");
     unit_option->excludes(system_option); // whose values are in arcsec or px
     planets.add_to(command);
     command.add_flag("--limits", limits, "list upper limits and detectable planets at 40 periods");
@@ -75,11 +74,10 @@ PlanetJob::Input PlanetJob::input_of_state(Progress &progress) const {
 PlanetJob::Input PlanetJob::input_of_series(Progress &progress) const {
     const PlanetJobOptions &options = options_;
     Input input = {read_series(options.file, options.samples), {}, {}, std::nullopt};
-    if (!input.series.warning.empty())
-        progress.warn(input.series.warning);
-    input.unit = options.system
-                     ? unit_of(options.reduction.plate_scale ? "px" : "arcsec", options.reduction.plate_scale)
-                     : unit_of(options.unit, options.reduction.plate_scale);
+    for (const std::string &warning : input.series.warnings)
+        progress.warn(warning);
+    input.unit = options.system ? unit_of_separations(input.series, options.reduction)
+                                : unit_of(options.unit, input.series, options.reduction.plate_scale);
     options.planets.check(input.unit); // before the reduction, which takes seconds
     input.reduced = add_functions(options, true, "", input.series, progress);
     if (options.system)

@@ -37,6 +37,7 @@ toliman::measurements measure_of(const Series &series, int32_t kind, double unit
     data.intervals = intervals.empty() ? nullptr : intervals.data();
     data.position_angle_deg = data_or_null(series.position_angle_deg);
     data.unit = unit;
+    data.time_unit_days = series.time_unit_days;
     data.frame_chi_square = series.frame_chi_square;
     auto measure = toliman::make<toliman::measurements>(toliman_measure_create, &data);
     add_functions(series.nuisance, measure.get());
@@ -65,6 +66,8 @@ Series series_of(const toliman_measure *measure, const std::string &name) {
     series.time_scale = name_of_scale(info.time_scale);
     series.time_format = info.time_format;
     series.frame_chi_square = info.frame_chi_square;
+    series.unit_name = info.unit_name;
+    series.time_unit_days = info.time_unit_days;
     Nuisance &nuisance = series.nuisance;
     nuisance.trend = {info.trend, info.trend_start, info.trend_end};
     bool has_priors = false;

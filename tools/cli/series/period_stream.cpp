@@ -64,7 +64,7 @@ class Stream {
         while (step(reader)) {
         }
         progress_.clear();
-        if (const std::string warning = reader.end(static_cast<bool>(periodogram_)); !warning.empty())
+        for (const std::string &warning : reader.end(static_cast<bool>(periodogram_)))
             progress_.warn(warning);
     }
 
@@ -166,6 +166,8 @@ class Stream {
             warnings_.warn("skipped", std::string(bad.what()) + ": skipped", kMostInputs);
             return true;
         }
+        for (const std::string &warning : reader.take_warnings())
+            progress_.warn(warning);
         if (options_.follow)
             report(sample.t, reader.time_scale());
         return true;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include <CLI/CLI.hpp>
@@ -61,24 +60,6 @@ void check_positive(const char *option, double value, double most, const char *u
 }
 
 } // namespace
-
-ValueUnit unit_of(const std::string &name, const std::optional<double> &plate_scale) {
-    static const std::map<std::string, ValueUnit> units = {{"", {}},
-                                                           {"arcsec", {"arcsec", 1, false}},
-                                                           {"mas", {"mas", 1e-3, false}},
-                                                           {"uas", {"uas", 1e-6, false}},
-                                                           {"px", {"px", 0, false}},
-                                                           {"m/s", {"m/s", 1, true}},
-                                                           {"km/s", {"km/s", 1000, true}}};
-    ValueUnit unit = units.at(name);
-    if (name == "px" && !plate_scale)
-        throw Failure(kExitUsage, "--unit px: needs --plate-scale");
-    if (name == "px")
-        unit.factor = plate_scale_of(plate_scale, 1);
-    else if (plate_scale)
-        throw Failure(kExitUsage, "--plate-scale: needs --unit px, --system or a state folder");
-    return unit;
-}
 
 void PlanetOptions::add_to(CLI::App &command) {
     command

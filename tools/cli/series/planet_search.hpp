@@ -10,24 +10,13 @@
 #include "common/terminal.hpp"
 #include "scenes/star_data.hpp"
 #include "series/series.hpp"
+#include "series/value_unit.hpp"
 
 namespace CLI {
 class App;
 }
 
 namespace cli {
-
-// Unit of the values of a series.
-struct ValueUnit {
-    std::string name;  // "" = unknown
-    double factor = 0; // arcsec (velocities: m/s) per unit; 0 = unknown
-    bool is_velocity = false;
-
-    // A separation whose unit is known: results are also in microarcsec.
-    bool in_uas() const noexcept { return factor > 0 && !is_velocity; }
-};
-// The unit of this name, "" for none. plate_scale: arcsec per px.
-ValueUnit unit_of(const std::string &name, const std::optional<double> &plate_scale);
 
 struct PlanetOptions {
     uint32_t most = 1;

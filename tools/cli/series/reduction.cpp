@@ -10,6 +10,7 @@
 #include "options/command.hpp"
 #include "series/diagnosis.hpp"
 #include "series/measure.hpp"
+#include "series/value_unit.hpp"
 
 namespace cli {
 
@@ -107,7 +108,7 @@ toliman::measurements separations_of(const Series &series, const ReductionOption
         if (!(series.y[i] > 0 && std::isfinite(series.y[i])))
             malformed(series.name,
                       formatted("sample %zu: y = %g: must be a measured separation, above 0", i + 1, series.y[i]));
-    return measure_of(series, TOLIMAN_MEASURE_SEPARATION, plate_scale_of(options.plate_scale, 1),
+    return measure_of(series, TOLIMAN_MEASURE_SEPARATION, unit_of_separations(series, options).factor,
                       intervals_of(tai_of(series), exposure));
 }
 
@@ -146,6 +147,7 @@ ReductionNote reduce_to_orbit(const std::string &system, const ReductionOptions 
     Reduced reduced = reduce(measured.get(), series.name, options, sky.get(), scale_sigma, with_functions, progress);
     reduced.series.time_format = series.time_format;
     reduced.series.time_scale = series.time_scale;
+    reduced.series.unit_name = series.unit_name;
     series = std::move(reduced.series);
     Json json("system", system);
     options.set(json);

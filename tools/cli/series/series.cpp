@@ -8,10 +8,10 @@
 
 #include "common/content.hpp"
 #include "common/input.hpp"
-#include "common/npy.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
 #include "scenes/leap_seconds.hpp"
+#include "series/measure.hpp"
 
 namespace cli {
 
@@ -29,6 +29,63 @@ const std::map<std::string, int32_t> kScales = {{"", 0},
                                                 {"tt", TOLIMAN_INGEST_SCALE_TT},
                                                 {"tdb", TOLIMAN_INGEST_SCALE_TDB},
                                                 {"gps", TOLIMAN_INGEST_SCALE_GPS}};
+
+void collect(int32_t, const char *text, void *warnings) {
+    static_cast<std::vector<std::string> *>(warnings)->emplace_back(text);
+}
+
+// Adds the option that would admit the line. name: of the input.
+[[noreturn]] void refuse(const toliman::error &error, const std::string &name, const SampleOptions &options) {
+    if (error.status() == TOLIMAN_E_FORMAT)
+        throw BadLine(error.what() + std::string(options.time_format.empty() && error.field() == "t"
+                                                     ? "; --time-format days, iso, jd or mjd states another format"
+                                                     : ""));
+    if (error.status() != TOLIMAN_E_MISMATCH)
+        throw error;
+    throw Failure(kExitInput,
+                  error.what() + (error.field() == name ? " (--columns " + options.columns + ")"
+                                                        : ": name the columns with --columns T,Y or T,Y,SIGMA"));
+}
+
+// The options of a parser, or of a whole series, whose members have the same names.
+template <class How> void set_options(const SampleOptions &options, const LeapSeconds &table, How &how) {
+    how.flags = options.time_format == "days" ? TOLIMAN_SERIES_PLAIN_TIMES : 0;
+    how.time_format = kFormats.at(options.time_format);
+    how.time_scale = kScales.at(options.time_scale);
+    how.leap_seconds = table.rows.data();
+    how.leap_second_count = table.rows.size();
+    how.columns = options.columns.empty() ? nullptr : options.columns.c_str();
+}
+
+void check_times(const SampleOptions &options, int32_t time_format) {
+    if (time_format == 0 && !options.time_scale.empty())
+        throw Failure(kExitUsage,
+                      "--time-scale " + options.time_scale +
+                          ": the times are plain numbers: give --time-format mjd or jd if they are such days");
+    if (time_format != 0 && options.of_state && options.time_scale.empty())
+        throw Failure(kExitUsage, "--from-state: sums contain no time scale: give that of these times by --time-scale");
+}
+
+// Refuses by the first line what is not a series.
+void check_start(const std::string &name, const std::string &line) {
+    if (line.compare(0, 6, "\x93NUMPY") == 0)
+        malformed(name, "is a .npy file: give its name, without --follow and --from-state");
+    if (line.compare(0, 4, "TLMP") == 0)
+        malformed(name, "is a saved state: give it to --from-state");
+}
+
+// All bytes of standard input or of a pipe; a signal ends the wait.
+std::string text_of(LineSource &source) {
+    std::string text;
+    for (std::string line; source.next(line);) {
+        if (text.empty())
+            check_start(source.name(), line);
+        text += line;
+        if (source.whole())
+            text += '\n';
+    }
+    return text;
+}
 
 } // namespace
 
@@ -59,16 +116,14 @@ std::string name_of_scale(int32_t scale) {
 }
 
 SampleParser::SampleParser(const char *name, const SampleOptions &options, uint32_t flags)
-    : name_(name != nullptr ? name : ""), options_(options) {
+    : name_(name != nullptr ? name : ""), options_(options), warnings_(new std::vector<std::string>) {
     auto how = toliman::sized<toliman_series_options>();
-    how.flags = flags | (options.time_format == "days" ? TOLIMAN_SERIES_PLAIN_TIMES : 0);
-    how.time_format = kFormats.at(options.time_format);
-    how.time_scale = kScales.at(options.time_scale);
-    how.name = name;
     const LeapSeconds table(options.leap_seconds);
-    how.leap_seconds = table.rows.data();
-    how.leap_second_count = table.rows.size();
-    how.columns = options.columns.empty() ? nullptr : options.columns.c_str();
+    set_options(options, table, how);
+    how.flags |= flags;
+    how.name = name;
+    how.log = collect;
+    how.log_data = warnings_.get();
     try {
         parser_ = toliman::make<toliman::series_parser>(toliman_series_create, &how);
     } catch (const toliman::error &error) {
@@ -82,40 +137,15 @@ bool SampleParser::parse(const std::string &line, Sample &sample) {
     sample = toliman::sized<Sample>();
     const toliman_status status = toliman_series_parse(parser_.get(), line.data(), line.size(), &sample);
     if (status != TOLIMAN_OK)
-        fail(status);
+        refuse(toliman::error(status), name_, options_);
     if (sample.found != 0 && !checked_)
-        check_times();
+        check_times(options_, info().time_format);
+    checked_ = checked_ || sample.found != 0;
     return sample.found != 0;
 }
 
-// Adds the option that would admit the line.
-void SampleParser::fail(toliman_status status) const {
-    const toliman::error error(status);
-    const int32_t format = info().time_format;
-    const bool by_name = options_.time_format.empty() && format != 0 && format != TOLIMAN_INGEST_FORMAT_ISO;
-    if (status == TOLIMAN_E_FORMAT)
-        throw BadLine(error.what() +
-                      std::string(by_name && error.field() == "t" ? "; --time-format days reads plain numbers" : ""));
-    if (status != TOLIMAN_E_MISMATCH)
-        throw error;
-    const std::string hint = error.field() == name_ ? " (--columns " + options_.columns + ")"
-                                                    : ": name the columns with --columns T,Y or T,Y,SIGMA";
-    throw Failure(kExitInput, error.what() + hint);
-}
-
-void SampleParser::check_times() {
-    const bool plain = info().time_format == 0;
-    if (plain && !options_.time_scale.empty())
-        throw Failure(kExitUsage,
-                      "--time-scale " + options_.time_scale +
-                          ": the times are plain numbers: give --time-format mjd or jd if they are such days");
-    if (!plain && options_.of_state && options_.time_scale.empty())
-        throw Failure(kExitUsage, "--from-state: sums contain no time scale: give that of these times by --time-scale");
-    checked_ = true;
-}
-
 std::string SampleParser::time_scale() const {
-    return info().time_format == 0 ? "" : result_scale(options_.time_scale);
+    return name_of_scale(info().time_scale);
 }
 
 SampleReader::SampleReader(const std::string &path, const SampleOptions &options, const std::function<void()> &on_idle)
@@ -124,10 +154,7 @@ SampleReader::SampleReader(const std::string &path, const SampleOptions &options
 
 bool SampleReader::next(Sample &sample) {
     for (std::string line; in_.next(line);) {
-        if (line.compare(0, 6, "\x93NUMPY") == 0)
-            malformed(name(), "is a .npy file: give its name, without --follow and --from-state");
-        if (line.compare(0, 4, "TLMP") == 0)
-            malformed(name(), "is a saved state: give it to --from-state");
+        check_start(name(), line);
         if (in_.whole())
             line += '\n';
         if (parser_.parse(line, sample))
@@ -136,58 +163,21 @@ bool SampleReader::next(Sample &sample) {
     return false;
 }
 
-std::string SampleReader::end(bool samples) const {
+std::vector<std::string> SampleReader::end(bool samples) {
     const toliman_series_info info = parser_.info();
     if (!samples)
         malformed(name(), info.lines == 0 ? "is empty" : "contains no samples");
-    return info.truncated == 0 ? "" : where() + ": has no newline at its end; its last number may be truncated";
+    std::vector<std::string> warnings = take_warnings();
+    if (info.missing > 0)
+        warnings.push_back(
+            name() + formatted(": %lld rows have no value and are skipped", static_cast<long long>(info.missing)));
+    if (info.likely_instrument[0] != '\0')
+        warnings.push_back(name() + ": column " + info.likely_instrument +
+                           " seems to name several instruments: the series is read as of one");
+    if (info.truncated != 0)
+        warnings.push_back(where() + ": has no newline at its end; its last number may be truncated");
+    return warnings;
 }
-
-namespace {
-
-void append(Series &series, const Sample &sample) {
-    series.t.push_back(sample.t);
-    series.y.push_back(sample.y);
-    if (sample.sigma > 0)
-        series.sigma.push_back(sample.sigma);
-}
-
-// The rows pass the parser as text with all digits, so that their values and times have the rules of every series.
-Series read_npy_series(const std::string &name, SampleOptions options) {
-    InputFile file(name);
-    const toliman::NpyHeader header = read_npy_header(file);
-    const size_t cols = header.shape.size() == 2 ? header.shape[1] : 0;
-    if (header.type != "f8" || cols < 2 || cols > 3)
-        malformed(name, "must be a float64 array of shape [samples][2 or 3]: t, y and sigma");
-    const size_t rows = header.shape[0];
-    if (rows == 0)
-        malformed(name, "contains no samples");
-    const bool fits = rows <= (file.size() - header.size) / (cols * sizeof(double));
-    std::vector<double> numbers(fits ? rows * cols : 0);
-    if (!fits || !file.read(numbers.data(), numbers.size() * sizeof numbers[0]))
-        malformed(name, "is truncated: it is shorter than its header states");
-    options.columns.clear();
-    SampleParser parser(nullptr, options);
-    Series series;
-    series.name = name;
-    Sample sample = {};
-    parser.parse(cols == 3 ? "t,y,sigma" : "t,y", sample);
-    for (size_t i = 0; i < rows; i++) {
-        const double *row = &numbers[i * cols];
-        try {
-            parser.parse(formatted("%.17g,%.17g", row[0], row[1]) + (cols == 3 ? formatted(",%.17g", row[2]) : ""),
-                         sample);
-        } catch (const BadLine &bad) {
-            malformed(name, "row " + std::to_string(i) + ", " + bad.what());
-        }
-        append(series, sample);
-    }
-    series.time_scale = parser.time_scale();
-    series.time_format = parser.info().time_format;
-    return series;
-}
-
-} // namespace
 
 double time_of(const std::string &option, const std::string &text, const SampleOptions &options, bool plain) {
     double number = 0;
@@ -241,16 +231,41 @@ Series read_series(const std::string &name, const SampleOptions &options) {
     const SampleParser options_are_valid(nullptr, options); // an error before the file is opened
     need(name, "a series of t, y[, sigma]",                 // or sums: the reader states how to give them
          {Content::npy, Content::text, Content::json, Content::result, Content::empty, Content::sums});
-    if (identify(name).content == Content::npy)
-        return read_npy_series(name, options);
-    SampleReader reader(name, options);
-    Series series;
-    series.name = reader.name();
-    for (Sample sample = {}; reader.next(sample);)
-        append(series, sample);
-    series.warning = reader.end(!series.t.empty());
-    series.time_scale = reader.time_scale();
-    series.time_format = reader.time_format();
+    const Content content = identify(name).content;
+    if (content == Content::sums)
+        check_start(name, "TLMP");
+    auto how = toliman::sized<toliman_measure_options>();
+    const LeapSeconds table(options.leap_seconds);
+    set_options(options, table, how);
+    std::vector<std::string> warnings;
+    how.log = collect;
+    how.log_data = &warnings;
+    toliman_measure *made = nullptr;
+    std::string source = name;
+    toliman_status status = TOLIMAN_OK;
+    if (content != Content::unknown && content != Content::empty) {
+        status = toliman_measure_load_file(name.c_str(), &how, &made);
+    } else {
+        LineSource in(name, stop_if_asked);
+        source = in.name();
+        const std::string text = text_of(in);
+        if (text.empty())
+            malformed(source, "is empty");
+        status = toliman_measure_load(text.data(), text.size(), source.c_str(), &how, &made);
+    }
+    if (status != TOLIMAN_OK)
+        refuse(toliman::error(status), source, options);
+    const toliman::measurements measure(made);
+    Series series = series_of(measure.get(), source);
+    check_times(options, series.time_format);
+    series.warnings = std::move(warnings);
+    if (series.time_unit_days != 1) {
+        for (double &t : series.t)
+            t *= series.time_unit_days;
+        series.warnings.push_back(source +
+                                  formatted(": the times are converted to days, %g per unit", series.time_unit_days));
+        series.time_unit_days = 1;
+    }
     return series;
 }
 

@@ -1,7 +1,9 @@
-// Reads time series with the library's parser: line by line, or whole, also .npy tables.
+// Reads time series with the library: whole files, or line by line where input grows or continues sums.
 #pragma once
 #include <functional>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <toliman/toliman.hpp>
@@ -26,16 +28,21 @@ struct SampleOptions {
     bool of_state = false;         // the samples continue sums, whose time scale is unknown: time_scale must be given
 };
 void add_times(CLI::App &command, SampleOptions &options);
+inline constexpr char kColumnsHelp[] =
+    "names, or numbers from 1, of the columns to use: T,Y or T,Y,SIGMA; default t, y "
+    "and sigma, or the usual names, such as bjd, rv and e_rv";
 
 struct Series {
     std::string name;                            // the file's name in messages
     std::vector<double> t, y, sigma;             // sigma is empty if the file has none
-    std::string warning = {};                    // "" for none
-    std::string time_scale = {};                 // as SampleParser
+    std::string time_scale = {};                 // of t, Modified Julian Days; empty for plain numbers
     int32_t time_format = 0;                     // TOLIMAN_INGEST_FORMAT_... of the file's times; 0 for plain numbers
     Nuisance nuisance = {};                      // fitted with the mean at each frequency
     std::vector<double> position_angle_deg = {}; // on the orbit, of reduced separations; otherwise empty
     double frame_chi_square = 0;                 // median of the frames of a state folder; 0: unknown
+    std::string unit_name = {};                  // of y, as the file states it; "" if it does not
+    double time_unit_days = 1;                   // days per unit of t
+    std::vector<std::string> warnings = {};      // of the reader
 };
 
 // Reads the value of an option, a time in the format of such a series: a number if its times are, otherwise a date, a
@@ -67,12 +74,12 @@ class SampleParser {
         return toliman::result<toliman_series_info>(toliman_series_get_info, parser_.get());
     }
     std::string time_scale() const; // of Modified Julian Days; empty for plain numbers
+    std::vector<std::string> take_warnings() { return std::exchange(*warnings_, {}); }
 
   private:
-    [[noreturn]] void fail(toliman_status status) const;
-    void check_times();
     std::string name_; // of the input; the field of an error that is not about one column
     SampleOptions options_;
+    std::unique_ptr<std::vector<std::string>> warnings_; // at an address that the library knows
     toliman::series_parser parser_;
     bool checked_ = false; // the options suit the times
 };
@@ -88,9 +95,9 @@ class SampleReader {
     const std::string &name() const noexcept { return in_.name(); } // the file's name in messages
     std::string where() const { return name() + ":" + std::to_string(parser_.info().lines); } // the last line's
     std::string time_scale() const { return parser_.time_scale(); }
-    int32_t time_format() const { return parser_.info().time_format; }
-    // "FILE:LINE: has no newline ...", empty if the last line is complete. Failure if there were no samples.
-    std::string end(bool samples) const;
+    std::vector<std::string> take_warnings() { return parser_.take_warnings(); }
+    // The warnings about the whole input. Failure if there were no samples.
+    std::vector<std::string> end(bool samples);
 
   private:
     LineSource in_;
@@ -100,7 +107,7 @@ class SampleReader {
 // Times of the samples in TAI, ns since 1970-01-01T00:00:00 TAI. Throws Failure for plain numbers.
 std::vector<int64_t> tai_of(const Series &series);
 
-// All samples of a file, at least one; also of .npy files, float64 [samples][2 or 3].
+// All samples of a file of any format of measure.h, or of standard input: at least one.
 Series read_series(const std::string &name, const SampleOptions &options = {});
 
 } // namespace cli

@@ -1,0 +1,114 @@
+"""Tables of archives and journals in toliman period, planet and refit: files, pipes and growing input; units, missing
+values and instruments. tests/unit/test_series_tables.c has the formats."""
+import json
+import math
+import os
+import random
+import threading
+import unittest
+
+from program import ProgramTest
+
+PERIOD = 17.3
+GRID = ("--f0", 0.03, "--df", 2e-4, "--nf", 200)
+CHANCE = random.Random(7)
+TIMES = [round(8.1 * k + 1.7 * math.sin(k * k), 3) for k in range(50)]
+ROWS = [(t, round(50 * math.sin(2 * math.pi * t / PERIOD) + CHANCE.gauss(0, 1.2), 4)) for t in TIMES]
+
+
+def table(head, row="{t},{y},{s}", offset=2459000.0, time=1.0, value=1.0, sigma=1.0, every=""):
+    lines = [row.format(t=f"{(offset + t) * time:.6f}", y=f"{y * value:.7f}", s=f"{sigma * (1 + k % 3 / 4):.7f}", k=k % 2)
+             for k, (t, y) in enumerate(ROWS)]
+    return head + "".join(line + "\n" for line in lines) + every
+
+
+class Tables(ProgramTest):
+    def found(self, text, *options, name="s.txt", warning=""):
+        (self.folder / name).write_text(text)
+        done = self.run_program("period", name, *GRID, "--json", *options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn(warning, done.stderr)
+        self.assertEqual(done.stderr == "", warning == "", done.stderr)
+        return json.loads(done.stdout)
+
+    def test_the_same_result(self):
+        expected = self.found(table("t,y,sigma\n"))["peak"]
+        self.assertAlmostEqual(expected["period"], PERIOD, delta=0.02)
+        for text, *options in (
+                (table("# BJD RV e_RV\n", "{t} {y} {s}"), "--time-format", "days"),
+                (table("bjd;rv;e_rv\nd;m/s;m/s\n", "{t};{y};{s}"), "--time-format", "days"),
+                (table("A,B,C\n", "{s},{t},{y}"), "--columns", "2,3,1"),
+                (table("# %ECSV 1.0\n# ---\n# datatype:\n# - {name: y, unit: m / s, datatype: float64}\n"
+                       "# - {name: sigma, unit: km / s, datatype: float64}\ny t sigma\n", "{y} {t} {s}", sigma=1e-3),),
+                (json.dumps([{"t": float(t) + 2459000, "y": y, "sigma": 1 + k % 3 / 4}
+                             for k, (t, y) in enumerate(ROWS)]),)):
+            with self.subTest(text=text[:40]):
+                peak = self.found(text, *options)["peak"]
+                for key in ("period", "power", "amplitude", "log10_fap"):
+                    self.assertAlmostEqual(peak[key], expected[key], delta=1e-6 * abs(expected[key]))
+
+    def test_warnings(self):
+        for head, row, end, warning in (
+                ("t,y,sigma\n", "{t},{y},{s}", "1,,1\n2,nan,1\n", "s.txt: 2 of 52 rows have no value and are skipped"),
+                ("", "{t} {y} {s} HARPS", "", "columns 1, 2 and 3 of 4 are taken as t, y and sigma"),
+                ("t,y,sigma,tel\n", "{t},{y},{s},{k}", "", "column tel seems to name several instruments"),
+                ("t,y,sigma_of_y\n", "{t},{y},{s}", "", "no column is known to be sigma: column sigma_of_y is not used")):
+            self.found(table(head, row, every=end), warning=warning)
+        self.found(table("jd,y,sigma\n", offset=59000), warning="jd = 59000.000000: the times are taken as JD - 2400000")
+        hours = self.found(table("t (h),y,sigma\n", time=24), warning="s.txt: the times are converted to days")
+        self.assertAlmostEqual(hours["peak"]["period"], PERIOD, delta=0.02)
+
+    def test_pipes_and_growing_input(self):
+        """The same table from a file, standard input and a named pipe, and line by line."""
+        text = table("# Title\nBJD_TDB\tRV\terr\n----\t---\t---\n", "{t}\t{y}\t{s}", every="2459999\t--\t1\n")
+        warning = "1 of 51 rows have no value and are skipped"
+        expected = self.found(text, warning=warning)
+        self.assertEqual(expected["time_scale"], "TDB")
+        done = self.run_program("period", "-", *GRID, "--json", input=text)
+        self.assertIn("standard input: " + warning, done.stderr)
+        self.assertEqual(json.loads(done.stdout), expected)
+        os.mkfifo(self.folder / "pipe")
+        writer = threading.Thread(target=lambda: (self.folder / "pipe").write_text(text))
+        writer.start()
+        self.assertEqual(json.loads(self.run_program("period", "pipe", *GRID, "--json").stdout), expected)
+        writer.join()
+        done = self.run_program("period", "s.txt", *GRID, "--follow")
+        last = json.loads(done.stdout.splitlines()[-1])
+        self.assertEqual((last["n"], last["time_scale"]), (50, "TDB"))
+        self.assertIn("s.txt: 1 rows have no value and are skipped", done.stderr)
+
+    def test_marks_of_missing_values(self):
+        end = "2459990,-9999,1\n2459991,-9999,1\n"
+        (self.folder / "s.txt").write_text(table("t,y,sigma\n", every=end))
+        self.refuse(3, "s.txt: y = -9999 on lines 52, 53", arguments=("period", "s.txt"))
+        done = self.run_program("period", "s.txt", *GRID, "--follow")
+        self.assertIn("y = -9999 on line 52: it may stand for a missing value", done.stderr)
+
+    def test_units(self):
+        planet = ("--period-min", 10, "--period-max", 30, "--json", "--star-masses", 1)
+        (self.folder / "s.txt").write_text(table("bjd,rv (km/s),err (m/s)\n", value=1e-3))
+        (self.folder / "plain.txt").write_text(table("bjd,rv,err\n"))
+        with_unit = json.loads(self.succeed("planet", "s.txt", *planet))
+        by_option = json.loads(self.succeed("planet", "plain.txt", "--unit", "m/s", *planet))
+        amplitudes = [result["candidates"][0]["amplitude"] for result in (with_unit, by_option)]
+        masses = [result["candidates"][0]["mass_a_earth"] for result in (with_unit, by_option)]
+        for one, other in zip([1e3 * value for value in amplitudes[0]] + masses[0], amplitudes[1] + masses[1]):
+            self.assertAlmostEqual(one, other, delta=0.03 * other)
+        self.refuse(2, "--unit m/s: s.txt states that y is in km/s", arguments=("planet", "s.txt", "--unit", "m/s", *planet))
+        self.refuse(3, "s.txt: y is in km/s: must be measured separations",
+                    arguments=("period", "s.txt", "--system", "alpha-cen"))
+        (self.folder / "s.txt").write_text(table("bjd,separation (px),err (px)\n"))
+        self.refuse(2, "--plate-scale: must be given: s.txt states that y is in px",
+                    arguments=("period", "s.txt", "--system", "alpha-cen"))
+        (self.folder / "s.txt").write_text(table("bjd,rv (m/s),err (mas)\n"))
+        self.refuse(3, "s.txt:2: err (mas): its unit is mas: cannot be converted to m/s", arguments=("period", "s.txt"))
+
+    def test_choices(self):
+        for head, why in (("bjd,rv,vrad\n", "has the columns rv and vrad, which could both be y"),
+                          ("a,b,c\n", "has no column t among a,b,c")):
+            (self.folder / "s.txt").write_text(table(head))
+            self.refuse(3, "s.txt:1: " + why, "--columns T,Y or T,Y,SIGMA", arguments=("period", "s.txt"))
+
+
+if __name__ == "__main__":
+    unittest.main()
