@@ -33,7 +33,6 @@ class TableHeader {
 
     const std::vector<TableColumn> &columns() const noexcept { return columns_; }
     std::vector<std::string> names() const;
-    bool has_names() const noexcept { return named_; }
     bool is_fixed() const noexcept { return bytes_.is_used(); } // columns are ranges of bytes
     char separator() const noexcept { return separator_; }
 

@@ -103,6 +103,12 @@ class Tables(ProgramTest):
         (self.folder / "s.txt").write_text(table("bjd,rv (m/s),err (mas)\n"))
         self.refuse(3, "s.txt:2: err (mas): its unit is mas: cannot be converted to m/s", arguments=("period", "s.txt"))
 
+    def test_other_times_have_the_scale_of_the_name(self):
+        (self.folder / "s.txt").write_text(table("bjd_tdb,rv,err\n"))
+        (self.folder / "n.csv").write_text("t,x\n" + "".join(f"{2459000 + t:.6f},{k % 5}\n" for k, t in enumerate(TIMES)))
+        out = self.succeed("period", "s.txt", *GRID, "--nuisance-file", "n.csv", "--trend", 1, "--span", "58999,59500")
+        self.assertIn("Modified Julian Day in TDB", out)
+
     def test_choices(self):
         for head, why in (("bjd,rv,vrad\n", "has the columns rv and vrad, which could both be y"),
                           ("a,b,c\n", "has no column t among a,b,c")):

@@ -27,7 +27,12 @@ std::vector<Bytes> fuzz::seeds() {
          {"s# comment\n1,2\n3,4,\n5,6\n", "st,y,sigma\n1,2,3\n\"4\",5e3,6\n",
           "s\xef\xbb\xbf{\"t\": 1, \"y\": 2, \"sigma\": 3}\n", "nframe,t,latent,sigma\n0,1,2,3\n1,2,3,4\n",
           "smjd,y\n60000.5,1\n", "s2028-03-01T12:00:00Z,1\n2028-03-02,2\n", "s{\"t\": \"2028-03-01\", \"y\": 2}\n",
-          "j2460000.5;1\n", "gmjd y\n1 2\n3 4"})
+          "j2460000.5;1\n", "gmjd y\n1 2\n3 4",
+          "s# %ECSV 1.0\n# datatype:\n# - {name: t, unit: km / s}\nt y\n1 \"\"\n2 3\n",
+          "sTitle: x\nByte-by-byte Description of file: x\n Bytes Format Units Label Explanations\n---\n"
+          " 1-3 F3.1 d t ?=-9 Time\n 5-7 F3.1 m/s y [0/1]? Value\n---\n1.0 2.0\n",
+          "s|t  |y  |\n|double|double|\n|d|m/s|\n| |-99|\n 1   2\n", "st (d);y (mas);e_y (uas)\n1,5;2;3\n",
+          "s# jd rv +- err\nX 59000 1 +- 2D0 # x\n"})
         seeds.push_back(bytes_of(text));
     return seeds;
 }

@@ -62,8 +62,9 @@ Trend trend_of(int32_t order, const NuisanceOptions &options, const SampleOption
     if (comma == std::string::npos || options.span.find(',', comma + 1) != std::string::npos)
         throw Failure(kExitUsage, "--span " + options.span + ": must be START,END");
     const bool plain = series.time_scale.empty();
-    const Trend trend = {order, time_of("--span", options.span.substr(0, comma), samples, plain),
-                         time_of("--span", options.span.substr(comma + 1), samples, plain)};
+    const SampleOptions times = options_of_times(series, samples);
+    const Trend trend = {order, time_of("--span", options.span.substr(0, comma), times, plain),
+                         time_of("--span", options.span.substr(comma + 1), times, plain)};
     if (!(trend.start < trend.end))
         throw Failure(kExitUsage, "--span " + options.span + ": START must be before END");
     return trend;

@@ -208,6 +208,9 @@ SampleOptions options_of_times(const Series &series, const SampleOptions &option
     for (const auto &[name, format] : kFormats)
         if (format == series.time_format && !name.empty())
             how.time_format = name;
+    for (const auto &[name, scale] : kScales)
+        if (how.time_scale.empty() && result_scale(name) == series.time_scale && series.time_scale != "TAI")
+            how.time_scale = name; // of the column's name
     return how;
 }
 
