@@ -9,6 +9,7 @@
  *   tracker -> toliman_track_get_measure ---------------------+    |                 toliman_sky_diagnose
  *                                                                 |                 toliman_planet_create (planet.h)
  *                                                                 |                 toliman_measure_query_noise
+ *                                                                 |                 toliman_measure_query_instruments
  *     set_trend, add_column, set_instruments, set_prior ----------+
  *     -> functions fitted with the mean                           +-> get_info, get_function, get_values, get_times
  *                                                                destroy
@@ -86,9 +87,11 @@ typedef struct toliman_measure_options {
     uint32_t reserved;
     double unit; /* as toliman_measure_data; 0 = that which the file states, if any. Of a state folder: arcsec per px
                     instead of its own plate scale, not for reduced frames */
-    double exposure_s;  /* length of each exposure, whose middle is t, s; 0: not known. Times must be dates. Not for
+    double exposure_s;      /* length of each exposure, whose middle is t, s; 0: not known. Times must be dates. Not for
                           state folders */
-    toliman_log_fn log; /* receives warnings; may be NULL */
+    const char *instrument; /* as toliman_series_options: the instruments of the series, as of
+                               toliman_measure_set_instruments; not for state folders */
+    toliman_log_fn log;     /* receives warnings; may be NULL */
     void *log_data;
 } toliman_measure_options;
 #define TOLIMAN_MEASURE_OPTIONS_INIT TOLIMAN_INIT(toliman_measure_options)
@@ -152,17 +155,18 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_set_prior(toliman_
 
 /* Properties of a series. */
 typedef struct toliman_measure_info {
-    uint32_t struct_size;   /* in: sizeof(toliman_measure_info) */
-    int32_t kind;           /* TOLIMAN_MEASURE_... */
-    int64_t n;              /* samples */
-    int64_t left_out;       /* of the source, that could not be used, such as rows without a value */
-    int64_t functions;      /* without the mean: trend + columns */
-    int32_t trend, columns; /* highest order; number of columns */
-    int32_t time_format;    /* TOLIMAN_INGEST_FORMAT_... in which dates were given; 0: plain numbers */
-    int32_t time_scale;     /* TOLIMAN_INGEST_SCALE_... of t, Modified Julian Days; 0: plain numbers */
-    int32_t is_weighted;    /* 1: has sigmas */
-    int32_t has_exposures;  /* 1: exposures are known */
-    int64_t instruments;    /* number; 0: not known */
+    uint32_t struct_size;         /* in: sizeof(toliman_measure_info) */
+    int32_t kind;                 /* TOLIMAN_MEASURE_... */
+    int64_t n;                    /* samples */
+    int64_t left_out;             /* of the source, that could not be used, such as rows without a value */
+    int64_t functions;            /* without the mean: trend + columns */
+    int32_t trend, columns;       /* highest order; number of columns */
+    int32_t time_format;          /* TOLIMAN_INGEST_FORMAT_... in which dates were given; 0: plain numbers */
+    int32_t time_scale;           /* TOLIMAN_INGEST_SCALE_... of t, Modified Julian Days; 0: plain numbers */
+    int32_t is_weighted;          /* 1: has sigmas */
+    int32_t has_exposures;        /* 1: exposures are known */
+    int64_t instruments;          /* number; 0: not known */
+    const char *instrument_names; /* separated by commas; valid until the series is changed or destroyed */
     double trend_start, trend_end;
     double unit, time_unit_days, frame_chi_square; /* as in toliman_measure_data */
     double parallax_arcsec, star_mass[2];          /* of the system to which it is reduced; 0: not known */
@@ -173,6 +177,29 @@ typedef struct toliman_measure_info {
 /* Writes the properties to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_get_info(const toliman_measure *measure,
                                                                        toliman_measure_info *out) TOLIMAN_NOEXCEPT;
+
+/* An instrument in a fit. */
+typedef struct toliman_measure_instrument {
+    uint32_t struct_size;        /* in, in the first element: sizeof(toliman_measure_instrument) */
+    int32_t source;              /* 0: of the series; 1, 2: of the velocities of A, B of a search for planets */
+    int64_t samples;             /* in use */
+    double offset, offset_error; /* from the first instrument of its source, units of its values; 0 for the first */
+    double jitter[3];            /* 16, 50 and 84 %, units of its values; 0 without one */
+    double chi_square, chi_square_sigma,
+        largest_residual; /* as in goodness.h, without the jitter; NaN without sigmas */
+    int32_t goodness;     /* TOLIMAN_GOODNESS_... of chi_square */
+    uint32_t reserved;
+    char name[64]; /* "" for the only one of a source */
+} toliman_measure_instrument;
+#define TOLIMAN_MEASURE_INSTRUMENT_INIT TOLIMAN_INIT(toliman_measure_instrument)
+
+/* Fits mean, functions and a jitter of each instrument, as described in planet.h, without a planet, and writes the
+ * instruments to instruments[capacity], one at least, and their number to *count. Errors: TOLIMAN_E_CAPACITY if
+ * capacity is too small; otherwise as toliman_planet_create. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_query_instruments(const toliman_measure *measure,
+                                                                                toliman_measure_instrument *instruments,
+                                                                                size_t capacity,
+                                                                                size_t *count) TOLIMAN_NOEXCEPT;
 
 /* A function that is fitted with the mean. */
 typedef struct toliman_measure_function {

@@ -278,25 +278,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_residuals(const
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_outliers(const toliman_planet *planets, size_t count,
                                                                           int64_t *indices) TOLIMAN_NOEXCEPT;
 
-/* An instrument in the joint fit. */
-typedef struct toliman_planet_instrument {
-    uint32_t struct_size;        /* in, in the first element: sizeof(toliman_planet_instrument) */
-    int32_t source;              /* 0: of the series; 1, 2: of the velocities of A, B */
-    int64_t samples;             /* in use */
-    double offset, offset_error; /* from the first instrument of its source, units of its values; 0 for the first */
-    double jitter[3];            /* 16, 50 and 84 %, units of its values; 0 without one */
-    double chi_square, chi_square_sigma,
-        largest_residual; /* as in goodness.h, without the jitter; NaN without sigmas */
-    int32_t goodness;     /* TOLIMAN_GOODNESS_... of chi_square */
-    uint32_t reserved;
-    char name[64]; /* "" for the only one of a source */
-} toliman_planet_instrument;
-#define TOLIMAN_PLANET_INSTRUMENT_INIT TOLIMAN_INIT(toliman_planet_instrument)
-
-/* Writes the instruments of the series, then those of the velocities of A and of B, to instruments[capacity] and their
- * number to *count. TOLIMAN_E_CAPACITY if capacity is too small. */
+/* Writes the instruments of the series, then those of the velocities of A and of B, in the joint fit, to
+ * instruments[capacity] and their number to *count. TOLIMAN_E_CAPACITY if capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_instruments(const toliman_planet *planets,
-                                                                             toliman_planet_instrument *instruments,
+                                                                             toliman_measure_instrument *instruments,
                                                                              size_t capacity,
                                                                              size_t *count) TOLIMAN_NOEXCEPT;
 

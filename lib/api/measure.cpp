@@ -123,6 +123,7 @@ measure::Series series_of(std::string_view bytes, const char *name, const tolima
     lines.time_format = options.time_format;
     lines.time_scale = options.time_scale;
     lines.columns = options.columns;
+    lines.instrument = options.instrument;
     lines.leap_seconds = options.leap_seconds;
     lines.leap_second_count = options.leap_second_count;
     lines.name = name;
@@ -348,6 +349,7 @@ toliman_status toliman_measure_get_info(const toliman_measure *measure, toliman_
         info.is_weighted = series.sigma.empty() ? 0 : 1;
         info.has_exposures = std::any_of(series.exposures.begin(), series.exposures.end(), has_length) ? 1 : 0;
         info.instruments = static_cast<int64_t>(series.instruments.size());
+        info.instrument_names = series.instrument_names.c_str();
         info.trend_start = series.trend.start;
         info.trend_end = series.trend.end;
         info.unit = series.unit;

@@ -9,6 +9,7 @@
 #include "api/goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handle.hpp"
+#include "api/instruments.hpp"
 #include "api/measure_handle.hpp"
 #include "api/option.hpp"
 #include "api/output.hpp"
@@ -235,26 +236,6 @@ std::vector<std::array<double, 3>> jitters_of(const planet::Result &result) {
     return jitters;
 }
 
-toliman_planet_instrument public_instrument(const toliman_planet &planets, size_t k, const Goodness &goodness,
-                                            const std::array<double, 3> &jitter) {
-    const planet::Result &result = planets.result;
-    const planet::Series &series = result.series;
-    const planet::Group &group = series.groups[k];
-    toliman_planet_instrument out = {};
-    out.source = group.source;
-    for (size_t i = 0; i < series.n; i++)
-        out.samples += series.group[i] == k && series.factor[i] > 0 ? 1 : 0;
-    if (group.instrument > 0) {
-        const std::vector<double> covariance = result.design->covariance();
-        out.offset = result.design->coefficients()[group.offset];
-        out.offset_error = std::sqrt(covariance[group.offset * (result.rest->functions.size() + 1)]);
-    }
-    std::copy(jitter.begin(), jitter.end(), out.jitter);
-    set_goodness(goodness, out);
-    put_text(planets.names[k], out.name);
-    return out;
-}
-
 double checked_period(const planet::Result &result, const char *name, double period) {
     const planet::Settings &settings = result.settings;
     if (!(period >= settings.period_min * (1 - 1e-12) && period <= settings.period_max * (1 + 1e-12)))
@@ -419,19 +400,15 @@ toliman_status toliman_planet_get_outliers(const toliman_planet *planets, size_t
     });
 }
 
-toliman_status toliman_planet_get_instruments(const toliman_planet *planets, toliman_planet_instrument *instruments,
+toliman_status toliman_planet_get_instruments(const toliman_planet *planets, toliman_measure_instrument *instruments,
                                               size_t capacity, size_t *count) noexcept {
     return guard([&] {
         const Use use(planets, "planets");
         const planet::Result &result = use->result;
-        const StructOutput<toliman_planet_instrument> out(instruments, "instruments", capacity, count);
-        const bool is_weighted = result.series.median_sigma > 0;
-        const std::vector<Goodness> goodness = is_weighted
-                                                   ? planet::goodness_of_groups(result.series, *result.design, false)
-                                                   : std::vector<Goodness>(result.series.groups.size());
-        const std::vector<std::array<double, 3>> jitters = jitters_of(result);
-        out.write(goodness.size(), "instruments",
-                  [&](size_t k) { return public_instrument(*use.operator->(), k, goodness[k], jitters[k]); });
+        const StructOutput<toliman_measure_instrument> out(instruments, "instruments", capacity, count);
+        const std::vector<toliman_measure_instrument> all =
+            public_instruments(result.series, *result.design, jitters_of(result), use->names);
+        out.write(all.size(), "instruments", [&](size_t k) { return all[k]; });
     });
 }
 

@@ -22,6 +22,7 @@ struct Destroy {
 // Options that the ledger has already fixed.
 void check_options(const toliman_measure_options &options) {
     const std::pair<const char *, bool> given[] = {{"columns", options.columns != nullptr},
+                                                   {"instrument", options.instrument != nullptr},
                                                    {"time_format", options.time_format != 0},
                                                    {"time_scale", options.time_scale != 0},
                                                    {"flags", options.flags != 0},

@@ -125,6 +125,9 @@ void Series::set_instruments(std::vector<std::string> names, std::vector<int32_t
     columns.erase(std::remove_if(columns.begin(), columns.end(), is_offset), columns.end());
     instruments = std::move(names);
     instrument = std::move(of_samples);
+    instrument_names.clear();
+    for (const std::string &one : instruments)
+        instrument_names += (instrument_names.empty() ? "" : ",") + one;
     for (size_t k = 1; k < instruments.size(); k++) {
         Column column = {kOffset + instruments[k], std::vector<double>(count(), 0.0), 1};
         for (size_t i = 0; i < count(); i++)

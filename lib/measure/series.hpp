@@ -63,6 +63,7 @@ struct Series {
     std::vector<Column> columns;
     std::vector<int32_t> instrument;      // of each sample, index of its name; empty: one instrument
     std::vector<std::string> instruments; // names; each has an offset, a column, but the first, and a jitter
+    std::string instrument_names;         // separated by commas
     size_t left_out = 0;                  // samples of the source that could not be used
 
     size_t count() const noexcept { return t.size(); }

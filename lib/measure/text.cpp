@@ -23,7 +23,8 @@ class Reader {
   public:
     // what: the word for a line in messages; before: lines before the first one that is counted.
     Reader(const ingest::SeriesOptions &options, std::string name, std::string what = "line", int64_t before = 0)
-        : parser_(options), name_(name.empty() ? "series" : std::move(name)), what_(std::move(what)), before_(before) {}
+        : parser_(options), has_instruments_(!options.instrument.empty()),
+          name_(name.empty() ? "series" : std::move(name)), what_(std::move(what)), before_(before) {}
 
     void read(std::string_view line) {
         const std::optional<ingest::Sample> sample = parser_.parse(line);
@@ -33,6 +34,12 @@ class Reader {
         series_.y.push_back(sample->y);
         if (sample->sigma > 0)
             series_.sigma.push_back(sample->sigma);
+        if (!has_instruments_)
+            return;
+        if (sample->instrument < 0)
+            fail(Status::format, "{%s}: %s %lld: has no instrument", name_.c_str(), what_.c_str(),
+                 static_cast<long long>(parser_.lines() - before_));
+        of_samples_.push_back(static_cast<int32_t>(sample->instrument));
     }
 
     Text end() {
@@ -50,12 +57,15 @@ class Reader {
             series_.dates = Dates{*format, parser_.scale()};
         series_.time_unit_days = parser_.time_unit_days() > 0 ? parser_.time_unit_days() : 1;
         series_.left_out = static_cast<size_t>(missing);
+        if (!of_samples_.empty())
+            series_.set_instruments(parser_.instruments(), std::move(of_samples_));
         Text text = {std::move(series_), parser_.unit(), parser_.take_warnings()};
         if (missing > 0)
             text.warnings.push_back(name_ + ": " + rows + " and are skipped");
         if (const std::string column = parser_.likely_instrument(); !column.empty())
-            text.warnings.push_back(name_ + ": column " + column +
-                                    " seems to name several instruments: the series is read as of one");
+            text.warnings.push_back(
+                name_ + ": column " + column +
+                " seems to name several instruments, which is not given as `instrument`: the series is read as of one");
         if (parser_.truncated())
             text.warnings.push_back(name_ + ":" + std::to_string(parser_.lines()) +
                                     ": has no newline at its end; its last number may be truncated");
@@ -64,9 +74,11 @@ class Reader {
 
   private:
     ingest::Series parser_;
+    bool has_instruments_;
     std::string name_, what_;
     int64_t before_;
     Series series_;
+    std::vector<int32_t> of_samples_; // instruments
 };
 
 Text read_lines(std::string_view bytes, const ingest::SeriesOptions &options) {

@@ -1,4 +1,4 @@
-"""Tests searches for planets with several instruments: offsets and jitters; and with velocities beside separations: the
+"""Tests searches for planets with several instruments: offsets and jitters; and with velocities and separations together: the
 star, the direction and the true mass of the planet. Odds are compared with a midpoint rule of all parameters."""
 import math
 import os

@@ -77,6 +77,10 @@ static toliman_status destroy(attempt *a) {
 static toliman_status set_trend(attempt *a) {
     return toliman_measure_set_trend(a->object, 2, 0, 0);
 }
+static toliman_status query_instruments(attempt *a) {
+    size_t count = 0;
+    return toliman_measure_query_instruments(a->object, (void *)a->out, 4, &count);
+}
 static toliman_status set_instruments(attempt *a) {
     int64_t of_samples[SAMPLES];
     for (int i = 0; i < SAMPLES; i++)
@@ -112,6 +116,7 @@ static const scenario all[] = {
     ON_ONE(destroy, 0),
     ON_ONE(set_trend, 0),
     ON_ONE(set_instruments, 0),
+    ON_ONE(query_instruments, sizeof(toliman_measure_instrument)),
     ON_ONE(add_column, 0),
     ON_ONE(set_prior, 0),
     ON_ONE(get_info, sizeof(toliman_measure_info)),

@@ -119,7 +119,7 @@ static const scenario all[] = {
     ON_ONE(get_signal, 0),
     ON_ONE(get_residuals, 0),
     ON_ONE(get_outliers, 0),
-    ON_ONE(get_instruments, sizeof(toliman_planet_instrument)),
+    ON_ONE(get_instruments, sizeof(toliman_measure_instrument)),
     ON_ONE(get_limits, sizeof(toliman_planet_limit)),
     ON_ONE(get_efficiency, 0),
     ON_ONE(inject, 0),

@@ -9,11 +9,11 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import INT64, Doubles, file_name, options_of, plain, pointer, real, shaped, text, whole
+from ._arguments import INT64, Doubles, file_name, listed, options_of, plain, pointer, real, shaped, text, whole
 from ._handle import Handle
 from ._library import check, library
 from ._log import log
-from ._results import MeasureFunction, MeasureInfo
+from ._results import Instrument, MeasureFunction, MeasureInfo
 from .times import plain_times, plain_values, unit_of
 
 KINDS = ("value", "separation", "reduced", "velocity")
@@ -77,15 +77,17 @@ class Measurements(Handle):
     unit: arcsec (velocities: m/s) per unit of the values; 0: that which a file states, and the plate scale of a state
         folder; otherwise unknown, but 1 for separations.
     exposure_s: length of each exposure of a file, whose middle is its time; 0: not known.
+    instrument: name or number of the column of a file that names the instrument of each sample; "": one instrument.
     """
 
     _kind, _destroy = _raw.toliman_measure, "toliman_measure_destroy"
 
     def __init__(self, source: str | os.PathLike[str] | bytes, *, kind: str = "", columns: str = "", time_format: str = "",
-                 time_scale: str = "", unit: float = 0, exposure_s: float = 0):
+                 time_scale: str = "", unit: float = 0, exposure_s: float = 0, instrument: str = ""):
         options = options_of(
             _raw.toliman_measure_options, kind=_number_of(kind),
             columns=text("columns", columns) if columns else None,
+            instrument=text("instrument", instrument) if instrument else None,
             time_format=_FORMATS[_word("time_format", time_format, _FORMATS)],
             time_scale=_SCALES[_word("time_scale", time_scale, _SCALES)],
             flags=_raw.TOLIMAN_SERIES_PLAIN_TIMES if time_format == "days" else 0, unit=real("unit", unit),
@@ -206,6 +208,12 @@ class Measurements(Handle):
         check(library.toliman_measure_set_instruments(self._c, text("names", ",".join(known) + ","), indices,
                                                       len(names)))
         return self
+
+    @property
+    def instruments(self) -> list[Instrument]:
+        """Offset, jitter and chi_square of each instrument in a fit of mean and functions without a planet."""
+        return [Instrument._of(one) for one in listed(_raw.toliman_measure_instrument,
+                                                      library.toliman_measure_query_instruments, self._c)]
 
     def set_prior(self, function: int, sigma: float) -> Measurements:
         """Sets the standard deviation of the prior of the coefficient of a function; 0: none."""

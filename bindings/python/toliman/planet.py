@@ -79,7 +79,7 @@ class Planets(Handle):
     @property
     def instruments(self) -> list[Instrument]:
         """The instruments of the series, then those of the velocities: offset, jitter and chi_square of each."""
-        return [Instrument._of(one) for one in listed(_raw.toliman_planet_instrument,
+        return [Instrument._of(one) for one in listed(_raw.toliman_measure_instrument,
                                                       library.toliman_planet_get_instruments, self._c)]
 
     @property

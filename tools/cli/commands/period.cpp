@@ -106,7 +106,8 @@ void warn_of_results(const Periodogram &periodogram, const Series *series, bool 
 // Writes and prints the results. series: NULL if only the sums are known. reduced: NULL if the series is as given.
 // folder: NULL without --out.
 void write_results(const Options &options, const Series *series, const ReductionNote *reduced,
-                   const Periodogram &periodogram, PeriodFolder *folder, Progress &progress) {
+                   const Instruments &instruments, const Periodogram &periodogram, PeriodFolder *folder,
+                   Progress &progress) {
     const std::string given = options.samples.time_scale.empty() ? "" : result_scale(options.samples.time_scale);
     const Fap fap(options.fap, periodogram.handle, series, progress);
     const toliman_period_info info = info_of(periodogram.handle);
@@ -121,7 +122,8 @@ void write_results(const Options &options, const Series *series, const Reduction
                                  info.count,  peaks_of(periodogram, options.peaks),
                                  fap,         series != nullptr ? series->time_scale : given,
                                  reduced,     noise ? &*noise : nullptr,
-                                 fitted,      aliases_of(periodogram.handle.get(), periodogram.peak.frequency)};
+                                 fitted,      aliases_of(periodogram.handle.get(), periodogram.peak.frequency),
+                                 instruments};
     progress.clear();
     warn_of_results(periodogram, series, !options.f0, noise, progress);
     warn_of_aliases(report.aliases, info.functions > 1 ? "" : ": --trend", progress);
@@ -149,7 +151,7 @@ void stream(const Options &options, Progress &progress) {
     }
     toliman::periodogram handle = stream_samples(how, progress);
     if (!options.follow)
-        write_results(options, nullptr, nullptr, from_sums(std::move(handle)), nullptr, progress);
+        write_results(options, nullptr, nullptr, {}, from_sums(std::move(handle)), nullptr, progress);
 }
 
 void period(Options &options, Progress &progress) {
@@ -170,12 +172,15 @@ void period(Options &options, Progress &progress) {
         progress.warn(warning);
     const std::optional<ReductionNote> reduced = add_functions(
         options, !options.sums.fixed_mean, options.save_state.empty() ? "" : "--save-state", series, progress);
+    const Instruments instruments = instruments_of(series);
+    add_jitters(instruments, series);
     SumOptions sums = options.sums;
     sums.margins = !options.save_state.empty();
     const Periodogram periodogram = search(series, grid_of(options, series), sums, progress);
     if (!options.save_state.empty())
         save_state(periodogram.handle, options.save_state);
-    write_results(options, &series, reduced ? &*reduced : nullptr, periodogram, folder ? &*folder : nullptr, progress);
+    write_results(options, &series, reduced ? &*reduced : nullptr, instruments, periodogram,
+                  folder ? &*folder : nullptr, progress);
 }
 
 } // namespace
@@ -188,6 +193,7 @@ void add_period(CLI::App &app, Context &context) {
                    "series t,y or t,y,sigma: text, JSON Lines or .npy; - reads text or JSON Lines from standard input");
     add_option(command, "--columns", options->samples.columns, "NAMES", kColumnsHelp);
     add_times(*command, options->samples);
+    add_instrument(*command, options->samples);
     command->add_option("--f0", options->f0, "first frequency in cycles per unit of t, default 1.5/T");
     command->add_option("--df", options->df, "frequency step in cycles per unit of t, default 1/(10 T)");
     command->add_option("--nf", options->nf,
@@ -210,7 +216,7 @@ void add_period(CLI::App &app, Context &context) {
     CLI::Option *state =
         add_option(command, "--from-state", options->from_state, "FILE", "continue from the sums in this file");
     for (const char *name : {"--f0", "--df", "--nf", "--fixed-mean", "--trend", "--span", "--nuisance-file", "--prior",
-                             "--value-bound", "--sigma-floor", "--sigma-ceiling"})
+                             "--value-bound", "--sigma-floor", "--sigma-ceiling", "--instrument"})
         state->excludes(command->get_option(name)); // contained in the state
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-period/2");
     add_option(command, "--power", options->power_file, "FILE", "write the power at every frequency to this .npy file");
@@ -226,7 +232,7 @@ void add_period(CLI::App &app, Context &context) {
     for (const char *name : {"--power", "--normalisation", "--peaks", "--fap", "--resamplings", "--seed"})
         follow->excludes(command->get_option(name)); // of a result at the end
     follow->excludes(noise)->excludes(out);
-    for (const char *name : {"--nuisance-file", "--prior"}) // of a whole series
+    for (const char *name : {"--nuisance-file", "--prior", "--instrument"}) // of a whole series
         follow->excludes(command->get_option(name));
     CLI::Option *system = add_system_options(*command, *options);
     system->excludes(follow)->excludes(state); // which have the sums, but not the samples

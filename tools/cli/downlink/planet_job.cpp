@@ -16,7 +16,7 @@ namespace {
 // Options that a state folder has already fixed.
 constexpr const char *kOfSeries[] = {"--columns",  "--time-format", "--time-scale", "--leap-seconds",  "--trend",
                                      "--span",     "--prior",       "--system",     "--nuisance-file", "--scale-sigma",
-                                     "--observer", "--altitude",    "--node",       "--exposure"};
+                                     "--observer", "--altitude",    "--node",       "--exposure",      "--instrument"};
 
 } // namespace
 
@@ -26,6 +26,7 @@ void PlanetJobOptions::add_to(CLI::App &command) {
         ->required();
     add_option(&command, "--columns", samples.columns, "NAMES", kColumnsHelp);
     add_times(command, samples);
+    add_instrument(command, samples);
     nuisance.add_to(command);
     CLI::Option *system_option = add_system_options(command, *this);
     command.get_option("--plate-scale")->remove_needs(system_option); // also of --unit px
@@ -89,6 +90,7 @@ PlanetJob::PlanetJob(PlanetJobOptions &options, bool writes, Progress &progress)
     options.file = plain(options.file);
     options.samples.leap_seconds = options.reduction.observer.leap_seconds();
     options.nuisance.check();
+    options.planets.velocity_samples.leap_seconds = options.samples.leap_seconds;
     if (writes && !options.out.empty()) {
         check_not_input(options.out + "/series.csv", {options.file, options.nuisance.file});
         folder_.emplace(options.out, options.limits);

@@ -1,8 +1,10 @@
 #include "series/measure.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/library.hpp"
+#include "common/text.hpp"
 
 namespace cli {
 
@@ -12,12 +14,34 @@ const double *data_or_null(const std::vector<double> &values) {
     return values.empty() ? nullptr : values.data();
 }
 
-void add_functions(const Nuisance &nuisance, toliman_measure *measure) {
+// Whether a column is the offset of an instrument, which comes with the instruments.
+bool is_offset(const std::string &name, const Series &series) {
+    return std::any_of(series.instruments.begin(), series.instruments.end(),
+                       [&](const std::string &instrument) { return name == "offset " + instrument; });
+}
+
+// The names of a list with commas.
+std::vector<std::string> names_in(const std::string &list) {
+    std::vector<std::string> names(1);
+    for (const char letter : list)
+        if (letter == ',')
+            names.emplace_back();
+        else
+            names.back() += letter;
+    return names;
+}
+
+void add_functions(const Series &series, toliman_measure *measure) {
+    if (!series.instruments.empty())
+        toliman::check(toliman_measure_set_instruments(measure, (joined(series.instruments, ",") + ",").c_str(),
+                                                       series.instrument.data(), series.instrument.size()));
+    const Nuisance &nuisance = series.nuisance;
     const Trend &trend = nuisance.trend;
     toliman::check(toliman_measure_set_trend(measure, trend.order, trend.start, trend.end));
     for (const NuisanceColumn &column : nuisance.columns)
-        toliman::check(
-            toliman_measure_add_column(measure, column.name.c_str(), column.values.data(), column.values.size(), 0));
+        if (!is_offset(column.name, series))
+            toliman::check(toliman_measure_add_column(measure, column.name.c_str(), column.values.data(),
+                                                      column.values.size(), 0));
     for (size_t f = 0; f < nuisance.precision.size(); f++)
         if (nuisance.precision[f] > 0)
             toliman::check(
@@ -40,7 +64,7 @@ toliman::measurements measure_of(const Series &series, int32_t kind, double unit
     data.time_unit_days = series.time_unit_days;
     data.frame_chi_square = series.frame_chi_square;
     auto measure = toliman::make<toliman::measurements>(toliman_measure_create, &data);
-    add_functions(series.nuisance, measure.get());
+    add_functions(series, measure.get());
     return measure;
 }
 
@@ -68,6 +92,11 @@ Series series_of(const toliman_measure *measure, const std::string &name) {
     series.frame_chi_square = info.frame_chi_square;
     series.unit_name = info.unit_name;
     series.time_unit_days = info.time_unit_days;
+    if (info.instruments > 0) {
+        series.instruments = names_in(info.instrument_names);
+        for (const double which : values_of(measure, "instrument"))
+            series.instrument.push_back(std::llround(which));
+    }
     Nuisance &nuisance = series.nuisance;
     nuisance.trend = {info.trend, info.trend_start, info.trend_end};
     bool has_priors = false;

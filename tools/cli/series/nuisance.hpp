@@ -8,7 +8,8 @@
 
 namespace cli {
 
-constexpr size_t kMostFunctions = 8; // with the mean, the library fits 9
+constexpr size_t kMostFunctions = 32; // without the mean
+constexpr int32_t kMostTrend = 8;
 
 // Chebyshev polynomials T_1 ... T_order over a span.
 struct Trend {

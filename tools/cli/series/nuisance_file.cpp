@@ -65,7 +65,7 @@ class ColumnReader {
 
     void use_names(const std::vector<std::string> &fields) {
         double number = 0;
-        const std::vector<std::string> polynomials = names_of_trend(kMostFunctions);
+        const std::vector<std::string> polynomials = names_of_trend(kMostTrend);
         if (fields.size() < 2 || number_of(fields[0], number))
             fail("must be names of columns separated by commas: t,NAME,...");
         for (size_t i = 1; i < fields.size(); i++) {

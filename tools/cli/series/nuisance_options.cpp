@@ -20,7 +20,7 @@ void NuisanceOptions::add_to(CLI::App &command) {
     command
         .add_option("--trend", trend,
                     "order of a polynomial in time that is fitted with the mean at each frequency, 0 to 8; default 0")
-        ->check(CLI::Range(0, static_cast<int>(kMostFunctions)));
+        ->check(CLI::Range(0, kMostTrend));
     add_option(&command, "--span", span, "START,END",
                "times between which the trend is defined; default: those of the samples");
     add_option(&command, "--nuisance-file", file, "FILE",

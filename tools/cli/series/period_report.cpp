@@ -66,6 +66,7 @@ void PeriodReport::print() const {
     if (peak.outliers > 0)
         std::printf("outliers    %u\n", peak.outliers);
     std::fputs(text_of(aliases).c_str(), stdout);
+    std::fputs(text_of(instruments, "").c_str(), stdout);
     if (noise != nullptr)
         noise->print();
     for (size_t i = 1; i < peaks.size(); i++)
@@ -92,6 +93,8 @@ Json PeriodReport::json() const {
         json.set("peaks", array_of(peaks, [this](const toliman_period_peak &peak) { return listed_json(peak, fap); }));
     if (fitted)
         json.set("functions", json_of(*fitted));
+    if (!instruments.empty())
+        json.set("instruments", json_of(instruments));
     if (reduced != nullptr)
         json.set("reduction", reduced->json);
     if (noise != nullptr && noise->known())

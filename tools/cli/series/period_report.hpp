@@ -7,6 +7,7 @@
 #include "series/aliases.hpp"
 #include "series/coefficients.hpp"
 #include "series/fap.hpp"
+#include "series/instruments.hpp"
 #include "series/noise.hpp"
 #include "series/periodogram.hpp"
 #include "series/reduction.hpp"
@@ -29,6 +30,7 @@ struct PeriodReport {
     const Noise *noise;                 // NULL from sums alone
     std::optional<Coefficients> fitted; // of nuisance functions; empty if the mean alone is fitted
     Aliases aliases;                    // of the peak
+    Instruments instruments;            // none for a single one
 
     double shortest() const { return 1 / (grid.f0 + grid.df * static_cast<double>(grid.nf - 1)); }
     double longest() const { return 1 / grid.f0; } // infinite if the grid begins at 0

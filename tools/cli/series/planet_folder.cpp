@@ -43,8 +43,8 @@ void PlanetFolder::write(const PlanetReport &report) {
 void PlanetFolder::write_series(const PlanetReport &report) {
     const Series &series = report.series;
     const size_t count = series.t.size();
-    std::vector<double> residuals(count);
-    toliman::check(toliman_planet_get_residuals(report.search.handle.get(), count, residuals.data()));
+    std::vector<double> residuals(count + report.search.velocities); // those of velocities follow
+    toliman::check(toliman_planet_get_residuals(report.search.handle.get(), residuals.size(), residuals.data()));
     std::vector<std::vector<double>> signals;
     std::string text = std::string(kPlanetSeriesMark) + (series.sigma.empty() ? "t,y,residual" : "t,y,sigma,residual");
     for (uint32_t i = 0; i < report.search.fitted(); i++) {

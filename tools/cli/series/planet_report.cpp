@@ -57,6 +57,8 @@ std::string PlanetReport::amplitude_text(double value) const {
 
 std::string PlanetReport::mass_text(const toliman_planet_candidate &planet) const {
     std::string text;
+    if (planet.star >= 0 && search.knows_mass(static_cast<size_t>(planet.star)))
+        return interval_text(planet.star == 0 ? planet.mass_a : planet.mass_b) + " Earths";
     if (search.knows_mass(0))
         text = interval_text(planet.mass_a) + (search.unit.is_velocity ? "" : " on A");
     if (search.knows_mass(1))
@@ -84,6 +86,12 @@ std::string PlanetReport::planet_text(size_t index) const {
     text += series.time_scale.empty() ? "\n" : " MJD, " + day_of(planet.epoch[1]) + " " + series.time_scale + "\n";
     text += "  amplitude     " + interval_text(planet.amplitude, uas ? search.uas(1) : 1) +
             (unit.empty() ? "" : " " + unit) + "\n";
+    if (planet.star >= 0) {
+        text += std::string("  star          ") + (planet.star == 0 ? "A" : "B") +
+                formatted(", log10 odds against the other star %.2f\n", std::fabs(planet.log10_star));
+        text += "  inclination   " + interval_text(planet.inclination_deg) + " deg, or 180 deg minus it\n";
+        text += "  node          " + interval_text(planet.node_deg) + " deg from the axis, to either side\n";
+    }
     return text + "  mass          " + mass_text(planet) + "\n";
 }
 
@@ -153,10 +161,12 @@ std::string PlanetReport::fit_text() const {
 }
 
 std::string PlanetReport::outlier_text() const {
+    const std::string of_velocities =
+        search.velocity_outliers > 0 ? formatted("outliers    %zu velocities\n", search.velocity_outliers) : "";
     if (search.outliers.empty())
-        return "";
+        return of_velocities;
     return formatted("outliers    %zu, without weight in the search: ", search.outliers.size()) +
-           listed_outliers(search.outliers, series) + "\n";
+           listed_outliers(search.outliers, series) + "\n" + of_velocities;
 }
 
 void PlanetReport::warn(Progress &progress) const {
@@ -180,6 +190,7 @@ void PlanetReport::print() const {
     for (size_t i = 0; i < search.fitted(); i++)
         text += planet_text(i);
     text += candidate_text() + fit_text() + outlier_text();
+    text += text_of(search.instruments, search.velocities > 0 ? "" : search.unit.name);
     text += formatted("samples     %zu; %u functions fitted, the mean and nuisance functions\n", series.t.size(),
                       info.functions);
     text += formatted("searched    periods from %.6g to %.6g d, amplitudes from ", info.period_min, info.period_max) +
@@ -212,8 +223,14 @@ Json PlanetReport::planet_json(size_t index) const {
                 "eccentricity", listed(planet.eccentricity), "periastron_deg", listed(planet.periastron_deg), "epoch",
                 listed(planet.epoch), "amplitude", listed(planet.amplitude), "amplitude_uas",
                 if_known(search.unit.in_uas(), in_uas(planet.amplitude)), "mass_a_earth",
-                listed_if(search.knows_mass(0), planet.mass_a), "mass_b_earth",
-                listed_if(search.knows_mass(1), planet.mass_b), "best", five(planet.best), "best_error",
+                listed_if(search.knows_mass(0) && planet.star != 1, planet.mass_a), "mass_b_earth",
+                listed_if(search.knows_mass(1) && planet.star != 0, planet.mass_b), "star",
+                text_or_null(planet.star < 0    ? ""
+                             : planet.star == 0 ? "A"
+                                                : "B"),
+                "log10_star", if_known(planet.star >= 0, planet.log10_star), "inclination_deg",
+                listed_if(planet.star >= 0, planet.inclination_deg), "node_deg",
+                listed_if(planet.star >= 0, planet.node_deg), "best", five(planet.best), "best_error",
                 five(planet.best_error), "correlation", correlation, "power_left", planet.power_left, "at_edge",
                 (planet.flags & TOLIMAN_PLANET_AT_EDGE) != 0);
 }
@@ -255,6 +272,10 @@ Json PlanetReport::json() const {
         (how.flags & TOLIMAN_PLANET_CLIP) != 0, "axis",
         if_known(!std::isnan(info.axis_deg), Json("position_angle_deg", info.axis_deg, "turn_deg", info.axis_turn_deg)),
         "detection_fap", how.detection_fap);
+    if (!search.instruments.empty())
+        json.set("instruments", json_of(search.instruments));
+    if (search.velocities > 0)
+        json.set("velocities", search.velocities, "velocity_outliers", search.velocity_outliers);
     if (!limits.empty())
         json.set("limits", Json("probability", kLimitProbability, "periods",
                                 array_of(limits, [this](const auto &limit) { return limit_json(limit); })));

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/failure.hpp"
+#include "common/input.hpp"
 #include "common/library.hpp"
 #include "common/text.hpp"
 #include "options/command.hpp"
@@ -54,6 +55,16 @@ toliman_planet_options for_library(const PlanetOptions &options, const StarData 
     return how;
 }
 
+Instruments instruments_in(const PlanetSearch &search) {
+    size_t count = 0;
+    const toliman_status status = toliman_planet_get_instruments(search.handle.get(), nullptr, 0, &count);
+    if (status != TOLIMAN_E_CAPACITY)
+        toliman::check(status);
+    Instruments all(count, toliman::sized<toliman_measure_instrument>());
+    toliman::check(toliman_planet_get_instruments(search.handle.get(), all.data(), count, &count));
+    return count > 1 ? all : Instruments();
+}
+
 void check_positive(const char *option, double value, double most, const char *unit) {
     if (!(value > 0 && value <= most))
         throw Failure(kExitUsage, formatted("%s %g: must be in (0, %g]%s", option, value, most, unit));
@@ -68,6 +79,13 @@ void PlanetOptions::add_to(CLI::App &command) {
         ->delimiter(',')
         ->allow_extra_args(false)
         ->type_name("A,B");
+    add_option(&command, "--velocities", velocities[0], "FILE",
+               "radial velocities of A, fitted together with the separations");
+    add_option(&command, "--velocities-b", velocities[1], "FILE", "radial velocities of B");
+    command
+        .add_option("--velocity-trend", velocity_trend,
+                    "order of a polynomial in time for the motion of each star in the binary, default 3")
+        ->check(CLI::Range(0, kMostTrend));
     add_option(&command, "--parallax", parallax_mas, "MAS", "parallax of the binary; default: that of the system");
     command.add_option("--max", most, "largest number of planets, 1 to 4, default 1")
         ->check(CLI::Range(1u, TOLIMAN_PLANET_MOST));
@@ -94,6 +112,10 @@ void PlanetOptions::check(const ValueUnit &unit) const {
                                 unit.is_velocity ? "one, as the series has the velocities of one star" : "A,B"));
     if (parallax_mas)
         check_positive("--parallax", *parallax_mas, kMostParallax, " mas");
+    for (const char *option : {"--velocities", "--velocities-b"})
+        if (!velocities[option == std::string("--velocities") ? 0 : 1].empty() &&
+            (unit.is_velocity || unit.factor == 0))
+            throw Failure(kExitUsage, std::string(option) + ": is for separations of known unit (--unit, --system)");
     if (parallax_mas && unit.is_velocity)
         throw Failure(kExitUsage, "--parallax: is for separations, not with --unit " + unit.name);
     for (const auto &[option, value] : {std::pair("--period-min", period_min), {"--period-max", period_max}})
@@ -135,19 +157,51 @@ bool PlanetSearch::knows_mass(size_t star) const noexcept {
     return unit.factor > 0 && options.star_mass[star] > 0 && (unit.is_velocity || options.parallax_arcsec > 0);
 }
 
+Velocities velocities_of(const PlanetOptions &options, Progress &progress) {
+    Velocities found;
+    for (size_t star = 0; star < found.size(); star++) {
+        const std::string &file = options.velocities[star];
+        if (file.empty())
+            continue;
+        Series series = read_series(plain(file), options.velocity_samples);
+        for (const std::string &warning : series.warnings)
+            progress.warn(warning);
+        if (series.sigma.empty())
+            malformed(series.name, "has no column sigma: must have the standard deviation of each velocity");
+        const ValueUnit unit = unit_of(series.unit_name.empty() ? "m/s" : "", series, std::nullopt);
+        if (!unit.is_velocity)
+            malformed(series.name, "y is in " + series.unit_name + ": must be velocities");
+        const auto [first, last] = std::minmax_element(series.t.begin(), series.t.end());
+        if (options.velocity_trend > 0 && *first < *last)
+            series.nuisance.trend = {options.velocity_trend, *first, *last};
+        found[star] = measure_of(series, TOLIMAN_MEASURE_VELOCITY, unit.factor);
+    }
+    return found;
+}
+
 PlanetSearch find_planets(const Series &series, const PlanetOptions &options, const ValueUnit &unit,
                           const StarData &stars, Progress &progress) {
     if (series.sigma.empty() && options.no_jitter)
         malformed(series.name, "has no column sigma: must have one with --no-jitter");
-    PlanetSearch search = {nullptr, unit, for_library(options, stars, progress), toliman::sized<toliman_planet_info>(),
-                           {},      {}};
+    PlanetSearch search;
+    search.unit = unit;
+    search.options = for_library(options, stars, progress);
+    const Velocities velocities = velocities_of(options, progress);
+    search.options.velocity_a = velocities[0].get();
+    search.options.velocity_b = velocities[1].get();
+    for (const toliman::measurements &one : velocities)
+        search.velocities += one ? static_cast<size_t>(info_of(one.get()).n) : 0;
     try {
         const toliman::measurements given =
             measure_of(series, unit.is_velocity ? TOLIMAN_MEASURE_VELOCITY : TOLIMAN_MEASURE_REDUCED, unit.factor);
         search.handle = toliman::make<toliman::planet_set>(toliman_planet_create, given.get(), &search.options);
     } catch (const toliman::error &error) {
+        for (size_t star = 0; star < 2; star++)
+            if (error.field() == (star == 0 ? "options->velocity_a" : "options->velocity_b"))
+                throw Failure(kExitInput, message_about(options.velocities[star], error));
         fail(error, series);
     }
+    search.options.velocity_a = search.options.velocity_b = nullptr; // they end here
     search.info = toliman::result<toliman_planet_info>(toliman_planet_get_info, search.handle.get());
     for (int64_t i = 0; i < search.info.candidates; i++) {
         search.candidates.push_back(toliman::sized<toliman_planet_candidate>());
@@ -155,6 +209,11 @@ PlanetSearch find_planets(const Series &series, const PlanetOptions &options, co
     }
     search.outliers.resize(search.info.outliers);
     toliman::check(toliman_planet_get_outliers(search.handle.get(), search.outliers.size(), search.outliers.data()));
+    const auto of_velocities =
+        std::lower_bound(search.outliers.begin(), search.outliers.end(), static_cast<int64_t>(series.t.size()));
+    search.velocity_outliers = static_cast<size_t>(search.outliers.end() - of_velocities);
+    search.outliers.erase(of_velocities, search.outliers.end());
+    search.instruments = instruments_in(search);
     return search;
 }
 

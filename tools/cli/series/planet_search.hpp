@@ -1,5 +1,6 @@
 // Planets of a series: options of the command line, search, limits.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "common/terminal.hpp"
 #include "scenes/star_data.hpp"
+#include "series/instruments.hpp"
 #include "series/series.hpp"
 #include "series/value_unit.hpp"
 
@@ -27,6 +29,9 @@ struct PlanetOptions {
     uint64_t seed = 0;
     std::vector<double> star_masses; // solar masses
     std::optional<double> parallax_mas;
+    std::string velocities[2];           // files of A and B
+    int32_t velocity_trend = 3;          // of each star
+    SampleOptions velocity_samples = {}; // how to read them
 
     void add_to(CLI::App &command);
     // Throws Failure for bad values and for those that do not suit the unit.
@@ -37,11 +42,13 @@ struct PlanetOptions {
 
 struct PlanetSearch {
     toliman::planet_set handle;
-    ValueUnit unit;
-    toliman_planet_options options; // as the library received them
-    toliman_planet_info info;
+    ValueUnit unit = {};
+    toliman_planet_options options = toliman::sized<toliman_planet_options>(); // as the library received them
+    toliman_planet_info info = toliman::sized<toliman_planet_info>();
     std::vector<toliman_planet_candidate> candidates; // as they were found
     std::vector<int64_t> outliers;                    // indices of the samples that do not belong
+    size_t velocities = 0, velocity_outliers = 0;     // samples of velocities, and those that do not belong
+    Instruments instruments;                          // of a series with several, or with velocities; otherwise none
 
     // The first candidates: those of the joint fit, whose odds reach the threshold.
     size_t fitted() const noexcept;
@@ -51,6 +58,10 @@ struct PlanetSearch {
     double uas(double value) const noexcept { return value * unit.factor * 1e6; }
     bool knows_mass(size_t star) const noexcept;
 };
+
+// Velocities of the stars, of the options; NULL: none.
+using Velocities = std::array<toliman::measurements, 2>;
+Velocities velocities_of(const PlanetOptions &options, Progress &progress);
 
 // Throws Failure for options and series that the library refuses.
 PlanetSearch find_planets(const Series &series, const PlanetOptions &options, const ValueUnit &unit,

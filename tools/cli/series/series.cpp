@@ -10,6 +10,7 @@
 #include "common/input.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
+#include "options/command.hpp"
 #include "scenes/leap_seconds.hpp"
 #include "series/measure.hpp"
 
@@ -55,6 +56,7 @@ template <class How> void set_options(const SampleOptions &options, const LeapSe
     how.leap_seconds = table.rows.data();
     how.leap_second_count = table.rows.size();
     how.columns = options.columns.empty() ? nullptr : options.columns.c_str();
+    how.instrument = options.instrument.empty() ? nullptr : options.instrument.c_str();
 }
 
 void check_times(const SampleOptions &options, int32_t time_format) {
@@ -99,6 +101,12 @@ void add_times(CLI::App &command, SampleOptions &options) {
         .add_option("--time-scale", options.time_scale,
                     "time scale of dates, mjd and jd: utc (default), tai, tt, tdb or gps; utc becomes TAI")
         ->check(CLI::IsMember({"utc", "tai", "tt", "tdb", "gps"}));
+}
+
+void add_instrument(CLI::App &command, SampleOptions &options) {
+    add_option(&command, "--instrument", options.instrument, "COLUMN",
+               "name, or number from 1, of the column that names the instrument of each sample: each has an offset and "
+               "a jitter");
 }
 
 std::string result_scale(const std::string &scale) {
@@ -172,8 +180,9 @@ std::vector<std::string> SampleReader::end(bool samples) {
         warnings.push_back(
             name() + formatted(": %lld rows have no value and are skipped", static_cast<long long>(info.missing)));
     if (info.likely_instrument[0] != '\0')
-        warnings.push_back(name() + ": column " + info.likely_instrument +
-                           " seems to name several instruments: the series is read as of one");
+        warnings.push_back(
+            name() + ": column " + info.likely_instrument +
+            " seems to name several instruments, which is not given as `instrument`: the series is read as of one");
     if (info.truncated != 0)
         warnings.push_back(where() + ": has no newline at its end; its last number may be truncated");
     return warnings;
@@ -188,6 +197,7 @@ double time_of(const std::string &option, const std::string &text, const SampleO
         return number;
     SampleOptions how = options;
     how.columns.clear();
+    how.instrument.clear();
     how.time_format = !is_number ? "iso" : number < kFirstJulianDay ? "mjd" : "jd";
     SampleParser parser(nullptr, how);
     Sample sample = {};
@@ -205,6 +215,7 @@ double time_of(const std::string &option, const std::string &text, const SampleO
 SampleOptions options_of_times(const Series &series, const SampleOptions &options) {
     SampleOptions how = options;
     how.columns.clear();
+    how.instrument.clear();
     for (const auto &[name, format] : kFormats)
         if (format == series.time_format && !name.empty())
             how.time_format = name;

@@ -24,10 +24,12 @@ using Sample = toliman_series_sample;
 // Options of the command line; empty: the defaults of series.h.
 struct SampleOptions {
     std::string columns, time_format, time_scale; // of --columns, --time-format and --time-scale
+    std::string instrument = {};                  // of --instrument: the column that names it
     std::string leap_seconds = {}; // path of a leap-seconds.list for times in UTC; empty: the table of the library
     bool of_state = false;         // the samples continue sums, whose time scale is unknown: time_scale must be given
 };
 void add_times(CLI::App &command, SampleOptions &options);
+void add_instrument(CLI::App &command, SampleOptions &options);
 inline constexpr char kColumnsHelp[] =
     "names, or numbers from 1, of the columns to use: T,Y or T,Y,SIGMA; default t, y "
     "and sigma, or the usual names, such as bjd, rv and e_rv";
@@ -42,6 +44,8 @@ struct Series {
     double frame_chi_square = 0;                 // median of the frames of a state folder; 0: unknown
     std::string unit_name = {};                  // of y, as the file states it; "" if it does not
     double time_unit_days = 1;                   // days per unit of t
+    std::vector<int64_t> instrument = {};        // of each sample, index into the names; empty: one instrument
+    std::vector<std::string> instruments = {};   // names; their offsets are columns of the nuisance functions
     std::vector<std::string> warnings = {};      // of the reader
 };
 

@@ -26,11 +26,13 @@ std::optional<ReductionNote> add_functions(const SeriesOptions &options, bool wi
     const NuisanceOptions &how = options.nuisance;
     series.nuisance.trend.order = how.trend.value_or(0);
     if (!how.file.empty())
-        series.nuisance.columns = read_columns(how.file, series, options.samples);
+        for (NuisanceColumn &column : read_columns(how.file, series, options.samples))
+            series.nuisance.columns.push_back(std::move(column));
     if (series.nuisance.count() > kMostFunctions)
-        malformed(how.file, formatted("has %zu columns: at most %zu with --trend %d", series.nuisance.columns.size(),
-                                      kMostFunctions - static_cast<size_t>(series.nuisance.trend.order),
-                                      series.nuisance.trend.order));
+        malformed(series.name, formatted("%zu columns of functions and offsets: at most %zu with --trend %d",
+                                         series.nuisance.columns.size(),
+                                         kMostFunctions - static_cast<size_t>(series.nuisance.trend.order),
+                                         series.nuisance.trend.order));
     std::optional<ReductionNote> reduced;
     if (options.system)
         reduced = reduce_to_orbit(*options.system, options.reduction, how.scale_sigma, with_orbit && !how.given(),

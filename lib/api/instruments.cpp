@@ -1,0 +1,65 @@
+// include/toliman/measure.h: instruments, their offsets and jitters.
+#include "api/instruments.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "api/goodness.hpp"
+#include "api/guard.hpp"
+#include "api/output.hpp"
+#include "api/planet_series.hpp"
+#include "api/text_out.hpp"
+#include "planet/instruments.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+std::vector<toliman_measure_instrument> api::public_instruments(const planet::Series &series,
+                                                                const planet::Design &design,
+                                                                const std::vector<std::array<double, 3>> &jitters,
+                                                                const std::vector<std::string> &names) {
+    const std::vector<Goodness> goodness = series.median_sigma > 0 ? planet::goodness_of_groups(series, design, false)
+                                                                   : std::vector<Goodness>(series.groups.size());
+    const std::vector<double> coefficients = design.coefficients(), covariance = design.covariance();
+    std::vector<toliman_measure_instrument> all(series.groups.size());
+    for (size_t k = 0; k < all.size(); k++) {
+        const planet::Group &group = series.groups[k];
+        toliman_measure_instrument &out = all[k];
+        out.source = group.source;
+        for (size_t i = 0; i < series.n; i++)
+            out.samples += series.group[i] == k && series.factor[i] > 0 ? 1 : 0;
+        if (group.instrument > 0) {
+            out.offset = coefficients[group.offset];
+            out.offset_error = std::sqrt(covariance[group.offset * (coefficients.size() + 1)]);
+        }
+        std::copy(jitters[k].begin(), jitters[k].end(), out.jitter);
+        set_goodness(goodness[k], out);
+        put_text(names[k], out.name);
+    }
+    return all;
+}
+
+extern "C" toliman_status toliman_measure_query_instruments(const toliman_measure *measure,
+                                                            toliman_measure_instrument *instruments, size_t capacity,
+                                                            size_t *count) noexcept {
+    return guard([&] {
+        const Use use(measure, "measure");
+        const StructOutput<toliman_measure_instrument> out(instruments, "instruments", capacity, count);
+        planet::Series series(Given(use->series, use->series.t, "measure").get());
+        std::vector<const planet::Function *> functions;
+        for (const planet::Function &function : series.functions)
+            functions.push_back(&function);
+        series.set_jitter_scales(planet::jitters_of(series, functions, series.y));
+        const planet::Design design(series, functions, series.y, 1);
+        const std::vector<double> errors = planet::jitter_errors(series, design, 1);
+        std::vector<std::array<double, 3>> jitters;
+        for (size_t k = 0; k < errors.size(); k++) {
+            const double jitter = series.jitter_scales()[k];
+            jitters.push_back({jitter * std::exp(-errors[k]), jitter, jitter * std::exp(errors[k])});
+        }
+        std::vector<std::string> names;
+        Velocities::add_names(use->series, names);
+        const std::vector<toliman_measure_instrument> all = public_instruments(series, design, jitters, names);
+        out.write(all.size(), "instruments", [&](size_t k) { return all[k]; });
+    });
+}
