@@ -175,7 +175,7 @@ std::vector<std::string> split_names(std::string_view line, char separator) {
 
 std::string_view without_remark(std::string_view line) noexcept {
     bool quoted = false;
-    for (size_t at = 0; at < line.size(); at++) {
+    for (size_t at = line.find('#') == kNone ? line.size() : 0; at < line.size(); at++) {
         quoted = quoted != (line[at] == '"');
         if (line[at] == '#' && !quoted && (at == 0 || is_space(line[at - 1])))
             return line.substr(0, at);
@@ -185,6 +185,8 @@ std::string_view without_remark(std::string_view line) noexcept {
 
 std::string without_plus_minus(std::string_view line, char separator) {
     std::string text(line);
+    if (text.find_first_of("+\xc2\\") == kNone)
+        return text;
     for (const std::string_view sign : {"+/-", "+-", "\xc2\xb1", "\\pm"})
         for (size_t at = text.find(sign); at != kNone; at = text.find(sign, at + 1)) {
             const size_t before = text.find_last_not_of(' ', at - (at > 0)),
@@ -235,7 +237,10 @@ bool is_missing(std::string_view text) {
     static const std::string_view words[] = {
         "",     "nan",   "-",  "--",     "---", "----", "...",  "null", "n/a", "na",           "<na>",        "masked",
         "none", "indef", "..", "nodata", ".",   "n.a.", "-nan", "+nan", "nil", "\xe2\x80\x93", "\xe2\x80\xa6"};
-    return text.size() <= 8 && std::find(std::begin(words), std::end(words), lower(text)) != std::end(words);
+    const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+    if (text.size() > 8 || (!text.empty() && is_digit(text[0])) || (text.size() > 1 && is_digit(text[1])))
+        return false;
+    return std::find(std::begin(words), std::end(words), lower(text)) != std::end(words);
 }
 
 bool is_name(const std::string &field) {

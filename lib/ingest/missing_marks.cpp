@@ -18,8 +18,14 @@ constexpr size_t kMostMarks = 16, kMostLines = 3;
 
 // Whether all digits are nines: at least two before the point, or three.
 bool has_nines(double value) {
+    const double size = std::fabs(value);
+    double power = 10;
+    while (power <= size && power < kHuge)
+        power *= 10;
+    if (!(size >= 0.98 * power)) // most numbers
+        return false;
     char digits[40];
-    print_text(digits, sizeof digits, "%.10g", std::fabs(value));
+    print_text(digits, sizeof digits, "%.10g", size);
     const std::string text = digits;
     const auto nines = static_cast<size_t>(std::count(text.begin(), text.end(), '9'));
     const size_t point = text.find('.');

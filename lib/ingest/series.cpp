@@ -148,9 +148,9 @@ bool Series::lacks(const std::vector<std::string> &fields, size_t place) const {
 
 void Series::check_width(const std::vector<std::string> &fields, std::string_view line) const {
     const size_t width = header_.columns().size();
-    const char found = separator_of(line), separator = header_.separator();
     if (fields.size() == width)
         return;
+    const char found = separator_of(line), separator = header_.separator();
     if (found != separator && !header_.is_fixed() && separator != '|')
         fail(Status::format, "has columns separated by %s: the lines before have %s", separator_name(found),
              separator_name(separator));
@@ -159,7 +159,9 @@ void Series::check_width(const std::vector<std::string> &fields, std::string_vie
 
 // With a decimal point instead of a decimal comma, which a series has in all numbers or in none.
 std::string Series::with_point(const std::string &field, size_t column) {
-    const std::string number = header_.separator() != ',' ? with_decimal_point(field) : "";
+    if (header_.separator() == ',' || (point_ == '.' && field.find(',') == field.npos))
+        return field;
+    const std::string number = with_decimal_point(field);
     double value = 0;
     const bool has_point = field.find('.') != field.npos && number_of(field, value);
     if (has_point && point_ == ',')

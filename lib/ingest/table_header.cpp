@@ -18,7 +18,7 @@ namespace toliman::ingest {
 
 namespace {
 
-constexpr size_t kFewest = 2, kMostComments = 8, kMostEcsv = 1 << 18;
+constexpr size_t kFewest = 2, kMostComments = 8, kMostColumns = 4096, kMostEcsv = 1 << 18;
 constexpr char kSpace[] = " \t\r\v\f";
 
 bool begins_with(std::string_view text, char c) noexcept {
@@ -158,13 +158,17 @@ bool TableHeader::set_units(const std::vector<std::string> &fields) {
     return true;
 }
 
+void TableHeader::set_width(size_t width) {
+    if (width > kMostColumns)
+        fail(Status::format, "has %zu columns: must be at most %zu", width, kMostColumns);
+    columns_.assign(width, {});
+}
+
 void TableHeader::set_names(const std::vector<std::string> &names) {
-    columns_.clear();
-    for (const std::string &name : names) {
-        TableColumn column;
-        column.name = name;
-        column.unit = split_unit(name).unit;
-        columns_.push_back(std::move(column));
+    set_width(names.size());
+    for (size_t i = 0; i < names.size(); i++) {
+        columns_[i].name = names[i];
+        columns_[i].unit = split_unit(names[i]).unit;
     }
 }
 

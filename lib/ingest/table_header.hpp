@@ -40,6 +40,7 @@ class TableHeader {
     Line take_bars(std::string_view line);
     bool is_extension(std::string_view line);
     bool set_units(const std::vector<std::string> &fields);
+    void set_width(size_t width);
     void set_names(const std::vector<std::string> &names);
     std::vector<std::vector<std::string>> readings(const std::string &comment, size_t width) const;
 
@@ -53,7 +54,7 @@ class TableHeader {
 };
 
 template <class Test> void TableHeader::name_by_comments(size_t width, Test is_useful) {
-    columns_.assign(width, {});
+    set_width(width);
     for (size_t i = comments_.size(); i-- > 0;)
         for (const std::vector<std::string> &names : readings(comments_[i], width)) {
             if (!is_useful(names))
