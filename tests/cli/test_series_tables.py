@@ -95,11 +95,12 @@ class Tables(ProgramTest):
         for one, other in zip([1e3 * value for value in amplitudes[0]] + masses[0], amplitudes[1] + masses[1]):
             self.assertAlmostEqual(one, other, delta=0.03 * other)
         self.refuse(2, "--unit m/s: s.txt states that y is in km/s", arguments=("planet", "s.txt", "--unit", "m/s", *planet))
-        self.refuse(3, "s.txt: y is in km/s: must be measured separations",
-                    arguments=("period", "s.txt", "--system", "alpha-cen"))
-        (self.folder / "s.txt").write_text(table("bjd,separation (px),err (px)\n"))
-        self.refuse(2, "--plate-scale: must be given: s.txt states that y is in px",
-                    arguments=("period", "s.txt", "--system", "alpha-cen"))
+        for unit, code, why in (("km/s", 3, "s.txt: y is in km/s: must be measured separations"),
+                                ("px", 2, "--plate-scale: must be given: s.txt states that y is in px")):
+            (self.folder / "s.txt").write_text(table(f"bjd,separation ({unit}),err\n"))
+            done = self.run_program("period", "s.txt", "--system", "alpha-cen")
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertIn(why, done.stderr)
         (self.folder / "s.txt").write_text(table("bjd,rv (m/s),err (mas)\n"))
         self.refuse(3, "s.txt:2: err (mas): its unit is mas: cannot be converted to m/s", arguments=("period", "s.txt"))
 

@@ -103,13 +103,12 @@ std::string ReductionOptions::exposures() const {
 }
 
 toliman::measurements separations_of(const Series &series, const ReductionOptions &options) {
-    const double exposure = exposure_of(options);
+    const double exposure = exposure_of(options), unit = unit_of_separations(series, options).factor;
     for (size_t i = 0; i < series.y.size(); i++)
         if (!(series.y[i] > 0 && std::isfinite(series.y[i])))
             malformed(series.name,
                       formatted("sample %zu: y = %g: must be a measured separation, above 0", i + 1, series.y[i]));
-    return measure_of(series, TOLIMAN_MEASURE_SEPARATION, unit_of_separations(series, options).factor,
-                      intervals_of(tai_of(series), exposure));
+    return measure_of(series, TOLIMAN_MEASURE_SEPARATION, unit, intervals_of(tai_of(series), exposure));
 }
 
 Reduced reduce(const toliman_measure *measured, const std::string &name, const ReductionOptions &options,
