@@ -172,11 +172,22 @@ void period(Options &options, Progress &progress) {
         progress.warn(warning);
     const std::optional<ReductionNote> reduced = add_functions(
         options, !options.sums.fixed_mean, options.save_state.empty() ? "" : "--save-state", series, progress);
-    const Instruments instruments = instruments_of(series);
-    add_jitters(instruments, series);
     SumOptions sums = options.sums;
     sums.margins = !options.save_state.empty();
-    const Periodogram periodogram = search(series, grid_of(options, series), sums, progress);
+    Instruments instruments = instruments_of(series);
+    const auto search_with = [&](const Series &given) {
+        Series noisy = given;
+        add_jitters(instruments, noisy);
+        Periodogram found = search(noisy, grid_of(options, noisy), sums, progress);
+        series = std::move(noisy);
+        return found;
+    };
+    const Series given = series;
+    Periodogram periodogram = search_with(given);
+    if (!instruments.empty()) { // the jitters without the signal contain it
+        instruments = instruments_of(given, periodogram.peak.frequency);
+        periodogram = search_with(given);
+    }
     if (!options.save_state.empty())
         save_state(periodogram.handle, options.save_state);
     write_results(options, &series, reduced ? &*reduced : nullptr, instruments, periodogram,

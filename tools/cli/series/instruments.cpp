@@ -9,10 +9,27 @@
 
 namespace cli {
 
-Instruments instruments_of(const Series &series) {
+namespace {
+
+void add_sinusoid(const Series &series, double frequency, toliman_measure *measure) {
+    constexpr double kTurn = 6.283185307179586;
+    std::vector<double> cosine, sine;
+    for (const double t : series.t) {
+        cosine.push_back(std::cos(kTurn * frequency * (t - series.t.front())));
+        sine.push_back(std::sin(kTurn * frequency * (t - series.t.front())));
+    }
+    toliman::check(toliman_measure_add_column(measure, "cosine of the peak", cosine.data(), cosine.size(), 0));
+    toliman::check(toliman_measure_add_column(measure, "sine of the peak", sine.data(), sine.size(), 0));
+}
+
+} // namespace
+
+Instruments instruments_of(const Series &series, double frequency) {
     if (series.instruments.size() < 2)
         return {};
     const toliman::measurements measure = measure_of(series, 0, 0);
+    if (frequency > 0 && series.nuisance.count() + 2 <= kMostFunctions)
+        add_sinusoid(series, frequency, measure.get());
     Instruments all(series.instruments.size(), toliman::sized<toliman_measure_instrument>());
     size_t count = 0;
     const toliman_status status = toliman_measure_query_instruments(measure.get(), all.data(), all.size(), &count);

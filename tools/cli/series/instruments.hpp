@@ -13,8 +13,9 @@ namespace cli {
 
 using Instruments = std::vector<toliman_measure_instrument>;
 
-// Those of a series with several, in a fit of its functions alone; otherwise none.
-Instruments instruments_of(const Series &series);
+// Those of a series with several, in a fit of its functions, and of a sinusoid unless the frequency is 0; otherwise
+// none.
+Instruments instruments_of(const Series &series, double frequency = 0);
 
 // Adds the jitter of each instrument whose residuals its sigmas do not explain.
 void add_jitters(const Instruments &instruments, Series &series);
