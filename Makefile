@@ -30,7 +30,7 @@ soak: everything ## run for long: a million frames, kills, power cuts, frames ou
 same: everything ## compare results over instruction sets, workers, OpenBLAS kernels and 20 orders (1 minute)
 science: everything ## find the separation with unknown optics, and of stars that move: bias and efficiency; false alarms with nuisance functions (20 minutes)
 missions: everything ## search the planet of alpha Centauri in 600 simulated missions, blind: shares found, false alarms; aliases (10 minutes)
-planets: everything ## compare posteriors, odds and limits of planets with 1,300 simulated series (40 minutes)
+planets: everything ## compare posteriors, odds and limits of planets with 1,800 simulated series (1 hour)
 doubt: everything ## search planets in frames with effects that the model lacks, and in 2,400 series with wrong sigmas, times, units and samples (20 minutes)
 masks: everything ## design masks for three scenes; what they tolerate; fresh frames with them, 20 seeds (40 minutes)
 chapter: everything ## train the network as the chapter does, 1,000 epochs at three amplitudes; smoothness in time (3 hours)

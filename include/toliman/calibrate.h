@@ -9,8 +9,8 @@
  *   toliman_sim (nominal scene), frames, times -> create -> toliman_calibration
  *                                                                   |
  *   values, errors, verdict              get_info, get_value, get_covariance, get_frame
- *   what the model lacks                 get_attempt, change_name, get_left_out
- *   images                               get_opd, get_chi_map, get_residual
+ *   what the model lacks                 get_attempt, get_left_out
+ *   images                               get_opd, get_image
  *   fitted scene, for all other uses     save_file, get_window
  *                                        destroy
  *

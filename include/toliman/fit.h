@@ -6,7 +6,7 @@
  *
  *   toliman_sim -> create -> toliman_fit -> frame, frame_many -> toliman_fit_result -> displacement, px -> period.h
  *  (create_windows)                 |   predict -> places of the stars, standard deviations
- *   time of the frame, pointing ^   parameter_count, get_parameter, get_info
+ *   time of the frame, pointing ^   get_parameters, get_info
  *  (toliman_fit_prediction)  destroy
  *
  * The parameters of a frame are, in this order (names and units as in sim_derivative.h, except that position_angle is

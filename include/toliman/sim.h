@@ -5,13 +5,12 @@
  *   scene.json -> plan_file, plan_json                               requirements and cost, without images
  *   scene.json -> create_file, create_json -> toliman_sim -> frame, frame_many -> counts[rows][cols]
  *                                             |                   -> cae.h, linear.h, components.h
- *                                             +-> get_info, get_name, get_plan, get_stage    properties
+ *                                             +-> get_info, get_plan, get_stages             properties
  *                                             +-> get_bounds                                 Cramer-Rao bounds
  *                                             +-> get_series, get_offsets                    true values
  *                                             +-> get_pupil, get_spectrum                    optics and light
  *                                             +-> expect, propagate, get_image               images, derivatives
  *                                             +-> sim_derivative.h                           all derivatives
- *                                             +-> stage_count, stage_name                    names
  *                                          destroy
  *
  * Conventions

@@ -2,7 +2,7 @@
  *
  * Data flow (functions toliman_sim_...)
  *
- *   parameter_count, get_parameter                  names, units and scopes of the parameters
+ *   get_parameters                                  names, units and scopes of the parameters
  *   toliman_sim, name -> get_derivative -> image[rows][cols]
  *   toliman_sim, weights[rows][cols] -> get_opd_gradient -> gradient[N][N]
  *

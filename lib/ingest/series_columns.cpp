@@ -62,6 +62,9 @@ void Series::use_columns(size_t width) {
         fail(Status::format,
              "has %zu %s, separated by %s: must be t,y or t,y,sigma, or the first line must name the columns", width,
              width == 1 ? "column" : "columns", separator_name(header_.separator()));
+    if (options_.growing && !named && wanted.empty() && width > kSeriesMost) // the first line may be damaged
+        fail(Status::format, "has %zu columns without names: must be t,y or t,y,sigma, or the columns must be named",
+             width);
     places_ = named || by_number ? places_of(wanted, names_) : Places{0, 1, width > 2 ? 2 : kNoPlace};
     if (places_.t == 0 && places_.y == 1 && wanted.empty() && width == kSeriesMost)
         places_.sigma = 2; // also by a name that is not known

@@ -4,7 +4,7 @@
 
 namespace toliman::kernels {
 
-constexpr size_t kMaxRows = 9; // functions, the mean among them
+constexpr size_t kMaxRows = 33; // functions, the mean among them
 
 // Quantities common to all frequencies, in units of W.
 struct PowerRowsShared {

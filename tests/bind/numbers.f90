@@ -245,7 +245,7 @@ contains
         type(toliman_planet_limit) :: limits(2)
         type(toliman_planet_cell) :: cell
         real(c_double), target :: t(many), y(many), sigma(many), rows(many)
-        real(c_double) :: signal(many), samples(8, 16), efficiency
+        real(c_double) :: signal(many), samples(10, 16), efficiency
         integer(c_int32_t) :: detected
         integer :: k
         do k = 0, many - 1

@@ -1,5 +1,5 @@
-"""Tests searches for planets with several instruments: offsets and jitters; and with velocities and separations together: the
-star, the direction and the true mass of the planet. Odds are compared with a midpoint rule of all parameters."""
+"""Tests searches for planets with several instruments: offsets and jitters; and with separations and velocities together:
+the star, the direction and the true mass of the planet. Odds are compared with a midpoint rule of all parameters."""
 import math
 import os
 import sys

@@ -314,7 +314,7 @@ class Batch(unittest.TestCase):
                 toliman.batch(self.t, self.y, self.sigma, f0=0.01, df=0.01, nf=20, **options)
 
         refused("t = .* must be in the span of the trend", trend=2, span=(0, 500))
-        refused("columns = 3: must be in \\[0, 2\\] with trend = 6", trend=6, rows=self.t[:, None] * [1, 1, 1])
+        refused("columns = 27: must be in \\[0, 26\\] with trend = 6", trend=6, rows=self.t[:, None] * numpy.ones(27))
         refused("rows: column 0 = inf", rows=numpy.full((400, 1), math.inf))
         refused("a fixed mean is not supported", trend=1, fit_mean=False)
         refused("rows has the shape", ValueError, rows=self.rows[1:])

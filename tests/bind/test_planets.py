@@ -90,7 +90,7 @@ class Circular(unittest.TestCase):
             for share, point in ((0.16, low), (0.5, middle), (0.84, high)):
                 self.assertAlmostEqual((samples[name] < point).mean(), share, delta=0.035, msg=name)
         self.assertTrue((samples["jitter"] == 0).all())
-        numpy.testing.assert_array_equal(self.found.samples(0, 10), samples[:10])
+        self.assertEqual(self.found.samples(0, 10).tobytes(), samples[:10].tobytes())
         correlation = numpy.corrcoef(samples["period"], samples["amplitude"])[0, 1]
         self.assertAlmostEqual(planet.correlation[4], correlation, delta=0.08)
         self.assertEqual(planet.correlation[::6], (1,) * 5)
@@ -422,7 +422,7 @@ class Refusals(unittest.TestCase):
         self.refused(r"position_angle_deg has the shape \(3,\): must be \(40\)", position_angle_deg=[1, 2, 3], kind=ValueError)
         self.refused(r"priors has the shape \(1,\): must be \(2\)", priors=[1], trend=1, kind=ValueError)
         self.refused(r"priors\[0\] = 1", priors=[1, 1], trend=1, kind=ValueError)
-        self.refused("trend|functions", trend=9)
+        self.refused("order = 9: must be in", trend=9)
         self.refused("rows|column|function", rows=numpy.ones((40, 1)))
         with self.assertRaises(toliman.StateError):
             toliman.planets(self.t[:6], self.t[:6], 1.0)

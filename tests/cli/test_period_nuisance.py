@@ -317,8 +317,10 @@ class Columns(Nuisance):
                 self.refuse(3, message, arguments=("period", "s.csv", *GRID, "--nuisance-file", "c.csv"))
         (self.folder / "c.csv").write_text("\n".join(lines) + "\n")
         file = ("--nuisance-file", "c.csv")
+        many = ["t," + ",".join(f"c{k}" for k in range(33))] + [line.split(",")[0] + ",1" * 33 for line in lines[1:]]
+        (self.folder / "many.csv").write_text("\n".join(many) + "\n")
         for code, message, arguments in (
-                (3, "c.csv: has 2 columns: at most 1 with --trend 7", ("s.csv", *file, "--trend", 7)),
+                (3, "s.csv: 33 columns of functions and offsets: at most 32", ("s.csv", "--nuisance-file", "many.csv")),
                 (3, "missing.csv: No such file", ("s.csv", "--nuisance-file", "missing.csv")),
                 (3, "c.tlmp: is a saved state of toliman period, not a CSV", ("s.csv", "--nuisance-file", "c.tlmp")),
                 (2, "--prior x: must be one of T1, temperature, pressure", ("s.csv", *file, "--trend", 1, "--prior", "x=1")),

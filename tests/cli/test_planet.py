@@ -172,7 +172,7 @@ class Folder(Planet):
         rest = series["y"] - series["residual"] - series["signal_1"]
         numpy.testing.assert_allclose(rest, rest[0], atol=1e-5)  # the mean
         samples = numpy.load(self.folder / "out" / "samples_1.npy")
-        self.assertEqual(samples.shape, (4096, 8))
+        self.assertEqual(samples.shape, (4096, 10))
         numpy.testing.assert_allclose(numpy.median(samples[:, [0, 5]], axis=0),
                                       [result["candidates"][0][key][1] for key in ("period", "mass_a_earth")], rtol=0.02)
         self.check_map(arguments, result)

@@ -33,7 +33,7 @@ CHANGES = [
     ("linear.h", "size_t count, double *values_px,", "size_t count, uint32_t threads, double *values_px,",
      "has threads: must be a member of options"),
     ("mask.h", "list of the parameters", "list, separated by commas, of the parameters", "describes how names are separated"),
-    ("sim.h", '"?" for any other\n * index', "NULL for any other\n * index", 'the name of an unknown value is "?"'),
+    ("base.h", 'Returns "?" for another number', "Returns NULL for another number", 'the name of an unknown value is "?"'),
 ]
 
 

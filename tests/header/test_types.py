@@ -15,7 +15,7 @@ HEADERS = model.read(TOP)
 STRUCTS = [struct.name for struct in HEADERS.all(model.Struct) if struct.sized]
 # Last words in the names of members and arguments that hold an enumeration.
 CHOICES = {"calibration", "cause", "engine", "encoding", "event", "format", "goodness", "input", "kind", "layout", "level", "method", "mode", "normalisation", "pixel", "reason",
-           "scale", "scope", "stamp", "status", "sync", "unit", "verdict"}
+           "scale", "scope", "stamp", "sync", "unit", "verdict"}
 
 
 def header_text():

@@ -161,8 +161,9 @@ static void bad_options_are_refused(void **unused) {
         assert_null(period);                                                                                           \
     } while (0)
     REFUSED(options.trend = -1, "trend = -1: must be in [0, 8]");
-    REFUSED(options.trend = 7, "columns = 2: must be in [0, 1] with trend = 7");
-    REFUSED(options.columns = INT32_MAX, "columns = 2147483647: must be in [0, 5]");
+    REFUSED(options.trend = 9, "trend = 9: must be in [0, 8]");
+    REFUSED(options.columns = 30, "columns = 30: must be in [0, 29] with trend = 3");
+    REFUSED(options.columns = INT32_MAX, "columns = 2147483647: must be in [0, 29]");
     REFUSED(options.trend_end = options.trend_start, "must be finite, the start before the end");
     REFUSED(options.trend_start = NAN, "trend_start = nan");
     REFUSED(options.trend = 0, "must be 0 without a trend");

@@ -161,7 +161,9 @@ static const table kTables[] = {
      .first = 2459000, .whole_only = 1},
     /* several instruments */
     {"t,y,sigma,tel\n2459000,-7.5,1,1\n2459009.75,2.25,0.5,2\n2459025.25,4,2,1\n", .first = 2459000,
-     .warning = "s.csv: column tel seems to name several instruments: the series is read as of one"},
+     .warning =
+         "s.csv: column tel seems to name several instruments, which is not given as `instrument`: the series is read "
+         "as of one"},
 };
 
 /* Warnings, one per line. */

@@ -102,6 +102,8 @@ void Projection::set_shared(Quad square) noexcept {
     }
 }
 
+static_assert(kMaxFunctions <= kernels::kMaxRows, "the kernels take all functions");
+
 size_t Projection::range(int64_t first, size_t count, double *power) const noexcept {
     const int64_t *lo[kernels::kSums + (kMaxFunctions - 1) * kernels::kFunctionSums], *hi[std::size(lo)];
     for (size_t sum = 0; sum < stream_.grid().sums(); sum++) {

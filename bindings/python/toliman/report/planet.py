@@ -91,6 +91,12 @@ def _add_fit(result: Result, page: Page) -> None:
         left_out = "" if result.find("clip") else ", which is why no candidate is a planet"
         text += f" Samples that do not belong to the series: {len(outliers)}{left_out}."
     page.add("text", text.strip())
+    if result.has("instruments"):
+        page.add_table("Offset from the first instrument, and jitter, in the unit of the values.",
+                       ["instrument", "samples", "offset", "jitter", "chi-square"],
+                       [[one.text("name"), str(one.whole("samples")), f"{one.number('offset'):.6g}",
+                         _interval(one, "jitter"), f"{one.number('chi_square'):.4g}" if one.has("chi_square") else ""]
+                        for one in result.items("instruments")])
 
 
 def _points(planet: Result, key: str) -> list[float]:
@@ -135,6 +141,11 @@ def _add_table(result: Result, candidates: list[Result], unit: Unit, page: Page)
              (f"mass in Earths, {geometry}" + ("" if velocity else ", on A"), "mass_a_earth", 1.0)]
     if not velocity:
         lines.append((f"mass in Earths, {geometry}, on B", "mass_b_earth", 1.0))
+    if any(one.has("star") for one in candidates):
+        rows.append(["star", *(one.text("star") if one.has("star") else "" for one in candidates)])
+        lines = [(name.replace(", times g", ""), key, factor) for name, key, factor in lines]
+        lines += [("inclination or 180 minus it, degrees", "inclination_deg", 1.0),
+                  ("node from the axis, degrees, to either side", "node_deg", 1.0)]
     rows += [[name, *(_interval(one, key, factor) for one in candidates)] for name, key, factor in lines]
     page.add_table("Median, and distances to the 16 and 84 % points of the posterior.",
                    ["", *(_name(one, number) for number, one in enumerate(candidates, 1))], rows)
@@ -157,13 +168,13 @@ def _add_folded(table: Table, planet: Result, number: int, velocity: bool, unit:
 
 def _add_corner(path: pathlib.Path, planet: Result, number: int, result: Result, unit: Unit, page: Page) -> None:
     samples = results.array(path, 2)
-    if samples.shape[1] != 8:
-        raise malformed(path, f"has {samples.shape[1]} columns: must be 8")
+    if samples.shape[1] != 10:
+        raise malformed(path, f"has {samples.shape[1]} columns: must be 10")
     columns = [("period, days", samples[:, 0]), ("eccentricity", samples[:, 1]),
                (unit.label("amplitude"), unit.factor * samples[:, 4])]
-    if numpy.isfinite(samples[:, 5]).all():
-        star = "" if result.text("kind") == "velocity" else " on A"
-        columns.append((f"mass{star}, Earths", samples[:, 5]))
+    star = "" if result.text("kind") == "velocity" else " on A"
+    columns += [(name, samples[:, column]) for name, column in (
+        (f"mass{star}, Earths", 5), ("inclination, degrees", 8)) if numpy.isfinite(samples[:, column]).all()]
     page.add_figure(f"posterior-{number}", planet_figures.corner(columns),
                     f"{_name(planet, number).capitalize()}: {len(samples)} samples of the posterior. Dashed: the 16, 50 and 84 % points.")
 

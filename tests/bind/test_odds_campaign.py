@@ -1,0 +1,38 @@
+"""Odds and errors of planets on simulated series: the short form of odds_campaign.py."""
+import contextlib
+import io
+import math
+import pathlib
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import odds_campaign as campaign  # noqa: E402
+from test_planet_campaign import Serial  # noqa: E402
+
+
+class Campaign(unittest.TestCase):
+    def test_modes(self):
+        campaign.campaign.quiet()
+        for mode, sets in ((campaign.noise, 2), (campaign.pulls, 4), (campaign.star, 4)):
+            with self.subTest(mode=mode.__name__), contextlib.redirect_stdout(io.StringIO()) as shown:
+                self.assertEqual(mode(Serial, sets, 1), [])
+            self.assertEqual(len(shown.getvalue().splitlines()), 3)
+
+    def test_deviates(self):
+        for share, expected in ((0.5, 0), (0.8413447, 1), (0.0227501, -2)):
+            self.assertAlmostEqual(campaign.deviate(share), expected, delta=1e-6)
+
+    def test_orbits_of_all_directions(self):
+        mission = campaign.Mission(7)
+        self.assertAlmostEqual(float(mission.p @ mission.q), 0, delta=1e-12)
+        self.assertTrue(0 <= mission.theory(campaign.numpy.random.default_rng(1)) <= 1)
+        t = campaign.numpy.array([33.0])
+        x, y = (campaign.model.places(mission.mean(t + h), mission.e) for h in (-1e-4, 1e-4))
+        speed = [(b - a) / 2e-4 * campaign.MOTION for a, b in zip(x, y)]
+        for found, expected in zip(mission.motion(t), speed):
+            self.assertTrue(math.isclose(found[0], expected[0], rel_tol=1e-5))
+
+
+if __name__ == "__main__":
+    unittest.main()
