@@ -106,7 +106,7 @@ class Velocities(unittest.TestCase):
     period, e, w, inclination, node, axis = 300.0, 0.3, 1.0, math.radians(70), math.radians(200), 1e-4
 
     @classmethod
-    def mission(cls, star, seed, sigma=0.3e-6, speed=1.0, axis=None, count=(300, 200)):
+    def mission(cls, star, seed, sigma=0.3e-6, speed=1.0, axis=None, count=(150, 100)):
         random = numpy.random.default_rng(seed)
         axis = cls.axis if axis is None else axis
         p = numpy.array([math.cos(cls.node) * math.cos(cls.w) - math.sin(cls.node) * math.sin(cls.w) * math.cos(cls.inclination),
@@ -168,12 +168,12 @@ class Velocities(unittest.TestCase):
         self.assertAlmostEqual(planet.log10_bayes, math.log10((10**of_star[0] + 10**of_star[1]) / 2), delta=0.05)
 
     def test_mirrored_and_edge_on_orbits(self):
-        for inclination, node in ((110, 200), (90, 180), (90, 90), (5, 30)):
+        for inclination, node in ((110, 200), (90, 90)):
             with self.subTest(inclination=inclination, node=node):
                 class Turned(Velocities):
                     pass
                 Turned.inclination, Turned.node = math.radians(inclination), math.radians(node)
-                separations, a, b = Turned.mission(0, 9, speed=0.1, count=(150, 100))
+                separations, a, b = Turned.mission(0, 9, speed=0.1, count=(100, 60))
                 planet = toliman.planets(separations, velocities=a, velocities_b=b, samples=200, jitter=False,
                                          **ARCSEC).candidates[0]
                 self.assertAlmostEqual(planet.inclination_deg[1], 90 - abs(90 - inclination), delta=4)

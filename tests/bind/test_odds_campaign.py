@@ -14,7 +14,7 @@ from test_planet_campaign import Serial  # noqa: E402
 class Campaign(unittest.TestCase):
     def test_modes(self):
         campaign.campaign.quiet()
-        for mode, sets in ((campaign.noise, 2), (campaign.pulls, 4), (campaign.star, 4)):
+        for mode, sets in ((campaign.noise, 1), (campaign.pulls, 2), (campaign.star, 2)):
             with self.subTest(mode=mode.__name__), contextlib.redirect_stdout(io.StringIO()) as shown:
                 self.assertEqual(mode(Serial, sets, 1), [])
             self.assertEqual(len(shown.getvalue().splitlines()), 3)
