@@ -158,7 +158,8 @@ typedef struct toliman_planet_info {
     double rms;           /* weighted rms of the residuals of the joint fit, in units of y */
     double chi_square;    /* as in goodness.h, of the joint fit and the sigmas without the jitter, so that a jitter does
                              not hide a poor fit; NaN without sigmas. Outliers count, except with _CLIP. Degrees of
-                             freedom: samples minus functions and numbers of planets without a prior */
+                             freedom: samples minus the sum of their leverages, which is the number of functions
+                             and of numbers of planets, less what priors determine of them */
     double jitter[3];     /* 16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate
                              if there is none; 0 without one. With instruments: the largest of the series */
     double time_reference; /* weighted mean time */

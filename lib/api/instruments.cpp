@@ -51,15 +51,10 @@ extern "C" toliman_status toliman_measure_query_instruments(const toliman_measur
             functions.push_back(&function);
         series.set_jitter_scales(planet::jitters_of(series, functions, series.y));
         const planet::Design design(series, functions, series.y, 1);
-        const std::vector<double> errors = planet::jitter_errors(series, design, 1);
-        std::vector<std::array<double, 3>> jitters;
-        for (size_t k = 0; k < errors.size(); k++) {
-            const double jitter = series.jitter_scales()[k];
-            jitters.push_back({jitter * std::exp(-errors[k]), jitter, jitter * std::exp(errors[k])});
-        }
         std::vector<std::string> names;
         Velocities::add_names(use->series, names);
-        const std::vector<toliman_measure_instrument> all = public_instruments(series, design, jitters, names);
+        const std::vector<toliman_measure_instrument> all =
+            public_instruments(series, design, planet::jitter_intervals(series, design, 1), names);
         out.write(all.size(), "instruments", [&](size_t k) { return all[k]; });
     });
 }

@@ -227,13 +227,7 @@ std::vector<std::array<double, 3>> jitters_of(const planet::Result &result) {
     set_interval(rows_of(result, result.last_fitted()), kJitter, common.data());
     if (series.groups.size() == 1)
         return {common};
-    const std::vector<double> errors = planet::jitter_errors(series, *result.design, common[1]);
-    std::vector<std::array<double, 3>> jitters;
-    for (size_t k = 0; k < errors.size(); k++) {
-        const double jitter = common[1] * series.jitter_scales()[k];
-        jitters.push_back({jitter * std::exp(-errors[k]), jitter, jitter * std::exp(errors[k])});
-    }
-    return jitters;
+    return planet::jitter_intervals(series, *result.design, common[1]);
 }
 
 double checked_period(const planet::Result &result, const char *name, double period) {

@@ -65,7 +65,7 @@ class Reader {
         if (const std::string column = parser_.likely_instrument(); !column.empty())
             text.warnings.push_back(
                 name_ + ": column " + column +
-                " seems to name several instruments, which is not given as `instrument`: the series is read as of one");
+                " seems to name several instruments: without the option instrument, the series is read as that of one");
         if (parser_.truncated())
             text.warnings.push_back(name_ + ":" + std::to_string(parser_.lines()) +
                                     ": has no newline at its end; its last number may be truncated");

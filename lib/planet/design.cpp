@@ -91,6 +91,14 @@ Design::Design(const Series &series, const std::vector<const Function *> &functi
     log_null_ = static_cast<double>(log_evidence - square / 2);
 }
 
+std::vector<double> Design::leverages() const {
+    std::vector<double> leverages(rows_);
+    for (size_t j = 0; j < count_; j++)
+        for (size_t i = 0; i < rows_; i++)
+            leverages[i] += table_[j * rows_ + i] * table_[j * rows_ + i];
+    return leverages;
+}
+
 std::vector<double> Design::coefficients() const {
     std::vector<double> coefficients(all_);
     Column solved(count_);

@@ -28,6 +28,10 @@ class Design {
     // ln of the evidence without a planet, but for terms that do not depend on the jitter.
     double log_null() const noexcept { return log_null_; }
 
+    // Of each measurement, the part of its variance that the fit takes away: the sum of squares of its row of
+    // the orthonormal functions.
+    std::vector<double> leverages() const;
+
     // Coefficients of all functions in the least-squares fit of the values; 0 for those left out.
     std::vector<double> coefficients() const;
     // [all functions][all functions], of the coefficients; 0 for those left out.

@@ -1,6 +1,6 @@
 // Method: restricted maximum likelihood of the variances theta_k = s_k^2 of the jitters, by Fisher scoring in
 // x_k = ln s_k. With the whitened residuals r_i of the least-squares fit, the weights w_i^2 = 1/(sigma_i^2 + theta_k)
-// and the leverages h_i, the sum of squares of row i of the orthonormal functions,
+// and the leverages h_i,
 //     dL/dx_k = theta_k sum over group k of w_i^2 (r_i^2 - (1 - h_i)),
 //     I_kk    = 2 theta_k^2 sum over group k of w_i^4 (1 - h_i)^2.
 // A group with few measurements, or with sigmas that explain its residuals, hardly determines its jitter: a Gaussian
@@ -29,15 +29,6 @@ template <class Call> void each_of(const Series &series, size_t group, Call call
     for (size_t i = own.first; i < own.first + own.count; i++)
         if (series.group[i] == group && series.factor[i] > 0)
             call(i);
-}
-
-// Sums of squares of the rows of the orthonormal functions.
-std::vector<double> leverages(const Series &series, const Design &design) {
-    std::vector<double> leverages(series.n);
-    for (size_t j = 0; j < design.functions(); j++)
-        for (size_t i = 0; i < series.n; i++)
-            leverages[i] += std::pow(design.table()[j * series.rows + i], 2);
-    return leverages;
 }
 
 // rms of the residuals of each group, in units of its values; of all for a group without measurements in use.
@@ -88,7 +79,7 @@ Score score_of(const Series &series, const Design &design, const std::vector<dou
 // One step of the scoring. Returns the largest change.
 double improve(const Series &series, const Design &design, const std::vector<double> &sizes,
                std::vector<double> &logs) {
-    const std::vector<double> leverage = leverages(series, design), means = means_of(series, logs);
+    const std::vector<double> leverage = design.leverages(), means = means_of(series, logs);
     double most = 0;
     for (size_t k = 0; k < logs.size(); k++) {
         const Score score = score_of(series, design, leverage, k, std::exp(2 * logs[k]));
@@ -136,18 +127,19 @@ std::vector<double> jitter_scales_of(const Series &series, const std::vector<con
     return scales;
 }
 
-std::vector<double> jitter_errors(const Series &series, const Design &design, double jitter) {
-    const std::vector<double> leverage = leverages(series, design);
-    std::vector<double> errors;
+std::vector<std::array<double, 3>> jitter_intervals(const Series &series, const Design &design, double jitter) {
+    const std::vector<double> leverage = design.leverages();
+    std::vector<std::array<double, 3>> intervals;
     for (size_t k = 0; k < series.groups.size(); k++) {
-        const double theta = std::pow(jitter * series.jitter_scales()[k], 2);
-        errors.push_back(1 / std::sqrt(score_of(series, design, leverage, k, theta).information));
+        const double own = jitter * series.jitter_scales()[k];
+        const double error = 1 / std::sqrt(score_of(series, design, leverage, k, own * own).information);
+        intervals.push_back({own * std::exp(-error), own, own * std::exp(error)});
     }
-    return errors;
+    return intervals;
 }
 
 std::vector<Goodness> goodness_of_groups(const Series &series, const Design &design, bool with_jitter) {
-    const std::vector<double> leverage = leverages(series, design);
+    const std::vector<double> leverage = design.leverages();
     std::vector<Goodness> all;
     for (size_t k = 0; k < series.groups.size(); k++) {
         double square = 0, largest = 0, freedom = 0;

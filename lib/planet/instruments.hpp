@@ -1,5 +1,6 @@
 // The noise of each instrument: its jitter, and how its measurements fit.
 #pragma once
+#include <array>
 #include <vector>
 
 #include "base/goodness.hpp"
@@ -15,8 +16,8 @@ std::vector<double> jitters_of(const Series &series, const std::vector<const Fun
 std::vector<double> jitter_scales_of(const Series &series, const std::vector<const Function *> &functions,
                                      const Buffer<double> &values, double rms);
 
-// Standard errors of the logarithms of the jitters of the groups. design: with this jitter.
-std::vector<double> jitter_errors(const Series &series, const Design &design, double jitter);
+// Jitter of each group with this common one, 16, 50 and 84 %: about the most probable. design: with the common jitter.
+std::vector<std::array<double, 3>> jitter_intervals(const Series &series, const Design &design, double jitter);
 
 // Residuals of each group over their standard deviations, with the jitter of the design or without one, which needs
 // sigmas.

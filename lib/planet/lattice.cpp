@@ -294,22 +294,27 @@ Lattice::Lattice(const Problem &problem, const std::vector<Box> &boxes, unsigned
     size_t left = kMostWork / (work * (jitters_.count() > 1 ? kJitterWork : 1));
     const Run run = {threads, progress, stage};
     const auto count = static_cast<double>(boxes.size());
+    const bool are_several = boxes.size() > 1;
     std::vector<double> peaks(boxes.size(), HUGE_VAL), sums(boxes.size());
     double largest = -HUGE_VAL;
-    for (size_t i = 0; i < boxes.size() && boxes.size() > 1; i++) {
+    for (size_t i = 0; i < boxes.size() && are_several; i++) {
         Active active = first_cells(boxes[i]);
         evaluate(active, run, static_cast<double>(i) / count / 2, static_cast<double>(i + 1) / count / 2);
         peaks[i] = highest_inside(active, roughness(active, boxes[i], threads));
         sums[i] = log_sum(active);
         largest = std::max(largest, active[highest(active)].log_mass);
+        levels_.clear();
     }
-    const double begin = boxes.size() > 1 ? 0.5 : 0;
+    const double begin = are_several ? 0.5 : 0;
     for (size_t i = 0; i < boxes.size(); i++) {
         const double from = begin + (1 - begin) * static_cast<double>(i) / count, to = from + (1 - begin) / count;
-        if (peaks[i] >= largest - kCut)
-            refine(first_cells(boxes[i]), run, from, to, left);
-        else
+        if (peaks[i] < largest - kCut) {
             log_rest_ = log_add(log_rest_, sums[i]);
+            continue;
+        }
+        refine(first_cells(boxes[i]), run, from, to, left);
+        if (are_several)
+            drop_negligible();
     }
     progress.report(stage, 1);
     best_ = highest(cells_);
@@ -352,8 +357,6 @@ void Lattice::refine(Active active, const Run &run, double from, double to, size
         active = children(kept, split);
         left -= std::min(left, active.size());
     }
-    if (problem_.prior.frequency_max > levels_.front().high[kFrequency]) // there are several boxes
-        drop_negligible();
 }
 
 // Adds cells to the rest that no sample is drawn from.

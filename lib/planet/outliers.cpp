@@ -94,17 +94,8 @@ std::vector<Function> best_sinusoid(const Series &series, double frequency_min, 
     return shape_functions(series, best);
 }
 
-} // namespace
-
-double scale_of(const Series &series, const Buffer<double> &residuals) {
-    std::vector<double> sizes(series.n);
-    for (size_t i = 0; i < series.n; i++)
-        sizes[i] = residuals[i] / sigma_of(series, i);
-    return std::max(robust_sigma(std::move(sizes)), series.median_sigma > 0 ? 1.0 : 0.0);
-}
-
-// That of each group, as instruments have different jitters; of all for one with few measurements.
-static std::vector<double> scales_of_groups(const Series &series, const Buffer<double> &residuals) {
+// The scale of each group, as instruments have different jitters; of all for one with few measurements.
+std::vector<double> scales_of_groups(const Series &series, const Buffer<double> &residuals) {
     const double of_all = scale_of(series, residuals);
     std::vector<std::vector<double>> sizes(series.groups.size());
     for (size_t i = 0; i < series.n; i++)
@@ -115,6 +106,15 @@ static std::vector<double> scales_of_groups(const Series &series, const Buffer<d
                              ? of_all
                              : std::max(robust_sigma(std::move(own)), series.median_sigma > 0 ? 1.0 : 0.0));
     return scales;
+}
+
+} // namespace
+
+double scale_of(const Series &series, const Buffer<double> &residuals) {
+    std::vector<double> sizes(series.n);
+    for (size_t i = 0; i < series.n; i++)
+        sizes[i] = residuals[i] / sigma_of(series, i);
+    return std::max(robust_sigma(std::move(sizes)), series.median_sigma > 0 ? 1.0 : 0.0);
 }
 
 Buffer<double> residuals_of(const Series &series, const std::vector<const Function *> &functions,
@@ -160,10 +160,12 @@ std::vector<bool> screen(Series series, double frequency_min, double frequency_m
     return far;
 }
 
-Goodness series_goodness(const Series &series, const Buffer<double> &residuals, size_t free, bool with_left_out) {
+Goodness series_goodness(const Series &series, const Buffer<double> &residuals, const Design &design,
+                         bool with_left_out) {
     if (!(series.median_sigma > 0))
         return {};
-    double square = 0, largest = 0;
+    const std::vector<double> leverages = design.leverages();
+    double square = 0, largest = 0, freedom = 0;
     size_t count = 0;
     for (size_t i = 0; i < series.primary; i++) {
         if (!with_left_out && series.factor[i] == 0)
@@ -171,19 +173,22 @@ Goodness series_goodness(const Series &series, const Buffer<double> &residuals, 
         const double size = std::fabs(residuals[i] / series.sigma[i]);
         square += size * size;
         largest = std::max(largest, size);
+        freedom += 1 - leverages[i];
         count++;
     }
-    const double freedom = std::max(static_cast<double>(count) - static_cast<double>(free), 1.0);
+    freedom = std::max(freedom, 1.0);
     return goodness_of(square / freedom, chi_square_sigma(count, 0, freedom), largest, kSeriesSigmas);
 }
 
 Goodness goodness_with_jitter(const Series &series, const Design &design) {
-    double square = 0, largest = 0;
+    const std::vector<double> leverages = design.leverages();
+    double square = 0, largest = 0, freedom = 0;
     for (size_t i = 0; i < series.n; i++) {
         square += design.residuals()[i] * design.residuals()[i];
         largest = std::max(largest, std::fabs(design.residuals()[i]));
+        freedom += series.factor[i] > 0 ? 1 - leverages[i] : 0;
     }
-    const double freedom = std::max(static_cast<double>(series.used) - static_cast<double>(design.free()), 1.0);
+    freedom = std::max(freedom, 1.0);
     return goodness_of(square / freedom, chi_square_sigma(series.used, 0, freedom), largest, kSeriesSigmas);
 }
 

@@ -22,9 +22,9 @@ double scale_of(const Series &series, const Buffer<double> &residuals);
 // Marks measurements that are far from a robust fit of the functions of the series and the best sinusoid.
 std::vector<bool> screen(Series series, double frequency_min, double frequency_max);
 
-// Residuals of the series itself over the sigmas, without a jitter; unknown without sigmas. free: numbers of the fit
-// without a prior.
-Goodness series_goodness(const Series &series, const Buffer<double> &residuals, size_t free, bool with_left_out);
+// Residuals of the series itself over the sigmas, without a jitter; unknown without sigmas. design: of the fit.
+Goodness series_goodness(const Series &series, const Buffer<double> &residuals, const Design &design,
+                         bool with_left_out);
 
 // Of the measurements in use, with the jitter of the design.
 Goodness goodness_with_jitter(const Series &series, const Design &design);

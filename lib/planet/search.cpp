@@ -324,11 +324,10 @@ class Searcher {
             jitter_ = jitter;
             adapt_scales(which, candidate);
         }
-        for (int turn = 0; turn < kMostTurns; turn++) {
+        int turns = 0;
+        do
             examine_orbits(problem, boxes, which, stage, log_null, candidate);
-            if (!has_scales() || !adapt_scales(which, candidate))
-                break;
-        }
+        while (has_scales() && ++turns < kMostTurns && adapt_scales(which, candidate));
         if (settings_.jitter && candidate.fitted.planet.orbit.eccentricity > kSpiked)
             candidate.log10_bayes_error = HUGE_VAL; // the jitter may stand for passages that the orbit misses
         return candidate;
@@ -573,11 +572,8 @@ std::vector<bool> Result::search(const Settings &asked) {
 // Adds the reasons that all candidates of the joint fit share, and those of pairs: of two planets whose orbits cross,
 // the one with smaller odds is none.
 void Result::judge() {
-    size_t free = design->free(); // of the series itself
-    for (const Group &group : series.groups)
-        free -= group.source > 0 ? 1 : 0;
-    goodness = series_goodness(series, residuals, free, !settings.clip);
-    const Goodness kept = series_goodness(series, residuals, free, false);
+    goodness = series_goodness(series, residuals, *design, !settings.clip);
+    const Goodness kept = series_goodness(series, residuals, *design, false);
     const Goodness with_jitter = goodness_with_jitter(series, *design);
     chi_square_with_jitter = with_jitter.chi_square;
     const bool has_noise_of_frames = settings.jitter && !settings.units.velocity;

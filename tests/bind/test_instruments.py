@@ -142,6 +142,13 @@ class Velocities(unittest.TestCase):
                     self.assertAlmostEqual(found[1], truth if name != "node" else 160, delta=2 * (found[2] - found[0]))
             self.assertTrue(math.isnan((planet.mass_b, planet.mass_a)[star][1]))
 
+    def test_chi_square_is_that_of_the_separations(self):
+        separations, a, b = self.mission(0, 5)
+        found = toliman.planets(separations, velocities=a, velocities_b=b, samples=200, jitter=False, **ARCSEC)
+        freedom = numpy.sum((found.residuals()[:150] / 0.3e-6)**2) / found.info.chi_square
+        self.assertTrue(150 - 8 < freedom < 150 - 5)  # mean, 4 amplitudes, 3 of the orbit, shared with the velocities
+        self.assertAlmostEqual(found.instruments[0].chi_square, found.info.chi_square, places=9)
+
     def test_no_velocity_tells_no_star(self):
         separations, a, b = self.mission(0, 3, speed=1000)
         planet, = toliman.planets(separations, velocities=a, velocities_b=b, samples=200, **ARCSEC).planets

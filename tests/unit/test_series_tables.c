@@ -162,8 +162,8 @@ static const table kTables[] = {
     /* several instruments */
     {"t,y,sigma,tel\n2459000,-7.5,1,1\n2459009.75,2.25,0.5,2\n2459025.25,4,2,1\n", .first = 2459000,
      .warning =
-         "s.csv: column tel seems to name several instruments, which is not given as `instrument`: the series is read "
-         "as of one"},
+         "s.csv: column tel seems to name several instruments: without the option instrument, the series is read as "
+         "that of one"},
 };
 
 /* Warnings, one per line. */

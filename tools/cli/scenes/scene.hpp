@@ -21,8 +21,8 @@ template <class Options> Options with_warnings(Progress &progress) {
 // the log of `options`. Throws Failure if neither exists.
 std::string scene_path(const std::string &name, const toliman_sim_options &options);
 
-// Whether a plan models the stage of that name.
 std::vector<toliman_sim_stage> stages_of(const toliman_sim_plan_info &plan);
+// Whether a plan models the stage of that name.
 bool has_stage(const toliman_sim_plan_info &plan, const std::string &name);
 
 struct Scene {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base/constants.hpp"
 #include "common/failure.hpp"
 #include "common/library.hpp"
 #include "common/text.hpp"
@@ -12,11 +13,10 @@ namespace cli {
 namespace {
 
 void add_sinusoid(const Series &series, double frequency, toliman_measure *measure) {
-    constexpr double kTurn = 6.283185307179586;
     std::vector<double> cosine, sine;
     for (const double t : series.t) {
-        cosine.push_back(std::cos(kTurn * frequency * (t - series.t.front())));
-        sine.push_back(std::sin(kTurn * frequency * (t - series.t.front())));
+        cosine.push_back(std::cos(2 * toliman::kPi * frequency * (t - series.t.front())));
+        sine.push_back(std::sin(2 * toliman::kPi * frequency * (t - series.t.front())));
     }
     toliman::check(toliman_measure_add_column(measure, "cosine of the peak", cosine.data(), cosine.size(), 0));
     toliman::check(toliman_measure_add_column(measure, "sine of the peak", sine.data(), sine.size(), 0));

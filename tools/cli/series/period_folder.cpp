@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base/constants.hpp"
 #include "common/content.hpp"
 #include "common/provenance.hpp"
 #include "common/text.hpp"
@@ -11,7 +12,6 @@ namespace cli {
 
 namespace {
 
-constexpr double kTwoPi = 6.283185307179586476925286766559;
 constexpr char kResult[] = "result.json", kSeries[] = "series.csv", kPower[] = "periodogram.csv",
                kResidualPower[] = "residual_periodogram.csv";
 
@@ -67,8 +67,9 @@ void PeriodFolder::write_power(const std::string &name, const toliman::periodogr
 Series without(const Sinusoid &sinusoid, const Series &series) {
     Series rest = series;
     for (size_t i = 0; i < rest.t.size(); i++)
-        rest.y[i] -= sinusoid.amplitude *
-                     std::sin(kTwoPi * sinusoid.frequency * (rest.t[i] - sinusoid.time_offset) + sinusoid.phase);
+        rest.y[i] -=
+            sinusoid.amplitude *
+            std::sin(2 * toliman::kPi * sinusoid.frequency * (rest.t[i] - sinusoid.time_offset) + sinusoid.phase);
     return rest;
 }
 

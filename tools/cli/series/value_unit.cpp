@@ -22,6 +22,11 @@ const std::map<std::string, ValueUnit> &known_units() {
     return units;
 }
 
+// Whether the file states a unit that has a factor.
+bool states_unit(const Series &series) {
+    return !series.unit_name.empty() && known_units().count(series.unit_name) > 0;
+}
+
 } // namespace
 
 ValueUnit unit_of(const std::string &name, const std::optional<double> &plate_scale) {
@@ -36,7 +41,7 @@ ValueUnit unit_of(const std::string &name, const std::optional<double> &plate_sc
 }
 
 ValueUnit unit_of(const std::string &option, const Series &series, const std::optional<double> &plate_scale) {
-    const bool stated = known_units().count(series.unit_name) > 0 && !series.unit_name.empty();
+    const bool stated = states_unit(series);
     if (stated && !option.empty() && option != series.unit_name)
         throw Failure(kExitUsage, "--unit " + option + ": " + series.name + " states that y is in " + series.unit_name);
     const bool needs_scale = series.unit_name == "px" && !plate_scale;
@@ -44,7 +49,7 @@ ValueUnit unit_of(const std::string &option, const Series &series, const std::op
 }
 
 ValueUnit unit_of_separations(const Series &series, const ReductionOptions &options) {
-    const bool stated = known_units().count(series.unit_name) > 0 && !series.unit_name.empty();
+    const bool stated = states_unit(series);
     if (!stated || (series.unit_name == "px" && options.plate_scale))
         return unit_of(options.plate_scale ? "px" : "arcsec", options.plate_scale);
     if (known_units().at(series.unit_name).is_velocity)
