@@ -180,6 +180,28 @@ Text read_table(std::string_view bytes, ingest::SeriesOptions options) {
     return reader.end();
 }
 
+// Refuses what begins like a file of another format, of which a message of its first line would not speak.
+void check_format(std::string_view bytes, const std::string &name) {
+    static constexpr std::pair<std::string_view, const char *> kOthers[] = {
+        {"<", "XML or HTML"},
+        {"\\begin", "LaTeX"},
+        {"\\documentclass", "LaTeX"},
+        {"\xff\xfe", "UTF-16"},
+        {"\xfe\xff", "UTF-16"},
+        {"\x1f\x8b", "a gzip file"},
+        {"PK\x03\x04", "a zip file or workbook"},
+        {"SIMPLE  =", "a FITS file"},
+        {"\x89HDF", "an HDF5 file"},
+        {"%PDF", "a PDF file"},
+    };
+    const size_t begin = std::min(bytes.find_first_not_of(kBlanks), bytes.size());
+    for (const auto &[magic, format] : kOthers)
+        if (bytes.substr(begin, magic.size()) == magic)
+            fail(Status::format, "{%s}: is %s: must be a table in text, such as CSV or ECSV", name.c_str(), format);
+    if (bytes.find('\r') != bytes.npos && bytes.find('\n') == bytes.npos)
+        fail(Status::format, "{%s}: has lines that end with CR: must end with LF", name.c_str());
+}
+
 } // namespace
 
 Text read_text(std::string_view bytes, const ingest::SeriesOptions &options) {
@@ -188,6 +210,7 @@ Text read_text(std::string_view bytes, const ingest::SeriesOptions &options) {
     const size_t begin = bytes.find_first_not_of(kBlanks, first), next = bytes.find_first_not_of(kBlanks, begin + 1);
     const bool is_array =
         begin != bytes.npos && bytes[begin] == '[' && next != bytes.npos && (bytes[next] == '{' || bytes[next] == ']');
+    check_format(bytes, options.name.empty() ? "series" : options.name);
     Text text = bytes.substr(0, sizeof kNpy - 1) == kNpy ? read_table(bytes, options)
                 : is_array                               ? read_array(bytes.substr(begin), options)
                                                          : read_lines(bytes, options);

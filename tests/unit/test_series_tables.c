@@ -283,6 +283,15 @@ static void others_are_refused(void **state) {
          "s.csv: is not a JSON array of objects"},
         {"[{\"t\": 1, \"y\": 2},", NULL, TOLIMAN_E_FORMAT, "s.csv: is not a JSON array of objects"},
         {"[]", NULL, TOLIMAN_E_FORMAT, "s.csv: contains no samples"},
+        /* other formats */
+        {"<?xml version=\"1.0\"?>\n<VOTABLE>", NULL, TOLIMAN_E_FORMAT,
+         "s.csv: is XML or HTML: must be a table in text"},
+        {"\n <html>\n", NULL, TOLIMAN_E_FORMAT, "s.csv: is XML or HTML"},
+        {"\\begin{tabular}{ll}\nt & y \\\\\n1 & 2 \\\\\n", NULL, TOLIMAN_E_FORMAT, "s.csv: is LaTeX"},
+        {"\xff\xfet", NULL, TOLIMAN_E_FORMAT, "s.csv: is UTF-16"},
+        {"\x1f\x8b\x08", NULL, TOLIMAN_E_FORMAT, "s.csv: is a gzip file"},
+        {"PK\x03\x04", NULL, TOLIMAN_E_FORMAT, "s.csv: is a zip file or workbook"},
+        {"t,y\r1,2\r2,3\r", NULL, TOLIMAN_E_FORMAT, "s.csv: has lines that end with CR: must end with LF"},
         /* times */
         {"date,y\n20200101,1\n", NULL, TOLIMAN_E_FORMAT,
          "s.csv:2: t = \"20200101\": must be YYYY-MM-DD in a column date"},
