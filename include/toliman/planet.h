@@ -194,9 +194,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
  *   CROSSING    the orbit crosses that of a planet with larger odds, if both orbit the same star
  *   FRAMES      frame_chi_square of the series is above 2
  *   SAMPLES     there are outliers, and TOLIMAN_PLANET_CLIP is not set
- *   EVIDENCE    log10_bayes has not converged: it is below the threshold within its error, which is infinite for an
- *               eccentricity above 0.9 with a jitter: the jitter may stand for passages through periastron that a wrong
- *               period misses */
+ *   EVIDENCE    log10_bayes has not converged: it is below the threshold within its error */
 #define TOLIMAN_PLANET_REASON_ODDS 65536u
 #define TOLIMAN_PLANET_REASON_CHI_SQUARE 131072u
 #define TOLIMAN_PLANET_REASON_JITTER 262144u

@@ -3,8 +3,10 @@
 // differs by more than 0.6, as the rms over the posterior, is halved: in a Gaussian posterior, cells are then smaller
 // than 0.6 of its conditional standard deviation. Only cells are divided whose logarithm is within 8 of the largest,
 // plus half of the differences from their neighbours: more than the logarithm may rise inside a cell around a peak.
-// So the limit is wide for strong signals at first, and follows their peak down to widths of 1e-5 cells. All other
-// cells keep their mass. Long ranges of frequency are several boxes, of which only those are divided that may contain a
+// So the limit is wide for strong signals at first, and follows their peak down to widths of 1e-5 cells. A peak may
+// leave the divided cells, as the short passages of eccentric orbits fall between first nodes: cells within 8 of the
+// largest have all neighbours, which are added, in turns, where a division has none. All other cells keep their mass.
+// Long ranges of frequency are several boxes, of which only those are divided that may contain a
 // part of the posterior: the memory is bounded, and the time is that of the first nodes. Nodes are independent of each
 // other and sums are taken in the order of the cells, so that the threads do not change a bit.
 //
@@ -16,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 
 #include "base/error.hpp"
 #include "base/workers.hpp"
@@ -40,6 +43,7 @@ constexpr double kOrder = 3;       // error of the midpoint rule after a divisio
 constexpr double kNegligible = 40; // of logarithms, below the largest: cells that are not kept
 constexpr double kMostSteps = 2e6; // of frequency: minutes of one processor
 constexpr int kMostLevels = 100;
+constexpr size_t kMostPeaks = 24, kHighCells = 4096; // peaks are searched among the highest cells
 constexpr int32_t kMostCount = 1 << 29;
 
 size_t cell_count(const Box &box) noexcept {
@@ -61,13 +65,23 @@ class Neighbours {
         : active_(active), count_(level.counts[axis]), axis_(axis), direction_(direction), next_(active.end()),
           is_circle_(axis == kAnomaly && level.is_circle) {}
 
+    // The place of the neighbour of a cell; none at an end of the axis.
+    std::optional<Place> place_of(const Cell &cell) const noexcept {
+        Place at = cell.place;
+        at[axis_] += direction_;
+        if (is_circle_)
+            at[axis_] = (at[axis_] + count_) % count_;
+        return at[axis_] >= 0 && at[axis_] < count_ ? std::optional(at) : std::nullopt;
+    }
+
     // The neighbour of a cell, which is not before that of the last call; NULL if there is none.
     const Cell *of(const Cell &cell) noexcept {
+        const std::optional<Place> place = place_of(cell);
+        if (!place)
+            return nullptr;
         Cell at = cell;
-        at.place[axis_] += direction_;
-        const bool is_around = is_circle_ && (at.place[axis_] < 0 || at.place[axis_] == count_);
-        if (is_around)
-            at.place[axis_] = (at.place[axis_] + count_) % count_;
+        at.place = *place;
+        const bool is_around = at.place[axis_] - cell.place[axis_] != direction_;
         auto found = next_;
         if (next_ == active_.end() || is_around)
             found = std::lower_bound(active_.begin(), active_.end(), at, before);
@@ -210,6 +224,36 @@ Division divide(const std::vector<Cell> &active, const Roughness &rough, size_t 
     return division;
 }
 
+bool has_no_higher_neighbour(const std::vector<Cell> &active, const Box &level, const Cell &cell) {
+    for (size_t axis = 0; axis < kAxes; axis++)
+        for (const int direction : {-1, 1}) {
+            const Cell *const next = Neighbours(active, level, axis, direction).of(cell);
+            if (next != nullptr && next->log_mass > cell.log_mass)
+                return false;
+        }
+    return true;
+}
+
+// The neighbours of the highest cells that are not among the cells, in order.
+std::vector<Cell> missing_neighbours(const std::vector<Cell> &active, const Box &level) {
+    const double least = active[highest(active)].log_mass - kCut;
+    std::vector<Cell> missing;
+    for (size_t axis = 0; axis < kAxes; axis++)
+        for (const int direction : {-1, 1}) {
+            Neighbours neighbours(active, level, axis, direction);
+            for (const Cell &cell : active)
+                if (cell.log_mass >= least && neighbours.of(cell) == nullptr)
+                    if (const std::optional<Place> place = neighbours.place_of(cell)) {
+                        missing.push_back(cell);
+                        missing.back().place = *place;
+                    }
+        }
+    std::sort(missing.begin(), missing.end(), before);
+    const auto is_same = [](const Cell &a, const Cell &b) { return a.place == b.place; };
+    missing.erase(std::unique(missing.begin(), missing.end(), is_same), missing.end());
+    return missing;
+}
+
 // The larger change of ln of the evidence if only every second cell is used, in frequency or in anomaly.
 double difference_of_halves(const std::vector<Cell> &cells) noexcept {
     const double largest = cells[highest(cells)].log_mass;
@@ -335,8 +379,11 @@ void Lattice::refine(Active active, const Run &run, double from, double to, size
     for (int turn = 0;; turn++) {
         const double next = (to + done) / 2, before = sum;
         evaluate(active, run, done, next);
+        grow(active, run, next);
         done = next;
         sum = cells_.empty() ? log_sum(active) : log_add(log_sum(cells_), log_sum(active));
+        if (turn == 0)
+            keep_peaks(active);
         const Box &level = levels_.back();
         const Roughness rough = roughness(active, level, run.threads);
         const std::array<bool, kAxes> split = axes_to_split(rough, level);
@@ -359,6 +406,25 @@ void Lattice::refine(Active active, const Run &run, double from, double to, size
     }
 }
 
+void Lattice::keep_peaks(const Active &active) {
+    Active high = active;
+    const auto is_higher = [](const Cell &a, const Cell &b) { return a.log_mass > b.log_mass; };
+    const auto end = high.begin() + static_cast<std::ptrdiff_t>(std::min(kHighCells, high.size()));
+    std::partial_sort(high.begin(), end, high.end(), is_higher);
+    for (auto cell = high.begin(); cell != end; ++cell)
+        if (has_no_higher_neighbour(active, levels_.back(), *cell))
+            peaks_.push_back(*cell);
+    std::sort(peaks_.begin(), peaks_.end(), is_higher);
+    peaks_.resize(std::min(kMostPeaks, peaks_.size()));
+}
+
+std::vector<Orbit> Lattice::peaks() const {
+    std::vector<Orbit> orbits;
+    for (const Cell &cell : peaks_)
+        orbits.push_back(orbit(cell, {0.5, 0.5, 0.5}));
+    return orbits;
+}
+
 // Adds cells to the rest that no sample is drawn from.
 void Lattice::drop_negligible() {
     const double least = cells_[highest(cells_)].log_mass - kNegligible;
@@ -367,6 +433,17 @@ void Lattice::drop_negligible() {
         if (is_negligible(cell))
             log_rest_ = log_add(log_rest_, cell.log_mass);
     cells_.erase(std::remove_if(cells_.begin(), cells_.end(), is_negligible), cells_.end());
+}
+
+void Lattice::grow(Active &active, const Run &run, double at) {
+    while (active.size() < kMostRefined) {
+        Active next = missing_neighbours(active, levels_.back());
+        if (next.empty())
+            break;
+        evaluate(next, run, at, at);
+        const auto middle = active.insert(active.end(), next.begin(), next.end());
+        std::inplace_merge(active.begin(), middle, active.end(), before);
+    }
 }
 
 void Lattice::evaluate(Active &active, const Run &run, double from, double to) {

@@ -52,6 +52,8 @@ class Lattice {
     // The functions with the most probable jitter without a planet.
     const Design &null_design() const { return jitters_.design(jitters_.null().best); }
     const Cell &best() const noexcept { return cells_[best_]; }
+    // The highest nodes of the first cells that have no higher neighbour.
+    std::vector<Orbit> peaks() const;
 
   private:
     using Active = std::vector<Cell>;
@@ -64,12 +66,15 @@ class Lattice {
     // Divides the cells of a box; `from` and `to`: the progress.
     void refine(Active active, const Run &run, double from, double to, size_t &left);
     void evaluate(Active &active, const Run &run, double from, double to);
+    // Adds the cells that a peak reaches beyond those that were divided.
+    void grow(Active &active, const Run &run, double at);
+    void keep_peaks(const Active &active);
     void drop_negligible();
     Active children(const Active &active, const std::array<bool, kAxes> &split);
 
     const Problem &problem_;
     std::vector<Box> levels_; // each division of a box is another one
-    std::vector<Cell> cells_;
+    std::vector<Cell> cells_, peaks_;
     double log_rest_, log_left_over_; // of boxes that were not divided; of cells that were too many to be divided
     JitterGrid jitters_;
     double log_evidence_ = 0, log_error_ = 0;

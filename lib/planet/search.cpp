@@ -25,7 +25,6 @@ constexpr double kLeastGain = 0.1;                         // of the sum of squa
 constexpr double kMostSpread = 1.2;                        // of the residuals, if measurements are readmitted
 constexpr double kLeastLeft = 0.01;                        // of the sum of squares, by a strong planet
 constexpr double kEccentric = 0.5, kMargin = 10;           // of the sum of squares, by an orbit of a longer period
-constexpr double kSpiked = 0.9;     // eccentricity of orbits whose passages the first cells may miss
 constexpr double kMostWidths = 5;   // from the median frequency of the posterior to that of the joint fit
 constexpr double kMostChange = 0.2; // of the logarithm of a scale of the jitter
 constexpr int kMostTimes = 8;
@@ -226,38 +225,40 @@ class Searcher {
         return residuals_of(series, functions.all(), values, Design(series, functions.all(), values, jitter_));
     }
 
-    // The square that a joint fit with this planet leaves.
-    double fit_with(const Planet &planet, size_t which, FittedPlanet &fitted) const {
+    // The square that a joint fit leaves which begins at this orbit.
+    double fit_with(const Orbit &orbit, size_t which, FittedPlanet &fitted) const {
         std::vector<FittedPlanet> together = others_of(which);
-        together.push_back({planet, fitted.scale});
+        together.push_back({{orbit, fitted.planet.amplitudes}, fitted.scale});
         const double square = fit_all(together);
         fitted = together.back();
         return square;
     }
 
     // The orbit of a joint fit that the lattice has missed, as it is in the prior and outside the posterior. The fit
-    // begins at the best node; of an eccentric orbit also at two to eight times its period: an orbit with a short
-    // passage through periastron, which the first cells do not resolve, fits a few of its passages at a part of its
-    // period.
-    std::optional<FittedPlanet> missed_orbit(size_t which, const Candidate &candidate) const {
-        const Planet &best = candidate.fitted.planet;
+    // begins at the best node, at the peaks of the first nodes, and, of an eccentric orbit, at two to eight times its
+    // period: an orbit with a short passage through periastron, which the first cells do not resolve, fits a few of its
+    // passages at a part of its period, or with a jitter that excuses the others.
+    std::optional<FittedPlanet> missed_orbit(size_t which, const Lattice &lattice, const Candidate &candidate) const {
+        const Orbit &best = candidate.fitted.planet.orbit;
         FittedPlanet fitted = candidate.fitted;
         double least = fit_with(best, which, fitted) - kMargin;
+        const auto is_better = [&](const Orbit &start) {
+            FittedPlanet there = candidate.fitted;
+            const double square = is_in_prior(start) ? fit_with(start, which, there) : HUGE_VAL;
+            if (!(square < least))
+                return false;
+            least = square;
+            fitted = there;
+            return true;
+        };
+        for (const Orbit &peak : lattice.peaks())
+            is_better(peak);
         bool is_longer = false;
-        for (int times = 2; best.orbit.eccentricity > kEccentric && times <= kMostTimes; times++)
-            for (int passage = 0; passage < times; passage++) {
-                Planet longer = best; // with passages as long
-                longer.orbit = {best.orbit.frequency / times,
-                                1 - (1 - best.orbit.eccentricity) / std::pow(times, 2.0 / 3),
-                                (best.orbit.anomaly + passage) / times, best.orbit.star};
-                FittedPlanet there = candidate.fitted;
-                const double square = is_in_prior(longer.orbit) ? fit_with(longer, which, there) : HUGE_VAL;
-                if (square < least) {
-                    least = square;
-                    fitted = there;
-                    is_longer = true;
-                }
-            }
+        for (int times = 2; best.eccentricity > kEccentric && times <= kMostTimes; times++)
+            for (int passage = 0; passage < times; passage++) // as long
+                is_longer = is_better({best.frequency / times, 1 - (1 - best.eccentricity) / std::pow(times, 2.0 / 3),
+                                       (best.anomaly + passage) / times, best.star}) ||
+                            is_longer;
         const bool is_missed = is_longer || is_outside(candidate.samples, fitted.planet.orbit);
         return is_missed && is_in_prior(fitted.planet.orbit) ? std::optional(fitted) : std::nullopt;
     }
@@ -328,8 +329,6 @@ class Searcher {
         do
             examine_orbits(problem, boxes, which, stage, log_null, candidate);
         while (has_scales() && ++turns < kMostTurns && adapt_scales(which, candidate));
-        if (settings_.jitter && candidate.fitted.planet.orbit.eccentricity > kSpiked)
-            candidate.log10_bayes_error = HUGE_VAL; // the jitter may stand for passages that the orbit misses
         return candidate;
     }
 
@@ -380,7 +379,7 @@ class Searcher {
                         double log_null, Candidate &candidate) {
         const Lattice lattice(problem, boxes, settings_.threads, settings_.progress, stage.c_str());
         set_posterior(problem, lattice, log_null, candidate);
-        if (const std::optional<FittedPlanet> missed = missed_orbit(which, candidate))
+        if (const std::optional<FittedPlanet> missed = missed_orbit(which, lattice, candidate))
             examine_near(problem, which, stage, *missed, lattice.log_evidence(), log_null, candidate);
     }
 
