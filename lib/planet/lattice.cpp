@@ -379,7 +379,7 @@ void Lattice::refine(Active active, const Run &run, double from, double to, size
     for (int turn = 0;; turn++) {
         const double next = (to + done) / 2, before = sum;
         evaluate(active, run, done, next);
-        grow(active, run, next);
+        grow(active, run, next, left);
         done = next;
         sum = cells_.empty() ? log_sum(active) : log_add(log_sum(cells_), log_sum(active));
         if (turn == 0)
@@ -435,12 +435,13 @@ void Lattice::drop_negligible() {
     cells_.erase(std::remove_if(cells_.begin(), cells_.end(), is_negligible), cells_.end());
 }
 
-void Lattice::grow(Active &active, const Run &run, double at) {
-    while (active.size() < kMostRefined) {
+void Lattice::grow(Active &active, const Run &run, double at, size_t &left) {
+    for (;;) {
         Active next = missing_neighbours(active, levels_.back());
-        if (next.empty())
+        if (next.empty() || next.size() > left)
             break;
         evaluate(next, run, at, at);
+        left -= next.size();
         const auto middle = active.insert(active.end(), next.begin(), next.end());
         std::inplace_merge(active.begin(), middle, active.end(), before);
     }

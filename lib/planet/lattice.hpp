@@ -67,7 +67,7 @@ class Lattice {
     void refine(Active active, const Run &run, double from, double to, size_t &left);
     void evaluate(Active &active, const Run &run, double from, double to);
     // Adds the cells that a peak reaches beyond those that were divided.
-    void grow(Active &active, const Run &run, double at);
+    void grow(Active &active, const Run &run, double at, size_t &left);
     void keep_peaks(const Active &active);
     void drop_negligible();
     Active children(const Active &active, const std::array<bool, kAxes> &split);

@@ -286,7 +286,8 @@ class Searcher {
         if (settings_.scales_of_rms) {
             const double rms = rms_of(series_, Design(series_, functions.all(), values, unit_jitter(series_)));
             if (rms > 0)
-                prior.scales = scales_between(least_scale(series_, rms), kMostOfRms * rms);
+                prior.scales = scales_between(least_scale(series_, std::min(rms, quiet_rms(functions.all(), values))),
+                                              kMostOfRms * rms);
         }
         if (has_scales())
             series_.set_jitter_scales(jitter_scales_of(series_, functions.all(), values, settings_.rms));
@@ -306,9 +307,19 @@ class Searcher {
         return std::move(likelier);
     }
 
+    // Weighted rms with the jitter of each instrument: the quiet ones determine an amplitude.
+    double quiet_rms(const std::vector<const Function *> &functions, const Buffer<double> &values) const {
+        if (!has_scales())
+            return HUGE_VAL;
+        Series own = series_;
+        own.set_jitter_scales(jitters_of(own, functions, values));
+        return rms_of(own, Design(own, functions, values, 1));
+    }
+
     bool has_scales() const noexcept { return settings_.jitter && series_.groups.size() > 1; }
 
-    // The jitters of instruments depend on whether there is a planet: each of the two models has its own.
+    // The scales of the jitters of instruments are those without a planet, and where they lead to larger odds, those
+    // with one.
     Candidate examine_star(const Problem &problem, size_t which, const std::string &stage) {
         const std::vector<Box> boxes = whole_boxes(problem);
         Candidate candidate = {};
@@ -320,15 +331,18 @@ class Searcher {
             jitter = without.jitter(without.null().best);
             candidate.log10_fap = Detection(problem, design, settings_.fap).log10_fap();
         }
-        if (has_scales()) {
-            candidate.fitted = scout(problem, boxes, jitter, stage);
-            jitter_ = jitter;
-            adapt_scales(which, candidate);
-        }
-        int turns = 0;
-        do
-            examine_orbits(problem, boxes, which, stage, log_null, candidate);
-        while (has_scales() && ++turns < kMostTurns && adapt_scales(which, candidate));
+        Candidate with_scales = candidate;
+        examine_orbits(problem, boxes, which, stage, log_null, candidate);
+        if (!has_scales())
+            return candidate;
+        const Noise before = noise();
+        with_scales.fitted = scout(problem, boxes, jitter, stage);
+        jitter_ = jitter;
+        for (int turn = 0; turn < kMostTurns && adapt_scales(which, with_scales); turn++)
+            examine_orbits(problem, boxes, which, stage, log_null, with_scales);
+        if (!with_scales.samples.empty() && with_scales.log10_bayes >= candidate.log10_bayes)
+            return with_scales;
+        set_noise(before);
         return candidate;
     }
 
