@@ -3,17 +3,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace toliman {
 
-double robust_sigma(std::vector<double> residuals) {
-    if (residuals.empty())
+double median(std::vector<double> values) {
+    if (values.empty())
         return 0;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+double robust_sigma(std::vector<double> residuals) {
     for (double &residual : residuals)
         residual = std::fabs(residual);
-    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-    std::nth_element(residuals.begin(), middle, residuals.end());
-    return 1.4826 * *middle;
+    return 1.4826 * median(std::move(residuals));
 }
 
 } // namespace toliman

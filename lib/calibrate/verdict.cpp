@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/robust.hpp"
 #include "calibrate/prior.hpp"
 
 namespace toliman::calibrate {
@@ -82,12 +83,6 @@ struct Residuals {
         return goodness;
     }
 };
-
-double median_of(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 // Results of the frames of a window, with both uncertainties of their separation.
 void describe_frames(const Joint &joint, const Problem &problem, const Point &point, const Linearisation &normal,
@@ -172,8 +167,8 @@ void judge(const Problem &problem, const Point &point, const Linearisation &norm
     }
     for (size_t i = 0; i < rows * cols; i++)
         out.chi_map[i] /= std::max(1.0, counted[i]);
-    out.separation_sigma_px = median_of(alone);
-    out.calibration_sigma_px = median_of(added);
+    out.separation_sigma_px = median(alone);
+    out.calibration_sigma_px = median(added);
     out.structure = correlation.structure();
     out.goodness = all.judged(static_cast<double>(size), out.map_parameters);
     out.squares = all.squares;

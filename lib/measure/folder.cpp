@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/robust.hpp"
 #include "measure/reduction.hpp"
 #include "scene/system.hpp"
 #include "sky/columns.hpp"
@@ -37,14 +38,6 @@ void add_columns(const track::Tracker &tracker, const period::Basis &basis, Seri
         places.push_back(first + i);
         c++;
     }
-}
-
-double middle_of(std::vector<double> values) {
-    if (values.empty())
-        return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
 }
 
 // Position angles on the orbit do not depend on the observer: the light time within the orbit of the Earth changes them
@@ -97,7 +90,7 @@ Series values_of(const track::Tracker &tracker, const period::Grid &grid) {
     });
     if (series.t.empty())
         fail(Status::not_found, "has no accepted frame");
-    series.frame_chi_square = middle_of(std::move(chi_squares));
+    series.frame_chi_square = median(std::move(chi_squares));
     const auto date = [&](double t) {
         return mjd_of(grid.time_offset_ns) + t * (static_cast<double>(grid.unit_ns) / kNsPerDay);
     };
@@ -198,7 +191,7 @@ Series separations_of(const track::Tracker &tracker) {
     });
     if (series.t.empty())
         fail(Status::not_found, "has no accepted or unreduced frame whose time on target is known");
-    series.frame_chi_square = middle_of(std::move(chi_squares));
+    series.frame_chi_square = median(std::move(chi_squares));
     return series;
 }
 

@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "base/error.hpp"
+#include "base/robust.hpp"
 #include "sky/columns.hpp"
 
 namespace toliman::measure {
@@ -27,15 +28,14 @@ void check_unit(std::vector<double> ratios) {
     constexpr double kMost = 2; // an orbit wrong by more is not that of the stars
     constexpr Unit kUnits[] = {
         {1e6, "uas"}, {1e3, "mas"}, {1 / 60.0, "arcmin"}, {1 / 3600.0, "deg"}, {1 / 206264.806, "rad"}};
-    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-    std::nth_element(ratios.begin(), middle, ratios.end());
-    if (*middle >= 1 / kMost && *middle <= kMost)
+    const double middle = median(std::move(ratios));
+    if (middle >= 1 / kMost && middle <= kMost)
         return;
     const auto found = std::find_if(std::begin(kUnits), std::end(kUnits), [&](const Unit &unit) {
-        return *middle > unit.factor / kMost && *middle < unit.factor * kMost;
+        return middle > unit.factor / kMost && middle < unit.factor * kMost;
     });
     fail(Status::argument, "{y}: median %.4g times the predicted separations: must be in arcsec; are they in %s?",
-         *middle, found != std::end(kUnits) ? found->name : "px, or those of another system");
+         middle, found != std::end(kUnits) ? found->name : "px, or those of another system");
 }
 
 void check_measured(const Series &measured) {

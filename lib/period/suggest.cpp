@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/robust.hpp"
 #include "period/sampling.hpp"
 
 namespace toliman::period {
@@ -58,10 +59,7 @@ void set_frequencies(Grid &grid, const Cadence &cadence, size_t samples) {
 void set_values(Grid &grid, const double *y, size_t count, bool more_to_come) {
     const auto [least, greatest] = std::minmax_element(y, y + count);
     const double spread = *greatest - *least;
-    std::vector<double> values(y, y + count);
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(count / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    grid.value_offset = *middle;
+    grid.value_offset = median({y, y + count});
     const double bound = std::exp2(std::ceil(std::log2(spread > 0 ? spread : 1.0))) * (more_to_come ? kValueMargin : 1);
     grid.value_bound = std::clamp(bound, kMinBound, kMaxBound);
 }

@@ -17,6 +17,7 @@
 #include <limits>
 
 #include "base/constants.hpp"
+#include "base/robust.hpp"
 #include "sky/residuals.hpp"
 #include "sky/time.hpp"
 
@@ -283,9 +284,7 @@ std::vector<Measurement> without_extremes(const std::vector<Measurement> &measur
     std::vector<double> sigmas;
     for (const Measurement &one : measurements)
         sigmas.push_back(one.sigma_arcsec);
-    const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
-    std::nth_element(sigmas.begin(), middle, sigmas.end());
-    const double least = kLeastSigma * *middle;
+    const double least = kLeastSigma * median(sigmas);
     if (std::none_of(sigmas.begin(), sigmas.end(), [least](double sigma) { return sigma < least; }))
         return {};
     std::vector<Measurement> raised = measurements;
