@@ -45,8 +45,7 @@ constexpr Choice<Method> kMethods = {TOLIMAN_COMPONENTS_PCA, TOLIMAN_COMPONENTS_
 
 toliman_components_train_options known_options(const toliman_components_train_options *given) {
     auto options = accept(given, "options");
-    if (options.reserved != 0)
-        fail(Status::argument, "{options->reserved} = %u: must be 0", options.reserved);
+    check_reserved(options.reserved);
     options.method = kMethods.to_constant(kMethods.to_enum_or(options.method, Method::pca, "options->method"));
     if (options.components > kMostComponents)
         fail(Status::argument, "{options->components} = %u: must be in [1, %u], 0 for 1", options.components,
@@ -79,9 +78,8 @@ extern "C" {
 
 toliman_status toliman_components_create(const toliman_sim *sim, const toliman_components_options *options,
                                          toliman_components **out) noexcept {
-    return guard([&] {
-        const Use use(sim, "sim");
-        const auto &simulator = use->simulator;
+    return call(sim, "sim", [&](auto &self) {
+        const auto &simulator = self.simulator;
         toliman_components *&made = required(out, "out");
         const auto known = accept(options, "options");
         const linear::Preparation preparation = preparation_of(known, simulator.scene().cadence.frames);
@@ -96,13 +94,12 @@ void toliman_components_destroy(toliman_components *components) noexcept {
 }
 
 toliman_status toliman_components_push(toliman_components *handle, const toliman_image *image, size_t count) noexcept {
-    return guard([&] {
-        const Use components(handle, "components");
-        linear::Residuals &residuals = components->residuals;
+    return call(handle, "components", [&](auto &self) {
+        linear::Residuals &residuals = self.residuals;
         if (count == 0)
             return;
         residuals.push_many(frames_of(image, count, residuals.rows(), residuals.cols()), count);
-        discard_training(*components);
+        discard_training(self);
     });
 }
 
@@ -116,9 +113,8 @@ toliman_status toliman_components_reset(toliman_components *handle) noexcept {
 
 toliman_status toliman_components_train(toliman_components *handle, const toliman_components_train_options *options,
                                         toliman_components_training *report) noexcept {
-    return guard([&] {
-        const Use components(handle, "components");
-        const linear::Residuals &residuals = components->residuals;
+    return call(handle, "components", [&](auto &self) {
+        const linear::Residuals &residuals = self.residuals;
         const toliman_components_train_options known = known_options(options);
         if (report != nullptr)
             check_struct_size("report", *report);
@@ -127,14 +123,14 @@ toliman_status toliman_components_train(toliman_components *handle, const tolima
                  known.components + 1, residuals.frames());
 
         const Progress progress{known.progress, known.progress_data};
-        if (components->gram.empty())
-            components->gram = residuals.gram(worker_count(known.threads),
-                                              [&](double fraction) { progress.report("products", fraction); });
-        components->trained = known.method == TOLIMAN_COMPONENTS_PCA
-                                  ? linear::principal_components(residuals.frames(), components->gram, known.components)
-                                  : linear::sparse_dictionary(residuals.frames(), components->gram, residuals.pixels(),
-                                                              dictionary_of(known, progress));
-        const linear::Components &trained = components->trained;
+        if (self.gram.empty())
+            self.gram = residuals.gram(worker_count(known.threads),
+                                       [&](double fraction) { progress.report("products", fraction); });
+        self.trained = known.method == TOLIMAN_COMPONENTS_PCA
+                           ? linear::principal_components(residuals.frames(), self.gram, known.components)
+                           : linear::sparse_dictionary(residuals.frames(), self.gram, residuals.pixels(),
+                                                       dictionary_of(known, progress));
+        const linear::Components &trained = self.trained;
         if (report != nullptr)
             deliver(toliman_components_training{sizeof *report, static_cast<uint32_t>(trained.iterations),
                                                 trained.converged ? 1 : 0, 0, trained.objective},
@@ -144,9 +140,8 @@ toliman_status toliman_components_train(toliman_components *handle, const tolima
 
 toliman_status toliman_components_get_series(const toliman_components *handle, int64_t component, double *values,
                                              double *share) noexcept {
-    return guard([&] {
-        const Use components(handle, "components");
-        const linear::Components &trained = components->trained;
+    return call(handle, "components", [&](auto &self) {
+        const linear::Components &trained = self.trained;
         if (trained.frames == 0)
             fail(Status::state, "components: not trained, or not since the last push");
         const size_t at = required_index(component, trained.share.size(), "component");
@@ -158,9 +153,8 @@ toliman_status toliman_components_get_series(const toliman_components *handle, i
 }
 
 toliman_status toliman_components_get_info(const toliman_components *handle, toliman_components_info *out) noexcept {
-    return guard([&] {
-        const Use components(handle, "components");
-        const linear::Residuals &residuals = components->residuals;
+    return call(handle, "components", [&](auto &self) {
+        const linear::Residuals &residuals = self.residuals;
         toliman_components_info info = {};
         info.raw = residuals.preparation().raw ? 1 : 0;
         info.bin = static_cast<uint32_t>(residuals.preparation().bin);
@@ -168,7 +162,7 @@ toliman_status toliman_components_get_info(const toliman_components *handle, tol
         info.capacity = static_cast<int64_t>(residuals.preparation().capacity);
         info.frames = static_cast<int64_t>(residuals.frames());
         info.pixels = static_cast<int64_t>(residuals.pixels());
-        info.components = static_cast<int64_t>(components->trained.share.size());
+        info.components = static_cast<int64_t>(self.trained.share.size());
         info.crb_px = residuals.crb_px();
         info.threshold_px = residuals.threshold_px();
         deliver(info, out, "out");

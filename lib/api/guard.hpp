@@ -62,6 +62,22 @@ inline size_t required_index(int64_t index, size_t count, const char *name) {
     return static_cast<size_t>(index);
 }
 
+// Status::argument unless an array has the length that it must have; what: "the number of samples".
+inline void check_count(const char *name, size_t given, size_t wanted, const char *what) {
+    if (given != wanted)
+        fail(Status::argument, "{%s} = %zu: must be %zu, %s", name, given, wanted, what);
+}
+
+// Status::argument for flags other than the known ones, and for a reserved member that is not 0.
+inline void check_flags(const char *name, uint32_t flags, uint32_t known) {
+    if ((flags & ~known) != 0)
+        fail(Status::argument, "{%s} = 0x%x: unknown bits", name, flags);
+}
+inline void check_reserved(uint32_t reserved) {
+    if (reserved != 0)
+        fail(Status::argument, "{options->reserved} = %u: must be 0", reserved);
+}
+
 // Runs work on the contents of a file and prefixes the messages of its errors with the path.
 template <class Work> void in_file(const char *path, Work work) {
     try {

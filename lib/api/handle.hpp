@@ -65,6 +65,14 @@ template <class T> class Use {
     T &handle_;
 };
 
+// Runs body(object) in guard(), as one call on the object.
+template <class T, class Body> toliman_status call(T *handle, const char *name, Body &&body) noexcept {
+    return guard([&] {
+        const Use use(handle, name);
+        body(*use);
+    });
+}
+
 // For functions that return a value in place of a status: body(object), or `otherwise` for NULL and, with the thread's
 // last message set, for a call that Use refuses.
 template <class T, class Value, class Body>

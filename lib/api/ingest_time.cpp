@@ -7,7 +7,6 @@
 
 #include "api/guard.hpp"
 #include "api/output.hpp"
-#include "api/text_out.hpp"
 #include "api/times.hpp"
 #include "ingest/clock_table.hpp"
 #include "ingest/header_time.hpp"

@@ -8,7 +8,6 @@
 #include "api/guard.hpp"
 #include "api/output.hpp"
 #include "api/planet_series.hpp"
-#include "api/text_out.hpp"
 #include "planet/instruments.hpp"
 
 using namespace toliman;

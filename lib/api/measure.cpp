@@ -8,9 +8,9 @@
 
 #include "api/guard.hpp"
 #include "api/measure_handle.hpp"
+#include "api/output.hpp"
 #include "api/series_options.hpp"
 #include "api/sky_measurements.hpp"
-#include "api/text_out.hpp"
 #include "api/times.hpp"
 #include "backend/file.hpp"
 #include "base/progress.hpp"

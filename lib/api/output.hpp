@@ -2,8 +2,10 @@
 // *count becomes the number of results. If capacity is smaller, the call fails with Status::capacity and writes nothing
 // else; so does the question for the number, with array NULL and capacity 0, unless there are no results.
 #pragma once
+#include <algorithm>
 #include <cstring>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "api/guard.hpp"
@@ -52,6 +54,28 @@ template <class T> class StructOutput {
     Output<T> output_;
     std::optional<StructArray<T>> structs_;
 };
+
+// Copies text to a member of a caller's struct: truncated to fit, at the end of a character of UTF-8, and terminated by
+// a zero byte.
+template <size_t capacity> void put_text(const std::string &text, char (&out)[capacity]) noexcept {
+    size_t length = text.size() < capacity ? text.size() : capacity - 1;
+    while (length < text.size() && length > 0 && (static_cast<unsigned char>(text[length]) & 0xC0) == 0x80)
+        length--;
+    text.copy(out, length);
+    out[length] = '\0';
+}
+
+// Copies values to an array that may be NULL.
+template <class Values, class T> void copy_to(T *array, const Values &values) {
+    if (array != nullptr)
+        std::copy(values.begin(), values.end(), array);
+}
+
+// Copies values [rows][cols] to an image.
+inline void copy_rows(const double *values, size_t rows, size_t cols, double *image, size_t stride) {
+    for (size_t row = 0; row < rows; row++)
+        std::copy_n(values + row * cols, cols, image + row * stride);
+}
 
 // The same rule for the content of a file, (..., bytes, capacity, needed): the check, and the copy with the check.
 inline void check_bytes(size_t size, const void *bytes, size_t capacity, size_t *needed) {

@@ -17,10 +17,8 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
                                     double *power) noexcept {
     return guard([&] {
         const auto known = accept(options, "options");
-        if ((known.flags & ~(TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_DIRECT)) != 0)
-            fail(Status::argument, "{options->flags} = 0x%x: unknown bits", known.flags);
-        if (known.reserved != 0)
-            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
+        check_flags("options->flags", known.flags, TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_DIRECT);
+        check_reserved(known.reserved);
         required_array(t, n, sizeof *t, "t");
         required_array(y, n, sizeof *y, "y");
         required(power, "power");

@@ -33,9 +33,8 @@ extern "C" {
 
 toliman_status toliman_period_query_fap(const toliman_period *period, int32_t method, double log10_residual,
                                         double *result) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         required(result, "log10_fap");
         const period::Fap fap = fap_method(method);
         if (!(log10_residual <= 0 && log10_residual >= period::kMinLogResidual))
@@ -52,9 +51,8 @@ toliman_status toliman_period_query_fap(const toliman_period *period, int32_t me
 
 toliman_status toliman_period_query_threshold(const toliman_period *period, int32_t method, double log10_fap,
                                               double *log10_residual) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         required(log10_residual, "log10_residual");
         const period::Fap fap = fap_method(method);
         check_meaningful(stream);
@@ -70,9 +68,8 @@ toliman_status toliman_period_query_bootstrap(const toliman_period *period, cons
                                               const double *sigma, size_t n,
                                               const toliman_period_bootstrap_options *options, size_t count,
                                               double *log10_residuals) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         const auto known = accept(options, "options");
         const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n, known.rows};
         required_array(&required(log10_residuals, "log10_residuals"), count, sizeof *log10_residuals,

@@ -16,9 +16,8 @@ extern "C" {
 
 toliman_status toliman_period_query_coefficients(const toliman_period *period, int64_t k, size_t count,
                                                  double *coefficients, double *errors) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         const period::Basis &basis = stream.grid().basis;
         required(coefficients, "coefficients");
         if (!basis.any())

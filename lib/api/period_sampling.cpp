@@ -40,9 +40,8 @@ extern "C" {
 
 toliman_status toliman_period_query_sampling(const toliman_period *period, const double *t, size_t n,
                                              toliman_period_sampling *out) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         const period::Cadence cadence = t != nullptr ? period::cadence_of(stream, t, n) : period::cadence_of(stream);
         const period::Grid &grid = stream.grid();
         toliman_period_sampling sampling = {};
@@ -61,9 +60,8 @@ toliman_status toliman_period_query_sampling(const toliman_period *period, const
 
 toliman_status toliman_period_query_aliases(const toliman_period *period, double frequency,
                                             toliman_period_alias *aliases, size_t capacity, size_t *count) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         const StructOutput<toliman_period_alias> results(aliases, "aliases", capacity, count);
         const period::Grid &grid = stream.grid();
         if (!(frequency >= grid.f0 && frequency <= grid.last()))

@@ -15,7 +15,6 @@
 #include "api/output.hpp"
 #include "api/planet_series.hpp"
 #include "api/struct_array.hpp"
-#include "api/text_out.hpp"
 #include "base/constants.hpp"
 #include "base/workers.hpp"
 #include "planet/instruments.hpp"

@@ -6,8 +6,8 @@
 
 #include "api/guard.hpp"
 #include "api/handle.hpp"
+#include "api/output.hpp"
 #include "api/series_options.hpp"
-#include "api/text_out.hpp"
 #include "api/times.hpp"
 #include "base/progress.hpp"
 #include "base/words.hpp"
@@ -52,8 +52,7 @@ std::vector<std::string> columns_of(const char *text) {
 
 ingest::SeriesOptions toliman::api::series_options(const toliman_series_options &options) {
     const bool plain = (options.flags & TOLIMAN_SERIES_PLAIN_TIMES) != 0;
-    if ((options.flags & ~kFlags) != 0)
-        fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
+    check_flags("options->flags", options.flags, kFlags);
     if (plain && options.time_format != 0)
         fail(Status::argument, "{options->time_format} = %d: must be 0 with TOLIMAN_SERIES_PLAIN_TIMES",
              options.time_format);
@@ -88,23 +87,21 @@ void toliman_series_destroy(toliman_series *series) noexcept {
 
 toliman_status toliman_series_parse(toliman_series *series, const char *line, size_t length,
                                     toliman_series_sample *sample) noexcept {
-    return guard([&] {
-        const Use use(series, "series");
+    return call(series, "series", [&](auto &self) {
         required_array(line, length, 1, "line");
         check_struct_size("sample", required(sample, "sample"));
         toliman_series_sample result = {};
         result.instrument = -1;
-        if (const std::optional<ingest::Sample> found = use->series.parse({line, length}))
+        if (const std::optional<ingest::Sample> found = self.series.parse({line, length}))
             result = {0, 1, found->t, found->y, found->sigma, found->instrument};
         deliver(result, sample, "sample");
-        warn(*use);
+        warn(self);
     });
 }
 
 toliman_status toliman_series_get_info(const toliman_series *series, toliman_series_info *out) noexcept {
-    return guard([&] {
-        const Use use(series, "series");
-        const ingest::Series &from = use->series;
+    return call(series, "series", [&](auto &self) {
+        const ingest::Series &from = self.series;
         toliman_series_info info = {};
         if (const std::optional<ingest::TimeFormat> format = from.format()) {
             info.time_format = kFormats.to_constant(*format);

@@ -35,10 +35,6 @@ constexpr api::Choice<optics::EngineKind> kEngines = {TOLIMAN_SIM_ENGINE_MATRIX_
                                                       "TOLIMAN_SIM_ENGINE_..."};
 constexpr api::Choice<optics::Unit> kUnits = {TOLIMAN_SIM_UNIT_PHOTON, TOLIMAN_SIM_UNIT_DN, "TOLIMAN_SIM_UNIT_..."};
 
-toliman_sim_options known_options(const toliman_sim_options *options) {
-    return api::accept(options, "options");
-}
-
 optics::Settings settings_of(const toliman_sim_options &known) {
     optics::Settings settings;
     settings.workers = known.threads;
@@ -54,7 +50,7 @@ optics::Settings settings_of(const toliman_sim_options &known) {
 
 // Calls use(settings) with the caller's options while arrays are allocated by the caller's allocator.
 template <class Use> void with_options(const toliman_sim_options *options, Use use) {
-    const toliman_sim_options known = known_options(options);
+    const toliman_sim_options known = api::accept(options, "options");
     const toliman::MemoryScope scope(api::memory_of(known.allocator));
     use(settings_of(known));
 }
@@ -80,8 +76,7 @@ template <class Fill> void fill_image(const toliman_sim *sim, double *image, siz
     api::required_image(image, stride, cols, "image");
     Buffer<double> whole(simulator.pixels());
     fill(simulator, whole.data());
-    for (size_t row = 0; row < simulator.scene().detector.rows; row++)
-        std::copy_n(whole.data() + row * cols, cols, image + row * stride);
+    api::copy_rows(whole.data(), simulator.scene().detector.rows, cols, image, stride);
 }
 
 const Buffer<double> &image_of(const optics::Simulator &simulator, int32_t kind) {
@@ -239,9 +234,22 @@ optics::Outline outline_of_text(const char *json, size_t size, const char *folde
     return optics::outline_of(std::string(json, size), "scene", current ? "." : folder, settings);
 }
 
-void deliver_plan(const optics::Outline &outline, const optics::Settings &settings, toliman_sim_plan_info *out) {
-    optics::warn_before_images(outline, settings);
-    api::deliver(plan_of(outline.scene, outline.pupil, outline.plan), out, "out");
+// Outline: settings -> the outline of a scene.
+template <class Outline> void create(const toliman_sim_options *options, toliman_sim **out, Outline outline_of) {
+    api::required(out, "out");
+    with_options(options, [&](const optics::Settings &settings) {
+        *out = new toliman_sim{{}, optics::Simulator(outline_of(settings), settings), settings.workers};
+    });
+}
+
+template <class Outline>
+void make_plan(const toliman_sim_options *options, toliman_sim_plan_info *out, Outline outline_of) {
+    api::required(out, "out");
+    with_options(options, [&](const optics::Settings &settings) {
+        const optics::Outline outline = outline_of(settings);
+        optics::warn_before_images(outline, settings);
+        api::deliver(plan_of(outline.scene, outline.pupil, outline.plan), out, "out");
+    });
 }
 
 } // namespace
@@ -250,11 +258,7 @@ toliman_status toliman_sim_create_file(const char *path, const toliman_sim_optio
                                        toliman_sim **out) noexcept {
     return api::guard([&] {
         api::required(path, "path");
-        api::required(out, "out");
-        with_options(options, [&](const optics::Settings &settings) {
-            *out =
-                new toliman_sim{{}, optics::Simulator(optics::outline_of(path, settings), settings), settings.workers};
-        });
+        create(options, out, [&](const optics::Settings &settings) { return optics::outline_of(path, settings); });
     });
 }
 
@@ -262,11 +266,8 @@ toliman_status toliman_sim_create_json(const char *json, size_t size, const char
                                        const toliman_sim_options *options, toliman_sim **out) noexcept {
     return api::guard([&] {
         api::required(json, "json");
-        api::required(out, "out");
-        with_options(options, [&](const optics::Settings &settings) {
-            *out = new toliman_sim{
-                {}, optics::Simulator(outline_of_text(json, size, folder, settings), settings), settings.workers};
-        });
+        create(options, out,
+               [&](const optics::Settings &settings) { return outline_of_text(json, size, folder, settings); });
     });
 }
 
@@ -279,16 +280,15 @@ toliman_status toliman_sim_get_info(const toliman_sim *sim, toliman_sim_info *ou
 }
 
 toliman_status toliman_sim_get_bounds(const toliman_sim *sim, toliman_sim_bounds *out) noexcept {
-    return api::guard([&] {
-        const api::Use use(sim, "sim");
-        const toliman::information::Bounds &known = use->bounds.of(use->simulator);
+    return api::call(sim, "sim", [&](auto &self) {
+        const toliman::information::Bounds &known = self.bounds.of(self.simulator);
         toliman_sim_bounds bounds = {};
         bounds.crb_px = known.alone;
         bounds.crb_flux_shift_px = known.flux_shift;
         bounds.crb_marginal_px = known.marginal;
         bounds.crb_projected_px = known.projected;
-        bounds.truncation = use->simulator.truncation();
-        const optics::Images &images = use->simulator.bound_images();
+        bounds.truncation = self.simulator.truncation();
+        const optics::Images &images = self.simulator.bound_images();
         bounds.peak_to_mean =
             images.peak_photons() / images.total_photons() * static_cast<double>(images.both().size());
         bounds.gradient_energy = toliman::information::gradient_energy(images);
@@ -300,10 +300,7 @@ toliman_status toliman_sim_plan_file(const char *path, const toliman_sim_options
                                      toliman_sim_plan_info *out) noexcept {
     return api::guard([&] {
         api::required(path, "path");
-        api::required(out, "out");
-        with_options(options, [&](const optics::Settings &settings) {
-            deliver_plan(optics::outline_of(path, settings), settings, out);
-        });
+        make_plan(options, out, [&](const optics::Settings &settings) { return optics::outline_of(path, settings); });
     });
 }
 
@@ -311,17 +308,14 @@ toliman_status toliman_sim_plan_json(const char *json, size_t size, const char *
                                      const toliman_sim_options *options, toliman_sim_plan_info *out) noexcept {
     return api::guard([&] {
         api::required(json, "json");
-        api::required(out, "out");
-        with_options(options, [&](const optics::Settings &settings) {
-            deliver_plan(outline_of_text(json, size, folder, settings), settings, out);
-        });
+        make_plan(options, out,
+                  [&](const optics::Settings &settings) { return outline_of_text(json, size, folder, settings); });
     });
 }
 
 toliman_status toliman_sim_get_plan(const toliman_sim *sim, toliman_sim_plan_info *out) noexcept {
-    return api::guard([&] {
-        const api::Use use(sim, "sim");
-        const optics::Simulator &simulator = use->simulator;
+    return api::call(sim, "sim", [&](auto &self) {
+        const optics::Simulator &simulator = self.simulator;
         api::deliver(plan_of(simulator.scene(), simulator.pupil(), simulator.plan()), out, "out");
     });
 }
@@ -343,9 +337,8 @@ toliman_status toliman_sim_get_stages(const toliman_sim_plan_info *plan, toliman
 
 toliman_status toliman_sim_get_series(const toliman_sim *sim, int64_t first, size_t count, double *times_days,
                                       double *displacements_px) noexcept {
-    return api::guard([&] {
-        const api::Use use(sim, "sim");
-        const optics::Simulator &simulator = use->simulator;
+    return api::call(sim, "sim", [&](auto &self) {
+        const optics::Simulator &simulator = self.simulator;
         check_frames(first, count, simulator.scene().cadence.frames);
         for (size_t i = 0; i < count; i++) {
             const int64_t k = first + static_cast<int64_t>(i);
@@ -368,44 +361,31 @@ toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, doubl
 }
 
 toliman_status toliman_sim_get_pupil(const toliman_sim *sim, double *amplitude, double *opd_m) noexcept {
-    return api::guard([&] {
-        const api::Use use(sim, "sim");
-        const optics::Pupil &pupil = use->simulator.pupil();
-        if (amplitude != nullptr)
-            std::copy(pupil.amplitude.begin(), pupil.amplitude.end(), amplitude);
-        if (opd_m != nullptr)
-            std::copy(pupil.opd_m.begin(), pupil.opd_m.end(), opd_m);
+    return api::call(sim, "sim", [&](auto &self) {
+        const optics::Pupil &pupil = self.simulator.pupil();
+        api::copy_to(amplitude, pupil.amplitude);
+        api::copy_to(opd_m, pupil.opd_m);
     });
 }
 
 toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count, double *wavelength_m, double *weight_a,
                                         double *weight_b, double *plate_scale_error) noexcept {
-    return api::guard([&] {
-        const api::Use use(sim, "sim");
-        const optics::Light &light = use->simulator.light();
-        if (count != light.wavelength_m.size())
-            fail(Status::argument, "{count} = %zu: must be %zu, the number of wavelengths", count,
-                 light.wavelength_m.size());
-        if (wavelength_m != nullptr)
-            std::copy(light.wavelength_m.begin(), light.wavelength_m.end(), wavelength_m);
-        if (weight_a != nullptr)
-            std::copy(light.photons[0].begin(), light.photons[0].end(), weight_a);
-        if (weight_b != nullptr && light.photons[1].empty())
-            std::fill_n(weight_b, count, 0.0);
-        else if (weight_b != nullptr)
-            std::copy(light.photons[1].begin(), light.photons[1].end(), weight_b);
-        if (plate_scale_error != nullptr) {
-            const std::vector<double> &errors = use->simulator.plan().plate_scale_errors;
-            std::fill_n(plate_scale_error, count, 0.0);
-            std::copy(errors.begin(), errors.end(), plate_scale_error);
-        }
+    return api::call(sim, "sim", [&](auto &self) {
+        const optics::Light &light = self.simulator.light();
+        api::check_count("count", count, light.wavelength_m.size(), "the number of wavelengths");
+        std::vector<double> weights = light.photons[1], errors = self.simulator.plan().plate_scale_errors;
+        weights.resize(count); // zeros without star B
+        errors.resize(count);
+        api::copy_to(wavelength_m, light.wavelength_m);
+        api::copy_to(weight_a, light.photons[0]);
+        api::copy_to(weight_b, weights);
+        api::copy_to(plate_scale_error, errors);
     });
 }
 
 toliman_status toliman_sim_get_offsets(const toliman_sim *sim, toliman_sim_offsets *out) noexcept {
-    return api::guard([&] {
-        const api::Use use(sim, "sim");
-        const optics::Light &light = use->simulator.light();
+    return api::call(sim, "sim", [&](auto &self) {
+        const optics::Light &light = self.simulator.light();
         const double absent = std::numeric_limits<double>::quiet_NaN();
         toliman_sim_offsets offsets = {0, 0, light.offset_px[0][0], light.offset_px[0][1], absent, absent};
         if (!light.photons[1].empty()) {

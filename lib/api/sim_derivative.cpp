@@ -50,9 +50,8 @@ toliman_status toliman_sim_get_parameters(toliman_sim_parameter *parameters, siz
 
 toliman_status toliman_sim_get_derivative(const toliman_sim *sim, const char *name, double *image,
                                           size_t stride) noexcept {
-    return api::guard([&] {
-        const api::Use use(sim, "sim");
-        const optics::Simulator &simulator = use->simulator;
+    return api::call(sim, "sim", [&](auto &self) {
+        const optics::Simulator &simulator = self.simulator;
         api::required(name, "name");
         const toliman::Detector &detector = simulator.scene().detector;
         api::required_image(image, stride, detector.cols, "image");
@@ -60,16 +59,14 @@ toliman_status toliman_sim_get_derivative(const toliman_sim *sim, const char *na
         check_parameter(simulator.scene(), simulator.plan(), parameter);
         const Buffer<double> whole =
             simulator.detector().in_counts(image_of(simulator.images(), parameter), optics::Quantity::derivative);
-        for (size_t row = 0; row < detector.rows; row++)
-            std::copy_n(whole.data() + row * detector.cols, detector.cols, image + row * stride);
+        api::copy_rows(whole.data(), detector.rows, detector.cols, image, stride);
     });
 }
 
 toliman_status toliman_sim_get_opd_gradient(const toliman_sim *sim, const double *weights, size_t stride,
                                             double *gradient) noexcept {
-    return api::guard([&] {
-        const api::Use use(sim, "sim");
-        const optics::Simulator &simulator = use->simulator;
+    return api::call(sim, "sim", [&](auto &self) {
+        const optics::Simulator &simulator = self.simulator;
         const toliman::Detector &detector = simulator.scene().detector;
         api::required_image(weights, stride, detector.cols, "weights");
         api::required(gradient, "gradient");

@@ -6,10 +6,10 @@
 #include "api/choice.hpp"
 #include "api/goodness.hpp"
 #include "api/measure_handle.hpp"
+#include "api/output.hpp"
 #include "api/sky_handle.hpp"
 #include "api/sky_measurements.hpp"
 #include "api/struct_array.hpp"
-#include "api/text_out.hpp"
 #include "measure/reduction.hpp"
 #include "sky/diagnosis.hpp"
 
@@ -42,8 +42,7 @@ extern "C" {
 
 toliman_status toliman_sky_diagnose(const toliman_sky *sky, const toliman_measure *measured, double scale_sigma,
                                     toliman_sky_diagnosis *result, toliman_sky_hypothesis *hypotheses) noexcept {
-    return guard([&] {
-        const Use use(sky, "sky");
+    return call(sky, "sky", [&](auto &self) {
         const Use series(measured, "measured");
         check_struct_size("result", required(result, "result"));
         std::optional<StructArray<toliman_sky_hypothesis>> rows;
@@ -51,7 +50,7 @@ toliman_status toliman_sky_diagnose(const toliman_sky *sky, const toliman_measur
             rows.emplace(hypotheses, "hypotheses");
         const double sigma = known_scale_sigma(scale_sigma);
         const sky::Diagnosis found =
-            sky::diagnose(*sky->predictor, measure::measurements_of(series->series), sigma, rows.has_value());
+            sky::diagnose(*self.predictor, measure::measurements_of(series->series), sigma, rows.has_value());
         toliman_sky_diagnosis filled = {};
         filled.cause = kPublicCauses.to_constant(found.cause);
         set_goodness(found.goodness, filled);

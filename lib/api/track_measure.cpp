@@ -80,10 +80,9 @@ extern "C" {
 
 toliman_status toliman_track_get_measure(const toliman_track *track, const toliman_measure_options *options,
                                          toliman_measure **out) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
+    return call(track, "track", [&](auto &self) {
         toliman_measure *&made = required(out, "out");
-        made = new toliman_measure{{}, series_of(*use, accept(options, "options"))};
+        made = new toliman_measure{{}, series_of(self, accept(options, "options"))};
     });
 }
 

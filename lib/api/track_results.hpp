@@ -7,7 +7,7 @@
 
 #include "api/choice.hpp"
 #include "api/goodness.hpp"
-#include "api/text_out.hpp"
+#include "api/output.hpp"
 #include "base/name.hpp"
 #include "track/tracker.hpp"
 
