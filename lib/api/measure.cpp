@@ -29,17 +29,6 @@ std::vector<double> copied(const double *values, size_t n) {
     return values != nullptr ? std::vector<double>(values, values + n) : std::vector<double>();
 }
 
-double known_unit(double unit, measure::Kind kind) {
-    if (!(unit >= 0 && unit <= 1e100))
-        fail(Status::argument, "{unit} = %g: must be in (0, 1e100], or 0", unit);
-    return unit == 0 && kind == measure::Kind::separation ? 1 : unit;
-}
-
-int64_t middle_of(const sky::Exposure &exposure) noexcept {
-    const int64_t start = exposure.intervals.front().start_ns, end = exposure.intervals.back().end_ns;
-    return start / 2 + end / 2 + (start % 2 + end % 2) / 2; // their difference may not fit in 64 bits
-}
-
 void set_exposures(const toliman_measure_data &data, measure::Series &series) {
     if (data.intervals == nullptr)
         return;
@@ -48,13 +37,8 @@ void set_exposures(const toliman_measure_data &data, measure::Series &series) {
         if (series.exposures[i].intervals.empty())
             fail(Status::argument, "{data->interval_counts[%zu]} = 0: must be at least 1", i);
     check_exposures(series.exposures);
-    if (data.t != nullptr)
-        return;
-    series.dates = measure::Dates{ingest::TimeFormat::mjd, ingest::Scale::tai};
-    for (const sky::Exposure &exposure : series.exposures) {
-        series.tai_ns.push_back(middle_of(exposure));
-        series.t.push_back(measure::mjd_of(series.tai_ns.back()));
-    }
+    if (data.t == nullptr)
+        series.set_times_of_exposures();
 }
 
 measure::Series series_of(const toliman_measure_data &data) {
@@ -67,7 +51,7 @@ measure::Series series_of(const toliman_measure_data &data) {
     series.y = copied(data.y, data.n);
     series.sigma = copied(data.sigma, data.n);
     series.position_angle_deg = copied(data.position_angle_deg, data.n);
-    series.unit = known_unit(data.unit, series.kind);
+    series.unit = measure::known_unit(data.unit, series.kind);
     if (!(data.time_unit_days >= 0 && data.time_unit_days <= 1e12))
         fail(Status::argument, "{data->time_unit_days} = %g: must be in (0, 1e12], or 0 for 1", data.time_unit_days);
     series.time_unit_days = data.time_unit_days == 0 ? 1 : data.time_unit_days;
@@ -81,42 +65,6 @@ measure::Series series_of(const toliman_measure_data &data) {
     return series;
 }
 
-// The middle of each exposure is t.
-void set_exposures(double exposure_s, measure::Series &series) {
-    if (exposure_s == 0)
-        return;
-    const int64_t length = std::llround(exposure_s * 1e9);
-    for (const int64_t middle : measure::tai_of(series)) {
-        const int64_t start = middle - length / 2;
-        series.exposures.push_back({{{start, start + length}}, false});
-    }
-}
-
-void check_exposure(double exposure_s) {
-    if (!(exposure_s >= 0 && exposure_s <= kLongestExposure))
-        fail(Status::argument, "{options->exposure_s} = %g: must be in (0, %g] s, or 0", exposure_s, kLongestExposure);
-}
-
-// Kind and unit, of which the table may state the unit.
-void set_unit(const toliman_measure_options &options, const ingest::Unit &stated, measure::Series &series) {
-    using ingest::Quantity;
-    const bool is_velocity = stated.quantity == Quantity::velocity, is_angle = stated.quantity == Quantity::angle;
-    series.unit_name = stated.name;
-    series.kind = kMeasureKinds.to_enum_or(options.kind, is_velocity ? measure::Kind::velocity : measure::Kind::value,
-                                           "options->kind");
-    const bool of_velocity = series.kind == measure::Kind::velocity, of_value = series.kind == measure::Kind::value;
-    if ((is_velocity && !of_velocity && !of_value) || (is_angle && of_velocity))
-        fail(Status::argument, "{options->kind}: y is in %s, as %s states", stated.name.c_str(), series.name.c_str());
-    if (stated.quantity == Quantity::pixels && !of_value && options.unit == 0)
-        fail(Status::argument, "{options->unit} = 0: y is in px, as %s states: must be arcsec per px",
-             series.name.c_str());
-    const double known = is_angle || (is_velocity && of_velocity) ? stated.factor : 0;
-    if (options.unit > 0 && known > 0 && !(std::fabs(options.unit / known - 1) < 1e-9))
-        fail(Status::argument, "{options->unit} = %g: must be %g or 0: y is in %s, as %s states", options.unit, known,
-             stated.name.c_str(), series.name.c_str());
-    series.unit = options.unit == 0 && known > 0 ? known : known_unit(options.unit, series.kind);
-}
-
 measure::Series series_of(std::string_view bytes, const char *name, const toliman_measure_options &options) {
     toliman_series_options lines = {};
     lines.flags = options.flags;
@@ -127,20 +75,20 @@ measure::Series series_of(std::string_view bytes, const char *name, const tolima
     lines.leap_seconds = options.leap_seconds;
     lines.leap_second_count = options.leap_second_count;
     lines.name = name;
-    check_exposure(options.exposure_s);
+    if (!(options.exposure_s >= 0 && options.exposure_s <= kLongestExposure))
+        fail(Status::argument, "{options->exposure_s} = %g: must be in (0, %g] s, or 0", options.exposure_s,
+             kLongestExposure);
     if ((options.flags & ~TOLIMAN_SERIES_PLAIN_TIMES) != 0)
         fail(Status::argument, "{options->flags} = 0x%x: must be 0 or TOLIMAN_SERIES_PLAIN_TIMES", options.flags);
     measure::Text text = measure::read_text(bytes, series_options(lines));
-    measure::Series &series = text.series;
-    set_unit(options, text.unit, series);
+    std::optional<measure::Kind> kind;
+    if (options.kind != 0)
+        kind = kMeasureKinds.to_enum(options.kind, "options->kind");
+    measure::set_unit(kind, options.unit, text);
     for (const std::string &warning : text.warnings)
         Log{options.log, options.log_data}.warn("%s", warning.c_str());
-    // A zero exposure is an instant, which only an observer at the Earth's centre can reduce.
-    if (series.kind == measure::Kind::separation && series.dates && options.exposure_s == 0)
-        for (const int64_t time : measure::tai_of(series))
-            series.exposures.push_back({{{time, time}}, false});
-    set_exposures(options.exposure_s, series);
-    check(series);
+    text.series.set_exposures(options.exposure_s);
+    check(text.series);
     return text.series;
 }
 
@@ -164,62 +112,6 @@ double precision_of(double sigma) {
     if (!(sigma == 0 || (sigma >= 1e-98 && sigma <= 1e98)))
         fail(Status::argument, "{sigma} = %g: must be in [1e-98, 1e98], or 0 for no prior", sigma);
     return sigma == 0 ? 0 : 1 / (sigma * sigma);
-}
-
-// Values of function `f` for each sample.
-std::vector<double> function_values(const measure::Series &series, size_t f) {
-    const std::vector<double> rows = series.function_rows();
-    std::vector<double> values;
-    for (size_t i = 0; i < series.count(); i++)
-        values.push_back(rows[i * series.functions() + f]);
-    return values;
-}
-
-// Names of get_values() that no column may have.
-bool is_reserved(const std::string &name) {
-    static const char *const names[] = {"t",
-                                        "y",
-                                        "sigma",
-                                        "position_angle_deg",
-                                        "separation_arcsec",
-                                        "factor",
-                                        "geometric_arcsec",
-                                        "instrument",
-                                        "T1",
-                                        "T2",
-                                        "T3",
-                                        "T4",
-                                        "T5",
-                                        "T6",
-                                        "T7",
-                                        "T8"};
-    return std::find(std::begin(names), std::end(names), name) != std::end(names);
-}
-
-const std::vector<double> *member_of(const measure::Series &series, const std::string &name) {
-    const std::pair<const char *, const std::vector<double> *> members[] = {
-        {"t", &series.t},
-        {"y", &series.y},
-        {"sigma", &series.sigma},
-        {"position_angle_deg", &series.position_angle_deg},
-        {"separation_arcsec", &series.separation_arcsec},
-        {"factor", &series.factor},
-        {"geometric_arcsec", &series.geometric_arcsec}};
-    for (const auto &[known, values] : members)
-        if (name == known && !values->empty())
-            return values;
-    return nullptr;
-}
-
-std::vector<double> values_of(const measure::Series &series, const std::string &name) {
-    if (const std::vector<double> *const member = member_of(series, name))
-        return *member;
-    if (name == "instrument" && !series.instrument.empty())
-        return {series.instrument.begin(), series.instrument.end()};
-    for (size_t f = 0; f < series.functions(); f++)
-        if (name == series.function_name(f))
-            return function_values(series, f);
-    fail(Status::not_found, "{name} = \"%.64s\": the series does not have it", name.c_str());
 }
 
 } // namespace
@@ -264,9 +156,8 @@ void toliman_measure_destroy(toliman_measure *measure) noexcept {
 }
 
 toliman_status toliman_measure_set_trend(toliman_measure *measure, int32_t order, double start, double end) noexcept {
-    return guard([&] {
-        const Use use(measure, "measure");
-        measure::Series &series = use->series;
+    return call(measure, "measure", [&](auto &self) {
+        measure::Series &series = self.series;
         if (order < 0 || order > measure::kMostTrend)
             fail(Status::argument, "{order} = %d: must be in [0, %d]", order, measure::kMostTrend);
         if (static_cast<size_t>(order) + series.columns.size() > measure::kMostFunctions)
@@ -280,61 +171,42 @@ toliman_status toliman_measure_set_trend(toliman_measure *measure, int32_t order
 
 toliman_status toliman_measure_add_column(toliman_measure *measure, const char *name, const double *values, size_t n,
                                           double sigma) noexcept {
-    return guard([&] {
-        const Use use(measure, "measure");
-        measure::Series &series = use->series;
-        measure::Column column = {&required(name, "name"), {}, 0, precision_of(sigma), 1};
+    return call(measure, "measure", [&](auto &self) {
+        measure::Series &series = self.series;
+        required(name, "name");
+        const double precision = precision_of(sigma);
         required_array(values, n, sizeof *values, "values");
-        if (n != series.count())
-            fail(Status::argument, "{n} = %zu: must be %zu, the number of samples", n, series.count());
-        if (is_reserved(column.name))
-            fail(Status::argument, "{name} = \"%.64s\": is a name of the series itself, or of a polynomial", name);
-        for (size_t f = 0; f < series.functions(); f++)
-            if (series.function_name(f) == column.name)
-                fail(Status::argument, "{name} = \"%.64s\": is the name of another function", name);
-        if (column.name.empty() || column.name.size() > 63 || series.functions() >= measure::kMostFunctions)
-            fail(Status::argument,
-                 "{name} = \"%.64s\": must be a name of up to 63 characters, of at most %zu functions", name,
-                 measure::kMostFunctions);
-        for (size_t i = 0; i < n; i++) {
-            if (!(std::fabs(values[i]) <= 1e98))
-                fail(Status::argument, "{values[%zu]} = %g: must be in [-1e98, 1e98]", i, values[i]);
-            column.bound = std::max(column.bound, std::fabs(values[i]));
-        }
-        column.values = copied(values, n);
-        series.columns.push_back(std::move(column));
+        check_count("n", n, series.count(), "the number of samples");
+        series.add_column(name, copied(values, n), precision);
     });
 }
 
 toliman_status toliman_measure_set_instruments(toliman_measure *measure, const char *names, const int64_t *instrument,
                                                size_t n) noexcept {
-    return guard([&] {
-        const Use use(measure, "measure");
+    return call(measure, "measure", [&](auto &self) {
         std::vector<std::string> list = words_of(&required(names, "names"));
         std::vector<int32_t> of_samples;
         if (!list.empty())
             required_array(instrument, n, sizeof *instrument, "instrument");
         for (size_t i = 0; i < n && !list.empty(); i++)
             of_samples.push_back(static_cast<int32_t>(std::clamp<int64_t>(instrument[i], -1, INT32_MAX)));
-        measure::Series changed = use->series;
+        measure::Series changed = self.series;
         changed.set_instruments(std::move(list), std::move(of_samples));
         check(changed);
-        use->series = std::move(changed);
+        self.series = std::move(changed);
     });
 }
 
 toliman_status toliman_measure_set_prior(toliman_measure *measure, int64_t function, double sigma) noexcept {
-    return guard([&] {
-        const Use use(measure, "measure");
-        const int64_t known = known_function(use->series, function, "function");
-        use->series.precision(static_cast<size_t>(known)) = precision_of(sigma);
+    return call(measure, "measure", [&](auto &self) {
+        const int64_t known = known_function(self.series, function, "function");
+        self.series.precision(static_cast<size_t>(known)) = precision_of(sigma);
     });
 }
 
 toliman_status toliman_measure_get_info(const toliman_measure *measure, toliman_measure_info *out) noexcept {
-    return guard([&] {
-        const Use use(measure, "measure");
-        const measure::Series &series = use->series;
+    return call(measure, "measure", [&](auto &self) {
+        const measure::Series &series = self.series;
         toliman_measure_info info = {};
         info.kind = kMeasureKinds.to_constant(series.kind);
         info.n = static_cast<int64_t>(series.count());
@@ -364,9 +236,8 @@ toliman_status toliman_measure_get_info(const toliman_measure *measure, toliman_
 
 toliman_status toliman_measure_get_function(const toliman_measure *measure, int64_t index,
                                             toliman_measure_function *out) noexcept {
-    return guard([&] {
-        const Use use(measure, "measure");
-        const measure::Series &series = use->series;
+    return call(measure, "measure", [&](auto &self) {
+        const measure::Series &series = self.series;
         const auto f = static_cast<size_t>(known_function(series, index, "index"));
         const auto order = static_cast<size_t>(series.trend.order);
         toliman_measure_function found = {};
@@ -380,24 +251,20 @@ toliman_status toliman_measure_get_function(const toliman_measure *measure, int6
 
 toliman_status toliman_measure_get_values(const toliman_measure *measure, const char *name, double *values,
                                           size_t n) noexcept {
-    return guard([&] {
-        const Use use(measure, "measure");
+    return call(measure, "measure", [&](auto &self) {
         required(name, "name");
         required_array(values, n, sizeof *values, "values");
-        if (n != use->series.count())
-            fail(Status::argument, "{n} = %zu: must be %zu, the number of samples", n, use->series.count());
-        const std::vector<double> found = values_of(use->series, name);
+        check_count("n", n, self.series.count(), "the number of samples");
+        const std::vector<double> found = self.series.values(name);
         std::copy(found.begin(), found.end(), values);
     });
 }
 
 toliman_status toliman_measure_get_times(const toliman_measure *measure, int64_t *tai_ns, size_t n) noexcept {
-    return guard([&] {
-        const Use use(measure, "measure");
+    return call(measure, "measure", [&](auto &self) {
         required_array(tai_ns, n, sizeof *tai_ns, "tai_ns");
-        if (n != use->series.count())
-            fail(Status::argument, "{n} = %zu: must be %zu, the number of samples", n, use->series.count());
-        const std::vector<int64_t> times = measure::tai_of(use->series);
+        check_count("n", n, self.series.count(), "the number of samples");
+        const std::vector<int64_t> times = measure::tai_of(self.series);
         std::copy(times.begin(), times.end(), tai_ns);
     });
 }

@@ -26,8 +26,7 @@ class Search {
         grid_.nf = nf;
         grid_.sigma_ceiling = grid_.sigma_floor;
         grid_.check();
-        if (series.kind == measure::Kind::separation)
-            fail(Status::argument, "{series}: is of measured separations: reduce them by toliman_sky_reduce");
+        measure::check_reduced(series);
         for (size_t f = 0; f < series.functions(); f++)
             precision_.push_back(series.precision(f));
     }
@@ -90,15 +89,13 @@ extern "C" {
 toliman_status toliman_measure_query_noise(const toliman_measure *series, double f0, double df, int64_t nf,
                                            const toliman_period_noise_options *options, double *power,
                                            double *coefficients, double *errors, toliman_period_noise *out) noexcept {
-    return guard([&] {
-        const Use use(series, "series");
+    return call(series, "series", [&](auto &self) {
         check_struct_size("out", required(out, "out"));
         const auto known = accept(options, "options");
-        if ((known.flags & ~TOLIMAN_PERIOD_WHITE_NOISE) != 0)
-            fail(Status::argument, "{options->flags} = 0x%x: unknown bits", known.flags);
-        const Search search(f0, df, nf, use->series);
+        check_flags("options->flags", known.flags, TOLIMAN_PERIOD_WHITE_NOISE);
+        const Search search(f0, df, nf, self.series);
         period::NoiseModel model = search.model();
-        const size_t count = 1 + use->series.functions();
+        const size_t count = 1 + self.series.functions();
         Buffer<double> powers(static_cast<size_t>(nf));
         std::vector<double> values(count), deviations(count);
         const period::NoiseResult found = period::search_noise(
@@ -117,17 +114,16 @@ toliman_status toliman_measure_query_noise(const toliman_measure *series, double
 toliman_status toliman_measure_query_noise_bootstrap(const toliman_measure *series, double f0, double df, int64_t nf,
                                                      double rho, const toliman_period_noise_bootstrap_options *options,
                                                      size_t count, double *log10_residuals) noexcept {
-    return guard([&] {
-        const Use use(series, "series");
+    return call(series, "series", [&](auto &self) {
         const auto known = accept(options, "options");
         required_array(&required(log10_residuals, "log10_residuals"), count, sizeof *log10_residuals,
                        "log10_residuals");
         if (!(rho >= 0 && rho <= period::kMaxRho))
             fail(Status::range, "{rho} = %g: must be in [0, %g]", rho, period::kMaxRho);
-        if (known.block > use->series.count())
+        if (known.block > self.series.count())
             fail(Status::range, "{options->block} = %llu: must be at most %zu, the number of samples",
-                 static_cast<unsigned long long>(known.block), use->series.count());
-        const Search search(f0, df, nf, use->series);
+                 static_cast<unsigned long long>(known.block), self.series.count());
+        const Search search(f0, df, nf, self.series);
         period::NoiseModel model = search.model();
         model.set_rho(rho);
         model.check();

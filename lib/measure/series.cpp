@@ -26,6 +26,28 @@ void check_lengths(const Series &series) {
             fail(Status::internal, "%s: %zu values of %zu samples", name, length, n);
 }
 
+constexpr std::pair<const char *, std::vector<double> Series::*> kMembers[] = {
+    {"t", &Series::t},
+    {"y", &Series::y},
+    {"sigma", &Series::sigma},
+    {"position_angle_deg", &Series::position_angle_deg},
+    {"separation_arcsec", &Series::separation_arcsec},
+    {"factor", &Series::factor},
+    {"geometric_arcsec", &Series::geometric_arcsec}};
+
+// Names of values that no column may have.
+bool is_reserved(const std::string &name) {
+    for (const auto &[known, member] : kMembers)
+        if (name == known)
+            return true;
+    return name == "instrument" || (name.size() == 2 && name[0] == 'T' && name[1] >= '1' && name[1] < '1' + kMostTrend);
+}
+
+int64_t middle_of(const sky::Exposure &exposure) noexcept {
+    const int64_t start = exposure.intervals.front().start_ns, end = exposure.intervals.back().end_ns;
+    return start / 2 + end / 2 + (start % 2 + end % 2) / 2; // their difference may not fit in 64 bits
+}
+
 void check_number(const char *name, size_t sample, double value, bool is_positive) {
     if (!(std::fabs(value) <= kLargest) || (is_positive && !(value > 0)))
         fail(Status::argument, "{%s[%zu]} = %g: must be %s and at most 1e100", name, sample, value,
@@ -136,6 +158,60 @@ void Series::set_instruments(std::vector<std::string> names, std::vector<int32_t
     }
 }
 
+void Series::add_column(const std::string &called, std::vector<double> values, double precision) {
+    if (is_reserved(called))
+        fail(Status::argument, "{name} = \"%.64s\": is a name of the series itself, or of a polynomial",
+             called.c_str());
+    for (size_t f = 0; f < functions(); f++)
+        if (function_name(f) == called)
+            fail(Status::argument, "{name} = \"%.64s\": is the name of another function", called.c_str());
+    if (called.empty() || called.size() > 63 || functions() >= kMostFunctions)
+        fail(Status::argument, "{name} = \"%.64s\": must be a name of up to 63 characters, of at most %zu functions",
+             called.c_str(), kMostFunctions);
+    Column column = {called, std::move(values), 0, precision, 1};
+    for (size_t i = 0; i < column.values.size(); i++) {
+        if (!(std::fabs(column.values[i]) <= 1e98))
+            fail(Status::argument, "{values[%zu]} = %g: must be in [-1e98, 1e98]", i, column.values[i]);
+        column.bound = std::max(column.bound, std::fabs(column.values[i]));
+    }
+    columns.push_back(std::move(column));
+}
+
+void Series::set_exposures(double exposure_s) {
+    if (exposure_s == 0 && (kind != Kind::separation || !dates))
+        return;
+    const int64_t length = std::llround(exposure_s * 1e9);
+    for (const int64_t middle : tai_of(*this)) {
+        const int64_t start = middle - length / 2;
+        exposures.push_back({{{start, start + length}}, false});
+    }
+}
+
+void Series::set_times_of_exposures() {
+    dates = Dates{ingest::TimeFormat::mjd, ingest::Scale::tai};
+    for (const sky::Exposure &exposure : exposures) {
+        tai_ns.push_back(middle_of(exposure));
+        t.push_back(mjd_of(tai_ns.back()));
+    }
+}
+
+std::vector<double> Series::values(const std::string &called) const {
+    for (const auto &[known, member] : kMembers)
+        if (called == known && !(this->*member).empty())
+            return this->*member;
+    if (called == "instrument" && !instrument.empty())
+        return {instrument.begin(), instrument.end()};
+    std::vector<double> found;
+    for (size_t f = 0; f < functions(); f++)
+        if (called == function_name(f)) {
+            const std::vector<double> rows = function_rows();
+            for (size_t i = f; i < rows.size(); i += functions())
+                found.push_back(rows[i]);
+            return found;
+        }
+    fail(Status::not_found, "{name} = \"%.64s\": the series does not have it", called.c_str());
+}
+
 void Series::add(const Series &from, size_t sample) {
     const auto append = [sample](const std::vector<double> &values, std::vector<double> &to) {
         if (!values.empty())
@@ -155,6 +231,12 @@ void Series::add(const Series &from, size_t sample) {
         append(from.columns[c].values, columns[c].values);
 }
 
+double known_unit(double unit, Kind kind) {
+    if (!(unit >= 0 && unit <= 1e100))
+        fail(Status::argument, "{unit} = %g: must be in (0, 1e100], or 0", unit);
+    return unit == 0 && kind == Kind::separation ? 1 : unit;
+}
+
 void check(const Series &series) {
     check_lengths(series);
     for (size_t i = 0; i < series.count(); i++) {
@@ -171,6 +253,11 @@ void check(const Series &series) {
     if (series.functions() > kMostFunctions)
         fail(Status::argument, "{functions}: trend of order %d and %zu columns: must be at most %zu together",
              series.trend.order, series.columns.size(), kMostFunctions);
+}
+
+void check_reduced(const Series &series) {
+    if (series.kind == Kind::separation)
+        fail(Status::argument, "{series}: is of measured separations: reduce them by toliman_sky_reduce");
 }
 
 double mjd_of(int64_t tai_ns) noexcept {

@@ -82,12 +82,28 @@ struct Series {
     void set_instruments(std::vector<std::string> names, std::vector<int32_t> of_samples);
     // Index of the column of the offset of an instrument, of the second or a later one.
     size_t offset_column(size_t which) const;
+    // Adds a column. Status::argument for a name that is taken and for bad values.
+    void add_column(const std::string &name, std::vector<double> values, double precision);
+    // Sets the exposures, whose middles are the times, if they are known: a length of 0 is an instant, which only an
+    // observer at the Earth's centre can reduce. Status::argument for a length without dates.
+    void set_exposures(double exposure_s);
+    // Sets the times to the middles of the exposures.
+    void set_times_of_exposures();
+    // The values "t", "y", "sigma", "position_angle_deg", "separation_arcsec", "factor", "geometric_arcsec" or
+    // "instrument" of each sample, or those of the function of this name. Status::not_found.
+    std::vector<double> values(const std::string &name) const;
     // Adds a sample of a series with the same members.
     void add(const Series &from, size_t sample);
 };
 
+// The unit of a series of this kind, from the one given; 0: not given. Status::argument.
+double known_unit(double unit, Kind kind);
+
 // Status::argument, naming the member and the sample, for numbers that no function takes; for arrays of other lengths.
 void check(const Series &series);
+
+// Status::argument for measured separations, which are to be reduced first.
+void check_reduced(const Series &series);
 
 // Times in TAI, ns. Status::argument for plain numbers.
 std::vector<int64_t> tai_of(const Series &series);

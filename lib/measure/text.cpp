@@ -218,4 +218,24 @@ Text read_text(std::string_view bytes, const ingest::SeriesOptions &options) {
     return text;
 }
 
+void set_unit(std::optional<Kind> kind, double unit, Text &text) {
+    using ingest::Quantity;
+    const ingest::Unit &stated = text.unit;
+    Series &series = text.series;
+    const char *const name = stated.name.c_str(), *const source = series.name.c_str();
+    const bool is_velocity = stated.quantity == Quantity::velocity, is_angle = stated.quantity == Quantity::angle;
+    series.unit_name = stated.name;
+    series.kind = kind.value_or(is_velocity ? Kind::velocity : Kind::value);
+    const bool of_velocity = series.kind == Kind::velocity, of_value = series.kind == Kind::value;
+    if ((is_velocity && !of_velocity && !of_value) || (is_angle && of_velocity))
+        fail(Status::argument, "{options->kind}: y is in %s, as %s states", name, source);
+    if (stated.quantity == Quantity::pixels && !of_value && unit == 0)
+        fail(Status::argument, "{options->unit} = 0: y is in px, as %s states: must be arcsec per px", source);
+    const double known = is_angle || (is_velocity && of_velocity) ? stated.factor : 0;
+    if (unit > 0 && known > 0 && !(std::fabs(unit / known - 1) < 1e-9))
+        fail(Status::argument, "{options->unit} = %g: must be %g or 0: y is in %s, as %s states", unit, known, name,
+             source);
+    series.unit = unit == 0 && known > 0 ? known : known_unit(unit, series.kind);
+}
+
 } // namespace toliman::measure
