@@ -6,8 +6,9 @@
 
 #include "api/goodness.hpp"
 #include "api/guard.hpp"
+#include "api/measure_handle.hpp"
 #include "api/output.hpp"
-#include "api/planet_series.hpp"
+#include "measure/planets.hpp"
 #include "planet/instruments.hpp"
 
 using namespace toliman;
@@ -41,17 +42,16 @@ std::vector<toliman_measure_instrument> api::public_instruments(const planet::Se
 extern "C" toliman_status toliman_measure_query_instruments(const toliman_measure *measure,
                                                             toliman_measure_instrument *instruments, size_t capacity,
                                                             size_t *count) noexcept {
-    return guard([&] {
-        const Use use(measure, "measure");
+    return call(measure, "measure", [&](auto &self) {
         const StructOutput<toliman_measure_instrument> out(instruments, "instruments", capacity, count);
-        planet::Series series(Given(use->series, use->series.t, "measure").get());
+        planet::Series series(measure::given_of(self.series, "measure"));
         std::vector<const planet::Function *> functions;
         for (const planet::Function &function : series.functions)
             functions.push_back(&function);
         series.set_jitter_scales(planet::jitters_of(series, functions, series.y));
         const planet::Design design(series, functions, series.y, 1);
         std::vector<std::string> names;
-        Velocities::add_names(use->series, names);
+        measure::add_names(self.series, names);
         const std::vector<toliman_measure_instrument> all =
             public_instruments(series, design, planet::jitter_intervals(series, design, 1), names);
         out.write(all.size(), "instruments", [&](size_t k) { return all[k]; });

@@ -13,14 +13,12 @@
 #include "api/measure_handle.hpp"
 #include "api/option.hpp"
 #include "api/output.hpp"
-#include "api/planet_series.hpp"
 #include "api/struct_array.hpp"
 #include "base/constants.hpp"
 #include "base/workers.hpp"
-#include "planet/instruments.hpp"
-#include "planet/orientation.hpp"
+#include "measure/planets.hpp"
 #include "planet/recovery.hpp"
-#include "planet/search.hpp"
+#include "planet/summary.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
@@ -50,6 +48,7 @@ static_assert(planet::kReasonOdds == TOLIMAN_PLANET_REASON_ODDS &&
                   planet::kReasonSamples == TOLIMAN_PLANET_REASON_SAMPLES &&
                   planet::kReasonEvidence == TOLIMAN_PLANET_REASON_EVIDENCE,
               "the reasons of lib/planet are those of planet.h");
+static_assert(planet::kColumns == TOLIMAN_PLANET_COLUMNS);
 constexpr uint32_t kMostSamples = 1'000'000;
 constexpr double kMostParallax = 0.77;               // arcsec; that of the nearest star is 0.768
 constexpr double kLeastMass = 0.01, kMostMass = 500; // of a star, solar masses
@@ -74,8 +73,7 @@ void check_pair(const char *least_name, double least, const char *most_name, dou
 }
 
 planet::Settings settings_of(const toliman_planet_options &options, const measure::Series &series) {
-    if ((options.flags & ~(TOLIMAN_PLANET_NO_JITTER | TOLIMAN_PLANET_CLIP)) != 0)
-        fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
+    check_flags("options->flags", options.flags, TOLIMAN_PLANET_NO_JITTER | TOLIMAN_PLANET_CLIP);
     const toliman_planet_prior &prior = options.prior;
     planet::Settings settings;
     settings.most = in_range("max_planets", options.max_planets, 1u, TOLIMAN_PLANET_MOST, 1u);
@@ -113,6 +111,16 @@ planet::Settings settings_of(const toliman_planet_options &options, const measur
     return settings;
 }
 
+void add_velocities(const measure::Series &series, const planet::Units &units, const toliman_measure *handle,
+                    size_t star, const char *name, planet::GivenVelocities &velocities,
+                    std::vector<std::string> &names) {
+    if (handle == nullptr)
+        return;
+    const Use use(handle, name);
+    measure::add_velocities(series, units, use->series, star, name, velocities);
+    measure::add_names(use->series, names);
+}
+
 const planet::Candidate &candidate_of(const planet::Result &result, int64_t index) {
     if (index < 0 || index >= static_cast<int64_t>(result.candidates.size()))
         fail(Status::range, "{index} = %lld: must be in [0, %zu), the number of candidates",
@@ -120,72 +128,9 @@ const planet::Candidate &candidate_of(const planet::Result &result, int64_t inde
     return result.candidates[static_cast<size_t>(index)];
 }
 
-// A sample in the order of TOLIMAN_PLANET_COLUMNS; angles and epochs within half a turn of those of the best fit.
-using Row = std::array<double, TOLIMAN_PLANET_COLUMNS>;
-constexpr size_t kJitter = 7, kInclination = 8, kNode = 9;
-Row row_of(const planet::Result &result, const planet::Candidate &candidate, const planet::PosteriorSample &sample) {
-    const planet::Description own = planet::describe(sample.planet), &best = candidate.best;
-    const planet::Units &units = result.settings.units;
-    const planet::Series &series = result.series;
-    const planet::Orientation orientation = planet::orientation_of(series, sample.planet);
-    const auto mass = [&](int star) {
-        const bool may_have = !series.has_velocities() || sample.planet.orbit.star == star;
-        return may_have ? units.mass(star, own[0], own[1], orientation.axis) : NAN;
-    };
-    return {own[0],
-            own[1],
-            best[2] + std::remainder(own[2] - best[2], 360),
-            series.time_reference + best[3] + std::remainder(own[3] - best[3], own[0]),
-            own[4],
-            mass(0),
-            mass(1),
-            sample.jitter,
-            orientation.inclination_deg,
-            orientation.node_deg};
-}
-
-std::vector<Row> rows_of(const planet::Result &result, const planet::Candidate &candidate) {
-    std::vector<Row> rows;
-    rows.reserve(candidate.samples.size());
-    for (const planet::PosteriorSample &sample : candidate.samples)
-        rows.push_back(row_of(result, candidate, sample));
-    return rows;
-}
-
-void set_interval(const std::vector<Row> &rows, size_t column, double *out) {
-    std::vector<double> values;
-    values.reserve(rows.size());
-    for (const Row &row : rows)
-        values.push_back(row[column]);
-    if (std::isnan(values[0])) {
-        std::fill(out, out + 3, NAN);
-        return;
-    }
-    const planet::Interval interval = planet::interval_of(std::move(values));
-    out[0] = interval.low;
-    out[1] = interval.middle;
-    out[2] = interval.high;
-}
-
-void set_correlation(const std::vector<Row> &rows, double *out) {
-    constexpr size_t count = planet::kDescribed;
-    const auto n = static_cast<double>(rows.size());
-    double mean[count] = {}, sums[count][count] = {};
-    for (const Row &row : rows)
-        for (size_t i = 0; i < count; i++)
-            mean[i] += row[i] / n;
-    for (const Row &row : rows)
-        for (size_t i = 0; i < count; i++)
-            for (size_t j = 0; j < count; j++)
-                sums[i][j] += (row[i] - mean[i]) * (row[j] - mean[j]);
-    for (size_t i = 0; i < count; i++)
-        for (size_t j = 0; j < count; j++)
-            out[i * count + j] = i == j ? 1 : sums[i][j] / std::sqrt(std::max(sums[i][i] * sums[j][j], 1e-300));
-}
-
 toliman_planet_candidate public_planet(const planet::Result &result, int64_t index) {
     const planet::Candidate &candidate = candidate_of(result, index);
-    const std::vector<Row> rows = rows_of(result, candidate);
+    const planet::Summary summary = planet::summary_of(result, candidate);
     toliman_planet_candidate out = {};
     out.flags = candidate.at_edge ? TOLIMAN_PLANET_AT_EDGE : 0;
     out.reasons = candidate.reasons;
@@ -193,40 +138,21 @@ toliman_planet_candidate public_planet(const planet::Result &result, int64_t ind
     out.log10_bayes_error = candidate.log10_bayes_error;
     out.log10_fap = candidate.log10_fap;
     out.log10_fap_orbit = candidate.log10_fap_orbit;
-    double *const intervals[] = {out.period,    out.eccentricity, out.periastron_deg, out.epoch,
-                                 out.amplitude, out.mass_a,       out.mass_b};
-    for (size_t i = 0; i < std::size(intervals); i++)
-        set_interval(rows, i, intervals[i]);
+    double *const intervals[planet::kColumns] = {out.period,          out.eccentricity, out.periastron_deg, out.epoch,
+                                                 out.amplitude,       out.mass_a,       out.mass_b,         nullptr,
+                                                 out.inclination_deg, out.node_deg};
+    for (size_t i = 0; i < planet::kColumns; i++)
+        if (intervals[i] != nullptr)
+            std::copy(summary.intervals[i].begin(), summary.intervals[i].end(), intervals[i]);
     const bool has_velocities = result.series.has_velocities();
     out.star = has_velocities ? candidate.fitted.planet.orbit.star : -1;
     out.log10_star = has_velocities ? candidate.log10_star : NAN;
-    set_interval(rows, kInclination, out.inclination_deg);
-    set_interval(rows, kNode, out.node_deg);
     std::copy(candidate.best.begin(), candidate.best.end(), out.best);
     out.best[3] += result.series.time_reference;
     std::copy(candidate.best_error.begin(), candidate.best_error.end(), out.best_error);
-    set_correlation(rows, out.correlation);
+    std::copy(summary.correlation.begin(), summary.correlation.end(), out.correlation);
     out.power_left = candidate.power_left;
     return out;
-}
-
-// The largest scale of the jitter of the instruments of a series itself.
-double largest_scale(const planet::Series &series) noexcept {
-    double largest = 0;
-    for (size_t k = 0; k < series.groups.size(); k++)
-        if (series.groups[k].source == 0)
-            largest = std::max(largest, series.jitter_scales()[k]);
-    return largest;
-}
-
-// The jitter of each instrument, 16, 50 and 84 %: with several, about the most probable of each.
-std::vector<std::array<double, 3>> jitters_of(const planet::Result &result) {
-    const planet::Series &series = result.series;
-    std::array<double, 3> common = {};
-    set_interval(rows_of(result, result.last_fitted()), kJitter, common.data());
-    if (series.groups.size() == 1)
-        return {common};
-    return planet::jitter_intervals(series, *result.design, common[1]);
 }
 
 double checked_period(const planet::Result &result, const char *name, double period) {
@@ -264,19 +190,20 @@ extern "C" {
 
 toliman_status toliman_planet_create(const toliman_measure *series, const toliman_planet_options *options,
                                      toliman_planet **out) noexcept {
-    return guard([&] {
-        const Use use(series, "series");
+    return call(series, "series", [&](auto &self) {
         required(out, "out");
-        const measure::Series &own = use->series;
+        const measure::Series &own = self.series;
         const toliman_planet_options known = accept(options, "options");
         const planet::Settings settings = settings_of(known, own);
-        check_series(own, settings.jitter);
-        const Given given(own, own.t, "series");
-        const Velocities velocities(own, settings.units, known.velocity_a, known.velocity_b);
+        measure::check_reduced(own);
+        if (own.sigma.empty() && !settings.jitter)
+            fail(Status::argument, "{series}: has no sigma: must have one with TOLIMAN_PLANET_NO_JITTER");
+        planet::GivenVelocities velocities;
         std::vector<std::string> names;
-        Velocities::add_names(own, names);
-        names.insert(names.end(), velocities.names().begin(), velocities.names().end());
-        *out = new toliman_planet(given.get(), velocities.get(), settings, std::move(names));
+        measure::add_names(own, names);
+        add_velocities(own, settings.units, known.velocity_a, 0, "options->velocity_a", velocities, names);
+        add_velocities(own, settings.units, known.velocity_b, 1, "options->velocity_b", velocities, names);
+        *out = new toliman_planet(measure::given_of(own, "series"), velocities, settings, std::move(names));
     });
 }
 
@@ -296,18 +223,12 @@ toliman_status toliman_planet_get_info(const toliman_planet *planets, toliman_pl
             static_cast<uint32_t>(std::count_if(result.candidates.begin(), result.candidates.end(), is_planet));
         info.candidates = static_cast<uint32_t>(result.candidates.size());
         info.functions = static_cast<uint32_t>(series.functions.size());
-        double weight = 0, square = 0;
-        for (size_t i = 0; i < series.primary; i++) {
-            weight += result.design->weights()[i] * result.design->weights()[i];
-            square += result.design->residuals()[i] * result.design->residuals()[i];
-        }
-        info.rms = std::sqrt(square / weight);
+        info.rms = planet::rms_of(series, *result.design);
         set_goodness(result.goodness, info);
         info.chi_square_with_jitter = result.chi_square_with_jitter;
         info.outliers = static_cast<uint32_t>(result.outliers.size());
-        set_interval(rows_of(result, result.last_fitted()), kJitter, info.jitter);
-        for (double &jitter : info.jitter)
-            jitter *= largest_scale(series);
+        const planet::Interval jitter = planet::jitter_of_series(result);
+        std::copy(jitter.begin(), jitter.end(), info.jitter);
         info.time_reference = series.time_reference;
         info.axis_deg = series.axis_cosine.empty() ? NAN : series.axis / kDegree;
         info.axis_turn_deg = series.turn / kDegree;
@@ -330,14 +251,13 @@ toliman_status toliman_planet_get_candidate(const toliman_planet *planets, int64
 
 toliman_status toliman_planet_get_samples(const toliman_planet *planets, int64_t index, size_t count,
                                           double *samples) noexcept {
-    return guard([&] {
-        const Use use(planets, "planets");
-        const planet::Candidate &candidate = candidate_of(use->result, index);
+    return call(planets, "planets", [&](auto &self) {
+        const planet::Candidate &candidate = candidate_of(self.result, index);
         if (count > candidate.samples.size())
             fail(Status::argument, "{count} = %zu: must be at most %zu", count, candidate.samples.size());
-        required_array(samples, count, sizeof(Row), "samples");
+        required_array(samples, count, sizeof(planet::Row), "samples");
         for (size_t i = 0; i < count; i++) {
-            const Row row = row_of(use->result, candidate, candidate.samples[i]);
+            const planet::Row row = planet::row_of(self.result, candidate, candidate.samples[i]);
             std::copy(row.begin(), row.end(), samples + i * row.size());
         }
     });
@@ -345,49 +265,37 @@ toliman_status toliman_planet_get_samples(const toliman_planet *planets, int64_t
 
 toliman_status toliman_planet_get_signal(const toliman_planet *planets, int64_t index, const double *t,
                                          const double *position_angle_deg, size_t n, double *signal) noexcept {
-    return guard([&] {
-        const Use use(planets, "planets");
-        const planet::Series &series = use->result.series;
-        const planet::Candidate &candidate = candidate_of(use->result, index);
+    return call(planets, "planets", [&](auto &self) {
+        const planet::Series &series = self.result.series;
+        const planet::Candidate &candidate = candidate_of(self.result, index);
         required_array(t, n, sizeof *t, "t");
         required_array(signal, n, sizeof *signal, "signal");
         if (position_angle_deg != nullptr && series.axis_cosine.empty())
             fail(Status::argument, "{position_angle_deg}: must be NULL, as the series has no position angles");
-        std::vector<double> times(n), angles(n);
         for (size_t i = 0; i < n; i++) {
             if (!(std::fabs(t[i]) <= 1e100))
                 fail(Status::argument, "{t}[%zu] = %g: must be finite and at most 1e100", i, t[i]);
-            times[i] = t[i] - series.time_reference;
-            if (position_angle_deg == nullptr)
-                continue;
-            if (!std::isfinite(position_angle_deg[i]))
+            if (position_angle_deg != nullptr && !std::isfinite(position_angle_deg[i]))
                 fail(Status::argument, "{position_angle_deg}[%zu] = %g: must be finite", i, position_angle_deg[i]);
-            angles[i] = std::remainder(position_angle_deg[i] * kDegree - series.axis, 2 * kPi);
         }
-        const Buffer<double> values = planet::signal_at(series, candidate.fitted.planet, times.data(),
-                                                        series.axis_cosine.empty() ? nullptr : angles.data(), n);
+        const Buffer<double> values = planet::signal_at(series, candidate.fitted.planet, t, position_angle_deg, n);
         std::copy(values.begin(), values.end(), signal);
     });
 }
 
 toliman_status toliman_planet_get_residuals(const toliman_planet *planets, size_t n, double *residuals) noexcept {
-    return guard([&] {
-        const Use use(planets, "planets");
-        const Buffer<double> &values = use->result.residuals;
-        if (n != values.size())
-            fail(Status::argument, "{n} = %zu: must be %zu, the number of measurements", n, values.size());
+    return call(planets, "planets", [&](auto &self) {
+        const Buffer<double> &values = self.result.residuals;
+        check_count("n", n, values.size(), "the number of measurements");
         required_array(residuals, n, sizeof *residuals, "residuals");
         std::copy(values.begin(), values.end(), residuals);
     });
 }
 
 toliman_status toliman_planet_get_outliers(const toliman_planet *planets, size_t count, int64_t *indices) noexcept {
-    return guard([&] {
-        const Use use(planets, "planets");
-        const std::vector<size_t> &outliers = use->result.outliers;
-        if (count != outliers.size())
-            fail(Status::argument, "{count} = %zu: must be %zu, the number of samples that do not belong", count,
-                 outliers.size());
+    return call(planets, "planets", [&](auto &self) {
+        const std::vector<size_t> &outliers = self.result.outliers;
+        check_count("count", count, outliers.size(), "the number of samples that do not belong");
         required_array(indices, count, sizeof *indices, "indices");
         std::copy(outliers.begin(), outliers.end(), indices);
     });
@@ -395,29 +303,27 @@ toliman_status toliman_planet_get_outliers(const toliman_planet *planets, size_t
 
 toliman_status toliman_planet_get_instruments(const toliman_planet *planets, toliman_measure_instrument *instruments,
                                               size_t capacity, size_t *count) noexcept {
-    return guard([&] {
-        const Use use(planets, "planets");
-        const planet::Result &result = use->result;
+    return call(planets, "planets", [&](auto &self) {
+        const planet::Result &result = self.result;
         const StructOutput<toliman_measure_instrument> out(instruments, "instruments", capacity, count);
         const std::vector<toliman_measure_instrument> all =
-            public_instruments(result.series, *result.design, jitters_of(result), use->names);
+            public_instruments(result.series, *result.design, planet::jitters_of(result), self.names);
         out.write(all.size(), "instruments", [&](size_t k) { return all[k]; });
     });
 }
 
 toliman_status toliman_planet_get_limits(const toliman_planet *planets, const double *periods, size_t count,
                                          double probability, toliman_planet_limit *limits) noexcept {
-    return guard([&] {
-        const Use use(planets, "planets");
-        const planet::Result &result = use->result;
+    return call(planets, "planets", [&](auto &self) {
+        const planet::Result &result = self.result;
         required_array(periods, count, sizeof *periods, "periods");
         if (!(probability > 0 && probability < 1))
             fail(Status::argument, "{probability} = %g: must be in (0, 1)", probability);
         if (count == 0)
             return;
         const StructArray<toliman_planet_limit> out(limits, "limits");
-        const planet::Detection &detection = use->detection();
-        const planet::Recovery &recovery = use->recovery();
+        const planet::Detection &detection = self.detection();
+        const planet::Recovery &recovery = self.recovery();
         const planet::Units &units = result.settings.units;
         std::vector<toliman_planet_limit> made(count);
         for (size_t i = 0; i < count; i++)

@@ -38,10 +38,6 @@ std::vector<const Function *> listed(const std::vector<Function> &functions) {
     return all;
 }
 
-double unit_jitter(const Series &series) noexcept {
-    return series.median_sigma > 0 ? 0 : 1;
-}
-
 Buffer<double> fitted(const Series &series, const std::vector<const Function *> &functions) {
     return residuals_of(series, functions, series.y, Design(series, functions, series.y, unit_jitter(series)));
 }
@@ -158,6 +154,15 @@ std::vector<bool> screen(Series series, double frequency_min, double frequency_m
         far = std::move(next);
     }
     return far;
+}
+
+double rms_of(const Series &series, const Design &design) noexcept {
+    double weight = 0, square = 0;
+    for (size_t i = 0; i < series.primary; i++) {
+        weight += design.weights()[i] * design.weights()[i];
+        square += design.residuals()[i] * design.residuals()[i];
+    }
+    return std::sqrt(square / weight);
 }
 
 Goodness series_goodness(const Series &series, const Buffer<double> &residuals, const Design &design,

@@ -130,4 +130,12 @@ Interval interval_of(std::vector<double> values) {
     return {at(0.16), at(0.5), at(0.84)};
 }
 
+Interval jitter_of(const std::vector<PosteriorSample> &samples) {
+    std::vector<double> jitters;
+    jitters.reserve(samples.size());
+    for (const PosteriorSample &sample : samples)
+        jitters.push_back(sample.jitter);
+    return interval_of(std::move(jitters));
+}
+
 } // namespace toliman::planet

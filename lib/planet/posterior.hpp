@@ -1,5 +1,6 @@
 // Samples of the posterior of a candidate.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -20,9 +21,10 @@ std::vector<PosteriorSample> draw_samples(const Problem &problem, const Lattice 
 Planet best_of(const Problem &problem, const Lattice &lattice);
 
 // Points of the sorted values at the shares 0.16, 0.5 and 0.84.
-struct Interval {
-    double low, middle, high;
-};
+using Interval = std::array<double, 3>;
 Interval interval_of(std::vector<double> values);
+
+// That of the jitter.
+Interval jitter_of(const std::vector<PosteriorSample> &samples);
 
 } // namespace toliman::planet

@@ -30,20 +30,6 @@ constexpr double kMostChange = 0.2; // of the logarithm of a scale of the jitter
 constexpr int kMostTimes = 8;
 constexpr int kMostTurns = 4, kMostRounds = 4;
 
-// Weighted rms of a design without jitter (without sigmas: with the jitter 1), of the series itself.
-double rms_of(const Series &series, const Design &design) noexcept {
-    double weight = 0, square = 0;
-    for (size_t i = 0; i < series.primary; i++) {
-        weight += design.weights()[i] * design.weights()[i];
-        square += design.residuals()[i] * design.residuals()[i];
-    }
-    return std::sqrt(square / weight);
-}
-
-double unit_jitter(const Series &series) noexcept {
-    return series.median_sigma > 0 ? 0 : 1;
-}
-
 // Weighted rms about the nuisance functions.
 double size_of(const Series &series) {
     const std::vector<FittedPlanet> none;
@@ -103,14 +89,6 @@ Prior prior_of(const Series &series, const Settings &settings) {
         prior.jitter_knee = series.median_sigma > 0 ? series.median_sigma / 10 : settings.jitter_max / 1000;
     }
     return prior;
-}
-
-double median_jitter(const std::vector<PosteriorSample> &samples) {
-    std::vector<double> jitters;
-    jitters.reserve(samples.size());
-    for (const PosteriorSample &sample : samples)
-        jitters.push_back(sample.jitter);
-    return interval_of(std::move(jitters)).middle;
 }
 
 // The scale of the prior of a planet's amplitudes: their rms.
@@ -274,7 +252,7 @@ class Searcher {
         for (const PosteriorSample &sample : samples)
             frequencies.push_back(sample.planet.orbit.frequency);
         const Interval known = interval_of(std::move(frequencies));
-        return std::fabs(orbit.frequency - known.middle) > kMostWidths * (known.high - known.low) / 2;
+        return std::fabs(orbit.frequency - known[1]) > kMostWidths * (known[2] - known[0]) / 2;
     }
 
     // The posterior of planet `which`, or of one more, with the other planets. Velocities tell the star of a planet:
@@ -401,7 +379,7 @@ class Searcher {
         candidate.log10_bayes = (lattice.log_evidence() - log_null) / std::log(10.0);
         candidate.log10_bayes_error = lattice.log_error() / std::log(10.0);
         candidate.samples = draw_samples(problem, lattice, settings_.samples, settings_.seed, settings_.threads);
-        jitter_ = median_jitter(candidate.samples);
+        jitter_ = jitter_of(candidate.samples)[1];
         candidate.fitted.planet = best_of(problem, lattice);
         candidate.fitted.scale = std::max(scale_of(series_, candidate.fitted.planet), problem.prior.scales.front());
     }

@@ -5,6 +5,7 @@
 
 #include "base/constants.hpp"
 #include "base/error.hpp"
+#include "base/robust.hpp"
 #include "kernels/kepler_rows.hpp"
 
 namespace toliman::planet {
@@ -13,42 +14,37 @@ namespace {
 
 constexpr double kMostValue = 1e100;
 
-void check(const GivenSeries &given, const char *name, const double *values, size_t n) {
-    for (size_t i = 0; i < n; i++)
+void check(const GivenSeries &given, const char *name, const std::vector<double> &values) {
+    for (size_t i = 0; i < values.size(); i++)
         if (!(std::fabs(values[i]) <= kMostValue))
-            fail(Status::argument, "{%s}: %s[%zu] = %g: must be finite and at most 1e100", given.name, name, i,
+            fail(Status::argument, "{%s}: %s[%zu] = %g: must be finite and at most 1e100", given.name.c_str(), name, i,
                  values[i]);
 }
 
 void check_sigmas(const GivenSeries &given) {
-    for (size_t i = 0; i < given.n && given.sigma != nullptr; i++)
+    for (size_t i = 0; i < given.sigma.size(); i++)
         if (!(given.sigma[i] >= 1e-100 && given.sigma[i] <= kMostValue))
-            fail(Status::argument, "{%s}: sigma[%zu] = %g: must be in [1e-100, 1e100]", given.name, i, given.sigma[i]);
+            fail(Status::argument, "{%s}: sigma[%zu] = %g: must be in [1e-100, 1e100]", given.name.c_str(), i,
+                 given.sigma[i]);
 }
 
 // Whether the numbers are finite, and enough.
 void check(const GivenSeries &given) {
-    check(given, "t", given.t, given.n);
-    check(given, "y", given.y, given.n);
+    check(given, "t", given.t);
+    check(given, "y", given.y);
     check_sigmas(given);
-    check(given, "rows", given.rows, given.n * static_cast<size_t>(given.columns));
+    check(given, "rows", given.rows);
     const size_t needed = 7 + static_cast<size_t>(given.trend) + static_cast<size_t>(given.columns);
-    if (given.n < needed)
-        fail(Status::state, "{%s}: n = %zu: must be at least %zu, the number of functions and 6", given.name, given.n,
-             needed);
+    if (given.n() < needed)
+        fail(Status::state, "{%s}: n = %zu: must be at least %zu, the number of functions and 6", given.name.c_str(),
+             given.n(), needed);
 }
 
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
-// Weighted mean, sigma NULL: of equal weights.
-double mean(const double *values, const double *sigma, size_t n) {
+// Weighted mean; sigma empty: of equal weights.
+double mean(const std::vector<double> &values, const std::vector<double> &sigma) {
     long double weight = 0, sum = 0;
-    for (size_t i = 0; i < n; i++) {
-        const long double w = sigma == nullptr ? 1 : 1 / (static_cast<long double>(sigma[i]) * sigma[i]);
+    for (size_t i = 0; i < values.size(); i++) {
+        const long double w = sigma.empty() ? 1 : 1 / (static_cast<long double>(sigma[i]) * sigma[i]);
         weight += w;
         sum += w * values[i];
     }
@@ -56,10 +52,11 @@ double mean(const double *values, const double *sigma, size_t n) {
 }
 
 void set_axis(const GivenSeries &given, Series &series) {
-    const double *const angle = given.position_angle_deg, degree = kPi / 180;
-    check(given, "position_angle_deg", angle, given.n);
+    constexpr double degree = kPi / 180;
+    const std::vector<double> &angle = given.position_angle_deg;
+    check(given, "position_angle_deg", angle);
     double cosine = 0, sine = 0;
-    for (size_t i = 0; i < given.n; i++) {
+    for (size_t i = 0; i < given.n(); i++) {
         cosine += std::cos(angle[i] * degree);
         sine += std::sin(angle[i] * degree);
     }
@@ -67,7 +64,7 @@ void set_axis(const GivenSeries &given, Series &series) {
     series.axis_cosine.assign(series.rows, 0.0);
     series.axis_sine.assign(series.rows, 0.0);
     double least = 0, most = 0;
-    for (size_t i = 0; i < given.n; i++) {
+    for (size_t i = 0; i < given.n(); i++) {
         const double off = std::remainder(angle[i] * degree - series.axis, 2 * kPi);
         least = std::min(least, off);
         most = std::max(most, off);
@@ -87,18 +84,19 @@ Function new_function(const Series &series, std::string name) {
 // first: row of the first measurement, as for the next two.
 void add_trend(const GivenSeries &given, size_t first, Series &series) {
     double start = given.trend_start, end = given.trend_end;
-    if (start == 0 && end == 0 && given.n > 0) {
-        start = *std::min_element(given.t, given.t + given.n);
-        end = *std::max_element(given.t, given.t + given.n);
+    if (start == 0 && end == 0 && given.n() > 0) {
+        start = *std::min_element(given.t.begin(), given.t.end());
+        end = *std::max_element(given.t.begin(), given.t.end());
     }
     if (given.trend > 0 && !(start < end))
-        fail(Status::argument, "{%s}: trend_start = %.9g: must be below trend_end = %.9g", given.name, start, end);
+        fail(Status::argument, "{%s}: trend_start = %.9g: must be below trend_end = %.9g", given.name.c_str(), start,
+             end);
     for (int32_t order = 1; order <= given.trend; order++) {
         Function function = new_function(series, "T_" + std::to_string(order));
-        for (size_t i = 0; i < given.n; i++) {
+        for (size_t i = 0; i < given.n(); i++) {
             if (given.t[i] < start || given.t[i] > end)
-                fail(Status::argument, "{%s}: t[%zu] = %.9g: outside the span of the trend, %.9g to %.9g", given.name,
-                     i, given.t[i], start, end);
+                fail(Status::argument, "{%s}: t[%zu] = %.9g: outside the span of the trend, %.9g to %.9g",
+                     given.name.c_str(), i, given.t[i], start, end);
             const double x = std::clamp(((given.t[i] - start) - (end - given.t[i])) / (end - start), -1.0, 1.0);
             function.values[first + i] = std::cos(order * std::acos(x));
         }
@@ -110,7 +108,7 @@ void add_columns(const GivenSeries &given, size_t first, Series &series) {
     const auto columns = static_cast<size_t>(given.columns);
     for (size_t j = 0; j < columns; j++) {
         Function function = new_function(series, "column " + std::to_string(j));
-        for (size_t i = 0; i < given.n; i++)
+        for (size_t i = 0; i < given.n(); i++)
             function.values[first + i] = given.rows[i * columns + j];
         series.functions.push_back(std::move(function));
     }
@@ -121,7 +119,8 @@ void set_priors(const GivenSeries &given, size_t mean, Series &series) {
     for (size_t j = 0; j < series.functions.size() - mean; j++) {
         const double precision = given.precision[j];
         if (!(precision >= 0 && precision <= kMostValue))
-            fail(Status::argument, "{%s}: prior_precision[%zu] = %g: must be in [0, 1e100]", given.name, j, precision);
+            fail(Status::argument, "{%s}: prior_precision[%zu] = %g: must be in [0, 1e100]", given.name.c_str(), j,
+                 precision);
         series.functions[mean + j].precision = precision;
     }
 }
@@ -130,63 +129,63 @@ void set_priors(const GivenSeries &given, size_t mean, Series &series) {
 void add_groups(const GivenSeries &given, int32_t source, size_t first, size_t mean, Series &series) {
     const size_t before = series.groups.size(), column = mean + 1 + static_cast<size_t>(given.trend);
     for (size_t k = 0; k < given.offsets.size(); k++)
-        series.groups.push_back({first, given.n, static_cast<int32_t>(k), source, column + given.offsets[k]});
-    for (size_t i = 0; i < given.n; i++)
-        series.group.push_back(static_cast<uint32_t>(
-            before + (given.instrument != nullptr ? static_cast<size_t>(given.instrument[i]) : 0)));
+        series.groups.push_back({first, given.n(), static_cast<int32_t>(k), source, column + given.offsets[k]});
+    for (size_t i = 0; i < given.n(); i++)
+        series.group.push_back(
+            static_cast<uint32_t>(before + (!given.instrument.empty() ? static_cast<size_t>(given.instrument[i]) : 0)));
 }
 
 } // namespace
 
 Series::Series(const GivenSeries &given, const GivenVelocities &velocities)
-    : n(given.n), primary(given.n), velocity(given.velocity) {
+    : n(given.n()), primary(given.n()), velocity(given.velocity) {
     check(given);
     bool has_motion = false;
-    for (const GivenSeries *const one : velocities.of)
-        if (one != nullptr) {
+    for (const std::optional<GivenSeries> &one : velocities.of)
+        if (one) {
             check(*one);
-            n += one->n;
+            n += one->n();
             has_motion = true;
         }
     rows = (n + kernels::kRowLanes - 1) / kernels::kRowLanes * kernels::kRowLanes;
-    time_reference = mean(given.t, given.sigma, given.n);
+    time_reference = mean(given.t, given.sigma);
     t.assign(rows, 0.0);
     y.assign(rows, 0.0);
     sigma.assign(rows, 0.0);
     leave_out(std::vector<bool>(n));
     add(given, 0, 0);
-    size_t first = given.n;
+    size_t first = given.n();
     for (int32_t star = 0; star < 2; star++) {
         if (has_motion)
             motion[star].assign(rows, 0.0);
-        if (velocities.of[star] == nullptr)
+        if (!velocities.of[star])
             continue;
         const GivenSeries &own = *velocities.of[star];
         add(own, 1 + star, first);
-        std::fill_n(motion[star].begin() + static_cast<std::ptrdiff_t>(first), own.n, velocities.per_motion[star]);
-        first += own.n;
+        std::fill_n(motion[star].begin() + static_cast<std::ptrdiff_t>(first), own.n(), velocities.per_motion[star]);
+        first += own.n();
     }
     span = *std::max_element(t.begin(), t.begin() + static_cast<std::ptrdiff_t>(n)) -
            *std::min_element(t.begin(), t.begin() + static_cast<std::ptrdiff_t>(n));
     if (!(span > 0))
         fail(Status::argument, "{series}: all times are %.9g: must differ", given.t[0]);
-    median_sigma = given.sigma != nullptr ? median({given.sigma, given.sigma + given.n}) : 0;
-    if (given.position_angle_deg != nullptr)
+    median_sigma = median(given.sigma);
+    if (!given.position_angle_deg.empty())
         set_axis(given, *this);
     jitter_scales_.assign(groups.size(), 1.0);
 }
 
 // Adds measurements, from row `first` on, and their functions.
 void Series::add(const GivenSeries &given, int32_t source, size_t first) {
-    const double middle = given.n > 0 ? median({given.y, given.y + given.n}) : 0; // a mean is lost if one is 1e90
-    for (size_t i = 0; i < given.n; i++) {
+    const double middle = median(given.y); // a mean is lost if one is 1e90
+    for (size_t i = 0; i < given.n(); i++) {
         t[first + i] = given.t[i] - time_reference;
         y[first + i] = given.y[i] - middle;
-        sigma[first + i] = given.sigma != nullptr ? given.sigma[i] : 0;
+        sigma[first + i] = given.sigma.empty() ? 0 : given.sigma[i];
     }
     const size_t at = functions.size();
     functions.push_back(new_function(*this, "mean"));
-    std::fill_n(functions.back().values.begin() + static_cast<std::ptrdiff_t>(first), given.n, 1.0);
+    std::fill_n(functions.back().values.begin() + static_cast<std::ptrdiff_t>(first), given.n(), 1.0);
     add_trend(given, first, *this);
     add_columns(given, first, *this);
     set_priors(given, at, *this);

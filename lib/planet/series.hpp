@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,25 +10,26 @@
 
 namespace toliman::planet {
 
-// What the caller gives; sigma, columns, position_angle_deg and instrument may be NULL.
+// Measurements as they are given.
 struct GivenSeries {
-    size_t n;
-    const double *t, *y, *sigma;
-    const double *rows;               // [n][columns]
-    const double *position_angle_deg; // [n]
+    std::vector<double> t, y, sigma;        // [n]; sigma: empty if it is not known
+    std::vector<double> rows;               // [n][columns]
+    std::vector<double> position_angle_deg; // [n], or empty
     int32_t trend, columns;
     double trend_start, trend_end;
-    const double *precision; // [1 + trend + columns]
+    std::vector<double> precision; // [1 + trend + columns]
     bool velocity;
-    double frame_chi_square;             // median of the frames; 0: unknown
-    const int32_t *instrument = nullptr; // [n], index of the instrument of each; NULL: one instrument
-    std::vector<size_t> offsets = {0};   // of each instrument, index of the column of its offset; not of the first
-    const char *name = "series";         // in messages
+    double frame_chi_square;         // median of the frames; 0: unknown
+    std::vector<int32_t> instrument; // [n], index of the instrument of each; empty: one instrument
+    std::vector<size_t> offsets;     // of each instrument, index of the column of its offset; not of the first
+    std::string name;                // in messages
+
+    size_t n() const noexcept { return t.size(); }
 };
 
 // Radial velocities of the stars A and B of a series of separations.
 struct GivenVelocities {
-    const GivenSeries *of[2] = {nullptr, nullptr}; // with sigmas; NULL: none
+    std::optional<GivenSeries> of[2]; // with sigmas
     // Velocity, in units of the velocities, of a star that moves by one unit of y times one radian per unit of t.
     double per_motion[2] = {0, 0};
 };

@@ -71,14 +71,18 @@ std::vector<Function> shape_functions(const Series &series, const Orbit &orbit) 
     return functions;
 }
 
-Buffer<double> signal_at(const Series &series, const Planet &planet, const double *t, const double *angle, size_t n) {
-    Buffer<double> x(n), y(n), signal(n);
-    set_plane(series.velocity, planet.orbit, t, n, x.data(), y.data());
+Buffer<double> signal_at(const Series &series, const Planet &planet, const double *t, const double *position_angle_deg,
+                         size_t n) {
+    Buffer<double> times(n), x(n), y(n), signal(n);
+    for (size_t i = 0; i < n; i++)
+        times[i] = t[i] - series.time_reference;
+    set_plane(series.velocity, planet.orbit, times.data(), n, x.data(), y.data());
     const Amplitudes &c = planet.amplitudes;
     for (size_t i = 0; i < n; i++) {
-        const double off = angle != nullptr ? angle[i] : 0;
+        const double angle = position_angle_deg != nullptr ? position_angle_deg[i] * (kPi / 180) - series.axis : 0,
+                     off = std::remainder(angle, 2 * kPi);
         signal[i] = std::cos(off) * (c[0] * x[i] + c[1] * y[i]);
-        if (angle != nullptr)
+        if (!series.axis_cosine.empty())
             signal[i] += std::sin(off) * (c[2] * x[i] + c[3] * y[i]);
     }
     return signal;

@@ -38,9 +38,9 @@ void set_shapes(const Series &series, const Orbit &orbit, double *shapes) noexce
 // The shapes at the measurements as functions of a fit, without priors.
 std::vector<Function> shape_functions(const Series &series, const Orbit &orbit);
 
-// The shapes of an orbit at other times: t [n] about the time reference, n any number; angle [n] from the mean axis,
-// rad, NULL for 0.
-Buffer<double> signal_at(const Series &series, const Planet &planet, const double *t, const double *angle, size_t n);
+// The signal at other times t [n], with these position angles, deg; NULL: those of the mean axis.
+Buffer<double> signal_at(const Series &series, const Planet &planet, const double *t, const double *position_angle_deg,
+                         size_t n);
 
 // The signal at the measurements [rows].
 Buffer<double> signal_of(const Series &series, const Planet &planet);

@@ -15,6 +15,7 @@
 #include <cmath>
 
 #include "base/constants.hpp"
+#include "base/robust.hpp"
 #include "period/fap.hpp"
 #include "planet/detection.hpp"
 #include "planet/orientation.hpp"
@@ -37,9 +38,7 @@ double median_step(const Series &series) {
     for (size_t i = 1; i < times.size(); i++)
         if (times[i] > times[i - 1])
             steps.push_back(times[i] - times[i - 1]);
-    const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-    std::nth_element(steps.begin(), middle, steps.end());
-    return *middle;
+    return median(std::move(steps));
 }
 
 } // namespace
