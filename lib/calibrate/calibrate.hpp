@@ -1,6 +1,7 @@
 // Calibration: the instrument's parameters, and the OPD of each pupil cell, from many frames together.
 #pragma once
 #include <functional>
+#include <limits>
 #include <string>
 
 #include "base/goodness.hpp"
@@ -57,6 +58,15 @@ struct Calibration {
     std::vector<LeftOut> left_out;
     std::vector<Attempt> attempts;    // to improve the model
     uint32_t lacks = 0, improved = 0; // Lack, of an incomplete model; of the attempts that were kept
+
+    // Whether it converged and is finished; otherwise it has no errors, and no values that depend on them.
+    bool has_values() const noexcept { return (flags & not_converged) == 0 && !underway; }
+    // Covariance of two parameters at the start of a window; NaN without values.
+    double covariance(size_t window, size_t i, size_t j) const noexcept {
+        const size_t n = free.size(), size = n * windows.size();
+        return has_values() ? uncertainty.instrument[(window * n + i) * size + window * n + j]
+                            : std::numeric_limits<double>::quiet_NaN();
+    }
 };
 
 struct Report {

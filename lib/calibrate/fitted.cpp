@@ -5,7 +5,9 @@
 #include <cstring>
 #include <filesystem>
 
+#include "backend/file.hpp"
 #include "backend/json.hpp"
+#include "base/error.hpp"
 #include "base/text.hpp"
 #include "optics/pupil.hpp"
 #include "scene/instrument.hpp"
@@ -140,8 +142,8 @@ Value provenance(const Scene &scene) {
     return group;
 }
 
-} // namespace
-
+// The scene of a window for a file in `folder`: the nominal text with the fitted values. File names that are relative
+// stay so. map_file: name of the OPD map; "" = none.
 std::string fitted_json(const Calibration &calibration, size_t window, const std::string &folder,
                         const std::string &map_file) {
     const Scene scene = fitted_scene(calibration, window);
@@ -161,6 +163,8 @@ std::string fitted_json(const Calibration &calibration, size_t window, const std
     return json::print(tree);
 }
 
+// The OPD map of the fitted scene: that of the nominal scene's file, if any, plus the fitted one. [N][N] in m; empty
+// without a fitted map.
 Buffer<double> fitted_map(const Calibration &calibration) {
     Buffer<double> map = calibration.point.map_m;
     if (map.empty())
@@ -171,6 +175,7 @@ Buffer<double> fitted_map(const Calibration &calibration) {
     return map;
 }
 
+// An array [rows][cols] as the content of an .npy file.
 std::string npy_of(const Buffer<double> &values, size_t rows, size_t cols) {
     std::string text("\x93NUMPY\1\0", 8);
     text += static_cast<char>(kNpyHeader - 10);
@@ -181,6 +186,33 @@ std::string npy_of(const Buffer<double> &values, size_t rows, size_t cols) {
     text += '\n';
     text.append(reinterpret_cast<const char *>(values.data()), values.size() * sizeof(double));
     return text;
+}
+
+} // namespace
+
+void save_fitted(const Calibration &calibration, size_t window, const std::string &name) {
+    constexpr char suffix[] = ".json";
+    const size_t length = sizeof suffix - 1;
+    if (name.size() <= length || name.compare(name.size() - length, length, suffix) != 0)
+        fail(Status::argument, "{path} = \"%s\": must end with .json", name.c_str());
+    if ((calibration.flags & not_converged) != 0)
+        fail(Status::unsupported, "{calibration} did not converge: there is no fitted scene");
+    const size_t slash = name.rfind('/');
+    const std::string folder = slash == std::string::npos ? "." : name.substr(0, slash + 1),
+                      stem = name.substr(0, name.size() - length) + ".opd.npy",
+                      file = slash == std::string::npos ? stem : stem.substr(slash + 1);
+    const Buffer<double> map = fitted_map(calibration);
+    const std::string &given = calibration.nominal.telescope.opd_file;
+    std::error_code different;
+    if (!map.empty() && !given.empty() && std::filesystem::equivalent(stem, given, different))
+        fail(Status::argument, "{path} = \"%s\": its map would replace %s of the nominal scene", name.c_str(),
+             given.c_str());
+    if (!map.empty()) {
+        const std::string bytes = npy_of(map, calibration.samples, calibration.samples);
+        file::replace(stem, bytes.data(), bytes.size());
+    }
+    const std::string json = fitted_json(calibration, window, folder, map.empty() ? "" : file);
+    file::replace(name, json.data(), json.size());
 }
 
 } // namespace toliman::calibrate

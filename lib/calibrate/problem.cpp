@@ -1,10 +1,60 @@
 #include "calibrate/problem.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
 
+#include "base/error.hpp"
 #include "scene/instrument.hpp"
 
 namespace toliman::calibrate {
+
+void check_scene(const optics::Simulator &simulator) {
+    const Scene &scene = simulator.scene();
+    const char *const source = scene.source.c_str();
+    if (scene.stars.size() < 2)
+        fail(Status::unsupported, "%s: {stars}: a calibration needs two stars", source);
+    if (simulator.plan().engine == optics::EngineKind::padded_fft)
+        fail(Status::unsupported, "%s: a calibration needs the matrix DFT: the padded FFT has no derivatives", source);
+}
+
+Scene with_photons(const optics::Simulator &simulator) {
+    Scene scene = simulator.scene();
+    if (scene.cadence.peak_photons == 0)
+        return scene;
+    scene.cadence.peak_photons = 0;
+    scene.cadence.exposure_s = 1;
+    for (size_t star = 0; star < scene.stars.size(); star++) {
+        const std::vector<double> &photons = simulator.light().photons[star];
+        scene.stars[star].photons_per_s = std::accumulate(photons.begin(), photons.end(), 0.0);
+    }
+    return scene;
+}
+
+std::vector<Window> windows_of(const std::vector<fit::Prediction> &predictions, double days) {
+    const double first = std::min_element(predictions.begin(), predictions.end(), [](const auto &a, const auto &b) {
+                             return a.days < b.days;
+                         })->days;
+    std::map<double, Window> windows; // by their number
+    for (size_t k = 0; k < predictions.size(); k++) {
+        const double elapsed = predictions[k].days - first, number = days > 0 ? std::floor(elapsed / days) : 0,
+                     share = days > 0 ? std::clamp(elapsed / days - number, 0.0, 1.0) : 0;
+        windows[number].frames.push_back(k);
+        windows[number].shares.push_back(share);
+        if (share > 0)
+            windows[number + 1];
+    }
+    std::vector<Window> all;
+    double before = -1;
+    for (auto &[number, window] : windows) {
+        window.first_days = days > 0 ? first + number * days : first;
+        window.elapsed = number - before;
+        before = number;
+        all.push_back(std::move(window));
+    }
+    return all;
+}
 
 std::vector<double> mean_of(const std::vector<std::vector<double>> &windows) {
     std::vector<double> mean(windows[0].size());

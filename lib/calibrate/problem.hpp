@@ -92,6 +92,15 @@ struct Point {
     Buffer<double> map_m; // OPD added to the pupil, [N][N]; empty = none
 };
 
+// Status::unsupported for a scene that cannot be calibrated.
+void check_scene(const optics::Simulator &simulator);
+
+// The scene with absolute photons. Photons relative to the peak of the image would change with the optics.
+Scene with_photons(const optics::Simulator &simulator);
+
+// Windows of `days` from the first time on: those with frames, and those whose start is the end of one with frames.
+std::vector<Window> windows_of(const std::vector<fit::Prediction> &predictions, double days);
+
 // The mean over the windows.
 std::vector<double> mean_of(const std::vector<std::vector<double>> &windows);
 

@@ -19,13 +19,16 @@
 #include "base/constants.hpp"
 #include "base/symmetric.hpp"
 #include "base/workers.hpp"
+#include "calibrate/calibrate.hpp"
 #include "optics/derivatives.hpp"
+#include "scene/instrument.hpp"
 
 namespace toliman::calibrate {
 
 namespace {
 
 constexpr double kLeastFlux = -0.5; // relative change: with wrong optics, a star seems fainter than it is
+constexpr double kNoMap = 1e-15;    // m
 constexpr double kSymmetry = 1e-3;  // of the step of a mask, whose areas are known to 6e-4
 
 using Own = std::array<double, kOwn>;
@@ -84,6 +87,45 @@ Own find(const fit::Fit &fit, ImageView<const double> counts, const fit::Predict
 }
 
 } // namespace
+
+uint32_t adopt_cells(const Scene &start, Scene &nominal) {
+    const Telescope &from = start.telescope;
+    Telescope &to = nominal.telescope;
+    const uint32_t changes = (from.mask.edges != to.mask.edges ? lacks_edges : 0u) |
+                             (from.pupil_samples != to.pupil_samples ? lacks_samples : 0u);
+    to.mask.edges = from.mask.edges;
+    to.pupil_samples = from.pupil_samples;
+    return changes;
+}
+
+Point start_of(const Problem &problem, const optics::Outline &nominal, const optics::Simulator *start) {
+    Point from;
+    std::vector<double> changes(problem.free.size());
+    from.instrument.assign(problem.windows.size(), changes);
+    if (start == nullptr)
+        return from;
+    const Scene &scene = start->scene();
+    const optics::Pupil &pupil = start->pupil(), &same = nominal.pupil;
+    const bool agree = scene.detector.rows == problem.nominal.detector.rows &&
+                       scene.detector.cols == problem.nominal.detector.cols &&
+                       scene.stars.size() == problem.nominal.stars.size() && pupil.samples == same.samples &&
+                       pupil.step_m == same.step_m && pupil.amplitude == same.amplitude &&
+                       start->light().wavelength_m == nominal.light.wavelength_m;
+    if (!agree)
+        fail(Status::mismatch,
+             "{options->start}: %s: must be %s with other values of the parameters: detector, pupil and band differ",
+             scene.source.c_str(), problem.nominal.source.c_str());
+    for (size_t i = 0; i < problem.free.size(); i++)
+        changes[i] = change_of(scene, problem.nominal, problem.free[i].parameter);
+    from.instrument.assign(problem.windows.size(), changes);
+    const optics::Outline outline = outline_at(problem, changes, {});
+    from.map_m.resize(outline.pupil.opd_m.size());
+    for (size_t i = 0; i < from.map_m.size(); i++)
+        from.map_m[i] = pupil.opd_m[i] - outline.pupil.opd_m[i];
+    if (std::all_of(from.map_m.begin(), from.map_m.end(), [](double m) { return std::fabs(m) < kNoMap; }))
+        from.map_m = {}; // rounding alone
+    return from;
+}
 
 std::vector<Own> find_frames(const Problem &problem, const std::vector<double> &changes, const Buffer<double> &map_m) {
     const optics::Simulator simulator(outline_at(problem, changes, map_m), problem.settings);

@@ -4,6 +4,13 @@
 
 namespace toliman::calibrate {
 
+// Edges and number of the pupil cells of the start become those of the nominal scene. Returns what changed; Lack.
+uint32_t adopt_cells(const Scene &start, Scene &nominal);
+
+// A start without frames: changes of the parameters, the same in all windows, and the map that they do not explain, of
+// another simulator of the scene; NULL: none. Status::mismatch if it is not the same scene with other values.
+Point start_of(const Problem &problem, const optics::Outline &nominal, const optics::Simulator *start);
+
 // The parameters of each frame that fit it best with the instrument at these changes (and this map), from its
 // prediction or from where a search finds the stars. Status::argument for a frame whose stars are not found.
 std::vector<std::array<double, kOwn>> find_frames(const Problem &problem, const std::vector<double> &changes,
