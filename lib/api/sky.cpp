@@ -21,7 +21,6 @@
 #include "api/struct_array.hpp"
 #include "api/times.hpp"
 #include "backend/file.hpp"
-#include "base/hash.hpp"
 #include "base/progress.hpp"
 #include "measure/reduction.hpp"
 #include "scene/system.hpp"
@@ -43,8 +42,6 @@ static_assert(sky::kEarthAberration == TOLIMAN_SKY_EARTH_ABERRATION &&
 
 constexpr Choice<sky::Observer::Kind> kObservers = {TOLIMAN_SKY_OBSERVER_EARTH, TOLIMAN_SKY_OBSERVER_FILE,
                                                     "TOLIMAN_SKY_OBSERVER_..."};
-constexpr double kLowOrbitSpeed = 7.56e3; // m/s, at an altitude of 600 km
-constexpr double kWarnedYear = 2030;      // of the separation in the warning without an observer
 
 sky::Observer observer_of(const toliman_sky_options &options) {
     if (options.observer != nullptr && options.altitude_km != 0)
@@ -78,14 +75,6 @@ sky::System system_of(const char *name) {
     return std::strcmp(name, "alpha-cen") == 0 ? sky::alpha_cen() : read_system(std::string(name));
 }
 
-// In the order of sky::element_name.
-std::array<double, sky::kElements> elements_of(const sky::Orbit &orbit) noexcept {
-    std::array<double, sky::kElements> values;
-    for (size_t i = 0; i < sky::kElements; i++)
-        values[i] = orbit.*sky::kElementOf[i];
-    return values;
-}
-
 toliman_sky_prediction public_prediction(const sky::Prediction &prediction) noexcept {
     toliman_sky_prediction out = {};
     out.separation_arcsec = prediction.separation_arcsec;
@@ -107,46 +96,21 @@ std::unique_ptr<toliman_sky> new_sky(std::unique_ptr<const sky::Predictor> predi
     return handle;
 }
 
-void add_states(const sky::Ephemeris &file, toliman_sky_info &info) {
-    info.segments = static_cast<int32_t>(file.segments().size());
-    info.first_ns = file.segments().front().first_ns;
-    info.last_ns = file.segments().back().last_ns;
-    double least = HUGE_VAL, most = 0;
-    for (const sky::Segment &segment : file.segments()) {
-        info.states += segment.states.size();
-        for (const sky::State &state : segment.states) {
-            const double *const r = state.position_m;
-            const double distance = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
-            least = std::min(least, distance);
-            most = std::max(most, distance);
-        }
-    }
-    info.altitude_km[0] = (least - sky::kEarthRadius) / 1000;
-    info.altitude_km[1] = (most - sky::kEarthRadius) / 1000;
-}
-
 void set_orbit(const sky::Observer &observer, toliman_sky_info &info) {
-    sky::OrbitShape shape = {};
-    if (const sky::Ephemeris *const file = observer.ephemeris(); file != nullptr) {
-        add_states(*file, info);
-        const sky::Segment &first = file->segments().front();
-        shape = sky::shape_of(first.states.front(), first.tai_ns.front());
-    } else if (observer.kind() == sky::Observer::Kind::circular) {
-        shape = sky::shape_of(observer.at(0), 0);
-        shape.node_deg = 0; // follows the Sun
-        info.altitude_km[0] = info.altitude_km[1] = observer.orbit().altitude_km;
-    }
+    const sky::OrbitShape shape = observer.shape();
     info.inclination_deg = shape.inclination_deg;
     info.node_deg = shape.node_deg;
     info.node_hours = shape.node_hours;
     info.orbit_minutes = shape.period_minutes;
-}
-
-void warn_of_centre(const sky::Predictor &predictor, const Log &log) {
-    const double arcsec = sky::position_on_orbit(predictor.system().value.orbit, kWarnedYear).separation_arcsec();
-    log.warn("no observer given: predictions are for the Earth's centre; the velocity of a spacecraft in a low orbit "
-             "changes the separation (%.3g arcsec in %.0f) by up to %.3g uas",
-             arcsec, kWarnedYear, 1e6 * arcsec * kLowOrbitSpeed / erfa::kLightSpeed);
+    std::copy_n(shape.altitude_km, 2, info.altitude_km);
+    if (observer.ephemeris() == nullptr)
+        return;
+    const std::vector<sky::Segment> &segments = observer.ephemeris()->segments();
+    info.segments = static_cast<int32_t>(segments.size());
+    info.first_ns = segments.front().first_ns;
+    info.last_ns = segments.back().last_ns;
+    for (const sky::Segment &segment : segments)
+        info.states += segment.states.size();
 }
 
 // The options of the caller, whose trend must be valid.
@@ -180,7 +144,7 @@ toliman_status toliman_sky_create(const char *system, const toliman_sky_options 
             new_sky(std::make_unique<const sky::Predictor>(system_of(system), observer_of(known), known.without));
         if (handle->predictor->observer().kind() == sky::Observer::Kind::earth &&
             (known.without & sky::kSpacecraftAberration) == 0)
-            warn_of_centre(*handle->predictor, {known.log, known.log_data});
+            sky::warn_of_centre(*handle->predictor, {known.log, known.log_data});
         made = handle.release();
     });
 }
@@ -191,8 +155,7 @@ void toliman_sky_destroy(toliman_sky *sky) noexcept {
 
 toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns, size_t count,
                                    toliman_sky_prediction *predictions) noexcept {
-    return guard([&] {
-        const Use use(sky, "sky");
+    return call(sky, "sky", [&](auto &self) {
         required_array(tai_ns, count, sizeof *tai_ns, "tai_ns");
         if (count == 0)
             return;
@@ -200,7 +163,7 @@ toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns
         required_array(predictions, count, rows.size(), "predictions");
         std::vector<sky::Prediction> found(count);
         for (size_t i = 0; i < count; i++)
-            found[i] = sky->predictor->at(tai_ns[i]);
+            found[i] = self.predictor->at(tai_ns[i]);
         check_times("tai_ns", tai_ns, count);
         for (size_t i = 0; i < count; i++)
             rows.put(i, public_prediction(found[i]));
@@ -244,15 +207,13 @@ toliman_status toliman_sky_predict_mean_many(const toliman_sky *sky, const int64
 
 toliman_status toliman_sky_reduce(const toliman_sky *sky, const toliman_measure *measured,
                                   const toliman_sky_reduce_options *options, toliman_measure **out) noexcept {
-    return guard([&] {
-        const Use use(sky, "sky");
+    return call(sky, "sky", [&](auto &self) {
         const Use series(measured, "measured");
         toliman_measure *&made = required(out, "out");
         const auto known = accept(options, "options");
-        if ((known.flags & ~TOLIMAN_SKY_NO_FUNCTIONS) != 0)
-            fail(Status::argument, "{options->flags} = 0x%x: unknown bits", known.flags);
+        check_flags("options->flags", known.flags, TOLIMAN_SKY_NO_FUNCTIONS);
         measure::Reduction reduction =
-            measure::reduce(series->series, *sky->predictor, known_scale_sigma(known.scale_sigma), known.flags == 0);
+            measure::reduce(series->series, *self.predictor, known_scale_sigma(known.scale_sigma), known.flags == 0);
         if (!reduction.warning.empty())
             Log{known.log, known.log_data}.warn("%s", reduction.warning.c_str());
         made = new toliman_measure{{}, std::move(reduction.series)};
@@ -260,13 +221,12 @@ toliman_status toliman_sky_reduce(const toliman_sky *sky, const toliman_measure 
 }
 
 toliman_status toliman_sky_get_info(const toliman_sky *sky, toliman_sky_info *out) noexcept {
-    return guard([&] {
-        const Use use(sky, "sky");
-        const sky::Predictor &predictor = *sky->predictor;
+    return call(sky, "sky", [&](auto &self) {
+        const sky::Predictor &predictor = *self.predictor;
         toliman_sky_info info = {};
         info.without = predictor.without();
         info.observer = kObservers.to_constant(predictor.observer().kind());
-        info.orbit_digest = fnv1a(elements_of(predictor.system().value.orbit), kFnvOffset);
+        info.orbit_digest = sky::digest_of(predictor.system().value.orbit);
         info.parallax_arcsec = predictor.system().value.barycentre.parallax_mas / 1000;
         info.star_mass[0] = predictor.system().value.masses.a_sun;
         info.star_mass[1] = predictor.system().value.masses.b_sun;
@@ -278,15 +238,14 @@ toliman_status toliman_sky_get_info(const toliman_sky *sky, toliman_sky_info *ou
 
 toliman_status toliman_sky_refit(const toliman_sky *sky, const toliman_measure *measured, double scale_sigma,
                                  toliman_sky_refit_result *result, toliman_sky **out) noexcept {
-    return guard([&] {
-        const Use use(sky, "sky");
+    return call(sky, "sky", [&](auto &self) {
         const Use series(measured, "measured");
         toliman_sky *&made = required(out, "out");
         const double sigma = known_scale_sigma(scale_sigma);
         const std::vector<sky::Measurement> all = measure::measurements_of(series->series),
-                                            known = measure::covered(*sky->predictor, all);
-        const sky::Refit found = sky::refit(*sky->predictor, known, sigma);
-        auto handle = new_sky(std::make_unique<const sky::Predictor>(found.system, *sky->predictor));
+                                            known = measure::covered(*self.predictor, all);
+        const sky::Refit found = sky::refit(*self.predictor, known, sigma);
+        auto handle = new_sky(std::make_unique<const sky::Predictor>(found.system, *self.predictor));
         toliman_sky_refit_result filled = {};
         filled.iterations = found.iterations;
         set_goodness(found.goodness, filled);
@@ -307,45 +266,42 @@ toliman_status toliman_sky_refit(const toliman_sky *sky, const toliman_measure *
 
 toliman_status toliman_sky_set_columns(const toliman_sky *sky, double unit_arcsec, double scale_sigma,
                                        toliman_period_options *options, int32_t *elements) noexcept {
-    return guard([&] {
-        const Use use(sky, "sky");
+    return call(sky, "sky", [&](auto &self) {
         required(options, "options");
         required_array(elements, sky::kElements, sizeof *elements, "elements");
         if (!(unit_arcsec > 0 && std::isfinite(unit_arcsec)))
             fail(Status::argument, "{unit_arcsec} = %g: must be above 0 and finite", unit_arcsec);
         const std::vector<sky::Column> columns =
-            sky::error_columns(sky->predictor->system(), known_scale_sigma(scale_sigma));
+            sky::error_columns(self.predictor->system(), known_scale_sigma(scale_sigma));
         toliman_period_options changed = options_for(options);
         std::fill_n(elements, sky::kElements, -1);
         changed.columns = static_cast<int32_t>(columns.size());
         for (size_t c = 0; c < columns.size(); c++) {
             elements[c] = static_cast<int32_t>(columns[c].element);
             changed.column_bound[c] = columns[c].bound;
-            changed.prior_precision[1 + static_cast<size_t>(changed.trend) + c] =
-                prior_precision(columns[c].sigma, unit_arcsec);
+            const double sigma = columns[c].sigma / unit_arcsec;
+            changed.prior_precision[1 + static_cast<size_t>(changed.trend) + c] = 1 / (sigma * sigma);
         }
         deliver(changed, options, "options");
     });
 }
 
 toliman_status toliman_sky_save_file(const toliman_sky *sky, const char *path) noexcept {
-    return guard([&] {
-        const Use use(sky, "sky");
+    return call(sky, "sky", [&](auto &self) {
         required(path, "path");
-        const std::string text = system_json(sky->predictor->system());
+        const std::string text = system_json(self.predictor->system());
         file::replace(path, text.data(), text.size());
     });
 }
 
 toliman_status toliman_sky_get_element(const toliman_sky *sky, int32_t element, double *value, double *sigma) noexcept {
-    return guard([&] {
-        const Use use(sky, "sky");
+    return call(sky, "sky", [&](auto &self) {
         const size_t known = known_element(element);
-        const sky::System &system = sky->predictor->system();
+        const sky::System &system = self.predictor->system();
         if (value != nullptr)
-            *value = elements_of(system.value.orbit)[known];
+            *value = system.value.orbit.*sky::kElementOf[known];
         if (sigma != nullptr)
-            *sigma = elements_of(system.sigma.orbit)[known];
+            *sigma = system.sigma.orbit.*sky::kElementOf[known];
     });
 }
 }

@@ -5,6 +5,7 @@
 // of Astrodynamics and Applications, ch. 11.
 #include "sky/observer.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -53,8 +54,6 @@ void turn(const Matrix &matrix, double vector[3]) noexcept {
         vector[i] = matrix[3 * i] * old[0] + matrix[3 * i + 1] * old[1] + matrix[3 * i + 2] * old[2];
 }
 
-} // namespace
-
 OrbitShape shape_of(const State &state, int64_t tai_ns) noexcept {
     constexpr double kDegree = kPi / 180;
     const double *const r = state.position_m, *const v = state.velocity_m_s;
@@ -69,6 +68,32 @@ OrbitShape shape_of(const State &state, int64_t tai_ns) noexcept {
     out.node_hours = within(node - mean_sun(terrestrial_days(tai_ns)) + 0.5, 24);
     out.period_minutes = 2 * kPi * axis * std::sqrt(axis / kEarthGm) / 60;
     return out;
+}
+
+} // namespace
+
+OrbitShape Observer::shape() const {
+    if (kind_ == Kind::earth)
+        return {};
+    if (kind_ == Kind::circular) {
+        OrbitShape shape = shape_of(at(0), 0);
+        shape.node_deg = 0;
+        shape.altitude_km[0] = shape.altitude_km[1] = orbit_.altitude_km;
+        return shape;
+    }
+    const Segment &first = ephemeris_->segments().front();
+    OrbitShape shape = shape_of(first.states.front(), first.tai_ns.front());
+    double least = HUGE_VAL, most = 0;
+    for (const Segment &segment : ephemeris_->segments())
+        for (const State &state : segment.states) {
+            const double *const r = state.position_m;
+            const double distance = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+            least = std::min(least, distance);
+            most = std::max(most, distance);
+        }
+    shape.altitude_km[0] = (least - kEarthRadius) / 1000;
+    shape.altitude_km[1] = (most - kEarthRadius) / 1000;
+    return shape;
 }
 
 Observer Observer::turned(const Matrix &matrix) const {

@@ -24,8 +24,8 @@ struct OrbitShape {
     double inclination_deg, node_deg; // to the equator; right ascension of the ascending node, 0 to 360
     double node_hours;                // local mean time there, 0 to 24
     double period_minutes;            // NaN if it does not return
+    double altitude_km[2];            // least and largest, of the states
 };
-OrbitShape shape_of(const State &state, int64_t tai_ns) noexcept;
 
 class Observer {
   public:
@@ -46,6 +46,9 @@ class Observer {
     Observer turned(const Matrix &matrix) const;
     // Whether there is a state for a time, as far as the usable times of the segments tell.
     bool covers(int64_t tai_ns) const noexcept;
+
+    // The orbit of the first state; zeros at the Earth's centre. The node of a circular orbit, 0, follows the Sun.
+    OrbitShape shape() const;
 
     // Relative to the Earth's centre. Status::range as Ephemeris::at.
     State at(int64_t tai_ns) const;

@@ -10,9 +10,11 @@
 // Reference: Green, Spherical Astronomy, ch. 19. Sign of the line of sight: B recedes at the ascending node.
 #include "sky/orbit.hpp"
 
+#include <array>
 #include <cmath>
 
 #include "base/constants.hpp"
+#include "base/hash.hpp"
 #include "kernels/kepler.hpp"
 
 namespace toliman::sky {
@@ -111,6 +113,13 @@ void bound_partials(const Orbit &orbit, double bounds[kElements]) noexcept {
         std::frexp(1.25 * largest[i], &exponent); // 1.25: for the factor
         bounds[i] = std::ldexp(1.0, exponent);
     }
+}
+
+uint64_t digest_of(const Orbit &orbit) noexcept {
+    uint64_t hash = kFnvOffset;
+    for (const auto element : kElementOf)
+        hash = fnv1a(std::array<double, 1>{orbit.*element}, hash);
+    return hash;
 }
 
 } // namespace toliman::sky

@@ -1,6 +1,7 @@
 // The orbit of a visual binary: position of star B relative to star A.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 
 namespace toliman::sky {
 
@@ -18,6 +19,8 @@ constexpr double Orbit::*kElementOf[] = {
     &Orbit::period_years, &Orbit::semi_major_arcsec, &Orbit::eccentricity, &Orbit::inclination_deg,
     &Orbit::node_deg,     &Orbit::periastron_deg,    &Orbit::epoch};
 constexpr size_t kElements = 7;
+// FNV-1a hash of the elements.
+uint64_t digest_of(const Orbit &orbit) noexcept;
 
 // B relative to A: tangential plane and line of sight, as angles at the distance of the system.
 struct OrbitPosition {

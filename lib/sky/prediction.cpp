@@ -274,4 +274,13 @@ Prediction Predictor::mean(const std::vector<Interval> &intervals) const {
     return total;
 }
 
+void warn_of_centre(const Predictor &predictor, const Log &log) {
+    constexpr double kLowOrbitSpeed = 7.56e3; // m/s, at an altitude of 600 km
+    constexpr double kWarnedYear = 2030;      // of the separation
+    const double arcsec = position_on_orbit(predictor.system().value.orbit, kWarnedYear).separation_arcsec();
+    log.warn("no observer given: predictions are for the Earth's centre; the velocity of a spacecraft in a low orbit "
+             "changes the separation (%.3g arcsec in %.0f) by up to %.3g uas",
+             arcsec, kWarnedYear, 1e6 * arcsec * kLowOrbitSpeed / erfa::kLightSpeed);
+}
+
 } // namespace toliman::sky

@@ -81,4 +81,7 @@ class Predictor {
     std::shared_ptr<const Earth> earth_;
 };
 
+// Warns that predictions are for the Earth's centre.
+void warn_of_centre(const Predictor &predictor, const Log &log);
+
 } // namespace toliman::sky
