@@ -15,8 +15,8 @@
 #include "optics/simulator.hpp"
 #include "period/stream/stream.hpp"
 
-namespace toliman::api {
-struct Source; // api/track_estimators.hpp
+namespace toliman::track {
+struct Source; // track/request.hpp
 }
 
 struct toliman_sim : toliman::api::Handle<toliman_sim> {
@@ -51,7 +51,7 @@ struct toliman_fit : toliman::api::Handle<toliman_fit> {
     std::vector<toliman::optics::AtlasPlan> atlases; // of the model images of each window
     uint32_t threads;                                // of toliman_fit_frame_many, as in the options
     // As the estimator of a tracker, fit_source(): a pointer, so that programs without fits are linked without them.
-    toliman::api::Source (*source)(const toliman_fit &fit, int64_t time_offset_ns);
+    toliman::track::Source (*source)(const toliman_fit &fit, int64_t time_offset_ns);
     mutable toliman::WorkPool<toliman::fit::FitWork> works{[this] { return fit.work(); }};
 };
 
@@ -60,7 +60,7 @@ struct toliman_bank : toliman::api::Handle<toliman_bank> {
     toliman::bank::Bank bank;
     uint32_t threads; // of toliman_bank_encode_many, as in the options
     // As the estimator of a tracker, bank_source(): a pointer, so that programs without banks are linked without them.
-    toliman::api::Source (*source)(const toliman_bank &bank, const toliman_fit &fit, int64_t time_offset_ns);
+    toliman::track::Source (*source)(const toliman_bank &bank, const toliman_fit &fit, int64_t time_offset_ns);
     mutable toliman::WorkPool<toliman::bank::BankWork> works{[this] { return bank.work(); }};
 };
 

@@ -8,6 +8,7 @@
 #include "api/handle.hpp"
 #include "api/memory.hpp"
 #include "api/pixel_frames.hpp"
+#include "api/track_frames.hpp"
 #include "ingest/pair.hpp"
 
 using namespace toliman;
@@ -22,13 +23,8 @@ struct toliman_ingest : Handle<toliman_ingest> {
 
 namespace {
 
-constexpr double kLongestExposure = 1e9; // s
-constexpr int64_t kLargestSide = 65536;
 constexpr uint32_t kMostBuffers = 4096;
 
-enum class Stamp { start, middle, end };
-
-constexpr Choice<Stamp> kStamps = {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_END, "TOLIMAN_FRAME_STAMP_..."};
 constexpr Choice<ingest::EventKind> kEvents = {TOLIMAN_INGEST_EVENT_NOTHING, TOLIMAN_INGEST_EVENT_WARNING,
                                                "TOLIMAN_INGEST_EVENT_..."};
 constexpr Choice<ingest::Reason> kReasons = {TOLIMAN_INGEST_REASON_NONE, TOLIMAN_INGEST_REASON_OVERLAP,
@@ -36,9 +32,9 @@ constexpr Choice<ingest::Reason> kReasons = {TOLIMAN_INGEST_REASON_NONE, TOLIMAN
 
 // Difference between the middle of the exposure and its time stamp.
 int64_t shift_of(const toliman_ingest_options &options) {
-    const Stamp stamp = kStamps.to_enum(options.stamp, "options->stamp");
+    const track::Stamp stamp = kStamps.to_enum(options.stamp, "options->stamp");
     const int64_t half = std::llround(options.exposure_s * 5e8);
-    return stamp == Stamp::start ? half : stamp == Stamp::end ? -half : 0;
+    return stamp == track::Stamp::start ? half : stamp == track::Stamp::end ? -half : 0;
 }
 
 void check_shape(const toliman_ingest_options &options) {
@@ -52,8 +48,7 @@ void check_shape(const toliman_ingest_options &options) {
 }
 
 void check(const toliman_ingest_options &options) {
-    if ((options.flags & ~TOLIMAN_INGEST_GROWING) != 0)
-        fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
+    check_flags("options->flags", options.flags, TOLIMAN_INGEST_GROWING);
     if (options.pixel != TOLIMAN_PIXEL_U16 && options.pixel != TOLIMAN_PIXEL_U32)
         fail(Status::argument, "{options->pixel} = %d: must be TOLIMAN_PIXEL_U16, %d, or TOLIMAN_PIXEL_U32, %d",
              options.pixel, TOLIMAN_PIXEL_U16, TOLIMAN_PIXEL_U32);
@@ -67,14 +62,13 @@ void check(const toliman_ingest_options &options) {
              static_cast<long long>(options.end_id), static_cast<long long>(options.first_id));
     if (options.buffers > kMostBuffers)
         fail(Status::argument, "{options->buffers} = %u: must be in [1, %u], 0 for 1", options.buffers, kMostBuffers);
-    if (options.reserved != 0)
-        fail(Status::argument, "{options->reserved} = %u: must be 0", options.reserved);
+    check_reserved(options.reserved);
 }
 
 toliman_ingest_options known_options(const toliman_ingest_options *given) {
     required(given, "options");
     toliman_ingest_options options = accept(given, "options");
-    options.stamp = kStamps.to_constant(kStamps.to_enum_or(options.stamp, Stamp::start, "options->stamp"));
+    options.stamp = kStamps.to_constant(kStamps.to_enum_or(options.stamp, track::Stamp::start, "options->stamp"));
     options.buffers = options.buffers != 0 ? options.buffers : 1;
     check(options);
     return options;
@@ -153,66 +147,57 @@ void toliman_ingest_destroy(toliman_ingest *ingest) noexcept {
 }
 
 toliman_status toliman_ingest_next(toliman_ingest *ingest, toliman_frame *frame, toliman_ingest_event *event) noexcept {
-    return guard([&] {
-        const Use use(ingest, "ingest");
+    return call(ingest, "ingest", [&](auto &self) {
         check_struct_size("frame", required(frame, "frame"));
         check_struct_size("event", required(event, "event"));
-        const ingest::Event found = use->pair.next();
-        deliver(public_frame(found, use->options, use->shift_ns), frame, "frame");
+        const ingest::Event found = self.pair.next();
+        deliver(public_frame(found, self.options, self.shift_ns), frame, "frame");
         deliver(public_event(found), event, "event");
     });
 }
 
 toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t offset, const toliman_frame *reference,
                                          void *pixels, size_t size, int64_t *shift) noexcept {
-    return guard([&] {
-        const Use use(ingest, "ingest");
+    return call(ingest, "ingest", [&](auto &self) {
         if (offset < 0)
             fail(Status::argument, "{offset} = %lld: must be at least 0", static_cast<long long>(offset));
         const toliman_frame known = accept(&required(reference, "reference"), "reference");
         required(pixels, "pixels");
         required(shift, "shift");
-        if (known.pixel != use->options.pixel || known.rows < 1 || known.cols < 1 || known.rows > kLargestSide ||
+        if (known.pixel != self.options.pixel || known.rows < 1 || known.cols < 1 || known.rows > kLargestSide ||
             known.cols > kLargestSide || (known.stride != 0 && known.stride != known.cols))
             fail(Status::argument, "{reference}: must be a contiguous frame of the pixel type of the reader");
         const auto count = static_cast<size_t>(known.rows * known.cols);
         const size_t needed = count * size_of(kPixels.to_enum(known.pixel, "reference->pixel"));
         if (size < needed)
             fail(Status::capacity, "{size} = %zu: must be at least %zu, the bytes of the reference", size, needed);
-        *shift = use->pair.find(static_cast<uint64_t>(offset), count,
+        *shift = self.pair.find(static_cast<uint64_t>(offset), count,
                                 &required(static_cast<const char *>(known.pixels), "reference->pixels"), pixels);
     });
 }
 
 toliman_status toliman_ingest_set_shift(toliman_ingest *ingest, int64_t shift) noexcept {
-    return guard([&] {
-        const Use use(ingest, "ingest");
-        use->pair.set_shift(shift);
-    });
+    return call(ingest, "ingest", [&](auto &self) { self.pair.set_shift(shift); });
 }
 
 toliman_status toliman_ingest_finish(toliman_ingest *ingest) noexcept {
-    return guard([&] {
-        const Use use(ingest, "ingest");
-        use->pair.finish();
-    });
+    return call(ingest, "ingest", [&](auto &self) { self.pair.finish(); });
 }
 
 toliman_status toliman_ingest_get_info(const toliman_ingest *ingest, toliman_ingest_info *out) noexcept {
-    return guard([&] {
-        const Use use(ingest, "ingest");
-        const ingest::PairCounts counts = use->pair.counts();
+    return call(ingest, "ingest", [&](auto &self) {
+        const ingest::PairCounts counts = self.pair.counts();
         toliman_ingest_info info = {};
-        info.stamp = use->options.stamp;
-        info.exposure_s = use->options.exposure_s;
+        info.stamp = self.options.stamp;
+        info.exposure_s = self.options.exposure_s;
         info.lines = counts.lines;
         info.frames = counts.frames;
         info.damaged = counts.damaged;
         info.warnings = counts.warnings;
         info.skipped = counts.skipped;
         info.bytes = counts.bytes;
-        info.side_file = use->pair.side_path().c_str();
-        info.pixel_file = use->pair.pixel_path().c_str();
+        info.side_file = self.pair.side_path().c_str();
+        info.pixel_file = self.pair.pixel_path().c_str();
         deliver(info, out, "out");
     });
 }

@@ -22,6 +22,7 @@
 #include "api/times.hpp"
 #include "backend/file.hpp"
 #include "base/progress.hpp"
+#include "measure/orbit.hpp"
 #include "measure/reduction.hpp"
 #include "scene/system.hpp"
 #include "sky/columns.hpp"
@@ -92,7 +93,7 @@ toliman_sky_prediction public_prediction(const sky::Prediction &prediction) noex
 std::unique_ptr<toliman_sky> new_sky(std::unique_ptr<const sky::Predictor> predictor) {
     auto handle = std::make_unique<toliman_sky>();
     handle->predictor = std::move(predictor);
-    handle->source = sky_source;
+    handle->orbit = measure::orbit_of;
     return handle;
 }
 

@@ -22,10 +22,8 @@
 #include "api/struct_array.hpp"
 #include "api/track_estimators.hpp"
 #include "api/track_frames.hpp"
-#include "api/track_functions.hpp"
 #include "api/track_handle.hpp"
 #include "api/track_results.hpp"
-#include "base/words.hpp"
 #include "base/workers.hpp"
 #include "track/tracker.hpp"
 
@@ -49,12 +47,8 @@ class ExclusiveUse {
     Use<toliman_period> period_;
 };
 
-constexpr Choice<track::Stamp> kStamps = {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_END,
-                                          "TOLIMAN_FRAME_STAMP_..."};
 constexpr uint32_t kLargestGroup = 65536;
-constexpr double kSigmasToLimit = 1e4, kReducedLimitPx = 0.25;
 constexpr double kMostScale = 1e6; // arcsec per px
-constexpr double kOfMedian = -1;   // chi_limit
 
 constexpr int64_t kCapacity = 1 << 20;
 constexpr uint32_t kZeroRunBytes = 4096, kGroup = 64;
@@ -63,6 +57,18 @@ constexpr double kDayNs = 86400e9;
 template <class T> void default_to(T &member, T otherwise) noexcept {
     if (member == 0)
         member = otherwise;
+}
+
+void check_functions(const toliman_track_options &options) {
+    if (options.grid.trend < -1 || options.grid.trend > period::kMaxTrend)
+        fail(Status::argument, "{options->grid.trend} = %d: must be in [-1, %d]", options.grid.trend,
+             period::kMaxTrend);
+    if (options.grid.trend <= 0 && (options.grid.trend_start != 0 || options.grid.trend_end != 0))
+        fail(Status::argument, "{options->grid.trend_start} = %g, trend_end = %g: must be 0 without a trend",
+             options.grid.trend_start, options.grid.trend_end);
+    if (!(options.reduction.scale_sigma >= 0 && options.reduction.scale_sigma < 1))
+        fail(Status::argument, "{options->reduction.scale_sigma} = %g: must be in [0, 1)",
+             options.reduction.scale_sigma);
 }
 
 toliman_track_options known_options(const toliman_track_options *given) {
@@ -79,8 +85,7 @@ toliman_track_options known_options(const toliman_track_options *given) {
     options.ledger.sync =
         kSyncs.to_constant(kSyncs.to_enum_or(options.ledger.sync, track::Sync::group, "options->ledger.sync"));
     constexpr uint32_t kOfFolder = TOLIMAN_TRACK_READ_ONLY | TOLIMAN_TRACK_REBUILD;
-    if ((options.flags & ~(kOfFolder | TOLIMAN_TRACK_ALLOW_ZERO_RUNS)) != 0)
-        fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
+    check_flags("options->flags", options.flags, kOfFolder | TOLIMAN_TRACK_ALLOW_ZERO_RUNS);
     if (options.clock.count > 0)
         required(options.clock.pairs, "options->clock.pairs");
     if (options.ledger.group > kLargestGroup)
@@ -96,7 +101,7 @@ toliman_track_options known_options(const toliman_track_options *given) {
     if (!(options.reduction.plate_scale_arcsec >= 0 && options.reduction.plate_scale_arcsec <= kMostScale))
         fail(Status::argument, "{options->reduction.plate_scale_arcsec} = %g: must be in (0, %g] arcsec per px, or 0",
              options.reduction.plate_scale_arcsec, kMostScale);
-    if (options.limits.chi_square != kOfMedian &&
+    if (options.limits.chi_square != track::kLimitOfMedian &&
         !(options.limits.chi_square >= 0 && std::isfinite(options.limits.chi_square)))
         fail(Status::argument,
              "{options->limits.chi_square} = %g: must be above 0, 0 = that of the folder, or -1 = that of the "
@@ -118,22 +123,9 @@ size_t side(int64_t value, const char *name) {
     return static_cast<size_t>(value);
 }
 
-// Completes one side of the geometry: frame = crop + image * bin; `own` is the side that the estimator requires, 0 any.
-void complete(size_t &frame, size_t crop, size_t bin, size_t &image, size_t own, const char *name) {
-    if (image == 0)
-        image = own > 0 ? own : (frame > crop ? (frame - crop) / bin : 0);
-    if (own > 0 && image != own)
-        fail(Status::argument, "{options->frames.image_%s} = %zu: must be %zu, as the estimator requires", name, image,
-             own);
-    if (frame == 0)
-        frame = crop + image * bin;
-    if (image == 0)
-        fail(Status::argument, "{options->frames.%s} = %zu, crop %zu, bin = %zu: leave no pixels for the estimator",
-             name, frame, crop, bin);
-}
-
-track::Geometry geometry_of(const toliman_track_options &options, const Source &source) {
-    track::Geometry geometry = {};
+track::Terms terms_of(const toliman_track_options &options) {
+    track::Terms terms;
+    track::Geometry &geometry = terms.geometry;
     geometry.rows = side(options.frames.rows, "rows");
     geometry.cols = side(options.frames.cols, "cols");
     geometry.crop_row = side(options.frames.crop_row, "crop_row");
@@ -143,22 +135,8 @@ track::Geometry geometry_of(const toliman_track_options &options, const Source &
     geometry.bin = side(options.frames.bin, "bin");
     geometry.bit_depth = options.frames.bit_depth;
     geometry.zero_run = (options.flags & TOLIMAN_TRACK_ALLOW_ZERO_RUNS) != 0 ? 0 : options.frames.zero_run_bytes;
-    complete(geometry.rows, geometry.crop_row, geometry.bin, geometry.out_rows, source.rows, "rows");
-    complete(geometry.cols, geometry.crop_col, geometry.bin, geometry.out_cols, source.cols, "cols");
-    return geometry;
-}
-
-track::Terms terms_of(const toliman_track_options &options, const Source &source) {
-    track::Terms terms;
-    terms.geometry = geometry_of(options, source);
-    terms.sigma = options.estimator.sigma != 0 ? options.estimator.sigma : source.sigma;
-    if (terms.sigma == 0)
-        fail(Status::argument, "{options->estimator.sigma} = 0: must be above 0 for this estimator");
-    const double least = options.reduction.sky != nullptr ? kReducedLimitPx : 0; // the error of the reference orbit
-    terms.value_limit =
-        options.limits.value != 0 ? options.limits.value : std::max(kSigmasToLimit * terms.sigma, least);
-    terms.estimator = source.digest;
-    terms.check();
+    terms.sigma = options.estimator.sigma;
+    terms.value_limit = options.limits.value;
     return terms;
 }
 
@@ -188,107 +166,11 @@ std::optional<track::Clock> clock_of(const toliman_track_options &options) {
     return track::Clock(std::move(points));
 }
 
-// The columns of a new ledger. An estimator of the library has values of its own.
-track::Columns columns_of(const toliman_track_options &options, const Source &source,
-                          const track::Reference &reference) {
-    const std::vector<std::string> given = words_of(options.estimator.values);
-    if (!given.empty() && given != words_of(source.values))
-        fail(Status::argument, "{options->estimator.values} = \"%s\": must be \"%s\", the values of the estimator",
-             options.estimator.values, source.values.c_str());
-    return track::Columns(source.values, reference.is_given());
-}
-
-bool has_records(const track::StateFolder &place) {
-    return place.store && place.store->size(track::LedgerFile::kName) >= 0 &&
-           track::LedgerFile(*place.store).has_records();
-}
-
 void check_measured(const toliman_track_options &options, const track::Columns &columns) {
     if (options.reduction.sky != nullptr && columns.find(track::kMeasured) == columns.count())
         fail(Status::argument,
              "{options->reduction.sky}: needs a value %s: use fit, or estimate with this name in values",
              track::kMeasured);
-}
-
-// The setup of the folder; else that of setup_folder, for a new folder.
-KnownSetup known_setup(const toliman_track_options &options, const track::StateFolder &place,
-                       const track::Terms &terms) {
-    if (place.setup || options.ledger.setup_folder == nullptr || has_records(place))
-        return place.setup;
-    KnownSetup other = track::load_setup(*open_folder(options.ledger.setup_folder, Access::read));
-    if (!other)
-        fail(Status::format, "{%s}: its setup.tlms is missing or damaged", options.ledger.setup_folder);
-    if (track::for_terms(other->grid, terms).digest() != other->grid.digest())
-        fail(Status::mismatch, "{%s}: has other terms, such as sigma or value_limit", options.ledger.setup_folder);
-    return other;
-}
-
-// Stamp and exposure of the options, else those of the folder. If the folder has records but has lost its setup file,
-// the stamp must be given: a guess would shift the times of further frames.
-track::Timing timing_of(const toliman_track_options &options, const KnownSetup &known,
-                        const track::StateFolder &place) {
-    if (!known && options.frames.stamp == 0 && has_records(place))
-        fail(Status::argument,
-             "{options->frames.stamp} = 0: must be TOLIMAN_FRAME_STAMP_...: %s, which stores the stamp, is missing or "
-             "damaged",
-             place.store->path(track::Setup::kName).c_str());
-    const track::Timing otherwise = known ? known->timing : track::Timing();
-    return {kStamps.to_enum_or(options.frames.stamp, otherwise.stamp, "options->frames.stamp"),
-            options.frames.exposure_s != 0 ? options.frames.exposure_s : otherwise.exposure_s};
-}
-
-// The reference of the options, else that of the folder, which must be the same unless it is rebuilt.
-track::Reference reference_of(const toliman_track_options &options, const Source &source, const KnownSetup &known,
-                              const SkySource &sky) {
-    const track::Reference otherwise = known ? known->reference : track::Reference();
-    const bool pushes = source.estimate || options.estimator.estimate != nullptr;
-    if (options.reduction.sky == nullptr && otherwise.is_given() && pushes)
-        fail(Status::argument, "{options->reduction.sky} is NULL: must be the system of %s, whose frames are reduced",
-             options.folder);
-    if (options.reduction.sky == nullptr && options.reduction.plate_scale_arcsec != 0 && !otherwise.is_given())
-        fail(Status::argument, "{options->reduction.plate_scale_arcsec} = %g: needs sky",
-             options.reduction.plate_scale_arcsec);
-    const double scale = options.reduction.plate_scale_arcsec != 0 ? options.reduction.plate_scale_arcsec
-                         : otherwise.scale_arcsec != 0             ? otherwise.scale_arcsec
-                                                                   : source.scale_arcsec;
-    if (options.reduction.sky == nullptr)
-        return {otherwise.system, otherwise.is_given() ? scale : 0, otherwise.in_orbit};
-    if (scale == 0)
-        fail(Status::argument,
-             "{options->reduction.plate_scale_arcsec} = 0: must be above 0 arcsec per px for this estimator");
-    return {sky.system, scale, sky.in_orbit};
-}
-
-// The limit of chi-square of the options, else that of the folder; 0: that of the median.
-double chi_limit_of(const toliman_track_options &options, const KnownSetup &known, const track::ModelVerdict &model) {
-    if (options.limits.chi_square != 0)
-        return options.limits.chi_square == kOfMedian ? 0 : options.limits.chi_square;
-    return known ? known->chi_limit : model.is_calibrated ? track::kCalibratedLimit : 0;
-}
-
-// Grid and clock of the options, else those of the folder. If the folder has records but has lost its setup file, both
-// must be given: a guess would silently shift all times.
-track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clock> clock, const KnownSetup &known,
-                      const track::StateFolder &place) {
-    const bool has_ledger = place.store && place.store->size(track::LedgerFile::kName) >= 0;
-    if (known && (has_ledger || !place.setup || !grid)) {
-        grid = grid.value_or(known->grid);
-        clock = clock.value_or(known->clock);
-    }
-    const std::string path = place.store ? place.store->path(track::Setup::kName) : "";
-    if (!grid && place.store)
-        fail(Status::argument,
-             "{options->grid.nf} = 0: must be at least 1: %s, which stores the grid, is missing or damaged",
-             path.c_str());
-    if (!grid)
-        fail(Status::argument, "{options->grid.nf} = 0: must be at least 1");
-    if (!clock && has_records(place))
-        fail(Status::argument,
-             "{options->clock.pairs} is NULL: %s, which stores the clock, is missing or damaged: give the clock, or "
-             "the pair "
-             "(0, 0) if camera times are TAI",
-             path.c_str());
-    return {*grid, clock.value_or(track::Clock()), {}, {}};
 }
 
 void set_terms(toliman_track_options &options, const track::Terms &terms, const track::Columns &columns) {
@@ -310,18 +192,22 @@ void set_terms(toliman_track_options &options, const track::Terms &terms, const 
         options.flags |= TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
 }
 
-void set_grid(toliman_track_options &options, const period::Grid &grid) {
-    options.grid.f0 = grid.f0;
-    options.grid.df = grid.df;
-    options.grid.nf = grid.nf;
-    options.grid.time_offset_ns = grid.time_offset_ns;
-    options.grid.unit_ns = grid.unit_ns;
-    options.grid.flags = flags_of(grid);
-}
-
-void set_timing(toliman_track_options &options, const track::Timing &timing) {
-    options.frames.stamp = kStamps.to_constant(timing.stamp);
-    options.frames.exposure_s = timing.exposure_s;
+void set_setup(toliman_track_options &options, const track::Setup &setup) {
+    const period::Basis &basis = setup.grid.basis;
+    options.grid.f0 = setup.grid.f0;
+    options.grid.df = setup.grid.df;
+    options.grid.nf = setup.grid.nf;
+    options.grid.time_offset_ns = setup.grid.time_offset_ns;
+    options.grid.unit_ns = setup.grid.unit_ns;
+    options.grid.flags = flags_of(setup.grid);
+    options.frames.stamp = kStamps.to_constant(setup.timing.stamp);
+    options.frames.exposure_s = setup.timing.exposure_s;
+    options.reduction.plate_scale_arcsec = setup.reference.scale_arcsec;
+    options.reduction.scale_sigma = setup.errors.scale_sigma;
+    options.limits.chi_square = setup.chi_limit > 0 ? setup.chi_limit : track::kLimitOfMedian;
+    options.grid.trend = basis.trend > 0 ? basis.trend : setup.reference.is_given() && basis.columns == 0 ? -1 : 0;
+    options.grid.trend_start = basis.start;
+    options.grid.trend_end = basis.end;
 }
 
 toliman_track_options options_of(Store &store) {
@@ -331,13 +217,8 @@ toliman_track_options options_of(Store &store) {
     const auto lines = static_cast<int64_t>(ledger.count());
     options.ledger.capacity = std::min(std::max(kCapacity, 2 * lines), track::FrameIndex::kMax);
     set_terms(options, ledger.terms(), ledger.columns());
-    if (setup) {
-        set_grid(options, setup->grid);
-        set_timing(options, setup->timing);
-        options.reduction.plate_scale_arcsec = setup->reference.scale_arcsec;
-        options.limits.chi_square = setup->chi_limit > 0 ? setup->chi_limit : kOfMedian;
-        show_functions(setup->grid.basis, setup->errors, setup->reference.is_given(), options);
-    }
+    if (setup)
+        set_setup(options, *setup);
     return options;
 }
 
@@ -355,14 +236,32 @@ void keep_options(toliman_track &made, const toliman_track_options &given) {
     options.ledger.sync = given.ledger.sync;
     options.ledger.group = given.ledger.group;
     set_terms(options, plan.terms, made.tracker->columns());
-    set_grid(options, made.period.stream.grid());
-    set_timing(options, plan.timing);
-    options.reduction.plate_scale_arcsec = plan.reference.scale_arcsec;
-    options.limits.chi_square = plan.chi_limit > 0 ? plan.chi_limit : kOfMedian;
-    show_functions(made.period.stream.grid().basis, plan.errors, plan.reference.is_given(), options);
+    set_setup(options, made.tracker->setup());
     options.folder = given.folder != nullptr ? made.folder.c_str() : nullptr;
     options.clock.pairs = made.clock.empty() ? nullptr : made.clock.data();
     options.clock.count = plan.clock.points().size();
+}
+
+track::Request request_of(const toliman_track_options &options, const track::Source &source,
+                          const track::Terms &terms) {
+    track::Request request;
+    request.grid = grid_of(options, terms);
+    request.clock = clock_of(options);
+    if (options.frames.stamp != 0)
+        request.stamp = kStamps.to_enum(options.frames.stamp, "options->frames.stamp");
+    request.exposure_s = options.frames.exposure_s;
+    request.scale_arcsec = options.reduction.plate_scale_arcsec;
+    request.scale_sigma = options.reduction.scale_sigma;
+    request.chi_limit = options.limits.chi_square;
+    request.trend = options.grid.trend;
+    request.trend_start = options.grid.trend_start;
+    request.trend_end = options.grid.trend_end;
+    request.folder = options.folder;
+    request.setup_folder = options.ledger.setup_folder;
+    request.has_estimator = source.estimate || options.estimator.estimate != nullptr;
+    if (const toliman_sky *const sky = options.reduction.sky; sky != nullptr)
+        request.orbit = [sky](const std::string &system) { return sky->orbit(*sky->predictor, system); };
+    return request;
 }
 
 std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) {
@@ -371,46 +270,29 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     plan.workers = options.threads;
     plan.group = options.ledger.group;
     plan.sync = kSyncs.to_enum(options.ledger.sync, "options->ledger.sync");
-    Source source = source_of(options, plan.workers);
-    plan.terms = terms_of(options, source);
-    check_measured(options, columns_of(options, source, track::Reference()));
+    track::Source source = source_of(options, plan.workers);
+    const bool is_reduced = options.reduction.sky != nullptr;
+    plan.terms = track::completed(terms_of(options), source, is_reduced);
+    check_measured(options, track::columns_of(options.estimator.values, source, false));
 
-    const std::optional<period::Grid> grid = grid_of(options, plan.terms);
-    const std::optional<track::Clock> clock = clock_of(options);
+    const track::Request request = request_of(options, source, plan.terms);
     track::StateFolder place;
     const Access access = (options.flags & TOLIMAN_TRACK_READ_ONLY) != 0 ? Access::read : Access::write;
     if (options.folder != nullptr) // opened after the checks above, since opening for writing creates it
         place = track::open_state_folder(open_folder(options.folder, access), access, plan.terms);
     place.log = {options.log, options.log_data};
     place.rebuild = (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
-    const KnownSetup known = known_setup(options, place, plan.terms);
-    track::Setup setup = setup_of(grid, clock, known, place);
-    plan.clock = setup.clock;
-    plan.timing = timing_of(options, known, place);
-    const std::string system = known ? known->reference.system : "";
-    SkySource sky =
-        options.reduction.sky != nullptr ? options.reduction.sky->source(*options.reduction.sky, system) : SkySource();
-    plan.reference = setup.reference = reference_of(options, source, known, sky);
-    set_functions(options, known, sky, setup);
-    plan.errors = setup.errors;
-    plan.model = known && (has_records(place) || !source.estimate) ? known->model : source.model;
-    plan.chi_limit = chi_limit_of(options, known, plan.model);
-    plan.columns = columns_of(options, source, plan.reference);
+    track::Orbit orbit;
+    static_cast<track::Setup &>(plan) = track::setup_of(request, source, plan.terms, place, orbit);
+    plan.columns = track::columns_of(options.estimator.values, source, plan.reference.is_given());
     plan.retry = retry_of(options, plan.terms);
-    plan.reduce = std::move(sky.reduce);
+    plan.reduce = std::move(orbit.reduce);
     if (options.estimator.estimate != nullptr)
         source.estimate = estimate_of(options, plan.terms, plan.columns);
     if (options.estimator.fit != nullptr)
-        source.estimate = moving_source(options, setup.grid.time_offset_ns).estimate;
-    auto made = std::unique_ptr<toliman_track>(new toliman_track{{},
-                                                                 {{}, period::Stream(setup.grid)},
-                                                                 std::nullopt,
-                                                                 options.flags,
-                                                                 options.estimator.cae,
-                                                                 options.estimator.linear,
-                                                                 options.estimator.fit,
-                                                                 options.estimator.bank,
-                                                                 options.reduction.sky});
+        source.estimate = moving_source(options, plan.grid.time_offset_ns).estimate;
+    auto made = std::unique_ptr<toliman_track>(
+        new toliman_track{{}, {{}, period::Stream(plan.grid)}, std::nullopt, options.estimator, options.reduction.sky});
     made->tracker.emplace(std::move(plan), std::move(source.estimate), std::move(place), made->period.stream);
     keep_options(*made, options);
     return made;
@@ -473,7 +355,7 @@ toliman_status toliman_track_push(toliman_track *track, const toliman_frame *fra
     return guard([&] {
         const ExclusiveUse use(track);
         track::Tracker &tracker = *use->tracker;
-        const EstimatorUse estimator(use->cae, use->linear, use->fit, use->bank, use->sky);
+        const EstimatorUse estimator(use->estimator, use->sky);
         required(done, "done") = 0;
         if (count == 0)
             return;

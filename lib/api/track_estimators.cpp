@@ -1,74 +1,34 @@
-// Adapts a network, a template or a user-supplied function to the signature that the tracker's workers call.
-// Scratch memory is allocated once per worker, so that estimating a frame allocates nothing.
 #include "api/track_estimators.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <vector>
 
-#include "api/track_values.hpp"
+#include "estimate/values.hpp"
 
 namespace toliman::api {
 
-namespace {
+static_assert(estimate::kBankFlags == TOLIMAN_TRACK_BANK_FLAGS);
 
-Source source_of(const cae::Network &network, unsigned workers) {
-    const cae::Preprocess &preprocess = network.preprocess();
-    const auto works = std::make_shared<std::vector<cae::Workspace>>(workers);
-    for (cae::Workspace &work : *works)
-        work.prepare(network.layout(), 1);
-    const size_t rows = preprocess.rows, cols = preprocess.cols;
-    return {rows,
-            cols,
-            preprocess.crb_px,
-            network.digest(),
-            "",
-            [=, &network](double *image, const track::Frame &, int64_t, unsigned worker, track::Estimated &estimated) {
-                FrameGoodness goodness;
-                estimated.value = network.encode({image, rows, cols, cols}, (*works)[worker], &goodness);
-                store_goodness(goodness, estimated);
-            }};
-}
-
-Source source_of(const linear::TemplateEstimator &estimator, unsigned workers) {
-    const size_t rows = estimator.rows(), cols = estimator.cols();
-    const auto works = std::make_shared<std::vector<linear::TemplateWork>>(workers, estimator.work());
-    return {
-        rows,
-        cols,
-        estimator.sigma_px(),
-        estimator.digest(),
-        "",
-        [=, &estimator](double *image, const track::Frame &, int64_t, unsigned worker, track::Estimated &estimated) {
-            FrameGoodness goodness;
-            estimated.value = estimator.estimate({image, rows, cols, cols}, (*works)[worker], &goodness);
-            store_goodness(goodness, estimated);
-        }};
-}
-
-} // namespace
-
-Source source_of(const toliman_track_options &options, unsigned workers) {
+track::Source source_of(const toliman_track_options &options, unsigned workers) {
     const bool given[] = {options.estimator.cae != nullptr, options.estimator.linear != nullptr,
                           options.estimator.fit != nullptr, options.estimator.estimate != nullptr};
     if (given[0] + given[1] + given[2] + given[3] > 1)
         fail(Status::argument, "{options}: at most one of cae, linear, fit and estimate may be set");
     if (given[0])
-        return source_of(options.estimator.cae->network, workers);
+        return estimate::of_network(options.estimator.cae->network, workers);
     if (given[1])
-        return source_of(options.estimator.linear->estimator, workers);
+        return estimate::of_template(options.estimator.linear->estimator, workers);
     if (options.estimator.bank != nullptr && !given[2])
         fail(Status::argument, "{options->estimator.bank}: needs fit, the fit for which it was made");
     if (given[2])
         return moving_source(options, 0);
-    Source source;
+    track::Source source;
     source.digest = options.estimator.id;
     source.values = options.estimator.values;
     return source;
 }
 
-Source moving_source(const toliman_track_options &options, int64_t time_offset_ns) {
+track::Source moving_source(const toliman_track_options &options, int64_t time_offset_ns) {
     const toliman_fit &fit = *options.estimator.fit;
     return options.estimator.bank != nullptr
                ? options.estimator.bank->source(*options.estimator.bank, fit, time_offset_ns)
@@ -119,7 +79,7 @@ track::Estimate estimate_of(const toliman_track_options &options, const track::T
         estimated.sigma = made.sigma;
         estimated.chi_square = made.chi_square;
         estimated.flags = made.flags;
-        store_further(values, covariance, count, estimated);
+        estimate::store_further(values, covariance, count, estimated);
     };
 }
 

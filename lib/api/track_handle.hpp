@@ -14,11 +14,7 @@ struct toliman_track : toliman::api::Handle<toliman_track> {
     static constexpr char kType[] = "toliman_track";
     toliman_period period;
     std::optional<toliman::track::Tracker> tracker = {};
-    uint32_t flags = 0;
-    const toliman_cae *cae = nullptr; // the estimator, if it is one of these
-    const toliman_linear *linear = nullptr;
-    const toliman_fit *fit = nullptr;
-    const toliman_bank *bank = nullptr; // with fit
+    toliman_track_estimator estimator = {};
     const toliman_sky *sky = nullptr;   // of the reduction, if given
     toliman_track_options options = {}; // in effect, for get_options; folder and clock point to the next two members
     std::string folder = {};

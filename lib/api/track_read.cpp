@@ -21,9 +21,8 @@ extern "C" {
 
 toliman_status toliman_track_get_records(const toliman_track *track, int64_t first, size_t count,
                                          toliman_track_record *records, size_t *done) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        const track::Tracker &tracker = *use->tracker;
+    return call(track, "track", [&](auto &self) {
+        const track::Tracker &tracker = *self.tracker;
         required(done, "done");
         if (first < 0)
             fail(Status::range, "{first} = %lld: must be at least 0", static_cast<long long>(first));
@@ -43,9 +42,8 @@ toliman_status toliman_track_get_records(const toliman_track *track, int64_t fir
 
 toliman_status toliman_track_get_columns(const toliman_track *track, toliman_track_column *columns, size_t capacity,
                                          size_t *count) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        const std::vector<track::Column> &all = use->tracker->columns().all();
+    return call(track, "track", [&](auto &self) {
+        const std::vector<track::Column> &all = self.tracker->columns().all();
         const StructOutput<toliman_track_column> result(columns, "columns", capacity, count);
         result.write(all.size(), "columns", [&](size_t i) { return public_column(all[i]); });
     });
@@ -53,9 +51,8 @@ toliman_status toliman_track_get_columns(const toliman_track *track, toliman_tra
 
 toliman_status toliman_track_get_column(const toliman_track *track, const char *name, int64_t first, size_t count,
                                         double *values, size_t *done) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        const track::Columns &columns = use->tracker->columns();
+    return call(track, "track", [&](auto &self) {
+        const track::Columns &columns = self.tracker->columns();
         required(done, "done");
         const size_t at = columns.find(&required(name, "name"));
         if (at == columns.count())
@@ -64,7 +61,7 @@ toliman_status toliman_track_get_column(const toliman_track *track, const char *
             fail(Status::range, "{first} = %lld: must be at least 0", static_cast<long long>(first));
         required_array(values, count, sizeof *values, "values");
         size_t written = 0;
-        use->tracker->visit(static_cast<uint64_t>(first), count,
+        self.tracker->visit(static_cast<uint64_t>(first), count,
                             [&](const track::Record &record, const track::Outcome &) {
                                 values[written++] = columns.all()[at].number(record.cells[at]);
                             });
@@ -74,11 +71,10 @@ toliman_status toliman_track_get_column(const toliman_track *track, const char *
 
 toliman_status toliman_track_get_intervals(const toliman_track *track, int64_t record, double *intervals,
                                            size_t capacity, size_t *count) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        const track::Tracker &tracker = *use->tracker;
+    return call(track, "track", [&](auto &self) {
+        const track::Tracker &tracker = *self.tracker;
         const Output<double> result(intervals, "intervals", capacity, count, 2);
-        if (use->options.folder == nullptr)
+        if (self.options.folder == nullptr)
             fail(Status::state, "{track}: is in memory, which keeps no intervals");
         if (record < 0 || static_cast<uint64_t>(record) >= tracker.records())
             fail(Status::range, "{record} = %lld: must be in [0, %llu)", static_cast<long long>(record),
@@ -89,24 +85,18 @@ toliman_status toliman_track_get_intervals(const toliman_track *track, int64_t r
 }
 
 toliman_status toliman_track_get_options(const toliman_track *track, toliman_track_options *options) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        deliver(use->options, options, "options");
-    });
+    return call(track, "track", [&](auto &self) { deliver(self.options, options, "options"); });
 }
 
 toliman_status toliman_track_get_info(const toliman_track *track, toliman_track_info *out) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        deliver(public_info(*use->tracker, use->flags), out, "out");
-    });
+    return call(track, "track",
+                [&](auto &self) { deliver(public_info(*self.tracker, self.options.flags), out, "out"); });
 }
 
 toliman_status toliman_track_get_streams(const toliman_track *track, toliman_track_stream *streams, size_t capacity,
                                          size_t *count) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        const track::Tracker &tracker = *use->tracker;
+    return call(track, "track", [&](auto &self) {
+        const track::Tracker &tracker = *self.tracker;
         const StructOutput<toliman_track_stream> result(streams, "streams", capacity, count);
         const std::vector<track::NamedStream> all = tracker.streams();
         result.write(all.size(), "sessions and regions", [&](size_t i) { return public_stream(all[i]); });
@@ -114,21 +104,19 @@ toliman_status toliman_track_get_streams(const toliman_track *track, toliman_tra
 }
 
 toliman_status toliman_track_query_fit(const toliman_track *track, toliman_period_peak *out) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
+    return call(track, "track", [&](auto &self) {
         required(out, "out");
-        const track::Series series = use->tracker->series();
+        const track::Series series = self.tracker->series();
         period::Samples samples = {series.t.data(), series.y.data(), series.sigma.data(), series.t.size()};
         samples.columns = series.rows.data();
-        const period::Stream &stream = use->period.stream;
+        const period::Stream &stream = self.period.stream;
         deliver(public_fit(stream, samples), out, "out");
     });
 }
 
 toliman_status toliman_track_query_goodness(const toliman_track *track, toliman_track_goodness *out) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        const track::Tracker &tracker = *use->tracker;
+    return call(track, "track", [&](auto &self) {
+        const track::Tracker &tracker = *self.tracker;
         const track::FolderGoodness found = track::folder_goodness(tracker);
         toliman_track_goodness made = {};
         set_goodness(found.goodness, made);
@@ -153,10 +141,7 @@ toliman_status toliman_track_query_goodness(const toliman_track *track, toliman_
 }
 
 toliman_status toliman_track_get_period(const toliman_track *track, const toliman_period **out) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        required(out, "out") = &use->period;
-    });
+    return call(track, "track", [&](auto &self) { required(out, "out") = &self.period; });
 }
 
 } // extern "C"

@@ -56,18 +56,13 @@ using Estimate =
 // same frame with other pixels, which stay valid until the push ends.
 using Retry = std::function<bool(const Frame &frame, const Outcome &outcome, Frame &other)>;
 
-struct Plan {
+// Grid and salt of the setup are those of the sums and of the ledger.
+struct Plan : Setup {
     int64_t capacity = 0; // frames
     Terms terms;
     Columns columns; // of a new ledger; an existing ledger keeps its own
-    Clock clock;
-    Timing timing;
-    Reference reference;  // of the values in the sums
-    OrbitErrors errors;   // columns of the sums
-    double chi_limit = 0; // above it, frames are misfits; 0: from the median of all
-    ModelVerdict model = {};
-    Retry retry;   // may be empty
-    Reduce reduce; // with a reference: needed to push frames, and to rebuild
+    Retry retry;     // may be empty
+    Reduce reduce;   // with a reference: needed to push frames, and to rebuild
     unsigned workers = 1;
     size_t group = 64; // records per write and fsync
     Sync sync = Sync::group;

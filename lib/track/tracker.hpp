@@ -88,6 +88,13 @@ class Tracker {
     // The chi-square above which frames are misfits, and the median of those of all valid frames.
     double chi_limit() const noexcept { return registry_.chi_limit(); }
     double chi_median() const noexcept { return registry_.chi_median(); }
+    // As it is, or would be, in the folder.
+    Setup setup() const {
+        Setup setup = plan_;
+        setup.grid = registry_.sums().grid();
+        setup.salt = records_.salt();
+        return setup;
+    }
     int64_t expected() const noexcept { return registry_.streams().expected(); }
     size_t stream_count() const noexcept { return registry_.streams().count(); }
     std::vector<NamedStream> streams() const;                              // sorted by name
@@ -105,10 +112,6 @@ class Tracker {
     void check_setup(const StateFolder &folder) const;
     void warn_of_damage(const StateFolder &folder) const;
     std::vector<uint8_t> checkpoint() const;
-    Setup setup() const {
-        return {registry_.sums().grid(), plan_.clock,  plan_.timing,    plan_.reference,
-                records_.salt(),         plan_.errors, plan_.chi_limit, plan_.model};
-    }
     // How to read the records of another ledger.
     struct Foreign {
         Arrangement arrange;

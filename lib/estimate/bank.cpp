@@ -1,6 +1,3 @@
-// Adapts a bank to the signature that the tracker's workers call. The tracker reaches it by a pointer in the bank, so
-// that a statically linked program without banks does not need these files.
-//
 // Covariances: the network's estimate does not change with the other parameters, in first order. With the efficient
 // estimate of a parameter it then has the same covariance as the efficient estimate of the separation, an element of
 // the inverse Fisher matrix; only its own variance is larger. Reference: C. R. Rao, Linear Statistical Inference,
@@ -8,11 +5,11 @@
 #include <cmath>
 #include <iterator>
 
-#include "api/guard.hpp"
-#include "api/track_estimators.hpp"
-#include "api/track_values.hpp"
+#include "base/error.hpp"
+#include "estimate/estimators.hpp"
+#include "estimate/values.hpp"
 
-namespace toliman::api {
+namespace toliman::estimate {
 
 namespace {
 
@@ -41,7 +38,7 @@ void store_bank(const bank::Estimate &estimate, const fit::Result &result, size_
     estimated.value = estimate.displacement_px;
     estimated.sigma = estimate.sigma_px;
     store_goodness(result.goodness, estimated);
-    estimated.flags = result.flags + TOLIMAN_TRACK_BANK_FLAGS * estimate.flags;
+    estimated.flags = result.flags + kBankFlags * estimate.flags;
     FittedValues fitted(result, n, kRows);
     fitted.values[1] = estimate.separation_px;
     for (size_t i = 0; i < 2; i++) // value and separation_px
@@ -52,26 +49,25 @@ void store_bank(const bank::Estimate &estimate, const fit::Result &result, size_
 
 } // namespace
 
-Source bank_source(const toliman_bank &handle, const toliman_fit &of_fit, int64_t time_offset_ns) {
-    check_fit(handle, of_fit, "options->estimator.bank");
-    const bank::Bank &bank = handle.bank;
-    const fit::Fit &fit = of_fit.fit.first();
+track::Source of_bank(const bank::Bank &bank, BankWorks &works, const fit::Windows &windows, FitWorks &fit_works,
+                      int64_t time_offset_ns) {
+    const fit::Fit &fit = windows.first();
     check_efficiency(bank);
     return {fit.rows(),
             fit.cols(),
             kSigmaShare * fit.sigma_px(),
             bank.digest(), // includes that of the fit
             kValues,
-            [=, &handle, &of_fit, &bank, &fit](double *image, const track::Frame &, int64_t tai_ns, unsigned,
-                                               track::Estimated &estimated) {
-                WorkPool<fit::FitWork>::Lease fit_work(of_fit.works);
-                WorkPool<bank::BankWork>::Lease work(handle.works);
+            [=, &works, &fit_works, &bank, &fit](double *image, const track::Frame &, int64_t tai_ns, unsigned,
+                                                 track::Estimated &estimated) {
+                FitWorks::Lease fit_work(fit_works);
+                BankWorks::Lease work(works);
                 const bank::Estimate estimate = bank.estimate(fit, {image, fit.rows(), fit.cols(), fit.cols()},
                                                               prediction_at(tai_ns, time_offset_ns), *fit_work, *work);
                 store_bank(estimate, (*work).fitted, fit.parameters().size(), estimated);
             },
             fit.pixel_scale_arcsec(),
-            model_verdict_of(of_fit.fit)};
+            model_verdict_of(windows)};
 }
 
-} // namespace toliman::api
+} // namespace toliman::estimate

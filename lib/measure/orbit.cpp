@@ -1,13 +1,14 @@
-// Adapts a system and observer to the reduction of a tracker's frames.
+#include "measure/orbit.hpp"
+
 #include <algorithm>
 #include <vector>
 
-#include "api/sky_handle.hpp"
 #include "base/error.hpp"
 #include "scene/system.hpp"
+#include "sky/columns.hpp"
 #include "sky/reduction.hpp"
 
-namespace toliman::api {
+namespace toliman::measure {
 
 namespace {
 
@@ -42,18 +43,22 @@ track::Reason reduce(const sky::Predictor &predictor, const track::OnTarget &on_
 
 } // namespace
 
-SkySource sky_source(const toliman_sky &sky, const std::string &folder) {
+track::Orbit orbit_of(const sky::Predictor &predictor, const std::string &known) {
     static_assert(track::kPartials == sky::kElements);
-    const sky::Predictor &predictor = *sky.predictor;
     if (predictor.without() != 0)
         fail(Status::argument, "{options->sky}: leaves out effects 0x%x: must include all", predictor.without());
-    const bool is_same = !folder.empty() && has_same_numbers(read_system(folder, "setup.tlms"), predictor.system());
-    return {is_same ? folder : system_json(predictor.system()),
+    const bool is_same = !known.empty() && has_same_numbers(read_system(known, "setup.tlms"), predictor.system());
+    return {is_same ? known : system_json(predictor.system()),
             predictor.observer().kind() != sky::Observer::Kind::earth,
             [&predictor](const track::OnTarget &on_target, track::Reduction &reduction) {
                 return reduce(predictor, on_target, reduction);
             },
-            [&predictor](double scale_sigma) { return sky::error_columns(predictor.system(), scale_sigma); }};
+            [&predictor](double scale_sigma, period::Basis &basis, track::OrbitErrors &errors) {
+                for (const sky::Column &column : sky::error_columns(predictor.system(), scale_sigma)) {
+                    basis.bound[static_cast<size_t>(basis.columns++)] = column.bound;
+                    errors.sigmas[column.element] = column.sigma;
+                }
+            }};
 }
 
-} // namespace toliman::api
+} // namespace toliman::measure

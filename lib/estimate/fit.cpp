@@ -1,12 +1,10 @@
-// Adapts a fit to the signature that the tracker's workers call. The tracker reaches it by a pointer in the fit, so
-// that a statically linked program without fits needs neither these files nor FFTW.
 #include <cmath>
 #include <iterator>
 
-#include "api/track_estimators.hpp"
-#include "api/track_values.hpp"
+#include "estimate/estimators.hpp"
+#include "estimate/values.hpp"
 
-namespace toliman::api {
+namespace toliman::estimate {
 
 namespace {
 
@@ -42,16 +40,15 @@ track::ModelVerdict model_verdict_of(const fit::Windows &fit) noexcept {
     return verdict;
 }
 
-Source fit_source(const toliman_fit &handle, int64_t time_offset_ns) {
-    const fit::Windows &fit = handle.fit;
+track::Source of_fit(const fit::Windows &fit, FitWorks &works, int64_t time_offset_ns) {
     return {
         fit.rows(),
         fit.cols(),
         kSigmaShare * fit.first().sigma_px(),
         fit.digest(),
         kValues,
-        [=, &handle, &fit](double *image, const track::Frame &, int64_t tai_ns, unsigned, track::Estimated &estimated) {
-            WorkPool<fit::FitWork>::Lease work(handle.works);
+        [=, &works, &fit](double *image, const track::Frame &, int64_t tai_ns, unsigned, track::Estimated &estimated) {
+            FitWorks::Lease work(works);
             fit::Result result;
             fit.frame({image, fit.rows(), fit.cols(), fit.cols()}, prediction_at(tai_ns, time_offset_ns), *work,
                       result);
@@ -61,4 +58,4 @@ Source fit_source(const toliman_fit &handle, int64_t time_offset_ns) {
         model_verdict_of(fit)};
 }
 
-} // namespace toliman::api
+} // namespace toliman::estimate

@@ -5,9 +5,9 @@
 #include <cstdint>
 
 #include "fit/fit.hpp"
-#include "track/tracker.hpp"
+#include "track/plan.hpp"
 
-namespace toliman::api {
+namespace toliman::estimate {
 
 // Stores the second and later of values[count], then the upper triangle of covariance[count][count] without its first
 // element, which is sigma^2.
@@ -49,4 +49,4 @@ inline fit::Prediction prediction_at(int64_t tai_ns, int64_t time_offset_ns) noe
     return prediction;
 }
 
-} // namespace toliman::api
+} // namespace toliman::estimate
