@@ -2,7 +2,6 @@
 #include <toliman/mask.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <iterator>
 
@@ -56,8 +55,7 @@ template <class T> T in_range_or(T value, T preset, T most, const char *name) {
 
 mask::DesignOptions design_options_of(const Scene &scene, const toliman_mask_options &given) {
     mask::DesignOptions known;
-    if (given.reserved != 0)
-        fail(Status::argument, "{options->reserved} = %u: must be 0", given.reserved);
+    check_reserved(given.reserved);
     if (given.peak_to_mean != 0 && !(given.peak_to_mean > 1 && std::isfinite(given.peak_to_mean)))
         fail(Status::argument, "{options->peak_to_mean} = %g: must be above 1, or 0 for that of the scene's mask",
              given.peak_to_mean);
@@ -99,12 +97,7 @@ std::vector<Scene> places_of(const Scene &scene, const toliman_mask_options &opt
         fail(Status::argument, "{options->%s} = %llu: must be at most %llu",
              dates > 0 ? "date_count" : "position_angle_count",
              static_cast<unsigned long long>(std::max(dates, angles)), static_cast<unsigned long long>(kMostPlaces));
-    Scene still = scene;
-    still.binary.moving = false;
-    still.binary.sky = nullptr;
-    const Jitter jitter = still.systematics.jitter;
-    still.systematics = {};
-    still.systematics.jitter = jitter;
+    const Scene still = mask::at_rest(scene);
     if (dates > 0 && !still.binary.orbit)
         fail(Status::scene, "%s: {binary.orbit}: dates of a design need the orbit of the stars", scene.source.c_str());
     if (angles > 0 && (still.binary.orbit || still.binary.by_offsets || still.stars.size() < 2))
@@ -147,29 +140,15 @@ toliman_mask_info info_of(const mask::Score &own, const mask::Score &best) {
 // Scores of a design at all places.
 std::vector<toliman_mask_info> infos_of(const mask::Design &made, const mask::DesignOptions &options) {
     std::vector<toliman_mask_info> infos;
-    bool improved = true;
-    for (size_t i = 0; i < made.best.size(); i++) {
-        const double peak = options.peak_to_mean > 0 ? options.peak_to_mean : made.own[i].peak_to_mean;
-        improved = improved && made.best[i].crb_px < made.own[i].crb_px && made.best[i].peak_to_mean <= peak;
+    for (size_t i = 0; i < made.best.size(); i++)
         infos.push_back(info_of(made.own[i], made.best[i]));
-    }
     for (toliman_mask_info &info : infos) {
-        info.improved = improved ? 1 : 0;
+        info.improved = mask::is_improved(made, options) ? 1 : 0;
         info.stopped = made.stopped ? 1 : 0;
         info.iterations = made.bounds_px.size();
         info.small_features = made.small_cells;
     }
     return infos;
-}
-
-// The group "mask" of a scene. The numbers have the fewest digits that are read as the same bits, in every locale.
-std::string json_of(const Mask &mask) {
-    const bool by_opd = mask.opd_nm != 0;
-    char digits[32];
-    const char *const end = std::to_chars(digits, std::end(digits), by_opd ? mask.opd_nm : mask.height_nm).ptr;
-    return R"({"kind": "file", "file": "mask.npy", "quantity": "binary", ")" +
-           std::string(by_opd ? "opd_nm" : "height_nm") + "\": " + std::string(static_cast<const char *>(digits), end) +
-           "}";
 }
 
 } // namespace
@@ -178,18 +157,17 @@ extern "C" {
 
 toliman_status toliman_mask_create(const toliman_sim *sim, const toliman_mask_options *options,
                                    toliman_mask **out) noexcept {
-    return guard([&] {
-        const Use use(sim, "sim");
+    return call(sim, "sim", [&](auto &self) {
         const auto given = accept(options, "options");
         toliman_mask *&made = required(out, "out");
-        if (use->simulator.plan().engine == optics::EngineKind::padded_fft)
+        if (self.simulator.plan().engine == optics::EngineKind::padded_fft)
             fail(Status::unsupported, "{sim}: the engine PADDED_FFT models no mask");
-        const Scene &scene = use->simulator.scene();
+        const Scene &scene = self.simulator.scene();
         const mask::DesignOptions known = design_options_of(scene, given);
         mask::Design design = mask::design(places_of(scene, given), known);
         made = new toliman_mask{{},
                                 infos_of(design, known),
-                                json_of(design.mask),
+                                mask::json_of(design.mask),
                                 std::move(design.cells),
                                 design.samples,
                                 std::move(design.bounds_px)};
@@ -201,35 +179,27 @@ void toliman_mask_destroy(toliman_mask *mask) noexcept {
 }
 
 toliman_status toliman_mask_get_info(const toliman_mask *mask, toliman_mask_info *out) noexcept {
-    return guard([&] {
-        const Use use(mask, "mask");
-        deliver(use->places[0], out, "out");
-    });
+    return call(mask, "mask", [&](auto &self) { deliver(self.places[0], out, "out"); });
 }
 
 toliman_status toliman_mask_get_place(const toliman_mask *mask, int64_t place, toliman_mask_info *out) noexcept {
-    return guard([&] {
-        const Use use(mask, "mask");
-        deliver(use->places[required_index(place, use->places.size(), "place")], out, "out");
+    return call(mask, "mask", [&](auto &self) {
+        deliver(self.places[required_index(place, self.places.size(), "place")], out, "out");
     });
 }
 
 toliman_status toliman_mask_get_cells(const toliman_mask *mask, size_t side, double *cells) noexcept {
-    return guard([&] {
-        const Use use(mask, "mask");
-        if (side != use->side)
-            fail(Status::argument, "{side} = %zu: must be %zu, the pupil's samples", side, use->side);
-        std::copy(use->cells.begin(), use->cells.end(), &required(cells, "cells"));
+    return call(mask, "mask", [&](auto &self) {
+        check_count("side", side, self.side, "the pupil's samples");
+        std::copy(self.cells.begin(), self.cells.end(), &required(cells, "cells"));
     });
 }
 
 toliman_status toliman_mask_get_descent(const toliman_mask *mask, size_t count, double *bounds_px) noexcept {
-    return guard([&] {
-        const Use use(mask, "mask");
-        if (count != use->descent_px.size())
-            fail(Status::argument, "{count} = %zu: must be %zu, the iterations", count, use->descent_px.size());
+    return call(mask, "mask", [&](auto &self) {
+        check_count("count", count, self.descent_px.size(), "the iterations");
         if (count > 0)
-            std::copy(use->descent_px.begin(), use->descent_px.end(), &required(bounds_px, "bounds_px"));
+            std::copy(self.descent_px.begin(), self.descent_px.end(), &required(bounds_px, "bounds_px"));
     });
 }
 

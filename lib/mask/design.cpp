@@ -10,7 +10,9 @@
 #include "mask/design.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <memory>
 
@@ -345,6 +347,34 @@ Design Designer::run() {
 
 Design design(const std::vector<Scene> &places, const DesignOptions &options) {
     return Designer(places, options).run();
+}
+
+bool is_improved(const Design &design, const DesignOptions &options) noexcept {
+    for (size_t i = 0; i < design.best.size(); i++) {
+        const Score &own = design.own[i], &best = design.best[i];
+        const double peak = options.peak_to_mean > 0 ? options.peak_to_mean : own.peak_to_mean;
+        if (!(best.crb_px < own.crb_px && best.peak_to_mean <= peak))
+            return false;
+    }
+    return true;
+}
+
+std::string json_of(const Mask &mask) {
+    const bool by_opd = mask.opd_nm != 0;
+    char digits[32];
+    const char *const end = std::to_chars(digits, std::end(digits), by_opd ? mask.opd_nm : mask.height_nm).ptr;
+    return R"({"kind": "file", "file": "mask.npy", "quantity": "binary", ")" +
+           std::string(by_opd ? "opd_nm" : "height_nm") + "\": " + std::string(static_cast<const char *>(digits), end) +
+           "}";
+}
+
+Scene at_rest(Scene scene) {
+    scene.binary.moving = false;
+    scene.binary.sky = nullptr;
+    const Jitter jitter = scene.systematics.jitter;
+    scene.systematics = {};
+    scene.systematics.jitter = jitter;
+    return scene;
 }
 
 } // namespace toliman::mask

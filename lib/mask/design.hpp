@@ -1,5 +1,6 @@
 // A mask by gradient: descends from the best of some random spirals on the Cramer-Rao bound with nuisances free.
 #pragma once
+#include <string>
 #include <vector>
 
 #include "base/progress.hpp"
@@ -29,6 +30,16 @@ struct Design {
     double small_cells = 0;        // fraction of the open cells that are in smaller features
     bool stopped = false;
 };
+
+// Whether each place has a smaller bound and a peak within its limit.
+bool is_improved(const Design &design, const DesignOptions &options) noexcept;
+
+// The group "mask" of a scene with the cells in mask.npy. The numbers have the fewest digits that are read as the same
+// bits, in every locale.
+std::string json_of(const Mask &mask);
+
+// The scene with its stars at rest, and no systematics but the jitter.
+Scene at_rest(Scene scene);
 
 // places: scenes of one instrument, whose stars have the places that the mask is designed for. The result depends on
 // the scenes and options only, not on the workers. Status::scene if a place has no bound with these nuisances free;
