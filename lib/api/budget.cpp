@@ -41,8 +41,7 @@ struct Request {
 
 Request request_of(const optics::Simulator &simulator, const toliman_sim_budget_options *options) {
     const auto known = accept(options, "options");
-    if (known.reserved != 0)
-        fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
+    check_reserved(known.reserved);
     if (known.frames < 0 || known.frames > kMostFrames)
         fail(Status::argument, "{options->frames} = %lld: must be in [0, %lld]", static_cast<long long>(known.frames),
              static_cast<long long>(kMostFrames));
@@ -54,35 +53,18 @@ Request request_of(const optics::Simulator &simulator, const toliman_sim_budget_
     return {free_of(simulator, known.free_names), static_cast<double>(std::max<int64_t>(known.frames, 1)), earth};
 }
 
-// The amount of a parameter with this effect; infinite without an effect.
-double amount(double effect_px, const information::BudgetRow &row) noexcept {
-    return row.free ? std::sqrt(effect_px / std::fabs(row.curvature_px)) : effect_px / std::fabs(row.bias_px);
-}
-
-// Static text.
-const char *static_name(Parameter parameter) {
-    static const std::vector<std::string> names = [] {
-        std::vector<std::string> list;
-        for (const Parameter known : all_parameters())
-            list.push_back(name_of(known));
-        return list;
-    }();
-    const std::vector<Parameter> &all = all_parameters();
-    return names[static_cast<size_t>(std::find(all.begin(), all.end(), parameter) - all.begin())].c_str();
-}
-
 // Row i of the budget.
 toliman_sim_budget_row public_row(const information::BudgetRow &row, size_t i, const information::BudgetFit &fit,
                                   double earth_px, double tenth_px) {
     const double unknown = std::numeric_limits<double>::quiet_NaN();
     toliman_sim_budget_row result = {};
     result.is_free = row.free ? 1 : 0;
-    result.name = static_name(row.parameter);
+    result.name = public_parameter(row.parameter).name;
     result.unit = unit_of(row.parameter);
     result.bias_px = row.bias_px;
     result.curvature_px = row.curvature_px;
-    result.earth_amount = amount(earth_px, row);
-    result.tenth_crb_amount = amount(tenth_px, row);
+    result.earth_amount = row.amount(earth_px);
+    result.tenth_crb_amount = row.amount(tenth_px);
     result.deviation = row.free ? fit.deviation[i] : unknown;
     result.correlation = row.free ? fit.correlations[i + 1] : unknown;
     return result;
@@ -94,9 +76,8 @@ extern "C" {
 
 toliman_status toliman_sim_get_budget(const toliman_sim *sim, const toliman_sim_budget_options *options,
                                       toliman_sim_budget *out) noexcept {
-    return guard([&] {
-        const Use use(sim, "sim");
-        const optics::Simulator &simulator = use->simulator;
+    return call(sim, "sim", [&](auto &self) {
+        const optics::Simulator &simulator = self.simulator;
         const Request request = request_of(simulator, options);
         const information::BoundOfFrames bound = information::bound_of_frames(simulator, request.free, request.frames);
         toliman_sim_budget budget = {};
@@ -114,9 +95,8 @@ toliman_status toliman_sim_get_budget(const toliman_sim *sim, const toliman_sim_
 
 toliman_status toliman_sim_get_budget_steps(const toliman_sim *sim, const toliman_sim_budget_options *options,
                                             toliman_sim_budget_step *steps, size_t capacity, size_t *count) noexcept {
-    return guard([&] {
-        const Use use(sim, "sim");
-        const optics::Simulator &simulator = use->simulator;
+    return call(sim, "sim", [&](auto &self) {
+        const optics::Simulator &simulator = self.simulator;
         const Request request = request_of(simulator, options);
         const StructOutput<toliman_sim_budget_step> results(steps, "steps", capacity, count);
         std::vector<toliman_sim_budget_step> found;
@@ -131,9 +111,8 @@ toliman_status toliman_sim_get_budget_steps(const toliman_sim *sim, const tolima
 toliman_status toliman_sim_get_budget_rows(const toliman_sim *sim, const toliman_sim_budget_options *options,
                                            double *correlations, size_t side, toliman_sim_budget_row *rows,
                                            size_t capacity, size_t *count) noexcept {
-    return guard([&] {
-        const Use use(sim, "sim");
-        const optics::Simulator &simulator = use->simulator;
+    return call(sim, "sim", [&](auto &self) {
+        const optics::Simulator &simulator = self.simulator;
         const Request request = request_of(simulator, options);
         if (correlations != nullptr && side != request.free.size() + 1)
             fail(Status::argument, "{side} = %zu: must be %zu, the separation and the free parameters", side,
@@ -144,8 +123,7 @@ toliman_status toliman_sim_get_budget_rows(const toliman_sim *sim, const toliman
         const std::vector<information::BudgetRow> found = information::budget_rows(simulator, request.free, fit);
         results.write(found.size(), "rows",
                       [&](size_t i) { return public_row(found[i], i, fit, request.earth.px, tenth_px); });
-        if (correlations != nullptr)
-            std::copy(fit.correlations.begin(), fit.correlations.end(), correlations);
+        copy_to(correlations, fit.correlations);
     });
 }
 

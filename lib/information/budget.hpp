@@ -1,5 +1,6 @@
 // The error budget of a scene: which unknown parameters limit the separation, and by how much.
 #pragma once
+#include <cmath>
 #include <vector>
 
 #include "optics/simulator.hpp"
@@ -47,6 +48,11 @@ struct BudgetRow {
     bool free = false;
     double bias_px = 0;      // not free: error of the estimated separation per unit; else NaN
     double curvature_px = 0; // free: error per unit^2 that the fit leaves; NaN if not known
+
+    // The amount of the parameter with this effect; infinite without an effect.
+    double amount(double effect_px) const noexcept {
+        return free ? std::sqrt(effect_px / std::fabs(curvature_px)) : effect_px / std::fabs(bias_px);
+    }
 };
 // The free parameters in the order given, then all others of the table.
 std::vector<BudgetRow> budget_rows(const optics::Simulator &simulator, const std::vector<Parameter> &free,
