@@ -7,6 +7,7 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/struct_array.hpp"
+#include "period/stream/many.hpp"
 
 namespace toliman::api {
 
@@ -63,44 +64,12 @@ struct Structs {
     }
 };
 
-// All samples are checked before the first is added, so that a call adds all or none.
-template <class Given> void check_all(const period::Stream &stream, const Given &given) {
-    given.check();
-    period::WeightingCheck weighting(stream);
-    for (size_t i = 0; i < given.n; i++) {
-        const period::Sample sample = given.at(stream, i);
-        const int64_t index = given.n > 1 ? static_cast<int64_t>(i) : -1;
-        stream.check(sample, index);
-        weighting.check(sample, index);
-    }
-}
-
 template <class Given> void push_all(toliman_period *period, const Given &given) {
-    const Use use(period, "period");
-    period::Stream &stream = use->stream;
-    check_all(stream, given);
-    for (size_t i = 0; i < given.n; i++)
-        stream.push(given.at(stream, i));
+    period::push_all(Use(period, "period")->stream, given);
 }
 
-// Sums that no set of samples can have reveal a wrong retract: it is undone by pushing the samples again, which
-// restores the exact sums bit by bit.
 template <class Given> void retract_all(toliman_period *period, const Given &given) {
-    const Use use(period, "period");
-    period::Stream &stream = use->stream;
-    if (given.n > static_cast<uint64_t>(stream.totals().count))
-        fail(Status::state, "cannot retract %zu samples: the periodogram has %lld", given.n,
-             static_cast<long long>(stream.totals().count));
-    check_all(stream, given);
-    for (size_t i = 0; i < given.n; i++)
-        stream.retract(given.at(stream, i));
-    try {
-        stream.check_consistent();
-    } catch (...) {
-        for (size_t i = 0; i < given.n; i++)
-            stream.push(given.at(stream, i));
-        throw;
-    }
+    period::retract_all(Use(period, "period")->stream, given);
 }
 
 } // namespace toliman::api
