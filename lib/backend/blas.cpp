@@ -1,10 +1,16 @@
 // OpenBLAS's settings belong to the host program: the number of threads and the choice of kernels are only read. A
 // library that changed them would change the host's other results and speed.
+//
+// Slow OpenBLAS kernels: OpenBLAS selects its kernels by CPU model when it is loaded, and a library older than the CPU
+// may fall back to an older core with narrower vectors. The vector width of the selected core, known by its name, and
+// the CPU's instruction set tell the OPENBLAS_CORETYPE to set.
 #include "backend/blas.hpp"
 
 #include <algorithm>
 #include <cblas.h>
 #include <chrono>
+#include <cstring>
+#include <initializer_list>
 #include <lapacke.h>
 
 #include "base/buffer.hpp"
@@ -15,7 +21,24 @@ namespace {
 blasint length(size_t n) noexcept {
     return static_cast<blasint>(n);
 }
+
+// Vector width in bits of the OpenBLAS kernels of this name.
+int vector_bits(const char *core) noexcept {
+    for (const char *name : {"SkylakeX", "Cooperlake", "SapphireRapids"})
+        if (std::strcmp(core, name) == 0)
+            return 512;
+    for (const char *name : {"Haswell", "Zen", "Excavator", "Sandybridge", "Bulldozer", "Piledriver", "Steamroller"})
+        if (std::strcmp(core, name) == 0)
+            return 256;
+    return 128;
+}
 } // namespace
+
+const char *better_core(const char *core, int bits) noexcept {
+    if (bits == 512 && vector_bits(core) < 512)
+        return "SkylakeX";
+    return bits == 256 && vector_bits(core) < 256 ? "Haswell" : "";
+}
 
 Properties properties() noexcept {
     return {openblas_get_corename(), openblas_get_config(), openblas_get_num_threads()};

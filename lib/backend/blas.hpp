@@ -11,6 +11,10 @@ struct Properties {
 };
 Properties properties() noexcept;
 
+// The OPENBLAS_CORETYPE whose vectors have this many bits; "" if those of `core` are not shorter, and for other widths
+// than 256 and 512.
+const char *better_core(const char *core, int bits) noexcept;
+
 // Best of a few 512^3 products, in GFLOP/s.
 double measure_gflops();
 
