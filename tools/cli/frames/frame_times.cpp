@@ -6,6 +6,7 @@
 
 #include <toliman/toliman.hpp>
 
+#include "api/header_keys.hpp"
 #include "common/failure.hpp"
 #include "common/text.hpp"
 
@@ -13,38 +14,17 @@ namespace cli {
 
 namespace {
 
-constexpr std::pair<const char *, const char * toliman_ingest_header::*> kKeys[] = {
-    {"TIMESYS", &toliman_ingest_header::timesys},
-    {"MJD-AVG", &toliman_ingest_header::mjd_avg},
-    {"DATE-AVG", &toliman_ingest_header::date_avg},
-    {"MJD-BEG", &toliman_ingest_header::mjd_beg},
-    {"MJD-OBS", &toliman_ingest_header::mjd_obs},
-    {"DATE-OBS", &toliman_ingest_header::date_obs},
-    {"XPOSURE", &toliman_ingest_header::xposure},
-    {"EXPTIME", &toliman_ingest_header::exptime},
-    {"DATE-BEG", &toliman_ingest_header::date_beg},
-    {"MJD-END", &toliman_ingest_header::mjd_end},
-    {"DATE-END", &toliman_ingest_header::date_end},
-    {"TIME-AVG", &toliman_ingest_header::time_avg},
-    {"TIME-BEG", &toliman_ingest_header::time_beg},
-    {"TIME-OBS", &toliman_ingest_header::time_obs},
-    {"TIME-END", &toliman_ingest_header::time_end},
-    {"UTC-OBS", &toliman_ingest_header::utc_obs},
-    {"UT", &toliman_ingest_header::ut},
-    {"EXPOSURE", &toliman_ingest_header::exposure},
-    {"TELAPSE", &toliman_ingest_header::telapse},
-    {"TIMEUNIT", &toliman_ingest_header::timeunit},
-    {"TREFPOS", &toliman_ingest_header::trefpos}};
+using toliman::api::kHeaderKeys;
 
 // Nothing where the header has no time.
 std::optional<toliman_ingest_header_time> header_time(FrameFile &file, const LeapSeconds &leap_seconds) {
     auto header = toliman::sized<toliman_ingest_header>();
     auto time = toliman::sized<toliman_ingest_header_time>();
     std::vector<std::optional<std::string>> values;
-    for (const auto &[key, member] : kKeys)
+    for (const auto &[key, member] : kHeaderKeys)
         values.push_back(file.value_of(key));
     for (size_t i = 0; i < values.size(); i++)
-        header.*kKeys[i].second = values[i] ? values[i]->c_str() : nullptr;
+        header.*kHeaderKeys[i].second = values[i] ? values[i]->c_str() : nullptr;
     const toliman_status status = toliman_ingest_read_header(&header, leap_seconds.rows.data(),
                                                              leap_seconds.rows.size(), leap_seconds.expires, &time);
     if (status == TOLIMAN_E_NOT_FOUND)
