@@ -12,7 +12,7 @@
  *                         -> toliman_last_error, toliman_last_error_field
  *   Constant -> toliman_constant_name
  *   Version of the library   toliman_version, toliman_abi_version, toliman_get_struct_size
- *   Machine                  toliman_get_machine, toliman_get_blas_speed
+ *   Machine                  toliman_get_machine
  *
  * Conventions of all headers
  *   - Errors. A function that can fail returns a toliman_status. It writes its results through pointers, which follow
@@ -191,10 +191,6 @@ typedef struct toliman_machine {
 
 /* Writes the properties of the machine to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_get_machine(toliman_machine *out) TOLIMAN_NOEXCEPT;
-
-/* Measures the speed of OpenBLAS in double precision, in 1e9 operations per second: the best of a few products of
- * 512 x 512 matrices. Takes about 50 ms. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_get_blas_speed(double *gflops) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

@@ -8,7 +8,7 @@
  *                                              -> get_signal, get_residuals      for figures
  *                                              -> get_outliers                   samples that do not belong
  *                                              -> get_instruments                offsets and jitters
- *                                              -> get_limits, get_efficiency     upper limits, detection probability
+ *                                              -> get_limits                     upper limits, detectable amplitudes
  *                                              -> inject                         rate of detection by injection
  *                                              destroy
  *
@@ -121,8 +121,8 @@ typedef struct toliman_planet_options {
      * must then be of separations of known unit and parallax; their times are both dates, or both plain numbers. */
     const toliman_measure *velocity_a, *velocity_b;
     double threshold;     /* log10 of the Bayes factor that a planet needs; 0 = 2 */
-    double detection_fap; /* largest FAP of a planet, and FAP of a detection in limits, efficiency and
-                             injections; 0 = 0.001 */
+    double detection_fap; /* largest FAP of a planet, and FAP of a detection in limits and injections;
+                             0 = 0.001 */
     uint32_t samples;     /* samples of each posterior, 100 to 1,000,000; 0 = 4096 */
     uint32_t reserved;
     uint64_t seed;                /* of the samples */
@@ -317,19 +317,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_limits(const to
                                                                         double probability,
                                                                         toliman_planet_limit *limits) TOLIMAN_NOEXCEPT;
 
-/* Writes the probability of detecting a circular orbit of this period and amplitude, in units of t and y, to
- * *efficiency. Errors: TOLIMAN_E_ARGUMENT for bad numbers. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_efficiency(const toliman_planet *planets,
-                                                                            double period, double amplitude,
-                                                                            double *efficiency) TOLIMAN_NOEXCEPT;
-
 /* Planets that are injected. */
 typedef struct toliman_planet_cell {
     uint32_t struct_size;
     int32_t star;                  /* the star that has the planet, 0 = A, 1 = B; sizes are then Earth masses, times g
                                       or sin i. -1: sizes are amplitudes in units of y */
-    double period_min, period_max; /* in units of t, within the prior; log period is uniform between them */
-    double size_min, size_max;     /* its logarithm is uniform between them */
+    double period_min, period_max; /* in units of t, within the prior; log period is uniform between them, or they are
+                                      equal */
+    double size_min, size_max;     /* the same for the logarithm of the size */
     int32_t is_circular;           /* 1: eccentricity 0. 0: drawn from its prior */
     uint32_t count;                /* number of injections, at most 1,000,000 */
     uint64_t seed;

@@ -53,11 +53,4 @@ toliman_status toliman_get_machine(toliman_machine *out) noexcept {
     });
 }
 
-toliman_status toliman_get_blas_speed(double *gflops) noexcept {
-    return api::guard([&] {
-        api::required(gflops, "gflops");
-        *gflops = blas::measure_gflops();
-    });
-}
-
 } // extern "C"

@@ -155,17 +155,16 @@ toliman_planet_candidate public_planet(const planet::Result &result, int64_t ind
     return out;
 }
 
-double checked_period(const planet::Result &result, const char *name, double period) {
+void check_period(const planet::Result &result, const char *name, double period) {
     const planet::Settings &settings = result.settings;
     if (!(period >= settings.period_min * (1 - 1e-12) && period <= settings.period_max * (1 + 1e-12)))
         fail(Status::argument, "{%s} = %.9g: must be in the prior, %.9g to %.9g", name, period, settings.period_min,
              settings.period_max);
-    return period;
 }
 
 planet::InjectionCell checked(const planet::Result &result, const toliman_planet_cell &cell) {
-    checked_period(result, "cell->period_min", cell.period_min);
-    checked_period(result, "cell->period_max", cell.period_max);
+    check_period(result, "cell->period_min", cell.period_min);
+    check_period(result, "cell->period_max", cell.period_max);
     if (cell.period_min > cell.period_max)
         fail(Status::argument, "{cell->period_min} = %.9g: must be at most period_max = %.9g", cell.period_min,
              cell.period_max);
@@ -327,7 +326,7 @@ toliman_status toliman_planet_get_limits(const toliman_planet *planets, const do
         const planet::Units &units = result.settings.units;
         std::vector<toliman_planet_limit> made(count);
         for (size_t i = 0; i < count; i++)
-            checked_period(result, "periods", periods[i]);
+            check_period(result, "periods", periods[i]);
         run_jobs(worker_count(result.settings.threads), count, [&](size_t i) {
             const double frequency = 1 / periods[i];
             const double upper = detection.upper(frequency, probability);
@@ -344,18 +343,6 @@ toliman_status toliman_planet_get_limits(const toliman_planet *planets, const do
         });
         for (size_t i = 0; i < count; i++)
             out.put(i, made[i]);
-    });
-}
-
-toliman_status toliman_planet_get_efficiency(const toliman_planet *planets, double period, double amplitude,
-                                             double *efficiency) noexcept {
-    return guard([&] {
-        required(efficiency, "efficiency");
-        const Use use(planets, "planets");
-        checked_period(use->result, "period", period);
-        if (!(amplitude >= 0 && amplitude <= 1e100))
-            fail(Status::argument, "{amplitude} = %g: must be in [0, 1e100]", amplitude);
-        *efficiency = use->recovery().efficiency(1 / period, amplitude);
     });
 }
 

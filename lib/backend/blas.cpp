@@ -81,28 +81,18 @@ void leading_eigenvectors(size_t n, double *matrix, size_t count, double *values
         std::swap_ranges(vectors + i * n, vectors + (i + 1) * n, vectors + j * n);
 }
 
-namespace {
-// Best speed of `times` products of m x k and k x n matrices, GFLOP/s.
-double measure(size_t m, size_t n, size_t k, int times) {
+double measure_tile_gflops() {
+    constexpr size_t m = 64, n = 32, k = 128;
     const Buffer<double> a(m * k, 1.0), b(k * n, 0.5);
     Buffer<double> c(m * n);
     double best = 0;
-    for (int i = 0; i < times; i++) {
+    for (int i = 0; i < 100; i++) {
         const auto start = std::chrono::steady_clock::now();
         dgemm(false, m, n, k, a.data(), k, b.data(), n, c.data(), n);
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
         best = std::max(best, 2e-9 * static_cast<double>(m * n * k) / seconds.count());
     }
     return best;
-}
-} // namespace
-
-double measure_gflops() {
-    return measure(512, 512, 512, 8);
-}
-
-double measure_tile_gflops() {
-    return measure(64, 32, 128, 100);
 }
 
 } // namespace toliman::blas

@@ -15,10 +15,8 @@ Properties properties() noexcept;
 // than 256 and 512.
 const char *better_core(const char *core, int bits) noexcept;
 
-// Best of a few 512^3 products, in GFLOP/s.
-double measure_gflops();
-
-// The same for 64 x 32 x 128, the tiles of larger products; takes a millisecond.
+// Speed of products of 64 x 128 and 128 x 32 matrices, the tiles of larger products, in GFLOP/s: the best of 100; takes
+// a millisecond.
 double measure_tile_gflops();
 
 // C (m x n, row stride ldc) = op(A) B; A is m x k (or k x m when transposed), B is k x n.

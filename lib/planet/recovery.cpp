@@ -102,13 +102,6 @@ class Trials {
         return square > 0 ? 1 / std::sqrt(square) : HUGE_VAL;
     }
 
-    double share(double amplitude) const {
-        size_t recovered = 0;
-        for (size_t k = 0; k < trials_.size(); k++)
-            recovered += is_recovered(k, amplitude);
-        return static_cast<double>(recovered) / static_cast<double>(trials_.size());
-    }
-
     // Whether at least this share is recovered; ends when that is known.
     bool reaches(double amplitude, double probability) const {
         double most_lost = (1 - probability) * static_cast<double>(trials_.size()) + 1e-9;
@@ -161,10 +154,6 @@ class Trials {
 };
 
 } // namespace
-
-double Recovery::efficiency(double frequency, double amplitude) const {
-    return Trials(detection_, threshold_, frequency).share(amplitude);
-}
 
 double Recovery::recoverable(double frequency, double probability) const {
     const Trials trials(detection_, threshold_, frequency);

@@ -26,9 +26,8 @@ class Recovery {
     // threshold: log10 of the Bayes factor that a planet needs. The detection must outlive the object.
     Recovery(const Detection &detection, double threshold) : detection_(detection), threshold_(threshold) {}
 
-    // Probability that a circular orbit is recovered, in the mean of phases and noises.
-    double efficiency(double frequency, double amplitude) const;
-    // Amplitude with this efficiency; infinity if none has it.
+    // Amplitude at which a circular orbit is recovered with this probability, in the mean of phases and noises;
+    // infinity if there is none.
     double recoverable(double frequency, double probability) const;
     // Number of planets that are recovered from white noise.
     size_t inject(const InjectionCell &cell, const Units &units) const;

@@ -118,10 +118,8 @@ static void assert_unchanged(const process *before, const process *after) {
 }
 
 static void machine(void) {
-    double gflops;
     toliman_machine info = {.struct_size = sizeof info};
     assert_ok(toliman_get_machine(&info));
-    assert_ok(toliman_get_blas_speed(&gflops));
     refused("machine", toliman_get_machine(NULL), TOLIMAN_E_ARGUMENT);
 }
 

@@ -107,11 +107,11 @@ class Headers(Tree):
                      "constant TOLIMAN_E_STATE is gone: programs that name it do not compile")
 
     def test_functions(self):
-        speed = "TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_get_blas_speed(double *gflops) TOLIMAN_NOEXCEPT;\n"
-        self.refuses((BASE, speed, speed.replace("double", "int64_t")),
-                     "toliman_get_blas_speed: (double *gflops) -> toliman_status -> (int64_t *gflops) -> toliman_status")
-        self.refuses((BASE, speed.replace("double", "int64_t"), ""),
-                     "function toliman_get_blas_speed is gone: programs that call it do not start")
+        machine = "TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_get_machine(toliman_machine *out) TOLIMAN_NOEXCEPT;\n"
+        self.refuses((BASE, machine, machine.replace("*out", "**out")),
+                     "toliman_get_machine: (toliman_machine *out) -> toliman_status -> (toliman_machine **out) -> toliman_status")
+        self.refuses((BASE, machine.replace("*out", "**out"), ""),
+                     "function toliman_get_machine is gone: programs that call it do not start")
         self.refuses((BASE, "toliman_abi_version(void)", "toliman_abi_version(int32_t of)"), "toliman_abi_version: (void)")
 
     def test_callbacks_and_types(self):

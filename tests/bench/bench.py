@@ -44,8 +44,7 @@ def main():
     benches = [importlib.import_module(name) for name in names]
     os.makedirs(out, exist_ok=True)
     properties = {"date": datetime.date.today().isoformat(), **machine(binaries)}
-    print(f"{properties['date']}, {properties['cpu']}, one core; kernels {properties['isa']}, OpenBLAS {properties['blas_core']} "
-          f"{properties['blas_gflops']:.0f} GFLOP/s\n")
+    print(f"{properties['date']}, {properties['cpu']}, one core; kernels {properties['isa']}, OpenBLAS {properties['blas_core']}\n")
     everything, errors = [], []
     for name, bench in zip(names, benches):
         measured = bench.measure(binaries)

@@ -230,7 +230,6 @@ static void find_planets(void) {
     toliman_planet_candidate planet = TOLIMAN_PLANET_CANDIDATE_INIT;
     toliman_planet_limit limits[2] = {TOLIMAN_PLANET_LIMIT_INIT};
     toliman_planet_cell cell = TOLIMAN_PLANET_CELL_INIT;
-    double efficiency;
     uint32_t detected;
     for (int k = 0; k < SERIES; k++) {
         t[k] = 7 * k;
@@ -262,8 +261,6 @@ static void find_planets(void) {
     show("planet_residual", y[10]);
     MUST(toliman_planet_get_limits(planets, periods, 2, 0.9, limits));
     show("planet_upper", limits[1].upper);
-    MUST(toliman_planet_get_efficiency(planets, 100, 0.6, &efficiency));
-    show("planet_detected", efficiency);
     cell.star = -1;
     cell.period_min = 80;
     cell.period_max = 120;

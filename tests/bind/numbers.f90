@@ -245,7 +245,7 @@ contains
         type(toliman_planet_limit) :: limits(2)
         type(toliman_planet_cell) :: cell
         real(c_double), target :: t(many), y(many), sigma(many), rows(many)
-        real(c_double) :: signal(many), samples(10, 16), efficiency
+        real(c_double) :: signal(many), samples(10, 16)
         integer(c_int32_t) :: detected
         integer :: k
         do k = 0, many - 1
@@ -278,8 +278,6 @@ contains
         call show('planet_residual', y(11))
         call planets%get_limits([70d0, 150d0], 0.9d0, limits)
         call show('planet_upper', limits(2)%upper)
-        call planets%get_efficiency(100d0, 0.6d0, efficiency)
-        call show('planet_detected', efficiency)
         cell%star = -1
         cell%period_min = 80
         cell%period_max = 120

@@ -133,12 +133,11 @@ class Circular(unittest.TestCase):
             low, _, high = getattr(two, name)
             numpy.testing.assert_allclose(getattr(one, name), getattr(two, name), atol=0.05 * (high - low))
 
-    def test_limits_and_efficiency(self):
+    def test_limits(self):
         periods = numpy.array([[80, 150, 250], [400, 600, 900]])
         limits = self.found.limits(periods)
         numpy.testing.assert_array_equal(limits["period"], periods)
         for i in numpy.ndindex(periods.shape):
-            self.assertAlmostEqual(self.found.efficiency(periods[i], limits["detectable"][i]), 0.95, delta=4e-3)
             for kind in ("upper", "detectable"):
                 for star, name in enumerate("ab"):
                     mass = model.mass_of_separation(limits[kind][i], periods[i], STARS[star], PARALLAX)
@@ -163,7 +162,7 @@ class Circular(unittest.TestCase):
     def test_refusals_of_a_result(self):
         for call in (lambda: self.found.signal(1, [0.0]), lambda: self.found.samples(1), lambda: self.found.samples(0, 4097),
                      lambda: self.found.signal(0, [math.nan]), lambda: self.found.limits([10]),
-                     lambda: self.found.limits([100], 1), lambda: self.found.efficiency(100, -1),
+                     lambda: self.found.limits([100], 1),
                      lambda: self.found.inject((200, 100), (1, 2)), lambda: self.found.inject((100, 200), (0, 2))):
             self.assertRaises(toliman.InputError, call)
         with self.assertRaisesRegex(ValueError, r"position_angle_deg has the shape \(2,\): must be \(1\)"):

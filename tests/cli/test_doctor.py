@@ -49,7 +49,6 @@ class Doctor(ProgramTest):
         last = done.stdout.splitlines()[-1]
         self.assertRegex(last, r"^verdict {6}.*" + text)
         self.assertEqual(done.stderr, "toliman: not ready: " + last[13:] + "\n")
-        self.assertIn("GFLOP/s", done.stdout)
 
     def test_a_slow_disk(self):
         self.not_ready(r"fsync is slow: (6|7|8|9|\d\d)\d ms in /.*: use track with --sync group", env=self.disk(60))

@@ -27,15 +27,6 @@ static toliman_status machine(attempt *a) {
     return toliman_get_machine((void *)a->out);
 }
 
-/* A different number on each call. */
-static toliman_status blas_speed(attempt *a) {
-    double speed = -1;
-    const toliman_status status = toliman_get_blas_speed(&speed);
-    (void)a;
-    must(status == TOLIMAN_OK ? speed > 0 : speed == -1, "speed");
-    return status;
-}
-
 static const scenario all[] = {
     {.function = "toliman_version", .call = texts},
     {.function = "toliman_constant_name", .call = texts},
@@ -44,6 +35,5 @@ static const scenario all[] = {
     {.function = "toliman_last_error", .call = message},
     {.function = "toliman_last_error_field", .call = message},
     {.function = "toliman_get_machine", .call = machine, .struct_size = sizeof(toliman_machine)},
-    {.function = "toliman_get_blas_speed", .call = blas_speed},
 };
 SCENARIO_LIST(base_scenarios, all);

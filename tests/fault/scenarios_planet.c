@@ -93,9 +93,6 @@ static toliman_status get_limits(attempt *a) {
     static const double periods[LIMITS] = {70, 100, 190};
     return toliman_planet_get_limits(a->object, periods, LIMITS, 0.95, (void *)a->out);
 }
-static toliman_status get_efficiency(attempt *a) {
-    return toliman_planet_get_efficiency(a->object, 100, 0.5, (double *)a->out);
-}
 static toliman_status inject(attempt *a) {
     const toliman_planet_cell cell = {.struct_size = sizeof cell,
                                       .star = -1,
@@ -121,7 +118,6 @@ static const scenario all[] = {
     ON_ONE(get_outliers, 0),
     ON_ONE(get_instruments, sizeof(toliman_measure_instrument)),
     ON_ONE(get_limits, sizeof(toliman_planet_limit)),
-    ON_ONE(get_efficiency, 0),
     ON_ONE(inject, 0),
 };
 SCENARIO_LIST(planet_scenarios, all);

@@ -18,7 +18,8 @@ C = r"""
 #include <toliman/toliman.h>
 int main(void) {
     toliman_period *period;
-    double power[10], gflops = 0;
+    toliman_machine machine = TOLIMAN_MACHINE_INIT;
+    double power[10];
     if (toliman_period_create(0.05, 0.01, 10, NULL, &period) != TOLIMAN_OK)
         return 1;
     for (int i = 0; i < 100; i++)
@@ -27,7 +28,7 @@ int main(void) {
     if (toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 10, power) != TOLIMAN_OK)
         return 3;
     toliman_period_destroy(period);
-    if (toliman_get_blas_speed(&gflops) != TOLIMAN_OK || !(gflops > 0))
+    if (toliman_get_machine(&machine) != TOLIMAN_OK || machine.blas_core[0] == '\0')
         return 4;
     printf("%s %.12f\n", toliman_version(), power[5]);
     return 0;

@@ -26,7 +26,6 @@ static void arguments_and_members(void **unused) {
     toliman_period *period = NULL, *made = make_period();
     double power;
     assert_field(toliman_get_machine(NULL), TOLIMAN_E_ARGUMENT, "out");
-    assert_field(toliman_get_blas_speed(NULL), TOLIMAN_E_ARGUMENT, "gflops");
     assert_field(toliman_period_create(0.01, -1, 10, NULL, &period), TOLIMAN_E_ARGUMENT, "df");
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.value_bound = -1;

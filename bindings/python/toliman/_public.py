@@ -15,7 +15,7 @@ from ._goodness import FitWarning
 from .fit import Fit
 from .ingest import Pair, PairEvent
 from .linear import Components, Template
-from .machine import blas_speed, machine
+from .machine import machine
 from .mask import DesignedMask, design_mask
 from .measure import Measurements
 from .noise import NoiseSearch, bootstrap_correlated, search_correlated
@@ -38,7 +38,7 @@ __all__ = [
     "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "Planet", "PlanetInfo", "PlanetLimit",
     "Planets", "REASONS", "Reconstruction", "Refit",
     "Sampling", "SceneInfo", "Simulator", "Sky", "SkyInfo", "SkyPrediction", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
-    "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "bootstrap_correlated", "calibrate", "design_mask", "library_path",
+    "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "bootstrap_correlated", "calibrate", "design_mask", "library_path",
     "machine", "parameters", "parse_time", "period", "plan", "planets", "read_clock", "read_header", "read_on_target", "search_correlated", "shipped_scenes", "suited_grid",
     "version",
 ]

@@ -17,16 +17,6 @@ def machine() -> Machine:
     return Machine._of(found)
 
 
-def blas_speed() -> float:
-    """Measures the speed of OpenBLAS in double precision.
-
-    Returns GFLOP/s, the best of a few 512 x 512 x 512 matrix products; takes about 50 ms.
-    """
-    gflops = ctypes.c_double()
-    check(library.toliman_get_blas_speed(ctypes.byref(gflops)))
-    return gflops.value
-
-
 @functools.lru_cache(maxsize=None)
 def warn_of_slow_blas() -> None:
     """Warns, once per process, if OpenBLAS chose kernels for an older processor. OpenBLAS chooses when it is loaded, so

@@ -134,13 +134,6 @@ class Planets(Handle):
                                                 made))
         return structured(made)[:given.size].reshape(given.shape)
 
-    def efficiency(self, period: float, amplitude: float) -> float:
-        """Returns the probability of detecting a circular orbit of this period and amplitude."""
-        found = ctypes.c_double()
-        check(library.toliman_planet_get_efficiency(self._c, real("period", period), real("amplitude", amplitude),
-                                                    ctypes.byref(found)))
-        return found.value
-
     def inject(self, periods: _Pair, sizes: _Pair, count: int = 1000, *, star: str = "", circular: bool = False,
                seed: int = 0) -> int:
         """Returns how many of `count` planets, injected into white noise of the sigmas of the series, are detected.

@@ -64,7 +64,6 @@ struct Health {
     toliman_machine machine = toliman::sized<toliman_machine>();
     std::string cpu = processor_name();
     std::vector<std::string> sets; // instruction sets of the CPU
-    double gflops = 0;
     std::string cfitsio;
     Sync sync;
     std::vector<std::string> problems, warnings;
@@ -106,7 +105,6 @@ Health examine(const std::string &folder) {
         if (std::strcmp(set, health.machine.isa) == 0)
             break; // the library uses the widest available
     }
-    toliman::check(toliman_get_blas_speed(&health.gflops));
     float version = 0;
     ::fits_get_version(&version);
     health.cfitsio = formatted("%.2f", static_cast<double>(version));
@@ -126,7 +124,7 @@ std::string as_json(const Health &health, const ObserverOptions &observer, const
     Json json("schema", "toliman-doctor/1", "version", toliman_version(), "abi_version", toliman_abi_version());
     json.set("cpu", health.cpu, "processors", machine.processors, "isa", machine.isa, "isa_available", health.sets);
     json.set("blas_core", machine.blas_core, "blas_config", machine.blas_config, "blas_threads", machine.blas_threads);
-    json.set("blas_is_slow", machine.blas_is_slow != 0, "blas_gflops", health.gflops);
+    json.set("blas_is_slow", machine.blas_is_slow != 0);
     json.set("fftw", machine.fftw, "zlib", ::zlibVersion(), "cjson", ::cJSON_Version(), "cfitsio", health.cfitsio);
     json.set("cli11", CLI11_VERSION, "fsync_ms", health.sync.milliseconds, "fsync_folder", health.sync.folder);
     observer.set_orbit(json, sky);
@@ -139,9 +137,9 @@ std::string as_text(const Health &health, const std::string &orbit) {
     return formatted("libtoliman   %s, ABI %d\n", toliman_version(), toliman_abi_version()) +
            formatted("CPU          %s, %d processors\n", health.cpu.c_str(), machine.processors) +
            formatted("kernels      %s in use; this CPU has %s\n", machine.isa, joined(health.sets).c_str()) +
-           formatted("OpenBLAS     %s kernels, %s; %d thread(s), %.0f GFLOP/s (%s)\n", machine.blas_core,
+           formatted("OpenBLAS     %s kernels, %s; %d thread(s) (%s)\n", machine.blas_core,
                      machine.blas_is_slow != 0 ? "older than the CPU" : "suited to the CPU", machine.blas_threads,
-                     health.gflops, machine.blas_config) +
+                     machine.blas_config) +
            formatted("FFTW         %s\n", machine.fftw) +
            formatted("libraries    zlib %s, cJSON %s, CFITSIO %s, CLI11 %s\n", ::zlibVersion(), ::cJSON_Version(),
                      health.cfitsio.c_str(), CLI11_VERSION) +
