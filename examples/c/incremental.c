@@ -45,6 +45,12 @@ struct host {
     double answer;                /* last printed period, days */
 };
 
+static long long frames_in(const toliman_period *period) {
+    toliman_period_info info = TOLIMAN_PERIOD_INFO_INIT;
+    check(toliman_period_get_info(period, &info));
+    return info.count;
+}
+
 /* Pushes a frame and queries the period. Repeated interim queries need the sequential false alarm probability. Below
  * 1e-3 the period is significant; it is printed whenever it has changed by 5 %. */
 static void on_frame(const toliman_frame *frame, void *user_data) {
@@ -54,7 +60,7 @@ static void on_frame(const toliman_frame *frame, void *user_data) {
     size_t done;
     double log10_fap;
     check(toliman_track_push(host->tracker, frame, 1, &outcome, &done));
-    if (outcome.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED || toliman_period_count(host->period) < 5)
+    if (outcome.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED || frames_in(host->period) < 5)
         return; /* a duplicate, for example; see outcome.verdict */
     check(toliman_period_query_peak(host->period, &peak));
     check(toliman_period_query_fap(host->period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, peak.log10_residual, &log10_fap));
@@ -82,15 +88,14 @@ int main(int argc, char **argv) {
     options.grid.nf = 5461;
     check(toliman_track_create(&options, &host.tracker));
     check(toliman_track_get_period(host.tracker, &host.period));
-    printf("%lld frames tracked so far\n", (long long)toliman_period_count(host.period));
+    printf("%lld frames tracked so far\n", frames_in(host.period));
 
     read_downlink(sim, atol(argv[3]), atol(argv[4]), on_frame, &host);
 
     toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;
     check(toliman_track_save(host.tracker));
     check(toliman_track_query_fit(host.tracker, &peak));
-    printf("period %.2f +- %.2f days of %lld frames\n", peak.period, peak.period_error,
-           (long long)toliman_period_count(host.period));
+    printf("period %.2f +- %.2f days of %lld frames\n", peak.period, peak.period_error, frames_in(host.period));
     toliman_track_destroy(host.tracker);
     toliman_linear_destroy(estimator);
     toliman_sim_destroy(sim);

@@ -47,9 +47,9 @@
  *     not depend on the number unless a comment says so.
  *   - Invalid handles. A pointer to a destroyed object, or to an object of another type, is refused with
  *     TOLIMAN_E_ARGUMENT as long as its memory has not been reused. This helps debugging; do not rely on it.
- *   - Functions without a status. toliman_mask_get_json and toliman_period_count return "" or 0 where others return
- *     TOLIMAN_E_STATE or TOLIMAN_E_ARGUMENT, and set toliman_last_error(). toliman_X_destroy of an object in use, or of
- *     another type, does not destroy it, but only sets toliman_last_error().
+ *   - Functions without a status. toliman_mask_get_json returns "" where others return TOLIMAN_E_STATE or
+ *     TOLIMAN_E_ARGUMENT, and sets toliman_last_error(). toliman_X_destroy of an object in use, or of another type,
+ *     does not destroy it, but only sets toliman_last_error().
  *   - Callbacks may be written in C++. An exception that leaves a progress, log or frames callback stops the call,
  *     which returns TOLIMAN_E_CANCELLED. An exception that leaves an estimator (frame.h) rejects the frame.
  *     Allocators must not throw. A callback must return or throw: longjmp out of one is not allowed. It skips the

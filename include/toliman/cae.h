@@ -13,7 +13,7 @@
  *                           toliman_cae <-> train
  *                                +-> encode, encode_many             latent, px -> period.h
  *                                +-> decode, reconstruct, get_target decoder output and training target
- *                                +-> get_info, get_train_options     properties
+ *                                +-> get_info                        properties
  *                                +-> save, save_file                 weights blob
  *                             destroy
  *
@@ -162,7 +162,7 @@ typedef struct toliman_cae_train_options {
  * options and report may be NULL.
  *
  * A cancelled training resumes after its last completed step (TIED) or epoch (UNSUPERVISED) if mode, steps, learning
- * rate, batch and numbers of frames are unchanged (see toliman_cae_get_train_options). A finished training with the
+ * rate, batch and numbers of frames are unchanged (see toliman_cae_get_info). A finished training with the
  * same options is not continued: its result is returned (UNSUPERVISED requests and validates the frames again). A
  * finished UNSUPERVISED training continues if more epochs are requested. Any other options start a new training from
  * the network's seed.
@@ -175,13 +175,6 @@ typedef struct toliman_cae_train_options {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_train(toliman_cae *cae,
                                                                 const toliman_cae_train_options *options,
                                                                 toliman_cae_training *report) TOLIMAN_NOEXCEPT;
-
-/* Writes the options of the training that can be resumed to *out, whose struct_size must be set: mode, steps,
- * learning_rate, frame_count, validation and batch as given, no callbacks. epochs is the number of completed epochs:
- * before resuming, set it to the total that is wanted. TOLIMAN_E_STATE if there is none: the network is untrained, or
- * was loaded from a blob without training state. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
-toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae_train_options *out) TOLIMAN_NOEXCEPT;
 
 /* Properties of a network. */
 typedef struct toliman_cae_info {
@@ -204,8 +197,13 @@ typedef struct toliman_cae_info {
 } toliman_cae_info;
 #define TOLIMAN_CAE_INFO_INIT TOLIMAN_INIT(toliman_cae_info)
 
-/* Writes the properties of a network to *out, whose struct_size must be set. */
+/* Writes the properties of a network to *out, whose struct_size must be set.
+ *   resumable  receives the options of the training that can be resumed: mode, steps, learning_rate, frame_count,
+ *              validation and batch as given, no callbacks. epochs is the number of completed epochs: before resuming,
+ *              set it to the total that is wanted. All are 0 if there is no such training: the network is untrained, or
+ *              was loaded from a blob without training state. Its struct_size must be set; may be NULL */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman_cae *cae,
+                                                                   toliman_cae_train_options *resumable,
                                                                    toliman_cae_info *out) TOLIMAN_NOEXCEPT;
 
 /* Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Does not depend on earlier frames. Bad

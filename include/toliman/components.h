@@ -7,7 +7,7 @@
  *                                  |
  *                                train -> get_series -> one value per frame -> period.h
  *                                get_info
- *                                reset, destroy
+ *                              destroy
  */
 #ifndef TOLIMAN_COMPONENTS_H
 #define TOLIMAN_COMPONENTS_H
@@ -53,9 +53,6 @@ TOLIMAN_API void toliman_components_destroy(toliman_components *components) TOLI
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_push(toliman_components *components,
                                                                       const toliman_image *image,
                                                                       size_t count) TOLIMAN_NOEXCEPT;
-
-/* Removes every frame. Options and memory remain. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_reset(toliman_components *components) TOLIMAN_NOEXCEPT;
 
 /* Methods of toliman_components_train. */
 #define TOLIMAN_COMPONENTS_PCA 401        /* principal component analysis */

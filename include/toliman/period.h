@@ -7,16 +7,16 @@
  *                               +------------------------+
  *                               v
  *                        toliman_period  <- push, push_many, push_samples           <- t, y, sigma
- *                               |        <- retract_many, retract_samples          <- samples to remove
+ *                               |        <- retract_samples                        <- samples to remove
  *                               |        <- merge                                   <- periodogram of other samples
  *                               +-> query_power                                power[nf]
  *                               +-> query_peak, query_peaks, query_fit         period and its error
  *                               +-> period_fap.h                               false alarm probability
  *                               +-> query_model                                fitted sinusoid
  *                               +-> period_sampling.h                          diagnostics of the sampling
- *                               +-> get_info, count                            properties
+ *                               +-> get_info                                   properties
  *                               +-> save, save_file                            state bytes
- *                          copy, reset, destroy
+ *                          copy, destroy
  *
  * period_nuisance.h: a trend and other known functions, fitted with the mean. period_batch.h: the power of a complete
  * archive without a streaming object. Every pushed sample counts as evidence, also a repeated one. For frames that may
@@ -167,20 +167,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_samples(tolima
                                                                           const double *rows,
                                                                           size_t n) TOLIMAN_NOEXCEPT;
 
-/* Removes n samples previously pushed with exactly these values, or none if one is refused. The accumulators become
- * bit-identical to never having pushed them, in any order. For a sliding window, push the newest sample and retract the
- * oldest. No FAP method accounts for repeated queries of a sliding window: multiply the FAP of one query by their
- * number.
+/* Removes n samples previously pushed with exactly these values, or none if one is refused; samples and rows are
+ * as in toliman_period_push_samples. The accumulators become bit-identical to never having pushed them, in any order.
+ * For a sliding window, push the newest sample and retract the oldest. No FAP method accounts for repeated queries of a
+ * sliding window: multiply the FAP of one query by their number.
  *
  * The library cannot check that the samples were pushed. A wrong retract may leave a power above 1 at some frequency;
  * queries then return TOLIMAN_E_STATE.
- * Errors: as toliman_period_push_many; TOLIMAN_E_STATE if the count would drop below zero, or if no set of samples can
- * have the remaining sums of weights, values and times. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_many(toliman_period *period, const double *t,
-                                                                          const double *y, const double *sigma,
-                                                                          size_t n) TOLIMAN_NOEXCEPT;
-
-/* Removes n samples given as in toliman_period_push_samples. Otherwise as toliman_period_retract_many. */
+ * Errors: as toliman_period_push_samples; TOLIMAN_E_STATE if the count would drop below zero, or if no set of samples
+ * can have the remaining sums of weights, values and times. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_samples(toliman_period *period,
                                                                              const toliman_period_sample *samples,
                                                                              const double *rows,
@@ -203,12 +198,6 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_merge(toliman_perio
 /* Creates an independent copy: same grid, options and samples. The caller destroys *out. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_copy(const toliman_period *period,
                                                                   toliman_period **out) TOLIMAN_NOEXCEPT;
-
-/* Removes every sample. Grid and options remain. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_reset(toliman_period *period) TOLIMAN_NOEXCEPT;
-
-/* Returns the number of samples; 0 for NULL and after an error. */
-TOLIMAN_API int64_t toliman_period_count(const toliman_period *period) TOLIMAN_NOEXCEPT;
 
 /* Properties of a periodogram. Members with names of toliman_period_options hold the options in force. */
 typedef struct toliman_period_info {

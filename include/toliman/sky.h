@@ -5,13 +5,12 @@
  *   system file or "alpha-cen", observer file -> create -> toliman_sky
  *                                                 |
  *   TAI times [count]          -> predict --------+-> toliman_sky_prediction [count]
- *   on-target intervals [count] -> predict_mean --+-> toliman_sky_prediction
- *   exposures [count]           -> predict_mean_many -> toliman_sky_prediction [count]
+ *   exposures [count]          -> predict_mean ---+-> toliman_sky_prediction [count]
  *   measured separations       -> reduce ---------+-> reduced separations (both measure.h)
  *   measured separations       -> refit ----------+-> toliman_sky with another orbit -> save_file -> system file
  *                                                 +-> set_columns -> toliman_period_options (period_nuisance.h)
  *                                                 +-> diagnose (sky_diagnosis.h)
- *                                                 +-> get_info, get_element; element_name
+ *                                                 +-> get_info, get_element
  *                                              destroy
  *
  * The measured separation of alpha Centauri differs from the true one. Differential aberration by the Earth's velocity
@@ -129,28 +128,21 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_
                                                                   size_t count,
                                                                   toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
 
-/* Predicts the mean over the on-target intervals of an exposure. The photon rate is assumed constant. With an observer
- * in a low orbit, the prediction for mid-exposure differs from this mean by 0.18 uas in 120 s, 4.4 uas in 600 s and up
- * to 245 uas in a day.
- *   intervals   [count][2], start and end, in any order. A single interval may have zero length (an instant)
- *   prediction  means over the intervals, weighted with their lengths; factor is the ratio of the mean separations
- * Errors: TOLIMAN_E_ARGUMENT if count is 0, if an interval does not begin before it ends, overlaps another or exceeds
- * 400 days; TOLIMAN_E_RANGE as toliman_sky_predict, also if the observer file does not cover a whole interval. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *intervals,
-                                                                       size_t count, toliman_sky_prediction *prediction)
-    TOLIMAN_NOEXCEPT;
-
-/* Predicts the means over many exposures, as toliman_sky_predict_mean.
- *   intervals        [sum of interval_counts][2], on-target intervals of the exposures, start and end, TAI ns
+/* Predicts the means over exposures, that is over their on-target intervals, weighted with the lengths of these. The
+ * photon rate is assumed constant. With an observer in a low orbit, the prediction for mid-exposure differs from this
+ * mean by 0.18 uas in 120 s, 4.4 uas in 600 s and up to 245 uas in a day.
+ *   intervals        [sum of interval_counts][2], on-target intervals of the exposures, start and end, TAI ns; those of
+ *                    an exposure in any order. A single interval may have zero length (an instant)
  *   interval_counts  [count], number of intervals of each; NULL: one for each, from the start to the end of an exposure
  *                    whose on-target intervals are not known
- *   predictions      [count], with the struct_size of predictions[0] set. All numbers are NaN for an exposure that the
- *                    observer file does not cover completely
- * Errors: TOLIMAN_E_ARGUMENT, naming the exposure, for those that toliman_sky_reduce refuses; otherwise as
- * toliman_sky_predict_mean. Nothing is then written. */
+ *   predictions      [count], with the struct_size of predictions[0] set; factor is the ratio of the mean separations.
+ *                    All numbers are NaN for an exposure that the observer file does not cover completely
+ * Errors, after which nothing is written: TOLIMAN_E_ARGUMENT, naming the exposure if there are several, for one
+ * without an interval, or if an interval does not begin before it ends, overlaps another or exceeds 400 days, and for
+ * exposures that toliman_sky_reduce refuses; TOLIMAN_E_RANGE outside the years 1900 to 2100. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
-toliman_sky_predict_mean_many(const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts,
-                              size_t count, toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
+toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts, size_t count,
+                         toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
 
 /* Flag of toliman_sky_reduce_options: no functions for the errors of the orbit. */
 #define TOLIMAN_SKY_NO_FUNCTIONS 1u

@@ -69,6 +69,22 @@ const cae::Training *training_of(const toliman_cae &cae) noexcept {
     return cae.training && cae.training->done > 0 ? &*cae.training : nullptr;
 }
 
+// The options of a training; all 0 for NULL.
+toliman_cae_train_options resumable_of(const cae::Training *training) noexcept {
+    toliman_cae_train_options options = {};
+    if (training == nullptr)
+        return options;
+    const cae::Course &course = training->course;
+    options.mode = kModes.to_constant(course.mode);
+    options.steps = static_cast<uint32_t>(course.total);
+    options.epochs = course.mode == cae::Mode::unsupervised ? training->done : 0;
+    options.learning_rate = course.learning_rate;
+    options.frame_count = course.frames;
+    options.validation = course.validation;
+    options.batch = course.batch;
+    return options;
+}
+
 toliman_cae_training train_tied(toliman_cae &cae, const toliman_cae_train_options &options) {
     cae::TiedOptions known;
     known.steps = or_default(options.steps, known.steps);
@@ -226,26 +242,8 @@ toliman_status toliman_cae_train(toliman_cae *cae, const toliman_cae_train_optio
     });
 }
 
-toliman_status toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae_train_options *out) noexcept {
-    return guard([&] {
-        const Use use(cae, "cae");
-        const cae::Training *training = training_of(*use);
-        if (training == nullptr)
-            fail(Status::state, "cae: has no training to resume");
-        const cae::Course &course = training->course;
-        toliman_cae_train_options options = {};
-        options.mode = kModes.to_constant(course.mode);
-        options.steps = static_cast<uint32_t>(course.total);
-        options.epochs = course.mode == cae::Mode::unsupervised ? training->done : 0;
-        options.learning_rate = course.learning_rate;
-        options.frame_count = course.frames;
-        options.validation = course.validation;
-        options.batch = course.batch;
-        deliver(options, out, "out");
-    });
-}
-
-toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *out) noexcept {
+toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_train_options *resumable,
+                                    toliman_cae_info *out) noexcept {
     return guard([&] {
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
@@ -267,7 +265,11 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *ou
         info.input_scale = preprocess.input_scale;
         info.seed = network.seed();
         info.centre = kCentres.to_constant(preprocess.centre);
+        if (resumable != nullptr)
+            check_struct_size("resumable", *resumable);
         deliver(info, out, "out");
+        if (resumable != nullptr)
+            deliver(resumable_of(training_of(*use)), resumable, "resumable");
     });
 }
 

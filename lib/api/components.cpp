@@ -67,11 +67,6 @@ linear::DictionaryOptions dictionary_of(const toliman_components_train_options &
     return known;
 }
 
-void discard_training(toliman_components &components) noexcept {
-    components.gram.clear();
-    components.trained = {};
-}
-
 } // namespace
 
 extern "C" {
@@ -99,15 +94,8 @@ toliman_status toliman_components_push(toliman_components *handle, const toliman
         if (count == 0)
             return;
         residuals.push_many(frames_of(image, count, residuals.rows(), residuals.cols()), count);
-        discard_training(self);
-    });
-}
-
-toliman_status toliman_components_reset(toliman_components *handle) noexcept {
-    return guard([&] {
-        const Use components(handle, "components");
-        components->residuals.clear();
-        discard_training(*components);
+        self.gram.clear();
+        self.trained = {};
     });
 }
 

@@ -73,21 +73,6 @@ template <class T, class Body> toliman_status call(T *handle, const char *name, 
     });
 }
 
-// For functions that return a value in place of a status: body(object), or `otherwise` for NULL and, with the thread's
-// last message set, for a call that Use refuses.
-template <class T, class Value, class Body>
-Value value_of(const T *handle, const char *name, Value otherwise, Body body) noexcept {
-    if (handle == nullptr)
-        return otherwise;
-    try {
-        const Use use(handle, name);
-        return body(*use);
-    } catch (...) {
-        status_of_exception();
-        return otherwise;
-    }
-}
-
 // Deletes an object. An object in use is left unchanged and sets toliman_last_error, since destroy returns nothing.
 template <class T> void destroy(T *handle) noexcept {
     if (handle == nullptr)

@@ -204,7 +204,14 @@ toliman_status toliman_mask_get_descent(const toliman_mask *mask, size_t count, 
 }
 
 const char *toliman_mask_get_json(const toliman_mask *mask) noexcept {
-    return value_of(mask, "mask", "", [](const toliman_mask &one) { return one.json.c_str(); });
+    if (mask == nullptr)
+        return "";
+    try {
+        return Use(mask, "mask")->json.c_str();
+    } catch (...) {
+        status_of_exception();
+        return "";
+    }
 }
 
 } // extern "C"

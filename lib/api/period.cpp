@@ -136,11 +136,6 @@ toliman_status toliman_period_push_samples(toliman_period *period, const toliman
     return guard([&] { push_all(period, structs(period, samples, rows, n)); });
 }
 
-toliman_status toliman_period_retract_many(toliman_period *period, const double *t, const double *y,
-                                           const double *sigma, size_t n) noexcept {
-    return guard([&] { retract_all(period, Arrays{t, y, sigma, n}); });
-}
-
 toliman_status toliman_period_retract_samples(toliman_period *period, const toliman_period_sample *samples,
                                               const double *rows, size_t n) noexcept {
     return guard([&] { retract_all(period, structs(period, samples, rows, n)); });
@@ -165,14 +160,6 @@ toliman_status toliman_period_copy(const toliman_period *period, toliman_period 
         const MemoryScope scope(stream.memory());
         *out = new toliman_period{{}, stream};
     });
-}
-
-toliman_status toliman_period_reset(toliman_period *period) noexcept {
-    return guard([&] { Use(period, "period")->stream.reset(); });
-}
-
-int64_t toliman_period_count(const toliman_period *period) noexcept {
-    return value_of(period, "period", int64_t{0}, [](const toliman_period &one) { return one.stream.totals().count; });
 }
 
 toliman_status toliman_period_get_info(const toliman_period *period, toliman_period_info *out) noexcept {

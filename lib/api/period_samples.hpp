@@ -68,7 +68,7 @@ template <class Given> void push_all(toliman_period *period, const Given &given)
     period::push_all(Use(period, "period")->stream, given);
 }
 
-template <class Given> void retract_all(toliman_period *period, const Given &given) {
+inline void retract_all(toliman_period *period, const Structs &given) {
     period::retract_all(Use(period, "period")->stream, given);
 }
 

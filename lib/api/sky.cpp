@@ -171,20 +171,8 @@ toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns
     });
 }
 
-toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *intervals, size_t count,
-                                        toliman_sky_prediction *prediction) noexcept {
-    return guard([&] {
-        const Use use(sky, "sky");
-        required_array(intervals, count, 2 * sizeof *intervals, "intervals");
-        const sky::Prediction mean = sky->predictor->mean(intervals_of(intervals, count));
-        check_times("intervals", intervals, 2 * count);
-        deliver(public_prediction(mean), prediction, "prediction");
-    });
-}
-
-toliman_status toliman_sky_predict_mean_many(const toliman_sky *sky, const int64_t *intervals,
-                                             const size_t *interval_counts, size_t count,
-                                             toliman_sky_prediction *predictions) noexcept {
+toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts,
+                                        size_t count, toliman_sky_prediction *predictions) noexcept {
     return guard([&] {
         const Use use(sky, "sky");
         const std::vector<sky::Exposure> exposures = exposures_of(intervals, interval_counts, count);
@@ -197,6 +185,8 @@ toliman_status toliman_sky_predict_mean_many(const toliman_sky *sky, const int64
             try {
                 found.push_back(sky::reduce(*sky->predictor, exposures[i], NAN).seen);
             } catch (const Error &error) {
+                if (count == 1)
+                    throw;
                 fail_within(error, error.status(), "exposure %zu: %s", i, error.what());
             }
         }

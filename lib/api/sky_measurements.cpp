@@ -24,6 +24,13 @@ const char *unit_of(double factor, const Scale *units, size_t count, double like
     return "";
 }
 
+std::vector<sky::Interval> intervals_of(const int64_t *intervals, size_t count) {
+    std::vector<sky::Interval> given(count);
+    for (size_t i = 0; i < count; i++)
+        given[i] = {intervals[2 * i], intervals[2 * i + 1]};
+    return given;
+}
+
 } // namespace
 
 // A date in these weeks is usually a whole second; a number in another unit is one rarely.
@@ -44,13 +51,6 @@ void check_times(const char *name, const int64_t *times, size_t count) {
     fail(Status::argument,
          "{%s}: %lld ns is near 1970-01-01, as are all times of the call: must be nanoseconds of TAI%s%s%s", name,
          static_cast<long long>(times[0]), *unit != '\0' ? "; are they in " : "", unit, *unit != '\0' ? "?" : "");
-}
-
-std::vector<sky::Interval> intervals_of(const int64_t *intervals, size_t count) {
-    std::vector<sky::Interval> given(count);
-    for (size_t i = 0; i < count; i++)
-        given[i] = {intervals[2 * i], intervals[2 * i + 1]};
-    return given;
 }
 
 std::vector<sky::Exposure> exposures_of(const int64_t *intervals, const size_t *interval_counts, size_t count) {

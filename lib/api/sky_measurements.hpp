@@ -8,8 +8,6 @@
 
 namespace toliman::api {
 
-std::vector<sky::Interval> intervals_of(const int64_t *intervals, size_t count);
-
 // interval_counts: NULL for one interval of each.
 std::vector<sky::Exposure> exposures_of(const int64_t *intervals, const size_t *interval_counts, size_t count);
 

@@ -31,8 +31,6 @@ class Residuals {
     // Adds many frames: all of them or, on failure, none.
     void push_many(const PixelFrames &frames, size_t count);
 
-    void clear() noexcept { values_.clear(); }
-
     // Gram matrix [frames][frames]: inner products of the residuals minus their mean, in double. The same bits for any
     // number of workers. `after_own` as in run_jobs().
     Buffer<double> gram(unsigned workers, const std::function<void(double)> &after_own) const;

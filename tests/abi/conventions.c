@@ -14,6 +14,7 @@
 
 #include "cae_scene.h"
 #include "images.h"
+#include "samples.h"
 #include "track_frames.h"
 #include "watch.h"
 
@@ -352,7 +353,7 @@ static void refuse_rounding(int mode) {
     toliman_sim_destroy(sim);
     assert_int_equal(fegetround(), mode);
     assert_int_equal(fesetround(FE_TONEAREST), 0);
-    assert_int_equal(toliman_period_count(period), 0);
+    assert_int_equal(count_of(period), 0);
     assert_ok(toliman_period_push(period, t, y, 1));
     toliman_period_destroy(period);
 }

@@ -153,7 +153,7 @@ struct Scene {
         check(toliman_cae_create(sim, 1, nullptr, &cae));
         check(toliman_cae_train(cae, nullptr, nullptr));
         info.struct_size = sizeof info;
-        check(toliman_cae_get_info(cae, &info));
+        check(toliman_cae_get_info(cae, nullptr, &info));
         const std::vector<double> still(kFrames, 0.0);
         check(toliman_sim_frame_many(sim, still.data(), 1, 0, kFrames, frames.data()));
         size_t size;

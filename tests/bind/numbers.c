@@ -179,6 +179,12 @@ static void design_mask(const toliman_sim *sim) {
     toliman_mask_destroy(mask);
 }
 
+static int64_t count_of(const toliman_period *period) {
+    toliman_period_info info = TOLIMAN_PERIOD_INFO_INIT;
+    MUST(toliman_period_get_info(period, &info));
+    return info.count;
+}
+
 static void search(void) {
     static double t[N], y[N], power[5461];
     toliman_period *period, *loaded;
@@ -211,7 +217,7 @@ static void search(void) {
     void *bytes = malloc(size);
     MUST(toliman_period_save(period, bytes, size, &size));
     MUST(toliman_period_load(bytes, size, NULL, &loaded));
-    show("count", (double)toliman_period_count(loaded));
+    show("count", (double)count_of(loaded));
     free(bytes);
     toliman_period_destroy(loaded);
     toliman_period_destroy(period);
@@ -316,7 +322,7 @@ static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
     show("frames", (double)streams[0].frames);
     printf("session %s\n", streams[0].session);
     MUST(toliman_track_get_period(track, &period));
-    show("in_period", (double)toliman_period_count(period));
+    show("in_period", (double)count_of(period));
     free(image);
     toliman_track_destroy(track);
     toliman_linear_destroy(linear);

@@ -205,6 +205,7 @@ contains
         type(toliman_periodogram) :: period, loaded
         type(toliman_period_peak) :: peak, peaks(3)
         type(toliman_period_model) :: model
+        type(toliman_period_info) :: info
         real(c_double) :: t(n), y(n), power(5461)
         integer(c_int8_t), allocatable :: bytes(:)
         integer(c_size_t) :: many
@@ -231,7 +232,8 @@ contains
         call show('second_peak', peaks(2)%frequency)
         call period%save(bytes)
         call loaded%load(bytes)
-        call show('count', real(loaded%count(), c_double))
+        call loaded%get_info(info)
+        call show('count', real(info%count, c_double))
     end subroutine
 
     subroutine find_planets()
@@ -298,6 +300,7 @@ contains
         type(toliman_track_stream) :: streams(2)
         type(toliman_track_options) :: options
         type(toliman_track_info) :: info
+        type(toliman_period_info) :: sums
         type(toliman_track_outcome) :: outcome
         integer(c_int64_t) :: clock(2, 2), k
         integer(c_size_t) :: many
@@ -323,7 +326,8 @@ contains
         call show('frames', real(streams(1)%frames, c_double))
         print '(2a)', 'session ', toliman_text(streams(1)%session)
         call tracker%get_period(period)
-        call show('in_period', real(period%count(), c_double))
+        call period%get_info(sums)
+        call show('in_period', real(sums%count, c_double))
     end subroutine
 
 end program numbers

@@ -326,10 +326,10 @@ class Linear(unittest.TestCase):
             seeds.append(components.series()[0].tolist())
         self.assertEqual(seeds[0], seeds[1])
         self.assertNotEqual(seeds[0], seeds[2])
-        components.reset()
-        self.assertEqual(len(components), 0)
+        empty = toliman.Components(simulator)
+        self.assertEqual(len(empty), 0)
         with self.assertRaisesRegex(toliman.Error, "TOLIMAN_E_STATE|frames"):
-            components.train()
+            empty.train()
 
 
 if __name__ == "__main__":

@@ -52,12 +52,9 @@ class Threads(unittest.TestCase):
 
     def test_mutual_merges_do_not_deadlock(self):
         with Periodogram(0.1, 0.1, 2000) as a, Periodogram(0.1, 0.1, 2000) as b:
-            a.push(1, 1)
-
             def merge(number):
                 for _ in range(10):
                     (a if number % 2 else b).merge(b if number % 2 else a)
-                    (a if number % 2 else b).reset()
 
             in_threads(merge)
 

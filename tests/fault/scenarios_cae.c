@@ -40,11 +40,10 @@ static uint64_t digest(const void *cae) {
     double latent = 0;
     toliman_cae_info info = {.struct_size = sizeof info};
     toliman_cae_train_options training = {.struct_size = sizeof training};
-    assert_ok(toliman_cae_get_info(cae, &info));
+    assert_ok(toliman_cae_get_info(cae, &training, &info));
     assert_ok(toliman_cae_encode(cae, large_frames(), LARGE, &latent, NULL));
     uint64_t hash = fnv1a(fnv1a(FNV_START, &info, sizeof info), &latent, sizeof latent);
-    if (toliman_cae_get_train_options(cae, &training) == TOLIMAN_OK)
-        hash = fnv1a(hash, &training, sizeof training);
+    hash = fnv1a(hash, &training, sizeof training);
     assert_ok(toliman_cae_reconstruct(cae, large_frames(), LARGE, image, LARGE, NULL, NULL, NULL));
     return fnv1a(hash, image, sizeof image);
 }
@@ -215,10 +214,14 @@ static toliman_status reconstruct(attempt *a) {
                                    out + kPixels + 2);
 }
 static toliman_status get_info(attempt *a) {
-    return toliman_cae_get_info(network(), (void *)a->out);
+    return toliman_cae_get_info(network(), NULL, (void *)a->out);
 }
-static toliman_status get_train_options(attempt *a) {
-    return toliman_cae_get_train_options(trained(), (void *)a->out);
+static toliman_status get_resumable(attempt *a) {
+    toliman_cae_train_options *const resumable = (void *)(a->out + 1024);
+    resumable->struct_size = sizeof *resumable;
+    const toliman_status status = toliman_cae_get_info(trained(), resumable, (void *)a->out);
+    must(status == TOLIMAN_OK && resumable->mode == TOLIMAN_CAE_MODE_UNSUPERVISED, "resumable");
+    return status;
 }
 
 static void put_blobs(void) {
@@ -248,9 +251,7 @@ static const scenario all[] = {
     {.function = "toliman_cae_encode_many", .call = encode_many, .stage = put_blobs, .slow = 1},
     {.function = "toliman_cae_reconstruct", .call = reconstruct, .make = make_paper, .of = &networks, .slow = 1},
     {.function = "toliman_cae_get_info", .call = get_info, .struct_size = sizeof(toliman_cae_info)},
-    {.function = "toliman_cae_get_train_options",
-     .call = get_train_options,
-     .struct_size = sizeof(toliman_cae_train_options)},
+    {.function = "toliman_cae_get_info", "resumable", get_resumable, .struct_size = sizeof(toliman_cae_info)},
     {.function = "toliman_cae_train", "tied", train_tied, make, &networks, .struct_size = REPORT, .partial = PARTIAL},
     {.function = "toliman_cae_train",
      "unsupervised",

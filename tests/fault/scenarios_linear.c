@@ -103,9 +103,6 @@ static toliman_status destroy_components(attempt *a) {
 static toliman_status push_frame(attempt *a) {
     return toliman_components_push(a->object, PLAIN_IMAGE(small_frames() + (FRAMES - 1) * PIXELS), 1);
 }
-static toliman_status reset(attempt *a) {
-    return toliman_components_reset(a->object);
-}
 static toliman_status train_pca(attempt *a) {
     return train_by(a->object, TOLIMAN_COMPONENTS_PCA, 1, a->out);
 }
@@ -135,7 +132,6 @@ static const scenario all[] = {
     {.function = "toliman_components_create", .call = create_components, .made = &collections},
     {.function = "toliman_components_destroy", .call = destroy_components, .make = make_trained, .of = &collections},
     {.function = "toliman_components_push", .call = push_frame, .make = make_trained, .of = &collections},
-    {.function = "toliman_components_reset", .call = reset, .make = make_trained, .of = &collections},
     {.function = "toliman_components_train", "PCA", train_pca, make_components, &collections, .struct_size = REPORT},
     {.function = "toliman_components_train",
      "dictionary",

@@ -169,9 +169,6 @@ static toliman_status retract_samples(attempt *a) {
     const toliman_period_sample sample = {.struct_size = sizeof sample, .t = t[3], .y = y[3]};
     return toliman_period_retract_samples(a->object, &sample, NULL, 1);
 }
-static toliman_status retract_many(attempt *a) {
-    return toliman_period_retract_many(a->object, t, y, NULL, SAMPLES / 2);
-}
 static toliman_status merge(attempt *a) {
     return toliman_period_merge(a->object, samples());
 }
@@ -203,14 +200,6 @@ static toliman_status query_coefficients(attempt *a) {
 }
 static toliman_status query_fit_rows(attempt *a) {
     return toliman_period_query_fit(a->object, t, y, NULL, &y[7], SAMPLES, (void *)a->out);
-}
-static toliman_status reset(attempt *a) {
-    return toliman_period_reset(a->object);
-}
-static toliman_status count(attempt *a) {
-    (void)a;
-    must(toliman_period_count(samples()) == SAMPLES, "count");
-    return TOLIMAN_OK;
 }
 static toliman_status suggest(attempt *a) {
     toliman_period_options options = {.struct_size = sizeof options};
@@ -329,7 +318,6 @@ static const scenario all[] = {
     ON_ONE(push_samples),
     ON_ONE(push_many),
     ON_ONE(retract_samples),
-    ON_ONE(retract_many),
     ON_ROWS(query_coefficients),
     {.function = "toliman_period_query_fit",
      .call = query_fit_rows,
@@ -344,8 +332,6 @@ static const scenario all[] = {
      make,
      &periods,
      .stage = put_states},
-    ON_ONE(reset),
-    QUERIES(count, 0),
     {.function = "toliman_period_suggest", .call = suggest},
     QUERIES(get_info, sizeof(toliman_period_info)),
     ON_ONE(query_power),

@@ -91,7 +91,9 @@ static toliman_status predict(attempt *a) {
     return toliman_sky_predict(a->object, kTimes, TIMES, (void *)a->out);
 }
 static toliman_status predict_mean(attempt *a) {
-    return toliman_sky_predict_mean(a->object, kTimes, 1, (void *)a->out);
+    const int64_t intervals[] = {kTimes[0], kTimes[0] + 60, kTimes[0] + 600, kTimes[0] + 700};
+    const size_t counts[] = {2};
+    return toliman_sky_predict_mean(a->object, intervals, counts, 1, (void *)a->out);
 }
 /* One measurement, of which the file of make_with_observer has no state, and two others. */
 static toliman_status reduce(attempt *a) {
@@ -105,11 +107,6 @@ static toliman_status reduce(attempt *a) {
     if (series == NULL)
         assert_ok(measure_separations(intervals, NULL, measured, NULL, TIMES, &series));
     return toliman_sky_reduce(a->object, series, NULL, (toliman_measure **)&a->made);
-}
-static toliman_status predict_mean_many(attempt *a) {
-    const int64_t intervals[] = {kTimes[0], kTimes[0] + 60, kTimes[0] + 600, kTimes[0] + 700};
-    const size_t counts[] = {2};
-    return toliman_sky_predict_mean_many(a->object, intervals, counts, 1, (void *)a->out);
 }
 static toliman_status get_info(attempt *a) {
     return toliman_sky_get_info(a->object, (void *)a->out);
@@ -197,11 +194,6 @@ static const scenario all[] = {
      .struct_size = sizeof(toliman_sky_prediction)},
     {.function = "toliman_sky_predict_mean",
      .call = predict_mean,
-     .make = make,
-     .of = &skies,
-     .struct_size = sizeof(toliman_sky_prediction)},
-    {.function = "toliman_sky_predict_mean_many",
-     .call = predict_mean_many,
      .make = make,
      .of = &skies,
      .struct_size = sizeof(toliman_sky_prediction)},

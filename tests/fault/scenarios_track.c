@@ -2,6 +2,7 @@
  * fail. */
 #include <string.h>
 
+#include "samples.h"
 #include "scenario.h"
 #include "track_frames.h"
 
@@ -133,8 +134,7 @@ static void expect_frames(const toliman_track *track, int64_t last) {
     toliman_period *clean = clean_period(&options);
     for (int64_t id = 1; id <= last; id++)
         push_clean(clean, id);
-    must(trackers.digest != NULL && toliman_period_count(clean) == toliman_period_count(period_of(track)),
-         "the number of samples differs");
+    must(trackers.digest != NULL && count_of(clean) == count_of(period_of(track)), "the number of samples differs");
     assert_same_periods(period_of(track), clean);
     toliman_period_destroy(clean);
 }
@@ -326,7 +326,7 @@ static toliman_status get_streams(attempt *a) {
 static toliman_status get_period(attempt *a) {
     const toliman_period *period = NULL;
     const toliman_status status = toliman_track_get_period(a->object, &period);
-    must(toliman_period_count(period) > 0, "get_period");
+    must(period != NULL, "get_period");
     return status;
 }
 static toliman_status query_fit(attempt *a) {

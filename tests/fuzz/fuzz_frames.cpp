@@ -136,7 +136,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         push(track, source);
     const toliman_period *period = nullptr;
     require(toliman_track_get_period(track, &period) == TOLIMAN_OK, toliman_last_error());
-    require(toliman_period_count(period) == info_of(track).accepted, "the sums hold a different number of frames");
+    toliman_period_info sums = {};
+    sums.struct_size = sizeof sums;
+    require(toliman_period_get_info(period, &sums) == TOLIMAN_OK && sums.count == info_of(track).accepted,
+            "the sums hold a different number of frames");
     double power[kFrequencies];
     if (toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, kFrequencies, power) == TOLIMAN_OK)
         for (const double one : power)

@@ -26,7 +26,7 @@ toliman_cae *load(const Bytes &bytes) {
 toliman_cae_info info_of(const toliman_cae *cae) {
     toliman_cae_info info = {};
     info.struct_size = sizeof info;
-    require(toliman_cae_get_info(cae, &info) == TOLIMAN_OK, toliman_last_error());
+    require(toliman_cae_get_info(cae, nullptr, &info) == TOLIMAN_OK, toliman_last_error());
     return info;
 }
 

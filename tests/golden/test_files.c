@@ -4,6 +4,7 @@
 #include <glob.h>
 #include <sys/stat.h>
 
+#include "samples.h"
 #include "tlmw.h"
 #include "track_folder.h"
 
@@ -109,7 +110,7 @@ static void read_state(const char *version) {
     toliman_period *period = NULL, *made = made_period();
     snprintf(path, sizeof path, "%s/state.tlmp", version);
     assert_ok(toliman_period_load_file(path, NULL, &period));
-    assert_int_equal(toliman_period_count(period), SAMPLES);
+    assert_int_equal(count_of(period), SAMPLES);
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, GRID, power));
     assert_ok(toliman_period_query_power(made, TOLIMAN_PERIOD_POWER_STANDARD, 0, GRID, expected));
     for (int i = 0; i < GRID; i++)

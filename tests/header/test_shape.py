@@ -16,7 +16,7 @@ CHANGES = [
     ("fit.h", "toliman_fit_get_info(", "toliman_mask_get_info_2(", "is named after mask, but its first argument is a fit"),
     ("fit.h", "toliman_fit_frame_many(", "toliman_fit_frames(", "must be named toliman_fit_frame_many"),
     ("mask.h", "toliman_mask_create(", "toliman_mask_plan(", "has no toliman_mask_create"),
-    ("mask.h", "toliman_mask_destroy(", "toliman_mask_reset(", "has no toliman_mask_destroy"),
+    ("mask.h", "toliman_mask_destroy(", "toliman_mask_finish(", "has no toliman_mask_destroy"),
     ("measure.h", "int64_t index,", "int32_t index,", "has the index index of type int32_t: must be int64_t"),
     ("bank.h", "int64_t networks;             /* dates times places */\n    int64_t trained",
      "uint64_t networks;            /* dates times places */\n    int64_t trained",

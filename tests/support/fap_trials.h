@@ -50,12 +50,14 @@ static inline void fap_of_peak(const toliman_period *period, double log10_fap[FA
 }
 
 /* A complete series of noise, followed by one query. */
-static inline void fap_at_end(toliman_period *period, int days, uint64_t series, double log10_fap[FAP_METHODS]) {
+static inline void fap_at_end(const toliman_period *empty, int days, uint64_t series, double log10_fap[FAP_METHODS]) {
     fap_noise noise = fap_seeded(series);
-    assert_ok(toliman_period_reset(period));
+    toliman_period *period = NULL;
+    assert_ok(toliman_period_copy(empty, &period));
     for (int day = 0; day < days; day++)
         assert_ok(toliman_period_push(period, day, fap_normal(&noise), 1));
     fap_of_peak(period, log10_fap);
+    toliman_period_destroy(period);
 }
 
 /* Signal of a series, in units of the noise; phase < 0: random phase. */
@@ -65,13 +67,14 @@ typedef struct {
 
 /* Queries after every sample: first[m] is the number of samples until method m reaches a FAP of `target`, or
  * FAP_NEVER. */
-static inline void fap_watch(toliman_period *period, int days, uint64_t series, fap_signal signal, double target,
+static inline void fap_watch(const toliman_period *empty, int days, uint64_t series, fap_signal signal, double target,
                              int first[FAP_METHODS]) {
     fap_noise noise = fap_seeded(series);
     const double phase = signal.phase < 0 ? 6.283185307179586 * fap_uniform(&noise) : signal.phase;
     for (int m = 0; m < FAP_METHODS; m++)
         first[m] = FAP_NEVER;
-    assert_ok(toliman_period_reset(period));
+    toliman_period *period = NULL;
+    assert_ok(toliman_period_copy(empty, &period));
     for (int day = 0; day < days; day++) {
         const double y = signal.amplitude * sin(6.283185307179586 * day / signal.period_days + phase);
         assert_ok(toliman_period_push(period, day, y + fap_normal(&noise), 1));
@@ -83,6 +86,7 @@ static inline void fap_watch(toliman_period *period, int days, uint64_t series, 
             if (first[m] == FAP_NEVER && log10_fap[m] <= log10(target))
                 first[m] = day + 1;
     }
+    toliman_period_destroy(period);
 }
 
 static inline int fap_ascending(const void *a, const void *b) {

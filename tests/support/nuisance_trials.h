@@ -70,7 +70,8 @@ static inline double trial_fap(nuisance_trial *trial, uint64_t series) {
     for (int f = 0; f < trial->functions; f++)
         if (trial_has_prior(trial, f))
             coefficients[f] = fap_normal(&noise);
-    assert_ok(toliman_period_reset(trial->period));
+    toliman_period *period = NULL;
+    assert_ok(toliman_period_copy(trial->period, &period));
     toliman_period_sample samples[TRIAL_MOST];
     double rows[TRIAL_MOST * 8];
     for (int i = 0; i < trial->n; i++) {
@@ -82,9 +83,10 @@ static inline double trial_fap(nuisance_trial *trial, uint64_t series) {
         for (int c = 0; c < trial->columns; c++)
             rows[i * trial->columns + c] = trial->rows[i][c];
     }
-    assert_ok(toliman_period_push_samples(trial->period, samples, rows, (size_t)trial->n));
+    assert_ok(toliman_period_push_samples(period, samples, rows, (size_t)trial->n));
     toliman_period_peak peak = {.struct_size = sizeof peak};
-    assert_ok(toliman_period_query_peak(trial->period, &peak));
+    assert_ok(toliman_period_query_peak(period, &peak));
+    toliman_period_destroy(period);
     return peak.log10_fap;
 }
 

@@ -45,7 +45,7 @@ static inline toliman_sky_prediction mean_by_hand(const toliman_sky *sky, const 
         spans[i] = camera_ns + llround((double)(camera_ns - START_NS) * rate);
     }
     toliman_sky_prediction mean = TOLIMAN_SKY_PREDICTION_INIT;
-    assert_ok(toliman_sky_predict_mean(sky, spans, count, &mean));
+    assert_ok(toliman_sky_predict_mean(sky, spans, &count, 1, &mean));
     return mean;
 }
 

@@ -74,7 +74,7 @@ static void test_info(void **unused) {
     toliman_cae_info info = {.struct_size = sizeof info};
     toliman_sim_bounds bounds = {.struct_size = sizeof bounds};
     assert_ok(toliman_sim_get_bounds(sim, &bounds));
-    assert_ok(toliman_cae_get_info(untrained, &info));
+    assert_ok(toliman_cae_get_info(untrained, NULL, &info));
     assert_string_equal(info.layout, "flight");
     assert_true(info.layout_hash == expected_hash());
     assert_true(info.parameters == 97858);
@@ -82,7 +82,7 @@ static void test_info(void **unused) {
     assert_true(info.rows == kSide && info.cols == kSide && info.crop_row == 0 && info.crop_col == 0);
     assert_true(info.crb_px == bounds.crb_projected_px);
     assert_true(info.input_scale == 1e-3 && info.seed == 7);
-    assert_ok(toliman_cae_get_info(trained, &info));
+    assert_ok(toliman_cae_get_info(trained, NULL, &info));
     assert_true(info.trained == 1 && info.cosine == training.cosine);
 }
 
@@ -329,7 +329,7 @@ static void test_efficiency_is_the_cosine(void **unused) {
     static double displacements[kFrames];
     double *frame = new_image(kPixels), sum = 0, squares = 0;
     toliman_cae_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_cae_get_info(trained, &info));
+    assert_ok(toliman_cae_get_info(trained, NULL, &info));
     for (int k = 0; k < kFrames; k++) {
         double latent;
         assert_ok(toliman_sim_frame(sim, displacements[k], 99, k, frame, kSide));
@@ -384,7 +384,7 @@ static void test_crop_and_projection(void **unused) {
         col += reference[i] * (i % kCols);
     }
     toliman_cae_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_cae_get_info(cae, &info));
+    assert_ok(toliman_cae_get_info(cae, NULL, &info));
     assert_true(info.rows == kRows && info.cols == kCols && info.projected == 4);
     assert_true(info.crop_row == (int64_t)fmin(fmax(floor(row / light - 127.5 + 0.5), 0), kRows - kSide));
     assert_true(info.crop_col == (int64_t)fmin(fmax(floor(col / light - 127.5 + 0.5), 0), kCols - kSide));

@@ -53,8 +53,8 @@ static void test_round_trip(void **unused) {
     assert_memory_equal(image, image_loaded, kPixels * sizeof *image);
 
     toliman_cae_info info = {.struct_size = sizeof info}, info_loaded = {.struct_size = sizeof info};
-    assert_ok(toliman_cae_get_info(trained, &info));
-    assert_ok(toliman_cae_get_info(loaded, &info_loaded));
+    assert_ok(toliman_cae_get_info(trained, NULL, &info));
+    assert_ok(toliman_cae_get_info(loaded, NULL, &info_loaded));
     assert_memory_equal(&info, &info_loaded, sizeof info);
     free(again), free(frame), free(image), free(image_loaded);
     toliman_cae_destroy(loaded);
@@ -193,7 +193,7 @@ static void test_many_planes(void **unused) {
         size_t size, size_again;
         uint8_t *bytes = with_payloads(header, NULL, planes, 4 + (size_t)projected, &size);
         toliman_cae *cae = load_from_file(bytes, size), *again = NULL;
-        assert_ok(toliman_cae_get_info(cae, &info));
+        assert_ok(toliman_cae_get_info(cae, NULL, &info));
         assert_int_equal(info.projected, projected);
 
         double latent;

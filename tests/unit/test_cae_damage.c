@@ -195,7 +195,7 @@ static void test_impossible_trainings(void **unused) {
     toliman_cae_info info = {.struct_size = sizeof info};
     options.layout = TOLIMAN_CAE_LAYOUT_PAPER;
     assert_ok(toliman_cae_create(plain, 1, &options, &cae));
-    assert_ok(toliman_cae_get_info(cae, &info));
+    assert_ok(toliman_cae_get_info(cae, NULL, &info));
     put(bytes + 16, 2, 4);
     put(bytes + 24, info.layout_hash, 8);
     seal(bytes, size);
@@ -332,7 +332,7 @@ static void usable(const toliman_cae *cae, int32_t encoding) {
     static double frame[kFrame], image[kPixels];
     double latent = 0;
     toliman_cae_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_cae_get_info(cae, &info));
+    assert_ok(toliman_cae_get_info(cae, NULL, &info));
     assert_true(isfinite(info.crb_px) && isfinite(info.cosine) && isfinite(info.input_scale));
     if (info.rows == kSide && info.cols == 260) {
         assert_ok(toliman_sim_expect(sim, 1e-3, frame, 260));

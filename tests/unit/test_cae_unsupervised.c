@@ -109,7 +109,7 @@ static int32_t note_epoch(const toliman_cae *so_far, const toliman_cae_training 
     Epochs *epochs = user_data;
     epochs->latents[epochs->count] = first_latent(so_far);
     toliman_cae_info info = TOLIMAN_CAE_INFO_INIT;
-    assert_int_equal(toliman_cae_get_info(epochs->cae, &info), TOLIMAN_E_STATE);
+    assert_int_equal(toliman_cae_get_info(epochs->cae, NULL, &info), TOLIMAN_E_STATE);
     epochs->results[epochs->count++] = *result;
     return epochs->count == epochs->last;
 }
@@ -219,7 +219,7 @@ static void test_paper_has_no_decoder_without_a_frame(void **unused) {
     (void)unused;
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_RAW);
     toliman_cae_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_cae_get_info(cae, &info));
+    assert_ok(toliman_cae_get_info(cae, NULL, &info));
     assert_string_equal(info.layout, "paper");
     assert_true(info.input == TOLIMAN_CAE_INPUT_RAW && info.parameters == 97858 && info.input_scale == 1);
     double *image = new_image(kPixels), *frame = new_image(kPixels), mmse = -1;
@@ -245,7 +245,9 @@ static void test_failures_keep_the_last_training(void **unused) {
     Source source = make_source(1e-2);
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_WHITENED), *loaded = NULL;
     toliman_cae_train_options options = options_for(&source, 10, 2), known = {.struct_size = sizeof known};
-    assert_fails(toliman_cae_get_train_options(cae, &known), TOLIMAN_E_STATE, "no training to resume");
+    toliman_cae_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_cae_get_info(cae, &known, &info));
+    assert_memory_equal(&known, &(toliman_cae_train_options)TOLIMAN_CAE_TRAIN_OPTIONS_INIT, sizeof known);
     assert_ok(toliman_cae_train(cae, &options, NULL));
     size_t size, size_after;
     uint8_t *before = saved_with_training(cae, &size);
@@ -264,7 +266,7 @@ static void test_failures_keep_the_last_training(void **unused) {
     assert_memory_equal(before, after, size);
 
     assert_ok(toliman_cae_load(before, size, NULL, &loaded));
-    assert_ok(toliman_cae_get_train_options(loaded, &known));
+    assert_ok(toliman_cae_get_info(loaded, &known, &info));
     assert_true(known.mode == TOLIMAN_CAE_MODE_UNSUPERVISED && known.epochs == 2 && known.batch == 4 &&
                 known.learning_rate == 1e-3 && known.frame_count == 10 && known.validation == 1 && known.steps == 0 &&
                 known.frames == NULL && known.progress == NULL);
@@ -276,9 +278,9 @@ static void test_failures_keep_the_last_training(void **unused) {
     options = options_for(&source, 10, 3);
     assert_ok(toliman_cae_train(cae, &options, NULL));
     assert_true(report.steps == 9 && first_latent(loaded) == first_latent(cae));
-    assert_fails(toliman_cae_get_train_options(cae, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_fails(toliman_cae_get_info(cae, &known, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     known.struct_size = 4;
-    assert_fails(toliman_cae_get_train_options(cae, &known), TOLIMAN_E_ARGUMENT, "struct_size = 4");
+    assert_fails(toliman_cae_get_info(cae, &known, &info), TOLIMAN_E_ARGUMENT, "resumable->struct_size = 4");
     free(before), free(after);
     toliman_cae_destroy(cae), toliman_cae_destroy(loaded);
 }

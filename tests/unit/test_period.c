@@ -7,6 +7,7 @@
 
 #include "assert_close.h"
 #include "quad_period.h"
+#include "samples.h"
 #include "uniform.h"
 
 #include <toliman/period.h>
@@ -52,7 +53,7 @@ static void long_streams_survive_saving(void **unused) {
     save_into(part, bytes_b, sizeof bytes_b, &size_b);
     assert_int_equal(size_a, size_b);
     assert_memory_equal(bytes_a, bytes_b, size_a);
-    assert_int_equal(toliman_period_count(part), 20000);
+    assert_int_equal(count_of(part), 20000);
     toliman_period_destroy(whole);
     toliman_period_destroy(part);
 }
@@ -171,7 +172,8 @@ static void defined_where_others_give_nan(void **unused) {
     }
 
     const double three[3] = {1, -2, 4};
-    assert_ok(toliman_period_reset(period));
+    toliman_period_destroy(period);
+    period = make(0, 0.05, 64, NULL);
     assert_ok(toliman_period_push_many(period, t, three, NULL, 3)); /* as many parameters as samples */
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 64, power));
     assert_true(power[0] == 0); /* f = 0: only the mean remains */
@@ -180,7 +182,8 @@ static void defined_where_others_give_nan(void **unused) {
     assert_true(power[7] == 1);
 
     const double regular[6] = {0, 1, 2, 3, 4, 5}, alternating[6] = {1, -1, 1, -1, 1, -1};
-    assert_ok(toliman_period_reset(period));
+    toliman_period_destroy(period);
+    period = make(0, 0.05, 64, NULL);
     assert_ok(toliman_period_push_many(period, regular, alternating, NULL, 6));
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 10, 1,
                                          power)); /* f = 1/2: the sine vanishes at every sample */
@@ -220,7 +223,7 @@ static void refusals_name_the_argument(void **unused) {
     assert_fails(toliman_period_push(NULL, 1, 1, 1), TOLIMAN_E_ARGUMENT, "period is NULL");
     const double t[3] = {1, 2, 3}, y[3] = {1, NAN, 3};
     assert_fails(toliman_period_push_many(period, t, y, NULL, 3), TOLIMAN_E_ARGUMENT, "sample 1: y = nan");
-    assert_int_equal(toliman_period_count(period), 0);
+    assert_int_equal(count_of(period), 0);
     double power;
     assert_fails(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 10, 1, &power), TOLIMAN_E_RANGE,
                  "10 frequencies");
@@ -268,7 +271,7 @@ static void saving_replaces_what_a_link_names_and_no_pipe(void **unused) {
     assert_int_equal(lstat(link, &attributes), 0);
     assert_true(S_ISLNK(attributes.st_mode));
     assert_ok(toliman_period_load_file(state, NULL, &loaded));
-    assert_int_equal(toliman_period_count(loaded), 1);
+    assert_int_equal(count_of(loaded), 1);
     assert_fails(toliman_period_save_file(period, pipe), TOLIMAN_E_WRITE, "regular file");
     assert_int_equal(lstat(pipe, &attributes), 0);
     assert_true(S_ISFIFO(attributes.st_mode));

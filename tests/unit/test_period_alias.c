@@ -141,7 +141,8 @@ static void invalid_arguments_are_refused(void **state) {
                  "frequency = 0.6: must be in the grid");
     assert_fails(toliman_period_query_aliases(period, NAN, aliases, 2, &count), TOLIMAN_E_ARGUMENT, "frequency = nan");
     assert_fails(toliman_period_query_aliases(period, 0.1, NULL, 2, &count), TOLIMAN_E_ARGUMENT, "aliases is NULL");
-    assert_ok(toliman_period_reset(period));
+    toliman_period_destroy(period);
+    period = pushed(0, 0.5, 86400e9);
     assert_fails(toliman_period_query_aliases(period, 0.1, aliases, 2, &count), TOLIMAN_E_STATE,
                  "at least five samples");
     assert_int_equal(count, 9);

@@ -159,7 +159,8 @@ static void test_model(void **unused) {
         toliman_period_model model = {.struct_size = sizeof model};
         assert_fails(toliman_period_query_model(period, kFrequencies, &model), TOLIMAN_E_RANGE, "k = 400");
         assert_fails(toliman_period_query_model(period, -1, &model), TOLIMAN_E_RANGE, "k = -1");
-        assert_ok(toliman_period_reset(period));
+        toliman_period_destroy(period);
+        period = make(0.004, 0.001, kFrequencies, 0, 0);
         assert_fails(toliman_period_query_model(period, 1, &model), TOLIMAN_E_STATE, "at least five samples");
         toliman_period_destroy(period);
     }

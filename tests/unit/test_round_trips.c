@@ -1,5 +1,6 @@
 /* Tests that objects with random contents, saved, loaded and saved again, give the same bytes. TOLIMAN_OBJECTS sets the
  * number of objects. */
+#include "samples.h"
 #include "tlmw.h"
 #include "track_folder.h"
 
@@ -42,7 +43,7 @@ static void periodograms(void **unused) {
         assert_ok(toliman_period_save(loaded, again, sizeof again, &size_again));
         assert_int_equal(size, size_again);
         assert_memory_equal(bytes, again, size);
-        samples += toliman_period_count(period);
+        samples += count_of(period);
         toliman_period_destroy(period);
         toliman_period_destroy(loaded);
     }

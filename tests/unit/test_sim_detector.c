@@ -311,7 +311,7 @@ static void the_crop_is_centred_on_the_light(void **state) {
         toliman_cae *cae = NULL;
         assert_ok(toliman_cae_create(sim, 1, NULL, &cae));
         info[i].struct_size = sizeof info[i];
-        assert_ok(toliman_cae_get_info(cae, &info[i]));
+        assert_ok(toliman_cae_get_info(cae, NULL, &info[i]));
         toliman_cae_destroy(cae);
         toliman_sim_destroy(sim);
         free(text);

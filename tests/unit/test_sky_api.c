@@ -102,12 +102,15 @@ static void bad_arguments_are_refused(void **state) {
     assert_fails(toliman_sky_predict(sky, late, 2, seen), TOLIMAN_E_RANGE,
                  "time = 9223372036854775807 ns TAI: must be from 1900-01-01T12 to 2099-12-31T12 TT");
     assert_memory_equal(&seen[0], &untouched, sizeof untouched);
-    assert_fails(toliman_sky_predict_mean(sky, NULL, 1, seen), TOLIMAN_E_ARGUMENT, "intervals is NULL");
-    assert_fails(toliman_sky_predict_mean(sky, times, 1, NULL), TOLIMAN_E_ARGUMENT, "prediction is NULL");
-    assert_fails(toliman_sky_predict_mean(sky, times, 0, seen), TOLIMAN_E_ARGUMENT, "intervals: must not be empty");
-    assert_fails(toliman_sky_predict_mean(sky, backwards, 2, seen), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_sky_predict_mean(sky, NULL, &(size_t){1}, 1, seen), TOLIMAN_E_ARGUMENT, "intervals is NULL");
+    assert_fails(toliman_sky_predict_mean(sky, times, &(size_t){1}, 1, NULL), TOLIMAN_E_ARGUMENT,
+                 "predictions is NULL");
+    assert_fails(toliman_sky_predict_mean(sky, times, &(size_t){0}, 1, seen), TOLIMAN_E_ARGUMENT,
+                 "intervals: must not be empty");
+    assert_fails(toliman_sky_predict_mean(sky, backwards, &(size_t){2}, 1, seen), TOLIMAN_E_ARGUMENT,
                  "intervals: start 10, end 5 ns TAI: must begin before it ends");
-    assert_fails(toliman_sky_predict_mean(sky, late, 1, seen), TOLIMAN_E_RANGE, "time = 9223372036854775807 ns TAI");
+    assert_fails(toliman_sky_predict_mean(sky, late, &(size_t){1}, 1, seen), TOLIMAN_E_RANGE,
+                 "time = 9223372036854775807 ns TAI");
     assert_memory_equal(&seen[0], &untouched, sizeof untouched);
     assert_fails(toliman_sky_get_info(sky, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     assert_fails(toliman_sky_get_info((const toliman_sky *)(const void *)&info, &info), TOLIMAN_E_ARGUMENT,
@@ -118,7 +121,8 @@ static void bad_arguments_are_refused(void **state) {
                  "element = 0: must be a constant TOLIMAN_SKY_ELEMENT_...");
     seen[0].struct_size = info.struct_size = 4;
     assert_fails(toliman_sky_predict(sky, times, 1, seen), TOLIMAN_E_ARGUMENT, "predictions->struct_size = 4");
-    assert_fails(toliman_sky_predict_mean(sky, times, 1, seen), TOLIMAN_E_ARGUMENT, "prediction->struct_size = 4");
+    assert_fails(toliman_sky_predict_mean(sky, times, &(size_t){1}, 1, seen), TOLIMAN_E_ARGUMENT,
+                 "predictions->struct_size = 4");
     assert_fails(toliman_sky_get_info(sky, &info), TOLIMAN_E_ARGUMENT, "out->struct_size = 4");
     assert_ok(toliman_sky_predict(sky, NULL, 0, NULL));
     toliman_sky_destroy(NULL);
@@ -145,13 +149,13 @@ static void reduced_is_measured_over_factor_minus_geometric(void **state) {
     size_t left = 0;
     assert_ok(reduce_of(sky, exposures, kCounts, measured, MEASURED, reduced, &left));
     assert_int_equal(left, MEASURED);
-    assert_ok(toliman_sky_predict_mean_many(sky, exposures, kCounts, MEASURED, seen));
+    assert_ok(toliman_sky_predict_mean(sky, exposures, kCounts, MEASURED, seen));
     for (size_t i = 0, next = 0; i < MEASURED; next += kCounts[i++]) {
-        assert_ok(toliman_sky_predict_mean(sky, &exposures[2 * next], kCounts[i], &mean));
+        assert_ok(toliman_sky_predict_mean(sky, &exposures[2 * next], &kCounts[i], 1, &mean));
         assert_memory_equal(&seen[i], &mean, sizeof mean);
         assert_true(reduced[i] == measured[i] / mean.factor - mean.geometric_arcsec);
     }
-    assert_ok(toliman_sky_predict_mean_many(sky, NULL, NULL, 0, NULL));
+    assert_ok(toliman_sky_predict_mean(sky, NULL, NULL, 0, NULL));
 }
 
 /* An exposure in orbit must be known: neither its middle nor a whole that is longer than 600 s is enough. */
@@ -225,7 +229,7 @@ static void bad_diagnoses_are_refused(void **state) {
         toliman_sky_prediction seen = TOLIMAN_SKY_PREDICTION_INIT;
         pairs[2 * i] = times[i];
         pairs[2 * i + 1] = times[i] + 60 * INT64_C(1000000000);
-        assert_ok(toliman_sky_predict_mean(sky, &pairs[2 * i], 1, &seen));
+        assert_ok(toliman_sky_predict_mean(sky, &pairs[2 * i], NULL, 1, &seen));
         measured[i] = seen.separation_arcsec;
         sigmas[i] = 1e-6;
     }
@@ -278,7 +282,7 @@ static void bad_measurements_are_refused(void **state) {
     assert_fails(toliman_sky_reduce(sky, values, NULL, &made), TOLIMAN_E_ARGUMENT,
                  "measured: its kind must be TOLIMAN_MEASURE_SEPARATION");
     toliman_sky_prediction seen = {.struct_size = 4};
-    assert_fails(toliman_sky_predict_mean_many(sky, exposures, NULL, 1, &seen), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_sky_predict_mean(sky, exposures, NULL, 1, &seen), TOLIMAN_E_ARGUMENT,
                  "predictions->struct_size = 4");
     toliman_measure_destroy(values);
     assert_null(made);
@@ -396,7 +400,7 @@ static void rows_have_the_caller_s_size(void **state) {
                 fabs(whole.partials[4]) < 1e-3); /* by the node: through the factor alone */
     const int64_t exposure[2] = {times[0] - 1, times[0] + 1};
     toliman_sky_prediction mean = TOLIMAN_SKY_PREDICTION_INIT;
-    assert_ok(toliman_sky_predict_mean(sky, exposure, 1, &mean));
+    assert_ok(toliman_sky_predict_mean(sky, exposure, NULL, 1, &mean));
     assert_close(mean.separation_arcsec, whole.separation_arcsec, 1e-15, 0);
     assert_close(mean.position_angle_deg, whole.position_angle_deg, 1e-13, 0);
     assert_close(mean.partials[1], whole.partials[1], 1e-14, 0);
@@ -418,8 +422,8 @@ static void *predict_in_order(void *given) {
         own->status = toliman_sky_predict(own->sky, &times[k], 1, &own->seen[k]);
     }
     own->mean.struct_size = sizeof own->mean;
-    own->mean_status =
-        toliman_sky_predict_mean(own->sky, (const int64_t[]){kStart, kStart + 3600000000000}, 1, &own->mean);
+    own->mean_status = toliman_sky_predict_mean(own->sky, (const int64_t[]){kStart, kStart + 3600000000000},
+                                                &(size_t){1}, 1, &own->mean);
     return NULL;
 }
 

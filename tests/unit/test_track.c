@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include "asked_memory.h"
+#include "samples.h"
 #include "track_frames.h"
 
 static int32_t reason_of(toliman_track *track, const toliman_frame *frame, int64_t row, int64_t col, double pixel) {
@@ -59,7 +60,7 @@ static void every_verdict_is_counted(void **unused) {
     assert_int_equal(info.expected, 7 + 1 + 1);
     assert_int_equal(info.missing, 4);
     assert_int_equal(info.dropped, 3);
-    assert_int_equal(toliman_period_count(period_of(track)), 2);
+    assert_int_equal(count_of(period_of(track)), 2);
     toliman_track_destroy(track);
     toliman_track_destroy(NULL);
 }

@@ -1,6 +1,7 @@
 /* Tests a bank of networks as the estimator of a tracker: the values of toliman_bank_encode at the frames' times, the
  * same bits for any order, number of threads and restart, covariances, other banks, and options that do not fit. */
 #include "images.h"
+#include "samples.h"
 #include "scene_text.h"
 #include "test_folder.h"
 
@@ -119,7 +120,7 @@ static void push(toliman_track *track, const int *ids, size_t count, toliman_tra
 static void powers_of(const toliman_track *track, double *powers) {
     const toliman_period *period = NULL;
     assert_ok(toliman_track_get_period(track, &period));
-    assert_int_equal(toliman_period_count(period), SOME);
+    assert_int_equal(count_of(period), SOME);
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, NF, powers));
 }
 

@@ -3,6 +3,7 @@
 #include <signal.h>
 #include <sys/resource.h>
 
+#include "samples.h"
 #include "track_folder.h"
 
 /* With each byte of the checkpoint flipped, the file truncated or missing, the sums are recomputed from the ledger. */
@@ -150,7 +151,7 @@ static void times_out_of_range_lose_no_frame(void **unused) {
         assert_int_equal(info.quarantined, 3);
         assert_int_equal(info.accepted + info.outlier, 57);
         assert_true(trial ? info.accepted == 0 : info.accepted > 20 && info.accepted < 30);
-        assert_int_equal(toliman_period_count(period_of(track)), info.accepted);
+        assert_int_equal(count_of(period_of(track)), info.accepted);
         small_frame frame; /* a frame outside the sums is not retracted from them */
         make_frame(&frame, 45);
         assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_DUPLICATE);

@@ -1,6 +1,7 @@
 /* Tests the fit of a moving scene as the estimator of a tracker: the values of single fits at the frames' times, the
  * same bits for any order, number of threads and restart, columns of the ledger, and frames that are rejected. */
 #include "images.h"
+#include "samples.h"
 #include "scene_text.h"
 #include "test_folder.h"
 
@@ -94,7 +95,7 @@ static void push(toliman_track *track, const int *ids, size_t count, toliman_tra
 static void powers_of(const toliman_track *track, double *powers) {
     const toliman_period *period = NULL;
     assert_ok(toliman_track_get_period(track, &period));
-    assert_int_equal(toliman_period_count(period), FRAMES);
+    assert_int_equal(count_of(period), FRAMES);
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 20, powers));
 }
 

@@ -44,7 +44,7 @@ class Layer:
         """Returns the _info function and struct that have a property of an object, such as the rows of its frames."""
         for item in self.model.all(Function):
             if re.search(r"_get_\w*info$", item.name) and self.handle_of(item.arguments[0]) == handle:
-                struct = self.model.by_name[item.arguments[1].type.base]
+                struct = self.model.by_name[item.arguments[-1].type.base]
                 if any(field.name == name for field in struct.fields):
                     return item.name, struct.name
         return None
@@ -280,7 +280,7 @@ class Procedure:
             function, struct = source
             self.info_filled = True
             self.locals.append(f"type({struct}) :: info")
-            self.before += [f"status = {function}(self%handle, info)", "if (status /= TOLIMAN_OK) then",
+            self.before += [f"status = {function}(self%handle, out=info)", "if (status /= TOLIMAN_OK) then",
                             "    call conclude(status, stat, errmsg)", "    return", "end if"]
         return f"int(info%{extent}, c_size_t)"
 
@@ -303,7 +303,7 @@ class Procedure:
             else:
                 function, struct = self.layer.info_of(handle, "rows")
                 self.locals.append(f"type({struct}) :: info")
-                lines += [f"status = {function}(made, info)", "self%rows = int(info%rows, c_size_t)",
+                lines += [f"status = {function}(made, out=info)", "self%rows = int(info%rows, c_size_t)",
                           "self%cols = int(info%cols, c_size_t)"]
         return ["if (status == TOLIMAN_OK) then", *("    " + line for line in lines), "end if"]
 

@@ -163,7 +163,7 @@ class Job {
         grid.set("f0", grid_.f0).set("df", grid_.df).set("nf", static_cast<double>(grid_.nf));
         json.set("schema", "toliman-mpi/2").set("version", toliman_version());
         json.set("scene", scene_.info.name).set("estimator", network_ ? "cae" : "template");
-        json.set("seed", seed).set("frames", static_cast<double>(toliman_period_count(sum.get())));
+        json.set("seed", seed).set("frames", static_cast<double>(info_of(sum).count));
         json.set("period_days", peak.period).set("half_width_period_days", peak.half_width_period);
         json.set("fwhm_period_days", peak.fwhm_period).set("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
         json.set("power", peak.power).set("log10_fap", peak.log10_fap);
@@ -177,7 +177,7 @@ class Job {
                       "scene         %.80s: %lld frames, seed %llu, %s\n"
                       "highest peak  %.2f days, half width %.2f, FWHM %.2f, log10 FAP %.1f%s\n"
                       "digest        %s\n",
-                      scene_.info.name, static_cast<long long>(toliman_period_count(sum.get())),
+                      scene_.info.name, static_cast<long long>(info_of(sum).count),
                       static_cast<unsigned long long>(seed), network_ ? "autoencoder" : "template", peak.period,
                       peak.half_width_period, peak.fwhm_period, peak.log10_fap,
                       (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? ", at the edge of the grid" : "",

@@ -73,10 +73,10 @@ class Handle:
             raise ValueError(f"this {type(self).__name__} is closed")
         return self._pointer
 
-    def _read(self, function: typing.Any, struct: type, result: type[Result]) -> typing.Any:
-        """Calls a C function that fills one struct and converts the struct to a result."""
+    def _read(self, function: typing.Any, struct: type, result: type[Result], *arguments: typing.Any) -> typing.Any:
+        """Calls a C function that fills one struct, its last argument, and converts the struct to a result."""
         filled = struct()
-        check(function(self._c, ctypes.byref(filled)))
+        check(function(self._c, *arguments, ctypes.byref(filled)))
         return result._of(filled)
 
     @contextlib.contextmanager

@@ -88,7 +88,7 @@ class CAE(Handle):
     @property
     def info(self) -> NetworkInfo:
         """Properties of the network. `cosine` is the predicted efficiency relative to the photon limit."""
-        return self._read(library.toliman_cae_get_info, _raw.toliman_cae_info, NetworkInfo)
+        return self._read(library.toliman_cae_get_info, _raw.toliman_cae_info, NetworkInfo, None)
 
     def train(self, mode: str = "tied", *, steps: int = 0, learning_rate: float = 0, frames: Frames | None = None,
               count: int | None = None, epochs: int = 0, validation: int = 0, batch: int = 0, threads: int = 0,

@@ -107,10 +107,6 @@ class Components(Handle):
         image, array = image_of(images[None] if images.ndim == 2 else images)
         check(library.toliman_components_push(self._c, ctypes.byref(image), len(array)))
 
-    def reset(self) -> None:
-        """Removes all frames; options and memory are kept."""
-        check(library.toliman_components_reset(self._c))
-
     def train(self, method: str = "pca", components: int = 1, *, iterations: int = 0, sparsity: float = 0,
               seed: int = 0, threads: int = 0, progress: Progress | bool | None = None) -> ComponentsTraining:
         """Finds components of the frames pushed so far, after subtracting their mean.

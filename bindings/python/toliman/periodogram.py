@@ -85,7 +85,9 @@ def _set_functions(options: typing.Any, trend: int, span: tuple[typing.Any, typi
 
 
 def _samples(times: Doubles, values: Doubles, sigmas: Doubles | None) -> typing.Any:
-    """Returns an array of samples as C structs."""
+    """Returns an array of samples as C structs, in which sigma = 0 means unweighted."""
+    if sigmas is not None and (sigmas == 0).any():
+        raise ValueError("sigma = 0: must be finite and above 0")
     samples = array_of(_raw.toliman_period_sample, len(times))
     members = numpy.frombuffer(samples, numpy.dtype(_raw.toliman_period_sample))[:len(times)]
     members["t"], members["y"], members["sigma"] = times, values, 0 if sigmas is None else sigmas
@@ -345,7 +347,7 @@ class View(Handle):
         return copy
 
     def __len__(self) -> int:
-        return library.toliman_period_count(self._c)
+        return self.info.count
 
     def _summary(self) -> str:
         info = self.info
@@ -441,17 +443,13 @@ class Periodogram(View):
         of the shape (samples, columns). Exceptions as in push()."""
         unit = self._unit_for(y)
         times, values, sigmas = _series(t, y, sigma, unit)
-        self._apply(library.toliman_period_push_many, library.toliman_period_push_samples, times, values, sigmas, rows)
-        self.value_unit = unit
-
-    def _apply(self, plain_function: typing.Any, rows_function: typing.Any, times: Doubles, values: Doubles,
-               sigmas: Doubles | None, rows: ArrayLike | None) -> None:
-        """Calls the function for samples without or with values of columns."""
         functions = _rows(self, rows, len(times))
         if functions is None:
-            check(plain_function(self._c, pointer(times), pointer(values), pointer(sigmas), len(times)))
+            check(library.toliman_period_push_many(self._c, pointer(times), pointer(values), pointer(sigmas), len(times)))
         else:
-            check(rows_function(self._c, _samples(times, values, sigmas), pointer(functions), len(times)))
+            check(library.toliman_period_push_samples(self._c, _samples(times, values, sigmas), pointer(functions),
+                                                      len(times)))
+        self.value_unit = unit
 
     def retract(self, t: float, y: float, sigma: float | None = None, *, rows: ArrayLike | None = None,
                 t_low: float = 0.0, ns: bool = False) -> None:
@@ -468,16 +466,12 @@ class Periodogram(View):
                      rows: ArrayLike | None = None) -> None:
         """Removes arrays of samples, all or none. See retract()."""
         times, values, sigmas = _series(t, y, sigma, self._unit_for(y))
-        self._apply(library.toliman_period_retract_many, library.toliman_period_retract_samples, times, values, sigmas,
-                    rows)
+        check(library.toliman_period_retract_samples(self._c, _samples(times, values, sigmas),
+                                                     pointer(_rows(self, rows, len(times))), len(times)))
 
     def merge(self, other: View) -> None:
         """Adds all samples of another periodogram of the same grid, a shard, which is not changed."""
         check(library.toliman_period_merge(self._c, of_kind("other", other, View)._c))
-
-    def reset(self) -> None:
-        """Removes all samples; grid and options are kept."""
-        check(library.toliman_period_reset(self._c))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the state to a file, atomically."""

@@ -76,13 +76,16 @@ class Sky(Handle):
         return structured(made)[:times.size].reshape(times.shape)
 
     def predict_mean(self, intervals: ArrayLike) -> SkyPrediction:
-        """Returns the mean over on-target intervals, [start, end] or [n][2], weighted with their lengths."""
+        """Returns the mean over on-target intervals, [start, end] or [n][2], weighted with their lengths. Its numbers are NaN
+        if the observer file does not cover them completely."""
         given = nanoseconds("intervals", intervals)
         if given.ndim == 0 or given.ndim > 2 or (given.size > 0 and given.shape[-1] != 2):
             raise ValueError(f"intervals has shape {given.shape}: must be (2,) or (n, 2)")
         given = given.reshape(-1, 2)
         made = _raw.toliman_sky_prediction()
-        check(library.toliman_sky_predict_mean(self._c, given.ctypes.data_as(_int64), len(given), ctypes.byref(made)))
+        number = ctypes.c_size_t(len(given))
+        check(library.toliman_sky_predict_mean(self._c, given.ctypes.data_as(_int64), ctypes.byref(number), 1,
+                                               ctypes.byref(made)))
         return SkyPrediction._of(made)
 
     def predict_exposures(self, tai_ns: ArrayLike, on_target: bool | None = None) -> NDArray:
@@ -93,7 +96,7 @@ class Sky(Handle):
         exposures = Exposures(tai_ns, on_target)
         made = (_raw.toliman_sky_prediction * max(exposures.count, 1))()
         made[0].struct_size = ctypes.sizeof(_raw.toliman_sky_prediction)
-        check(library.toliman_sky_predict_mean_many(self._c, exposures.intervals, exposures.counts, exposures.count, made))
+        check(library.toliman_sky_predict_mean(self._c, exposures.intervals, exposures.counts, exposures.count, made))
         return structured(made)[:exposures.count]
 
     def reduce(self, measured: Measurements | ArrayLike, separations_arcsec: ArrayLike | None = None,

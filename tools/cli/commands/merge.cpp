@@ -43,7 +43,7 @@ void check_new(const toliman::periodogram &state, const std::string &file, std::
     const std::vector<unsigned char> bytes = state_bytes(state);
     const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
     const auto [other, is_new] = seen.emplace(std::hash<std::string_view>()(text), file);
-    if (!is_new && toliman_period_count(state.get()) > 0)
+    if (!is_new && info_of(state).count > 0)
         malformed(file, "has the same samples as " + other->second + ": give each once; nothing was written");
 }
 
@@ -205,8 +205,7 @@ void merge_states(Options &options, Progress &progress) {
             malformed(file, toliman_last_error() + std::string(status == TOLIMAN_E_RANGE ? kBounds : ""));
     }
     save_state(sum, options.out);
-    std::fprintf(stderr, "%s: %lld samples\n", options.out.c_str(),
-                 static_cast<long long>(toliman_period_count(sum.get())));
+    std::fprintf(stderr, "%s: %lld samples\n", options.out.c_str(), static_cast<long long>(info_of(sum).count));
 }
 
 } // namespace

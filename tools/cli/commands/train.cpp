@@ -75,7 +75,8 @@ Training new_training(const Scene &scene, const Options &options, Progress &prog
 // The interrupted training that a weights file contains; false if it contains none.
 bool get_training(const toliman_cae *cae, toliman_cae_train_options &how) {
     how = toliman::sized<toliman_cae_train_options>();
-    return toliman_cae_get_train_options(cae, &how) == TOLIMAN_OK;
+    static_cast<void>(toliman::result<toliman_cae_info>(toliman_cae_get_info, cae, &how));
+    return how.mode != 0;
 }
 
 // The word of a value.
@@ -102,7 +103,7 @@ void check_same(const std::string &file, const toliman_cae_info &info, const tol
 
 Training resumed_training(const Scene &scene, const Options &options, const std::string &file) {
     toliman::autoencoder cae = load_weights(file);
-    const auto info = toliman::result<toliman_cae_info>(toliman_cae_get_info, cae.get());
+    const auto info = toliman::result<toliman_cae_info>(toliman_cae_get_info, cae.get(), nullptr);
     if (info.scene_digest != scene.info.scene_digest)
         throw Failure(kExitUsage, file + ": was trained for another scene, not " + scene.path +
                                       ": give the scene of the first training");

@@ -51,8 +51,8 @@ std::string unit_text(double unit_ns) {
 PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit, Progress &progress) {
     const toliman_period *period = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &period));
-    count_ = toliman_period_count(period);
     const auto info = toliman::result<toliman_period_info>(toliman_period_get_info, period);
+    count_ = info.count;
     unit_ = unit_text(info.unit_ns);
     peak_ = peak_of([&](toliman_period_peak *peak) { return toliman_period_query_peak(period, peak); });
     if (!peak_)

@@ -82,14 +82,13 @@ enum class Component { raw, whitened, blocks };
 // first training computes the products of frames.
 class ComponentFrames {
   public:
-    ComponentFrames(const Scene &scene, Component which) : pixels_(scene.pixels()) {
+    ComponentFrames(const Scene &scene, Component which) : scene_(scene), pixels_(scene.pixels()) {
         const auto frames = static_cast<size_t>(scene.info.frames);
         if (which == Component::blocks)
             block_ = std::max<size_t>(1, frames / kBlocks);
-        auto options = toliman::sized<toliman_components_options>();
-        options.raw = which == Component::raw ? 1 : 0;
-        options.capacity = static_cast<uint32_t>(frames / block_);
-        components_ = toliman::make<toliman::component_set>(toliman_components_create, scene.sim.get(), &options);
+        options_.raw = which == Component::raw ? 1 : 0;
+        options_.capacity = static_cast<uint32_t>(frames / block_);
+        begin();
     }
 
     size_t block() const noexcept { return block_; }
@@ -98,9 +97,7 @@ class ComponentFrames {
     void push(size_t first, const double *images, size_t count) {
         const std::lock_guard<std::mutex> lock(mutex_);
         if (first == 0 && taken_) {
-            check(toliman_components_reset(components_.get()));
-            added_ = pushed_ = 0;
-            taken_ = false;
+            begin();
         }
         for (size_t k = added_ - std::min(added_, first); k < count; k++)
             add(images + k * pixels_);
@@ -116,6 +113,13 @@ class ComponentFrames {
     }
 
   private:
+    void begin() {
+        components_.reset(); // its memory first
+        components_ = toliman::make<toliman::component_set>(toliman_components_create, scene_.sim.get(), &options_);
+        added_ = pushed_ = 0;
+        taken_ = false;
+    }
+
     void add(const double *image) {
         if (added_++ % block_ == 0)
             mean_.assign(pixels_, 0);
@@ -128,6 +132,8 @@ class ComponentFrames {
         pushed_++;
     }
 
+    const Scene &scene_;
+    toliman_components_options options_ = toliman::sized<toliman_components_options>();
     std::mutex mutex_;
     size_t pixels_, block_ = 1, added_ = 0, pushed_ = 0; // frames, and means of blocks of them
     bool taken_ = false;

@@ -25,7 +25,7 @@ void append(std::vector<double> &images, const std::vector<double> &image) {
 
 Reconstructor::Reconstructor(const Scene &scene, const toliman::autoencoder &cae, uint64_t seed, size_t total)
     : scene_(scene), cae_(cae) {
-    const auto info = toliman::result<toliman_cae_info>(toliman_cae_get_info, cae.get());
+    const auto info = toliman::result<toliman_cae_info>(toliman_cae_get_info, cae.get(), nullptr);
     result_.crop_row = static_cast<size_t>(info.crop_row);
     result_.crop_col = static_cast<size_t>(info.crop_col);
     sigma_ = cropped(scene.image(TOLIMAN_SIM_IMAGE_VARIANCE).data());

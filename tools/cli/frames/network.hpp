@@ -17,7 +17,7 @@ inline toliman::autoencoder load_weights(const std::string &path) {
 struct Network {
     // Throws Failure if the file contains an interrupted training.
     explicit Network(const std::string &path)
-        : cae(load_weights(path)), info(toliman::result<toliman_cae_info>(toliman_cae_get_info, cae.get())) {
+        : cae(load_weights(path)), info(toliman::result<toliman_cae_info>(toliman_cae_get_info, cae.get(), nullptr)) {
         if (info.trained == 0)
             malformed(path, "contains an interrupted training, not a trained network: continue it with `toliman train "
                             "--resume`");

@@ -124,7 +124,7 @@ class ReducingEncoder final : public Encoder {
         }
         const std::vector<size_t> counts(count, intervals_.size());
         std::vector<toliman_sky_prediction> seen(count, toliman::sized<toliman_sky_prediction>());
-        const toliman_status status = toliman_sky_predict_mean_many(
+        const toliman_status status = toliman_sky_predict_mean(
             sky_.get(), intervals.data(), on_target_ ? counts.data() : nullptr, count, seen.data());
         if (status != TOLIMAN_OK)
             check(status);

@@ -35,8 +35,8 @@ bool print_update(const toliman::periodogram &periodogram, double t, const std::
     print_stdout(formatted("{\"schema\":\"toliman-period-update/1\",\"n\":%lld,\"t\":%.17g,\"period\":%s,"
                            "\"frequency\":%.10g,\"power\":%.10g,\"log10_fap\":%.6g,\"log10_fap_sequential\":%.6g,"
                            "\"at_edge\":%s,\"time_scale\":%s}\n",
-                           static_cast<long long>(toliman_period_count(periodogram.get())), t, period.c_str(),
-                           peak.frequency, peak.power, peak.log10_fap, sequential,
+                           static_cast<long long>(info_of(periodogram).count), t, period.c_str(), peak.frequency,
+                           peak.power, peak.log10_fap, sequential,
                            (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? "true" : "false",
                            time_scale.empty() ? "null" : ("\"" + time_scale + "\"").c_str()));
     return true;
@@ -96,7 +96,7 @@ class Stream {
     toliman::periodogram release() { return std::move(periodogram_); }
 
   private:
-    int64_t count() const noexcept { return toliman_period_count(periodogram_.get()); }
+    int64_t count() const { return periodogram_ ? info_of(periodogram_).count : 0; }
 
     // Refuses to mix samples with and without sigma: those without would have the weight of the smallest sigma.
     void check_weights(const Sample &sample, const std::string &where) const {
