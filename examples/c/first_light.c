@@ -35,21 +35,22 @@ int main(int argc, char **argv) {
     check(toliman_period_suggest(NULL, NULL, NULL, 0, (double)info.frames, &f0, &df, &nf, NULL));
     check(toliman_period_create(f0, df, nf, NULL, &period));
 
-    double *image = malloc((size_t)(info.rows * info.cols) * sizeof *image);
-    if (image == NULL)
+    double *pixels = malloc((size_t)(info.rows * info.cols) * sizeof *pixels);
+    if (pixels == NULL)
         return EXIT_FAILURE;
+    const toliman_image image = {.struct_size = sizeof image, .pixels = pixels};
     for (int64_t k = 0; k < info.frames; k++) {
-        double time, displacement, latent;
-        check(toliman_sim_get_series(sim, k, 1, &time, &displacement));
-        check(toliman_sim_frame(sim, displacement, info.seed, k, image, (size_t)info.cols));
-        check(toliman_cae_encode(cae, image, (size_t)info.cols, &latent, NULL));
+        double time, latent;
+        check(toliman_sim_get_series(sim, k, 1, &time, NULL));
+        check(toliman_sim_frame(sim, NULL, info.seed, k, 1, pixels));
+        check(toliman_cae_encode(cae, &image, 1, &latent, NULL));
         check(toliman_period_push(period, time, latent, 1));
     }
     toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;
     check(toliman_period_query_peak(period, &peak));
     printf("true period %g days, found %.2f days, log10 FAP %.1f\n", info.period_days, peak.period, peak.log10_fap);
 
-    free(image);
+    free(pixels);
     toliman_period_destroy(period);
     toliman_cae_destroy(cae);
     toliman_sim_destroy(sim);

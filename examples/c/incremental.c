@@ -29,9 +29,9 @@ static void read_downlink(const toliman_sim *sim, long first, long end,
             const long k = i ^ 7;
             if (k < first || k >= end || (k % 50 == 20) != late)
                 continue;
-            double days, displacement;
-            check(toliman_sim_get_series(sim, k, 1, &days, &displacement));
-            check(toliman_sim_frame(sim, displacement, 1, k, pixels, 256));
+            double days;
+            check(toliman_sim_get_series(sim, k, 1, &days, NULL));
+            check(toliman_sim_frame(sim, NULL, 1, k, 1, pixels));
             frame.frame_id = k;
             frame.camera_ns = llround(days * 86400e9);
             for (int copies = k % 5 == 0 ? 2 : 1; copies > 0; copies--)

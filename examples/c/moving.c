@@ -15,11 +15,11 @@ static int fit_frames(const toliman_sim *sim, const toliman_fit *fit, toliman_pe
     const toliman_image image = {.struct_size = sizeof image, .pixels = frames};
     int status = toliman_sim_get_series(sim, 0, FRAMES, times, NULL);
     if (status == TOLIMAN_OK)
-        status = toliman_sim_frame_many(sim, NULL, 1, 0, FRAMES, frames);
+        status = toliman_sim_frame(sim, NULL, 1, 0, FRAMES, frames);
     for (int i = 0; i < FRAMES; i++)
         predictions[i].time_days = times[i];
     if (status == TOLIMAN_OK)
-        status = toliman_fit_frame_many(fit, &image, FRAMES, predictions, results);
+        status = toliman_fit_frame(fit, &image, FRAMES, predictions, results, NULL, NULL);
     for (int i = 0; status == TOLIMAN_OK && i < FRAMES; i++)
         if ((results[i].flags & TOLIMAN_FIT_NOT_CONVERGED) == 0)
             status = toliman_period_push(period, times[i], results[i].displacement_px, results[i].separation_sigma_px);
@@ -38,7 +38,7 @@ int main(int count, char **arguments) {
     options.sigma_floor = 2e-5;
     const char *const scene = count > 1 ? arguments[1] : "examples/data/moving.json";
     const int found = toliman_sim_create_file(scene, NULL, &sim) == TOLIMAN_OK &&
-                      toliman_fit_create(sim, NULL, &fit) == TOLIMAN_OK &&
+                      toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, NULL, &fit) == TOLIMAN_OK &&
                       toliman_period_create(0.01, 0.001, 200, &options, &period) == TOLIMAN_OK &&
                       fit_frames(sim, fit, period) && toliman_period_query_peak(period, &peak) == TOLIMAN_OK;
     if (found)

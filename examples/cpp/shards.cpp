@@ -25,13 +25,14 @@ class Mission {
         const auto frames = static_cast<double>(info_.frames);
         auto period = toliman::make<toliman::periodogram>(toliman_period_create, 1.5 / frames, 0.1 / frames,
                                                           5 * info_.frames - 14, nullptr);
-        std::vector<double> image(static_cast<size_t>(info_.rows * info_.cols));
-        const auto cols = static_cast<size_t>(info_.cols);
+        std::vector<double> pixels(static_cast<size_t>(info_.rows * info_.cols));
+        auto image = toliman::sized<toliman_image>();
+        image.pixels = pixels.data();
         for (int64_t k = first; k < info_.frames; k += step) {
-            double time, displacement, value;
-            toliman::check(toliman_sim_get_series(sim_.get(), k, 1, &time, &displacement));
-            toliman::check(toliman_sim_frame(sim_.get(), displacement, info_.seed, k, image.data(), cols));
-            toliman::check(toliman_linear_encode(estimator_.get(), image.data(), cols, &value, nullptr));
+            double time, value;
+            toliman::check(toliman_sim_get_series(sim_.get(), k, 1, &time, nullptr));
+            toliman::check(toliman_sim_frame(sim_.get(), nullptr, info_.seed, k, 1, pixels.data()));
+            toliman::check(toliman_linear_encode(estimator_.get(), &image, 1, &value, nullptr));
             toliman::check(toliman_period_push(period.get(), time, value, 1));
         }
         return period;

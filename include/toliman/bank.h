@@ -8,7 +8,7 @@
  *   toliman_fit -> create       bytes, file -> load, load_file
  *                    +---------------+------------+
  *                              toliman_bank <-> train
- *   toliman_fit, frame, time ->    +-> encode, encode_many   separation, px -> period.h
+ *   toliman_fit, frame, time ->    +-> encode                separation, px -> period.h
  *   toliman_fit, time        ->    +-> predict, get_renewal  efficiency to expect, until when to use
  *                                  +-> get_info, get_network properties
  *                                  +-> save, save_file       bytes (formats.md, "TLMB")
@@ -57,7 +57,7 @@ typedef struct toliman_bank_options {
     uint32_t steps;                     /* steps of the training of each network, at most 1e6; 0 = 600 */
     uint64_t seed;                      /* seed of the initial weights; 0 = 1 */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    uint32_t threads;                   /* worker threads of toliman_bank_encode_many, 0 = one per processor */
+    uint32_t threads;                   /* worker threads of toliman_bank_encode, 0 = one per processor */
     uint32_t reserved;                  /* 0 */
 } toliman_bank_options;
 #define TOLIMAN_BANK_OPTIONS_INIT TOLIMAN_INIT(toliman_bank_options)
@@ -181,32 +181,21 @@ typedef struct toliman_bank_result {
 } toliman_bank_result;
 #define TOLIMAN_BANK_RESULT_INIT TOLIMAN_INIT(toliman_bank_result)
 
-/* Encodes one frame counts[rows][stride]. Allocates memory only if more calls run at the same time than before.
- *   fit         fit of the scene, with the free parameters and capture_px, for which the bank was made
- *   counts      finite, in the unit of the scene's frames (photons, electrons or DN)
- *   prediction  time and expected places of the stars; NULL: time 0, no shift
- *   result      struct_size must be set
- *   fitted      result of the fit, struct_size must be set; or NULL
+/* Encodes `count` frames of image, on the threads of the bank's options; one frame on the calling thread. Encoding one
+ * frame of doubles allocates memory only if more calls run at the same time than before.
+ *   fit          fit of the scene, with the free parameters and capture_px, for which the bank was made
+ *   image        finite counts, in the unit of the scene's frames (photons, electrons or DN)
+ *   predictions  [count], times and expected places of the stars; NULL: time 0, no shift
+ *   results      [count]; struct_size of the first must be set
+ *   fitted       [count], results of the fits; struct_size of the first must be set; or NULL
  * A frame that cannot be fitted is not an error: see the flags. The result depends on the frame and its prediction
  * only, not on threads or on other frames. Errors: TOLIMAN_E_MISMATCH for any other fit (toliman_fit_info.digest);
  * others as toliman_fit_frame. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_encode(const toliman_bank *bank, const toliman_fit *fit,
-                                                                  const double *counts, size_t stride,
-                                                                  const toliman_fit_prediction *prediction,
-                                                                  toliman_bank_result *result,
+                                                                  const toliman_image *image, size_t count,
+                                                                  const toliman_fit_prediction *predictions,
+                                                                  toliman_bank_result *results,
                                                                   toliman_fit_result *fitted) TOLIMAN_NOEXCEPT;
-
-/* Encodes `count` frames of image, on the threads of the bank's options. Each result is bit-identical to that of
- * toliman_bank_encode.
- *   predictions  [count]; NULL: time 0, no shift
- *   results      [count]; struct_size of the first must be set
- *   fitted       [count], results of the fits; struct_size of the first must be set; or NULL
- * Errors: as toliman_bank_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_encode_many(const toliman_bank *bank, const toliman_fit *fit,
-                                                                       const toliman_image *image, size_t count,
-                                                                       const toliman_fit_prediction *predictions,
-                                                                       toliman_bank_result *results,
-                                                                       toliman_fit_result *fitted) TOLIMAN_NOEXCEPT;
 
 /* Writes the result of a frame without noise, with the stars at the places of the prediction (NULL: time 0, no shift),
  * to *out, whose struct_size must be set: network, efficiency and sigma_px; displacement_px is 0. Errors: as

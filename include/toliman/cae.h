@@ -11,7 +11,7 @@
  *                     +----------+----------+
  *                                v
  *                           toliman_cae <-> train
- *                                +-> encode, encode_many             latent, px -> period.h
+ *                                +-> encode                          latent, px -> period.h
  *                                +-> decode, reconstruct, get_target decoder output and training target
  *                                +-> get_info                        properties
  *                                +-> save, save_file                 weights blob
@@ -60,7 +60,7 @@ typedef struct toliman_cae_options {
     uint32_t struct_size;
     int32_t layout;                     /* TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT */
     int32_t input;                      /* TOLIMAN_CAE_INPUT_..., 0 = WHITENED */
-    uint32_t threads;                   /* worker threads of toliman_cae_encode_many, 0 = one per processor */
+    uint32_t threads;                   /* worker threads of toliman_cae_encode, 0 = one per processor */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL */
     void *log_data;
@@ -206,37 +206,30 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
                                                                    toliman_cae_train_options *resumable,
                                                                    toliman_cae_info *out) TOLIMAN_NOEXCEPT;
 
-/* Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Does not depend on earlier frames. Bad
- * pixels get the counts that a linear fit to the other pixels predicts. goodness, which may be NULL, is that of this
- * fit; its struct_size must be set. It does not depend on the weights or on toliman_cae_options.input. Its chi_square
- * is
+/* Encodes `count` frames of image, on the threads of the network's options; one frame on the calling thread. A latent
+ * does not depend on the other frames. Bad pixels get the counts that a linear fit to the other pixels predicts.
+ *   latents_px  [count], px
+ *   goodness    [count], goodness of this fit, or NULL; struct_size of the first must be set. It does not depend on the
+ *               weights or on toliman_cae_options.input
+ * The chi_square of goodness is
  *
  *     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
  *
  * u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target.
- * Calls of one thread allocate no memory; calls that run at once allocate working memory for each further thread once.
+ * Calls of one thread for one frame of doubles allocate no memory; calls that run at once allocate working memory for
+ * each further thread once.
  *
  * Accuracy: the slope of latent over displacement is 1 for small displacements. ELU makes it nonlinear:
  * latent/displacement is about 0.9996 at 1e-4 px, 0.996 at 1e-3 px and 0.96 at 1e-2 px, and 0.9996, 0.997 and 0.97 at
  * the same negative displacements (scene chapter.json). Between trainings, the deviation from 1 varies by a third. A
  * flux error shifts the latent unless preprocess.project removes it: 0.1 % more light shifts it by -6e-6 px in
  * chapter.json.
- * Errors: TOLIMAN_E_ARGUMENT for a non-finite count in the crop, naming its row and column, and with CENTRE_IMAGE
- * for a crop without light; TOLIMAN_E_RANGE if the
- * counts are so far from the scene that the latent overflows. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts,
-                                                                 size_t stride, double *latent_px,
+ * Errors, which name the frame if there are several: TOLIMAN_E_ARGUMENT for another shape, for a non-finite count in
+ * the crop, naming its row and column, and with CENTRE_IMAGE for a crop without light; TOLIMAN_E_RANGE if the counts
+ * are so far from the scene that the latent overflows, and for an image larger than the address space. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const toliman_image *image,
+                                                                 size_t count, double *latents_px,
                                                                  toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
-
-/* Encodes `count` frames of image, on the threads of the network's options. Each latent is bit-identical to that of
- * toliman_cae_encode.
- *   latents_px  [count]
- *   goodness    [count], or NULL; struct_size of the first must be set
- * Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
- * larger than the address space. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
-toliman_cae_encode_many(const toliman_cae *cae, const toliman_image *image, size_t count, double *latents_px,
-                        toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
 /* Decodes a latent: writes the decoder output to image[256][stride]. With input WHITENED, the output is the whitened
  * residual, in standard deviations of each pixel; it is linear in the latent up to 1 px. With the other inputs, the

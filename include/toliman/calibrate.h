@@ -112,7 +112,7 @@ typedef struct toliman_calibration_options {
     double capture_px;        /* largest shift of both stars from their predicted places along x or y, px;
                                  0 = 6, at most 64 */
     double window_days;       /* length of the windows, days: parameters change linearly from the start of one to
-                                 that of the next, as images do (toliman_fit_create_windows). 0: constant */
+                                 that of the next, as images do (toliman_fit_create). 0: constant */
     double smoothness;        /* with windows: standard deviation of the change of each parameter from one start to
                                  the next, in units of prior_sigma; 0 = 0.01 */
     double map_rms_nm;        /* prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls

@@ -3,7 +3,7 @@
  *
  * Data flow (functions toliman_...)
  *
- *   scene -> sim_create_file -> toliman_sim -> sim_frame -> image                     one simulated frame
+ *   scene -> sim_create_file -> toliman_sim -> sim_frame -> images                    simulated frames
  *                                   |
  *                                   +-> cae_create -> toliman_cae -> cae_train        the network of a scene
  *                                                       |   save_file, load_file      its weights

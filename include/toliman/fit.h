@@ -4,10 +4,10 @@
  *
  * Data flow (functions toliman_fit_...)
  *
- *   toliman_sim -> create -> toliman_fit -> frame, frame_many -> toliman_fit_result -> displacement, px -> period.h
- *  (create_windows)                 |   predict -> places of the stars, standard deviations
- *   time of the frame, pointing ^   get_parameters, get_info
- *  (toliman_fit_prediction)  destroy
+ *   toliman_sim [count] -> create -> toliman_fit -> frame -> toliman_fit_result -> displacement, px -> period.h
+ *                                      |     ^      predict -> places of the stars, standard deviations
+ *                                      |     |      get_parameters, get_info
+ *                                   destroy  time of the frame, pointing (toliman_fit_prediction)
  *
  * The parameters of a frame are, in this order (names and units as in sim_derivative.h, except that position_angle is
  * in degrees):
@@ -59,35 +59,32 @@ typedef struct toliman_fit_options {
 } toliman_fit_options;
 #define TOLIMAN_FIT_OPTIONS_INIT TOLIMAN_INIT(toliman_fit_options)
 
-/* Creates the fit of a scene. The simulator is not needed afterwards. options may be NULL. The caller destroys *out.
- * The model images cover the scene's orbit over its cadence, plus capture_px.
+/* Creates the fit of a scene, or of several whose optics change with time, as those of a calibration with windows
+ * (calibrate.h) do: model images and predicted places are linear in time between the starts of two windows. The model
+ * images cover the scene's orbit over its cadence, plus capture_px. The caller destroys *out.
+ *   sims        [count], the scenes at these starts, not needed afterwards. In C, that of one simulator is
+ *               (const toliman_sim *[]){sim}
+ *   first_days  [count], the starts of the windows, increasing, days of scene time; may be NULL if count is 1. At
+ *               first_days[i] the model is that of sims[i]; before the first start and after the last one it is
+ *               constant. The time of a frame is that of its prediction
+ *   options     may be NULL
+ * Interpolated images have an error of second order: about (2 pi d/wavelength)^2/8 of the peak where the OPD changes
+ * by d from one scene to the next, 1e-5 for 1 nm. With several windows, the digest of toliman_fit_info is that of all
+ * of them and their starts, images is their sum, and oversampling, taps and image_error are the largest. A bank needs
+ * the fit of one scene.
  * Errors:
- *   - TOLIMAN_E_ARGUMENT for an unknown parameter, or one that is named twice or always free;
+ *   - TOLIMAN_E_ARGUMENT for an unknown parameter, or one that is named twice or always free, for count = 0, and for
+ *     starts that are not finite or do not increase;
  *   - TOLIMAN_E_SCENE if the scene's frame does not determine the parameters: it has too few pixels, a parameter is a
  *     combination of the others, or one has no first-order effect (focus behind a spiral mask without struts);
+ *   - TOLIMAN_E_MISMATCH, naming the scene, unless detector.shape, binary and the times of the cadence are the same;
  *   - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, for an accuracy below 1e-14, or if the scene has no
  *     derivative by a parameter;
  *   - TOLIMAN_E_CANCELLED if progress returned a nonzero value. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create(const toliman_sim *sim,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create(const toliman_sim *const *sims,
+                                                                 const double *first_days, size_t count,
                                                                  const toliman_fit_options *options,
                                                                  toliman_fit **out) TOLIMAN_NOEXCEPT;
-
-/* Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: model images
- * and predicted places are linear in time between the starts of two windows.
- *   sims        [count], the scenes at these starts, not needed afterwards
- *   first_days  [count], the starts of the windows, increasing, days of scene time. At first_days[i] the model is that
- *               of sims[i]; before the first start and after the last one it is constant. The time of a frame is that
- *               of its prediction
- * Interpolated images have an error of second order: about (2 pi d/wavelength)^2/8 of the peak where the OPD changes
- * by d from one scene to the next, 1e-5 for 1 nm. The digest of toliman_fit_info is that of all windows and their
- * starts; with one window, that of toliman_fit_create. images is the sum over all windows; oversampling, taps and
- * image_error are the largest. A bank needs the fit of one scene: TOLIMAN_E_UNSUPPORTED.
- * Errors: as toliman_fit_create; TOLIMAN_E_ARGUMENT for count = 0, and starts that are not finite or do not increase;
- * TOLIMAN_E_MISMATCH, naming the scene, unless detector.shape, binary and the times of the cadence are the same. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create_windows(const toliman_sim *const *sims,
-                                                                         const double *first_days, size_t count,
-                                                                         const toliman_fit_options *options,
-                                                                         toliman_fit **out) TOLIMAN_NOEXCEPT;
 
 /* Destroys a fit. NULL is allowed. */
 TOLIMAN_API void toliman_fit_destroy(toliman_fit *fit) TOLIMAN_NOEXCEPT;
@@ -161,33 +158,25 @@ typedef struct toliman_fit_result {
 } toliman_fit_result;
 #define TOLIMAN_FIT_RESULT_INIT TOLIMAN_INIT(toliman_fit_result)
 
-/* Fits one frame counts[rows][stride]. Allocates memory only if more calls run at the same time than before.
- *   prediction  NULL: time 0, no shift
- *   result      struct_size must be set
- *   values      [n], or NULL: all n = toliman_fit_info.parameters parameters, as listed at the top
- *   covariance  [n][n], or NULL: their covariance, the inverse Fisher matrix
- * A frame that cannot be fitted is not an error: see the flags. Bad pixels are left out of the fit; where none is
- * found, the search for them changes no bit of the result. The result of a fit depends on the frame and its prediction
- * only, not on threads or on other frames. Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and
- * column, for a prediction that is not finite or outside the range of the model images, and for a smaller stride. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frame(const toliman_fit *fit, const double *counts,
-                                                                size_t stride, const toliman_fit_prediction *prediction,
-                                                                toliman_fit_result *result, double *values,
-                                                                double *covariance) TOLIMAN_NOEXCEPT;
-
-/* Fits `count` frames of image, on the threads of the fit's options. Each result is bit-identical to that of
- * toliman_fit_frame.
+/* Fits `count` frames of image, on the threads of the fit's options; one frame on the calling thread. Fitting one frame
+ * of doubles allocates memory only if more calls run at the same time than before.
  *   predictions  [count]; NULL: time 0, no shift
  *   results      [count]; struct_size of the first must be set
- * Errors: as toliman_fit_frame, naming the frame; TOLIMAN_E_ARGUMENT for another shape. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frame_many(const toliman_fit *fit, const toliman_image *image,
-                                                                     size_t count,
-                                                                     const toliman_fit_prediction *predictions,
-                                                                     toliman_fit_result *results) TOLIMAN_NOEXCEPT;
+ *   values       [count][n], or NULL: all n = toliman_fit_info.parameters parameters, as listed at the top
+ *   covariance   [count][n][n], or NULL: their covariance, the inverse Fisher matrix
+ * A frame that cannot be fitted is not an error: see the flags. Bad pixels are left out of the fit; where none is
+ * found, the search for them changes no bit of the result. The result of a fit depends on the frame and its prediction
+ * only, not on threads or on other frames. Errors, which name the frame if there are several: TOLIMAN_E_ARGUMENT for
+ * another shape, for a non-finite count, naming its row and column, and for a prediction that is not finite or outside
+ * the range of the model images; TOLIMAN_E_RANGE for an image larger than the address space. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frame(const toliman_fit *fit, const toliman_image *image,
+                                                                size_t count, const toliman_fit_prediction *predictions,
+                                                                toliman_fit_result *results, double *values,
+                                                                double *covariance) TOLIMAN_NOEXCEPT;
 
 /* Writes what a fit of an undisturbed frame with this prediction would return: the expected frame to
  * image[rows][stride] (NULL: not computed), the parameters to values[n] and their covariance, the Cramer-Rao bound, to
- * covariance[n][n] (either may be NULL). Errors: as toliman_fit_frame. */
+ * covariance[n][n] (either may be NULL). Errors: as toliman_fit_frame; TOLIMAN_E_ARGUMENT for a smaller stride. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_predict(const toliman_fit *fit,
                                                                   const toliman_fit_prediction *prediction,
                                                                   double *image, size_t stride, double *values,

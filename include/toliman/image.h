@@ -2,7 +2,7 @@
  *
  * Data flow
  *
- *   frames in memory -> toliman_image -> cae.h, linear.h, components.h (the _many functions)
+ *   frames in memory -> toliman_image -> cae.h, linear.h, fit.h, bank.h, calibrate.h, components.h
  *   downlinked frames -> toliman_frame, with the same pixel types -> track.h
  */
 #ifndef TOLIMAN_IMAGE_H
@@ -27,7 +27,10 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_PIXEL_F32BE 41
 
 /* View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
- * frame_stride + row * stride + column]. */
+ * frame_stride + row * stride + column]. Frames of doubles without gaps, also a single one, are in C
+ *
+ *     &(toliman_image){.struct_size = sizeof(toliman_image), .pixels = counts}
+ */
 typedef struct toliman_image {
     uint32_t struct_size; /* sizeof(toliman_image) */
     int32_t pixel;        /* TOLIMAN_PIXEL_..., 0 = F64 */

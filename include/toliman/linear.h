@@ -3,7 +3,7 @@
  *
  * Data flow (functions toliman_linear_...)
  *
- *   toliman_sim -> create -> toliman_linear -> encode, encode_many -> value, px -> period.h
+ *   toliman_sim -> create -> toliman_linear -> encode -> value, px -> period.h
  *                                 |   get_sigma -> standard deviation of a value, px
  *                              destroy
  */
@@ -26,7 +26,7 @@ typedef struct toliman_linear toliman_linear;
 /* Options of an estimator. */
 typedef struct toliman_linear_options {
     uint32_t struct_size;
-    uint32_t threads;                   /* worker threads of toliman_linear_encode_many, 0 = one per processor */
+    uint32_t threads;                   /* worker threads of toliman_linear_encode, 0 = one per processor */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL */
     void *log_data;
@@ -42,28 +42,23 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_create(const tolima
 /* Destroys an estimator. NULL is allowed. */
 TOLIMAN_API void toliman_linear_destroy(toliman_linear *linear) TOLIMAN_NOEXCEPT;
 
-/* Estimates the displacement of one frame: writes the value (px) for counts[rows][stride] to *value_px. By the
- * Gauss-Markov theorem it is the best linear unbiased estimate; to first order it equals maximum likelihood. Bad pixels
- * are left out. goodness may be NULL; its struct_size must be set. Its chi_square is
+/* Estimates the displacements of `count` frames of image, on the threads of the estimator's options; one frame on the
+ * calling thread. A value does not depend on the other frames. By the Gauss-Markov theorem it is the best linear
+ * unbiased estimate; to first order it equals maximum likelihood. Bad pixels are left out.
+ *   values_px  [count], px
+ *   goodness   [count], or NULL; struct_size of the first must be set
+ * The chi_square of goodness is
  *
  *     |r - sum_k <u_k, r> u_k - value w|^2 / (pixels - K - 1),    r = (counts - reference)/sigma per pixel
  *
  * u_k are the K images of preprocess.project over sigma, orthonormalised; w is the derivative over sigma, orthogonal
  * to them. If both fluxes are projected out, they fit an empty frame perfectly: it is TOO_GOOD.
- * TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode(const toliman_linear *linear, const double *counts,
-                                                                    size_t stride, double *value_px,
+ * Errors: TOLIMAN_E_ARGUMENT for another shape, and for a non-finite count, naming its row and column, and its frame if
+ * there are several; TOLIMAN_E_RANGE for an image larger than the address space. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode(const toliman_linear *linear,
+                                                                    const toliman_image *image, size_t count,
+                                                                    double *values_px,
                                                                     toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
-
-/* Estimates the displacements of `count` frames of image, on the threads of the estimator's options. Each value is
- * bit-identical to that of toliman_linear_encode.
- *   values_px  [count]
- *   goodness   [count], or NULL; struct_size of the first must be set
- * Errors: as toliman_linear_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
- * image larger than the address space. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
-toliman_linear_encode_many(const toliman_linear *linear, const toliman_image *image, size_t count, double *values_px,
-                           toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
 /* Writes the predicted standard deviation of a value (px) to *sigma_px: the Cramer-Rao bound with the nuisances of
  * preprocess.project unknown. */

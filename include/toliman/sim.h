@@ -3,7 +3,7 @@
  * Data flow (functions toliman_sim_...)
  *
  *   scene.json -> plan_file, plan_json                               requirements and cost, without images
- *   scene.json -> create_file, create_json -> toliman_sim -> frame, frame_many -> counts[rows][cols]
+ *   scene.json -> create_file, create_json -> toliman_sim -> frame -> counts[count][rows][cols]
  *                                             |                   -> cae.h, linear.h, components.h
  *                                             +-> get_info, get_plan, get_stages             properties
  *                                             +-> get_bounds                                 Cramer-Rao bounds
@@ -366,25 +366,19 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_propagate(const tolima
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px,
                                                                  double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Simulates frame k >= 0, which may be beyond the cadence, with a displacement: systematics of (seed, k), then
- * detector stages with noise of (seed, k). Writes image[rows][stride].
- *
+/* Simulates frames first ... first + count - 1 to images[count][rows][cols], on the threads of the simulator's options:
+ * systematics of (seed, k) for frame k, then detector stages with noise of (seed, k).
+ *   displacements_px  [count]: frames may be beyond the cadence; or NULL: frames of the cadence with the scene's own
+ *                     signal
  * A frame depends only on (scene, displacement, seed, k), not on threads or order. Images agree to 1e-14 of their
- * peak between CPU types, so that a rare noisy count may differ between them. Threads run concurrently; if the plan
- * has atlas_taps, the first frame computes the samples to be interpolated while the others wait.
- * Errors: TOLIMAN_E_RANGE if k < 0, if |displacement_px| > 0.1 (100 if the plan has atlas_taps or exact_frames), or if
- * a pixel expects more than 1e12 electrons (photons, without qe). */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px,
-                                                                uint64_t seed, int64_t k, double *image,
-                                                                size_t stride) TOLIMAN_NOEXCEPT;
-
-/* Simulates frames first ... first + count - 1 to images[count][rows][cols], on the threads of the simulator's options.
- *   displacements_px  [count], or NULL: frames of the cadence (others: TOLIMAN_E_RANGE) with the scene's own signal
- * Errors as toliman_sim_frame. After an error, images may hold some of the frames. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame_many(const toliman_sim *sim,
-                                                                     const double *displacements_px, uint64_t seed,
-                                                                     int64_t first, size_t count,
-                                                                     double *images) TOLIMAN_NOEXCEPT;
+ * peak between CPU types, so that a rare noisy count may differ between them. Calls may run at the same time; if the
+ * plan has atlas_taps, the first frame computes the samples to be interpolated while the others wait.
+ * Errors, after which images may hold some of the frames: TOLIMAN_E_RANGE for a frame below 0 or outside the cadence,
+ * if |displacement| > 0.1 px (100 px if the plan has atlas_taps or exact_frames), or if a pixel expects more than 1e12
+ * electrons (photons, without qe). */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_sim *sim, const double *displacements_px,
+                                                                uint64_t seed, int64_t first, size_t count,
+                                                                double *images) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

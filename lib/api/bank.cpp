@@ -190,31 +190,9 @@ toliman_status toliman_bank_get_network(const toliman_bank *handle, int64_t inde
     });
 }
 
-toliman_status toliman_bank_encode(const toliman_bank *handle, const toliman_fit *fit, const double *counts,
-                                   size_t stride, const toliman_fit_prediction *prediction, toliman_bank_result *result,
-                                   toliman_fit_result *fitted) noexcept {
-    return guard([&] {
-        const Use use(handle, "bank");
-        const Use model(fit, "fit");
-        check_fit(*handle, *fit, "bank");
-        required_image(counts, stride, use->bank.cols(), "counts");
-        check_struct_size("result", required(result, "result"));
-        if (fitted != nullptr)
-            check_struct_size("fitted", *fitted);
-        WorkPool<fit::FitWork>::Lease fit_work(model->works);
-        WorkPool<bank::BankWork>::Lease work(use->works);
-        const bank::Estimate estimate =
-            use->bank.estimate(model->fit.first(), {counts, use->bank.rows(), use->bank.cols(), stride},
-                               prediction_of(prediction), *fit_work, *work);
-        deliver(public_result(estimate), result, "result");
-        if (fitted != nullptr)
-            deliver(public_result((*work).fitted, model->fit.first().parameters().size()), fitted, "fitted");
-    });
-}
-
-toliman_status toliman_bank_encode_many(const toliman_bank *handle, const toliman_fit *fit, const toliman_image *image,
-                                        size_t count, const toliman_fit_prediction *predictions,
-                                        toliman_bank_result *results, toliman_fit_result *fitted) noexcept {
+toliman_status toliman_bank_encode(const toliman_bank *handle, const toliman_fit *fit, const toliman_image *image,
+                                   size_t count, const toliman_fit_prediction *predictions,
+                                   toliman_bank_result *results, toliman_fit_result *fitted) noexcept {
     return guard([&] {
         const Use use(handle, "bank");
         const Use model(fit, "fit");
@@ -224,27 +202,37 @@ toliman_status toliman_bank_encode_many(const toliman_bank *handle, const tolima
         const bank::Bank &bank = use->bank;
         const PixelFrames frames = frames_of(image, count, bank.rows(), bank.cols());
         const StructArray<toliman_bank_result> out(results, "results");
-        std::optional<StructArray<const toliman_fit_prediction>> given;
-        if (predictions != nullptr)
-            given.emplace(predictions, "predictions");
+        const Predictions given(predictions);
         std::optional<StructArray<toliman_fit_result>> fits;
         if (fitted != nullptr)
             fits.emplace(fitted, "fitted");
-        Buffer<toliman_bank_result> found(count); // so that nothing is written if a frame fails
-        Buffer<toliman_fit_result> found_fits(fits ? count : 0);
         struct Work {
             explicit Work(const toliman_fit &fit, const toliman_bank &bank) : of_fit(fit.works), of_bank(bank.works) {}
             WorkPool<fit::FitWork>::Lease of_fit;
             WorkPool<bank::BankWork>::Lease of_bank;
         };
+        const auto encode = [&](const ImageView<const double> &frame, size_t i, Work &work) {
+            return public_result(bank.estimate(model->fit.first(), frame, given.at(i), *work.of_fit, *work.of_bank));
+        };
+        const auto fit_of = [&](Work &work) {
+            return public_result((*work.of_bank).fitted, model->fit.first().parameters().size());
+        };
+        if (count == 1) {
+            Buffer<double> converted;
+            Work work(*fit, *handle);
+            out.put(0, encode(frames.frame(0, converted), 0, work));
+            if (fits)
+                fits->put(0, fit_of(work));
+            return;
+        }
+        Buffer<toliman_bank_result> found(count); // so that nothing is written if a frame fails
+        Buffer<toliman_fit_result> found_fits(fits ? count : 0);
         for_groups(
             frames, count, 1, use->threads, [&] { return Work(*fit, *handle); },
             [&](const ImageView<const double> *frame, size_t i, size_t, Work &work) {
-                found[i] = public_result(bank.estimate(
-                    model->fit.first(), *frame, given ? prediction_of(given->get(i), "prediction") : fit::Prediction(),
-                    *work.of_fit, *work.of_bank));
+                found[i] = encode(*frame, i, work);
                 if (fits)
-                    found_fits[i] = public_result((*work.of_bank).fitted, model->fit.first().parameters().size());
+                    found_fits[i] = fit_of(work);
             });
         for (size_t i = 0; i < count; i++) {
             out.put(i, found[i]);

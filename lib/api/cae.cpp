@@ -183,11 +183,6 @@ std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_opti
         options.with_training != 0 ? training_of(*cae) : nullptr);
 }
 
-ImageView<const double> frame_of(const cae::Network &network, const double *counts, size_t stride) {
-    const cae::Preprocess &preprocess = network.preprocess();
-    return {required_image(counts, stride, preprocess.cols, "counts"), preprocess.rows, preprocess.cols, stride};
-}
-
 void copy_image(const Buffer<double> &from, double *image, size_t stride) {
     for (size_t r = 0; r < cae::kSide; r++)
         std::copy_n(&from[r * cae::kSide], cae::kSide, image + r * stride);
@@ -273,32 +268,22 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_train_op
     });
 }
 
-toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts, size_t stride, double *latent_px,
+toliman_status toliman_cae_encode(const toliman_cae *cae, const toliman_image *image, size_t count, double *latents_px,
                                   toliman_frame_goodness *goodness) noexcept {
-    return guard([&] {
-        const Use use(cae, "cae");
-        const cae::Network &network = use->network;
-        required(latent_px, "latent_px");
-        const ImageView<const double> frame = frame_of(network, counts, stride);
-        FramesGoodness out(goodness, 1);
-        WorkPool<cae::Workspace>::Lease work(use->works);
-        *latent_px = network.encode(frame, *work, out.found());
-        out.deliver();
-    });
-}
-
-toliman_status toliman_cae_encode_many(const toliman_cae *cae, const toliman_image *image, size_t count,
-                                       double *latents_px, toliman_frame_goodness *goodness) noexcept {
     return guard([&] {
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
         if (count == 0)
             return;
-        const cae::Preprocess &preprocess = network.preprocess();
-        const PixelFrames frames = frames_of(image, count, preprocess.rows, preprocess.cols);
-        double &latents = required(latents_px, "latents_px");
+        const PixelFrames frames = frames_of(image, count, network.preprocess().rows, network.preprocess().cols);
+        required(latents_px, "latents_px");
         FramesGoodness out(goodness, count);
-        network.encode_many(frames, count, use->threads, &latents, out.found());
+        if (count == 1) {
+            Buffer<double> converted;
+            WorkPool<cae::Workspace>::Lease work(use->works);
+            *latents_px = network.encode(frames.frame(0, converted), *work, out.found());
+        } else
+            network.encode_many(frames, count, use->threads, latents_px, out.found());
         out.deliver();
     });
 }
@@ -328,7 +313,9 @@ toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *cou
     return guard([&] {
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
-        const ImageView<const double> frame = frame_of(network, counts, counts_stride);
+        const cae::Preprocess &preprocess = network.preprocess();
+        const ImageView<const double> frame = {required_image(counts, counts_stride, preprocess.cols, "counts"),
+                                               preprocess.rows, preprocess.cols, counts_stride};
         required_image(image, stride, cae::kSide, "image");
         Buffer<double> output(cae::kPixels);
         network.reconstruct(frame, output.data());

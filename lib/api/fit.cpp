@@ -6,7 +6,6 @@
 #include <deque>
 #include <iterator>
 #include <limits>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -163,25 +162,15 @@ toliman_fit_result public_result(const fit::Result &result, size_t n) {
 
 } // namespace toliman::api
 
-toliman_status toliman_fit_create(const toliman_sim *sim, const toliman_fit_options *options,
-                                  toliman_fit **out) noexcept {
-    return guard([&] {
-        const double start = 0;
-        const FitSettings settings(options);
-        const MemoryScope scope(settings.memory);
-        const Use use(sim, "sim");
-        toliman_fit *&made = required(out, "out");
-        made = make_fit({&simulator_of(*sim, "sim")}, &start, settings);
-    });
-}
-
-toliman_status toliman_fit_create_windows(const toliman_sim *const *sims, const double *first_days, size_t count,
-                                          const toliman_fit_options *options, toliman_fit **out) noexcept {
+toliman_status toliman_fit_create(const toliman_sim *const *sims, const double *first_days, size_t count,
+                                  const toliman_fit_options *options, toliman_fit **out) noexcept {
     return guard([&] {
         const FitSettings settings(options);
         const MemoryScope scope(settings.memory);
         required(sims, "sims");
-        check_starts(first_days, count);
+        const double start = 0;
+        const double *const starts = count == 1 && first_days == nullptr ? &start : first_days;
+        check_starts(starts, count);
         std::deque<Use<const toliman_sim>> uses;
         std::vector<const optics::Simulator *> simulators;
         for (size_t i = 0; i < count; i++) {
@@ -190,7 +179,7 @@ toliman_status toliman_fit_create_windows(const toliman_sim *const *sims, const 
             simulators.push_back(&simulator_of(*sims[i], name.c_str()));
         }
         toliman_fit *&made = required(out, "out");
-        made = make_fit(simulators, first_days, settings);
+        made = make_fit(simulators, starts, settings);
     });
 }
 
@@ -233,24 +222,9 @@ toliman_status toliman_fit_get_info(const toliman_fit *handle, toliman_fit_info 
     });
 }
 
-toliman_status toliman_fit_frame(const toliman_fit *handle, const double *counts, size_t stride,
-                                 const toliman_fit_prediction *prediction, toliman_fit_result *result, double *values,
+toliman_status toliman_fit_frame(const toliman_fit *handle, const toliman_image *image, size_t count,
+                                 const toliman_fit_prediction *predictions, toliman_fit_result *results, double *values,
                                  double *covariance) noexcept {
-    return guard([&] {
-        const Use use(handle, "fit");
-        const fit::Windows &fit = use->fit;
-        required_image(counts, stride, fit.cols(), "counts");
-        check_struct_size("result", required(result, "result"));
-        Lease work(use->works);
-        fit::Result found;
-        fit.frame({counts, fit.rows(), fit.cols(), stride}, prediction_of(prediction), *work, found);
-        deliver(public_result(found, fit.parameters().size()), result, "result");
-        copy_parameters(found, fit.parameters().size(), values, covariance);
-    });
-}
-
-toliman_status toliman_fit_frame_many(const toliman_fit *handle, const toliman_image *image, size_t count,
-                                      const toliman_fit_prediction *predictions, toliman_fit_result *results) noexcept {
     return guard([&] {
         const Use use(handle, "fit");
         const fit::Windows &fit = use->fit;
@@ -258,19 +232,32 @@ toliman_status toliman_fit_frame_many(const toliman_fit *handle, const toliman_i
             return;
         const PixelFrames frames = frames_of(image, count, fit.rows(), fit.cols());
         const StructArray<toliman_fit_result> out(results, "results");
-        std::optional<StructArray<const toliman_fit_prediction>> given;
-        if (predictions != nullptr)
-            given.emplace(predictions, "predictions");
+        const Predictions given(predictions);
+        const size_t n = fit.parameters().size();
+        if (count == 1) {
+            Buffer<double> converted;
+            Lease work(use->works);
+            fit::Result found;
+            fit.frame(frames.frame(0, converted), given.at(0), *work, found);
+            out.put(0, public_result(found, n));
+            return copy_parameters(found, n, values, covariance);
+        }
         Buffer<toliman_fit_result> found(count); // so that nothing is written if a frame fails
+        Buffer<double> found_values(values != nullptr ? checked_product(count, n, "values") : 0),
+            found_covariance(covariance != nullptr ? checked_product(count, n * n, "covariance") : 0);
         for_groups(
             frames, count, 1, use->threads, [&] { return fit.work(); },
             [&](const ImageView<const double> *frame, size_t i, size_t, fit::FitWork &work) {
                 fit::Result result;
-                fit.frame(*frame, given ? prediction_of(given->get(i), "prediction") : fit::Prediction(), work, result);
-                found[i] = public_result(result, fit.parameters().size());
+                fit.frame(*frame, given.at(i), work, result);
+                found[i] = public_result(result, n);
+                copy_parameters(result, n, values != nullptr ? &found_values[i * n] : nullptr,
+                                covariance != nullptr ? &found_covariance[i * n * n] : nullptr);
             });
         for (size_t i = 0; i < count; i++)
             out.put(i, found[i]);
+        std::copy(found_values.begin(), found_values.end(), values);
+        std::copy(found_covariance.begin(), found_covariance.end(), covariance);
     });
 }
 

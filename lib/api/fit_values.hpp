@@ -1,7 +1,10 @@
 // Predictions and results of a fit, from and to the caller.
 #pragma once
+#include <optional>
+
 #include <toliman/fit.h>
 
+#include "api/struct_array.hpp"
 #include "fit/fit.hpp"
 
 namespace toliman::api {
@@ -10,6 +13,20 @@ namespace toliman::api {
 fit::Prediction prediction_of(const toliman_fit_prediction *given);
 // One whose struct_size is checked. `name` is that of the argument in messages.
 fit::Prediction prediction_of(const toliman_fit_prediction &given, const char *name);
+// Those of several frames. NULL: time 0, no shift.
+class Predictions {
+  public:
+    explicit Predictions(const toliman_fit_prediction *first) {
+        if (first != nullptr)
+            given_.emplace(first, "predictions");
+    }
+    fit::Prediction at(size_t i) const {
+        return given_ ? prediction_of(given_->get(i), "prediction") : fit::Prediction();
+    }
+
+  private:
+    std::optional<StructArray<const toliman_fit_prediction>> given_;
+};
 // The numbers of a frame that was not fitted are NaN. n: number of parameters.
 toliman_fit_result public_result(const fit::Result &result, size_t n);
 

@@ -30,31 +30,22 @@ void toliman_linear_destroy(toliman_linear *linear) noexcept {
     destroy(linear);
 }
 
-toliman_status toliman_linear_encode(const toliman_linear *handle, const double *counts, size_t stride,
-                                     double *value_px, toliman_frame_goodness *goodness) noexcept {
-    return guard([&] {
-        const Use use(handle, "linear");
-        const linear::TemplateEstimator &estimator = use->estimator;
-        required_image(counts, stride, estimator.cols(), "counts");
-        double &value = required(value_px, "value_px");
-        FramesGoodness out(goodness, 1);
-        WorkPool<linear::TemplateWork>::Lease work(use->works);
-        value = estimator.estimate({counts, estimator.rows(), estimator.cols(), stride}, *work, out.found());
-        out.deliver();
-    });
-}
-
-toliman_status toliman_linear_encode_many(const toliman_linear *handle, const toliman_image *image, size_t count,
-                                          double *values_px, toliman_frame_goodness *goodness) noexcept {
+toliman_status toliman_linear_encode(const toliman_linear *handle, const toliman_image *image, size_t count,
+                                     double *values_px, toliman_frame_goodness *goodness) noexcept {
     return guard([&] {
         const Use use(handle, "linear");
         const linear::TemplateEstimator &estimator = use->estimator;
         if (count == 0)
             return;
         const PixelFrames frames = frames_of(image, count, estimator.rows(), estimator.cols());
-        double &values = required(values_px, "values_px");
+        required(values_px, "values_px");
         FramesGoodness out(goodness, count);
-        estimator.estimate_many(frames, count, use->threads, &values, out.found());
+        if (count == 1) {
+            Buffer<double> converted;
+            WorkPool<linear::TemplateWork>::Lease work(use->works);
+            *values_px = estimator.estimate(frames.frame(0, converted), *work, out.found());
+        } else
+            estimator.estimate_many(frames, count, use->threads, values_px, out.found());
         out.deliver();
     });
 }

@@ -55,15 +55,17 @@ template <class Use> void with_options(const toliman_sim_options *options, Use u
     use(settings_of(known));
 }
 
-void check_displacement(double displacement_px, double limit) {
+void check_displacement(double displacement_px, double limit, const char *name = "displacement_px") {
     if (std::isnan(displacement_px))
-        fail(Status::argument, "{displacement_px} is NaN");
+        fail(Status::argument, "{%s} is NaN", name);
     if (std::fabs(displacement_px) > limit)
-        fail(Status::range, "{displacement_px} = %g: must be in [%g, %g] px", displacement_px, -limit, limit);
+        fail(Status::range, "{%s} = %g: must be in [%g, %g] px", name, displacement_px, -limit, limit);
 }
 
 void check_frames(int64_t first, size_t count, int64_t frames) {
-    if (first < 0 || first > frames || count > static_cast<uint64_t>(frames - first))
+    if (first < 0)
+        fail(Status::range, "{first} = %lld: must be at least 0", static_cast<long long>(first));
+    if (first > frames || count > static_cast<uint64_t>(frames - first))
         fail(Status::range, "{first} = %lld, count = %zu: must be within the cadence of %lld frames",
              static_cast<long long>(first), count, static_cast<long long>(frames));
 }
@@ -418,21 +420,8 @@ toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px
     });
 }
 
-toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px, uint64_t seed, int64_t k,
-                                 double *image, size_t stride) noexcept {
-    return api::guard([&] {
-        check_displacement(displacement_px, api::Use(sim, "sim")->simulator.largest_displacement_px());
-        if (k < 0)
-            fail(Status::range, "{k} = %lld: must be at least 0", static_cast<long long>(k));
-        fill_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
-            Buffer<double> scratch(simulator.pixels());
-            simulator.frame(displacement_px, seed, k, scratch.data(), whole);
-        });
-    });
-}
-
-toliman_status toliman_sim_frame_many(const toliman_sim *sim, const double *displacements_px, uint64_t seed,
-                                      int64_t first, size_t count, double *images) noexcept {
+toliman_status toliman_sim_frame(const toliman_sim *sim, const double *displacements_px, uint64_t seed, int64_t first,
+                                 size_t count, double *images) noexcept {
     return api::guard([&] {
         const api::Use use(sim, "sim");
         const optics::Simulator &simulator = use->simulator;
@@ -442,7 +431,7 @@ toliman_status toliman_sim_frame_many(const toliman_sim *sim, const double *disp
             return;
         api::required_array(images, count, simulator.pixels() * sizeof *images, "images");
         for (size_t i = 0; own && i < count; i++)
-            check_displacement(displacements_px[i], simulator.largest_displacement_px());
+            check_displacement(displacements_px[i], simulator.largest_displacement_px(), "displacements_px");
         make_frames(simulator, seed, first, count, displacements_px, use->threads, images);
     });
 }

@@ -136,7 +136,7 @@ static toliman_sim *simulate(double *frames, const char *folder) {
     refused("cancelled scene", toliman_sim_create_json(json, size, NULL, &options, &sim), TOLIMAN_E_CANCELLED);
     options.progress = keep_going;
     assert_ok(toliman_sim_create_json(json, size, NULL, &options, &sim));
-    assert_ok(toliman_sim_frame_many(sim, NULL, 5, 0, FRAMES, frames));
+    assert_ok(toliman_sim_frame(sim, NULL, 5, 0, FRAMES, frames));
     result("frames", frames, sizeof *frames * FRAMES * kPixels);
 
     toliman_sim *none = NULL;
@@ -157,7 +157,7 @@ static void learn(const toliman_sim *sim, const double *frames, const char *fold
     options.progress = keep_going;
     assert_ok(toliman_cae_train(cae, &options, NULL));
     double latents[FRAMES], image[kPixels], mmse, mssim, floor_of_noise;
-    assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), FRAMES, latents, NULL));
+    assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frames), FRAMES, latents, NULL));
     result("latents", latents, sizeof latents);
     assert_ok(toliman_cae_reconstruct(cae, frames, kSide, image, kSide, &mmse, &mssim, &floor_of_noise));
     result("reconstruction", image, sizeof image);
@@ -168,7 +168,7 @@ static void learn(const toliman_sim *sim, const double *frames, const char *fold
     snprintf(path, sizeof path, "%s/weights", folder);
     assert_ok(toliman_cae_save_file(cae, NULL, path));
     assert_ok(toliman_cae_load_file(path, NULL, &again));
-    assert_ok(toliman_cae_encode(again, frames, kSide, &latents[1], NULL));
+    assert_ok(toliman_cae_encode(again, PLAIN_IMAGE(frames), 1, &latents[1], NULL));
     result("loaded", &latents[1], sizeof *latents);
     toliman_cae_destroy(cae);
     toliman_cae_destroy(again);
@@ -179,7 +179,7 @@ static void fit(const toliman_sim *sim, const double *frames) {
     toliman_components *components = NULL;
     double value, series[FRAMES];
     assert_ok(toliman_linear_create(sim, NULL, &linear));
-    assert_ok(toliman_linear_encode(linear, frames, kSide, &value, NULL));
+    assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(frames), 1, &value, NULL));
     result("template", &value, sizeof value);
     toliman_linear_destroy(linear);
     assert_ok(toliman_components_create(sim, NULL, &components));
@@ -204,13 +204,13 @@ static void follow_stars(const toliman_sim *sim, const double *frames, const cha
     toliman_bank_result found[FRAMES] = {{.struct_size = sizeof *found}};
     double days;
     char path[300];
-    assert_ok(toliman_fit_create(sim, NULL, &fit));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, NULL, &fit));
     assert_ok(toliman_bank_create(fit, &options, &bank));
     assert_ok(toliman_bank_train(bank, fit, &training));
     snprintf(path, sizeof path, "%s/bank", folder);
     assert_ok(toliman_bank_save_file(bank, 0, path));
     assert_ok(toliman_bank_load_file(path, NULL, &again));
-    assert_ok(toliman_bank_encode_many(again, fit, PLAIN_IMAGE(frames), FRAMES, NULL, found, NULL));
+    assert_ok(toliman_bank_encode(again, fit, PLAIN_IMAGE(frames), FRAMES, NULL, found, NULL));
     result("bank", found, sizeof found);
     assert_ok(toliman_bank_get_renewal(again, fit, 0.5, &days));
     refused("renewal", toliman_bank_get_renewal(again, fit, 2, &days), TOLIMAN_E_ARGUMENT);
@@ -346,7 +346,7 @@ static void refuse_rounding(int mode) {
     assert_ok(toliman_period_create(0.01, 0.1, 2, NULL, &period));
     assert_int_equal(fesetround(mode), 0);
     refused("machine", toliman_get_machine(NULL), TOLIMAN_E_UNSUPPORTED);
-    refused("frame", toliman_sim_frame(sim, 0, 1, 1, image, kSide), TOLIMAN_E_UNSUPPORTED);
+    refused("frame", toliman_sim_frame(sim, &(double){0}, 1, 1, 1, image), TOLIMAN_E_UNSUPPORTED);
     refused("create", toliman_period_create(0.01, 0.1, 2, NULL, &second), TOLIMAN_E_UNSUPPORTED);
     refused("push", toliman_period_push(period, t, y, 1), TOLIMAN_E_UNSUPPORTED);
     refused("batch", toliman_period_batch(0.01, 0.1, 2, &t, &y, NULL, 1, NULL, power), TOLIMAN_E_UNSUPPORTED);

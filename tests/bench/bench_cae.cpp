@@ -155,7 +155,7 @@ struct Scene {
         info.struct_size = sizeof info;
         check(toliman_cae_get_info(cae, nullptr, &info));
         const std::vector<double> still(kFrames, 0.0);
-        check(toliman_sim_frame_many(sim, still.data(), 1, 0, kFrames, frames.data()));
+        check(toliman_sim_frame(sim, still.data(), 1, 0, kFrames, frames.data()));
         size_t size;
         check(toliman_cae_save(cae, nullptr, nullptr, 0, &size) == TOLIMAN_E_CAPACITY ? TOLIMAN_OK
                                                                                       : TOLIMAN_E_INTERNAL);
@@ -241,8 +241,10 @@ void measure_template(const Scene &scene) {
     toliman_linear *linear = nullptr;
     check(toliman_linear_create(scene.sim, nullptr, &linear));
     double value = 0;
-    const timing time =
-        time_of(20, [&] { check(toliman_linear_encode(linear, scene.frames.data(), kSide, &value, nullptr)); });
+    toliman_image image = {};
+    image.struct_size = sizeof image;
+    image.pixels = scene.frames.data();
+    const timing time = time_of(20, [&] { check(toliman_linear_encode(linear, &image, 1, &value, nullptr)); });
     std::printf("{\"part\": \"template\", \"ms\": %.4f, \"spread_ms\": %.2g}\n", time.median * 1e3, time.spread * 1e3);
     toliman_linear_destroy(linear);
 }
@@ -270,7 +272,7 @@ int main(int count, char **arguments) {
     toliman_image image = {};
     image.struct_size = sizeof image;
     image.pixels = scene.frames.data();
-    check(toliman_cae_encode_many(scene.cae, &image, kFrames, latents.data(), nullptr));
+    check(toliman_cae_encode(scene.cae, &image, kFrames, latents.data(), nullptr));
     measure_tied(scene);
     measure_template(scene);
     for (const Isa isa : all) {

@@ -4,6 +4,7 @@
  * Usage: bench_fit FRAMES FOLDER; the folder receives the inputs of numpy_fit.py. */
 #include <toliman/bank.h>
 
+#include "images.h"
 #include "peak.h"
 #include "shipped_scene.h"
 #include "timing.h"
@@ -22,7 +23,7 @@ static char *sky(void) {
 static toliman_fit *fit_of(const toliman_sim *sim, const char *parameters) {
     const toliman_fit_options options = {.struct_size = sizeof options, .free = parameters};
     toliman_fit *fit = NULL;
-    assert_ok(toliman_fit_create(sim, &options, &fit));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &options, &fit));
     return fit;
 }
 
@@ -74,7 +75,7 @@ static void fit_frame(fit_case *c, const toliman_sim *sim, const double *counts,
     const toliman_fit_prediction prediction = prediction_of(sim, k, c->off);
     toliman_fit_result result = {.struct_size = sizeof result};
     const double start = processor_s();
-    assert_ok(toliman_fit_frame(c->fit, counts, SIDE, &prediction, &result, NULL, NULL));
+    assert_ok(toliman_fit_frame(c->fit, PLAIN_IMAGE(counts), 1, &prediction, &result, NULL, NULL));
     c->times[i] = processor_s() - start;
     assert_int_equal(result.flags & ~TOLIMAN_FIT_SEARCHED, 0);
     const double pull = fabs(result.displacement_px) / result.separation_sigma_px;
@@ -94,7 +95,7 @@ static void measure_fits(const toliman_sim *sim, const toliman_fit *fit, const t
     const double before = peak_double(peak_widest());
     for (int i = 0; i < count; i++) {
         const int64_t k = number_of(i, count);
-        assert_ok(toliman_sim_frame(sim, 0, 1, k, counts, SIDE));
+        assert_ok(toliman_sim_frame(sim, &(double){0}, 1, k, 1, counts));
         for (size_t c = 0; c < 4; c++) {
             cases[c].fit = c == 3 ? more : fit;
             fit_frame(&cases[c], sim, counts, k, i);
@@ -126,7 +127,7 @@ static void measure_bank(const toliman_sim *sim, const toliman_fit *fit, const c
     double *const counts = new_images(PIXELS), times[MOST];
     for (int i = 0; i < count; i++) {
         const int64_t k = number_of(i, count);
-        assert_ok(toliman_sim_frame(sim, 0, 1, k, counts, SIDE));
+        assert_ok(toliman_sim_frame(sim, &(double){0}, 1, k, 1, counts));
         toliman_fit_prediction prediction = prediction_of(sim, k, 0.3);
         double values[7];
         assert_ok(toliman_fit_predict(fit, &prediction, NULL, SIDE, values, NULL));
@@ -135,9 +136,9 @@ static void measure_bank(const toliman_sim *sim, const toliman_fit *fit, const c
         toliman_fit_result fitted = {.struct_size = sizeof fitted};
         toliman_bank_result result = {.struct_size = sizeof result};
         const double start = processor_s();
-        assert_ok(toliman_fit_frame(fit, counts, SIDE, &prediction, &fitted, NULL, NULL));
+        assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(counts), 1, &prediction, &fitted, NULL, NULL));
         const double between = processor_s();
-        assert_ok(toliman_bank_encode(bank, fit, counts, SIDE, &prediction, &result, &fitted));
+        assert_ok(toliman_bank_encode(bank, fit, PLAIN_IMAGE(counts), 1, &prediction, &result, &fitted));
         times[i] = (processor_s() - between) - (between - start);
         assert_int_equal(result.flags & TOLIMAN_BANK_NOT_FITTED, 0);
     }
@@ -176,7 +177,7 @@ static void measure_image(const toliman_sim *sim, const toliman_fit *fit, int co
     for (int i = 0; i < PROPAGATED; i++) {
         const int64_t k = number_of(i, PROPAGATED);
         const toliman_fit_prediction prediction = prediction_of(sim, k, 0);
-        assert_ok(toliman_sim_frame(exact, 0, 1, k, truth, SIDE));
+        assert_ok(toliman_sim_frame(exact, &(double){0}, 1, k, 1, truth));
         assert_ok(toliman_fit_predict(fit, &prediction, image, SIDE, NULL, NULL));
         for (int p = 0; p < PIXELS; p++) {
             worst = fmax(worst, fabs(image[p] - truth[p]));
@@ -244,7 +245,7 @@ static void write_peer_inputs(const toliman_sim *sim, const toliman_fit *fit, in
                                 at.b_y_px,
                                 values[0]};
         write_doubles(starts, start, 9);
-        assert_ok(toliman_sim_frame(sim, 0, 1, k, counts, SIDE));
+        assert_ok(toliman_sim_frame(sim, &(double){0}, 1, k, 1, counts));
         write_doubles(frames, counts, PIXELS);
     }
     assert_int_equal(fclose(starts), 0);

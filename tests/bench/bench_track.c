@@ -37,7 +37,7 @@ static source draw_frames(const toliman_sim *sim, size_t side) {
     source out = {malloc(BATCH * size * sizeof *out.pixels), side};
     double *counts = new_image(size);
     for (size_t f = 0; f < BATCH; f++) {
-        assert_ok(toliman_sim_frame(sim, 0, 5, (int64_t)f, counts, side));
+        assert_ok(toliman_sim_frame(sim, &(double){0}, 5, (int64_t)f, 1, counts));
         for (size_t i = 0; i < size; i++)
             out.pixels[f * size + i] = (uint32_t)fmax(1, counts[i]);
     }
@@ -136,7 +136,7 @@ int main(int count, char **arguments) {
     const double start = seconds(CLOCK_PROCESS_CPUTIME_ID);
     double latent;
     for (int64_t i = 0; i < few; i++)
-        assert_ok(toliman_cae_encode(cae, counts, kSide, &latent, NULL));
+        assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(counts), 1, &latent, NULL));
     printf("{\"case\": \"toliman_cae_encode alone\", \"frames_per_cpu_s\": %.0f}\n",
            (double)few / (seconds(CLOCK_PROCESS_CPUTIME_ID) - start));
     for (options.threads = 1; options.threads <= 2; options.threads++)

@@ -43,7 +43,7 @@ static toliman_cae *by_file(const toliman_cae *cae, const char *folder, int32_t 
 
 static double latent_of(const toliman_cae *cae, const double *frame) {
     double latent = 0;
-    assert_ok(toliman_cae_encode(cae, frame, kSide, &latent, NULL));
+    assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL));
     return latent;
 }
 
@@ -52,9 +52,9 @@ static void encode_frames(const toliman_sim *sim, toliman_cae *const *networks, 
     static const double zero[BATCH];
     double *const frames = new_image(BATCH * (size_t)kPixels);
     for (int first = 0; first < FRAMES; first += BATCH) {
-        assert_ok(toliman_sim_frame_many(sim, zero, 1, 1095 + first, BATCH, frames));
+        assert_ok(toliman_sim_frame(sim, zero, 1, 1095 + first, BATCH, frames));
         for (int k = 0; k < COMBINATIONS; k++)
-            assert_ok(toliman_cae_encode_many(networks[k], PLAIN_IMAGE(frames), BATCH, &latents[k][first], NULL));
+            assert_ok(toliman_cae_encode(networks[k], PLAIN_IMAGE(frames), BATCH, &latents[k][first], NULL));
     }
     free(frames);
 }

@@ -29,8 +29,8 @@ contains
         type(toliman_track_options) :: options
         type(toliman_period_peak) :: peak
         character(len=200) :: errmsg
-        real(c_double), allocatable :: image(:, :)
-        real(c_double) :: five(5), latent
+        real(c_double), allocatable, target :: image(:, :)
+        real(c_double) :: five(5), latents(1)
         integer :: stat
         call sim%create_file('no/such/scene.json', stat=stat, errmsg=errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)
@@ -48,7 +48,7 @@ contains
         print '(i0, 2a)', stat, ' ', trim(errmsg)
         call cae%load_file('no/such/weights', stat=stat, errmsg=errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)
-        call cae%encode(image, latent, stat=stat, errmsg=errmsg)
+        call cae%encode(toliman_image_of(image), latents, stat=stat, errmsg=errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)
         call period%create(-1d0, 1d0, 5_c_int64_t, stat=stat, errmsg=errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)

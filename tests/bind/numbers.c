@@ -51,14 +51,14 @@ static void simulate(const toliman_sim *sim, int64_t rows, int64_t cols, double 
     size_t known = 0;
     MUST(toliman_sim_get_parameters(parameters, 128, &known));
     show("parameters", (double)known);
-    MUST(toliman_sim_frame_many(sim, NULL, 3, 5, 2, images));
-    show("frame_many", images[rows * cols + 130 * cols + 100]);
+    MUST(toliman_sim_frame(sim, NULL, 3, 5, 2, images));
+    show("frames", images[rows * cols + 130 * cols + 100]);
     MUST(toliman_sim_get_series(sim, 8, 3, times, displacements));
     show("time", times[2]);
     show("displacement", displacements[2]);
     MUST(toliman_sim_get_offsets(sim, &offsets));
     show("offset", offsets.b_x_px);
-    MUST(toliman_sim_frame(sim, 1e-6, 3, 7, image, (size_t)cols));
+    MUST(toliman_sim_frame(sim, &(double){1e-6}, 3, 7, 1, image));
     show("frame", image[130 * cols + 100]);
     show("frame_sum", sum_of(image, rows * cols));
     free(images);
@@ -85,11 +85,9 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     MUST(toliman_cae_save(made, NULL, bytes, size, &size));
     show("bytes", (double)size);
     MUST(toliman_cae_load(bytes, size, NULL, &cae));
-    MUST(toliman_cae_encode(cae, frame, (size_t)cols, &latent, NULL));
+    const toliman_image one = {.struct_size = sizeof one, .pixels = frame};
+    MUST(toliman_cae_encode(cae, &one, 1, &latent, &goodness));
     show("latent", latent);
-    const toliman_image many = {.struct_size = sizeof many, .pixels = frame};
-    MUST(toliman_cae_encode_many(cae, &many, 1, &latent, &goodness));
-    show("latent_of_many", latent);
     show("chi_square", goodness.chi_square);
     MUST(toliman_cae_decode(cae, 1e-3, image, 256));
     show("decode", image[3 * 256 + 250]);
@@ -101,7 +99,7 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     toliman_cae_destroy(made);
 }
 
-static void follow(const toliman_sim *sim, const double *frame, int64_t cols) {
+static void follow(const toliman_sim *sim, const double *frame) {
     toliman_fit *fit;
     toliman_bank *made, *bank;
     toliman_fit_options fit_options = TOLIMAN_FIT_OPTIONS_INIT;
@@ -115,7 +113,7 @@ static void follow(const toliman_sim *sim, const double *frame, int64_t cols) {
     fit_options.capture_px = 1;
     options.places = 2;
     options.steps = 2;
-    MUST(toliman_fit_create(sim, &fit_options, &fit));
+    MUST(toliman_fit_create(&sim, NULL, 1, &fit_options, &fit));
     MUST(toliman_bank_plan(sim, &options, &plan));
     show("networks", (double)plan.networks);
     MUST(toliman_bank_create(fit, &options, &made));
@@ -127,12 +125,10 @@ static void follow(const toliman_sim *sim, const double *frame, int64_t cols) {
     MUST(toliman_bank_load(bytes, size, NULL, &bank));
     MUST(toliman_bank_get_network(bank, 3, &network));
     show("cosine", network.cosine);
-    MUST(toliman_bank_encode(bank, fit, frame, (size_t)cols, NULL, &result, &fitted));
+    MUST(toliman_bank_encode(bank, fit, &image, 1, NULL, &result, &fitted));
     show("bank_displacement", result.displacement_px);
     show("bank_sigma", result.sigma_px);
     show("fitted", fitted.displacement_px);
-    MUST(toliman_bank_encode_many(bank, fit, &image, 1, NULL, &result, &fitted));
-    show("bank_of_many", result.displacement_px);
     MUST(toliman_bank_predict(bank, fit, NULL, &result));
     show("bank_efficiency", result.efficiency);
     free(bytes);
@@ -141,26 +137,25 @@ static void follow(const toliman_sim *sim, const double *frame, int64_t cols) {
     toliman_fit_destroy(fit);
 }
 
-static void fit_linear(const toliman_sim *sim, const double *frame, int64_t rows, int64_t cols) {
+static void fit_linear(const toliman_sim *sim, double *image) {
     toliman_linear *linear;
     toliman_components *components;
-    double value, sigma, values[FRAMES], share, *image = malloc((size_t)(rows * cols) * sizeof *image);
+    double value, sigma, values[FRAMES], share;
+    const toliman_image view = {.struct_size = sizeof view, .pixels = image};
     MUST(toliman_linear_create(sim, NULL, &linear));
-    MUST(toliman_linear_encode(linear, frame, (size_t)cols, &value, NULL));
+    MUST(toliman_linear_encode(linear, &view, 1, &value, NULL));
     MUST(toliman_linear_get_sigma(linear, &sigma));
     show("estimate", value);
     show("sigma", sigma);
     MUST(toliman_components_create(sim, NULL, &components));
-    const toliman_image view = {.struct_size = sizeof view, .pixels = image};
     for (int k = 0; k < FRAMES; k++) {
-        MUST(toliman_sim_frame(sim, 1e-3 * k, 3, k, image, (size_t)cols));
+        MUST(toliman_sim_frame(sim, &(double){1e-3 * k}, 3, k, 1, image));
         MUST(toliman_components_push(components, &view, 1));
     }
     MUST(toliman_components_train(components, NULL, NULL));
     MUST(toliman_components_get_series(components, 0, values, &share));
     show("component", values[2]);
     show("share", share);
-    free(image);
     toliman_components_destroy(components);
     toliman_linear_destroy(linear);
 }
@@ -300,7 +295,7 @@ static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
     MUST(toliman_track_create(&options, &track));
     for (int k = 0; k < FRAMES; k++) {
         toliman_frame frame = {.struct_size = sizeof frame, .pixel = TOLIMAN_PIXEL_F64, .session = "s1", .roi = "full"};
-        MUST(toliman_sim_frame(sim, 1e-6, 3, k, image, (size_t)cols));
+        MUST(toliman_sim_frame(sim, &(double){1e-6}, 3, k, 1, image));
         if (k == 3)
             image[7 * cols + 9] = NAN;
         frame.frame_id = k;
@@ -345,8 +340,8 @@ int main(int argc, char **argv) {
     double *image = malloc((size_t)(info.rows * info.cols) * sizeof *image);
     simulate(sim, info.rows, info.cols, image);
     encode(sim, image, info.cols);
-    follow(sim, image, info.cols);
-    fit_linear(sim, image, info.rows, info.cols);
+    follow(sim, image);
+    fit_linear(sim, image);
     design_mask(sim);
     search();
     find_planets();

@@ -60,14 +60,15 @@ contains
         call sim%get_parameters(known, parameters)
         call show('parameters', real(known, c_double))
         allocate (images(size(image, 1), size(image, 2), 2))
-        call sim%frame_many(3_c_int64_t, 5_c_int64_t, images)
-        call show('frame_many', images(101, 131, 2))
+        call sim%frame(3_c_int64_t, 5_c_int64_t, images)
+        call show('frames', images(101, 131, 2))
         call sim%get_series(8_c_int64_t, times, displacements)
         call show('time', times(3))
         call show('displacement', displacements(3))
         call sim%get_offsets(offsets)
         call show('offset', offsets%b_x_px)
-        call sim%frame(1d-6, 3_c_int64_t, 7_c_int64_t, image)
+        call sim%frame(3_c_int64_t, 7_c_int64_t, images(:, :, :1), [1d-6])
+        image = images(:, :, 1)
         call show('frame', image(101, 131))
         sum_of = 0
         do y = 1, size(image, 2)
@@ -96,9 +97,8 @@ contains
         type(toliman_cae_training) :: report
         integer(c_int8_t), allocatable :: bytes(:)
         real(c_double), allocatable :: image(:, :)
-        real(c_double) :: latent, mmse, latents(1)
+        real(c_double) :: mmse, latents(1)
         type(toliman_frame_goodness) :: goodness(1)
-        type(toliman_image) :: many
         call made%create(sim, 5_c_int64_t)
         options%steps = 3
         options%progress = c_funloc(count_calls)
@@ -109,12 +109,8 @@ contains
         call made%save(bytes)
         call show('bytes', real(size(bytes), c_double))
         call cae%load(bytes)
-        call cae%encode(frame, latent)
-        call show('latent', latent)
-        many%pixel = TOLIMAN_PIXEL_F64
-        many%pixels = c_loc(frame)
-        call cae%encode_many(many, latents, goodness)
-        call show('latent_of_many', latents(1))
+        call cae%encode(toliman_image_of(frame), latents, goodness)
+        call show('latent', latents(1))
         call show('chi_square', goodness(1)%chi_square)
         allocate (image(256, 256))
         call cae%decode(1d-3, image)
@@ -133,8 +129,7 @@ contains
         type(toliman_bank_plan_info) :: plan
         type(toliman_bank_network) :: network
         type(toliman_bank_result) :: answer, answers(1)
-        type(toliman_fit_result) :: fitted, all_fitted(1)
-        type(toliman_image) :: image
+        type(toliman_fit_result) :: fitted(1)
         integer(c_int8_t), allocatable :: bytes(:)
         fit_options%capture_px = 1
         options%places = 2
@@ -149,38 +144,31 @@ contains
         call bank%load(bytes)
         call bank%get_network(3_c_int64_t, network)
         call show('cosine', network%cosine)
-        call bank%encode(fit, frame, answer, fitted=fitted)
-        call show('bank_displacement', answer%displacement_px)
-        call show('bank_sigma', answer%sigma_px)
-        call show('fitted', fitted%displacement_px)
-        image%pixels = c_loc(frame)
-        call bank%encode_many(fit, image, answers, fitted=all_fitted)
-        call show('bank_of_many', answers(1)%displacement_px)
+        call bank%encode(fit, toliman_image_of(frame), answers, fitted=fitted)
+        call show('bank_displacement', answers(1)%displacement_px)
+        call show('bank_sigma', answers(1)%sigma_px)
+        call show('fitted', fitted(1)%displacement_px)
         call bank%predict(fit, answer)
         call show('bank_efficiency', answer%efficiency)
     end subroutine
 
     subroutine fit_linear(sim, frame)
         type(toliman_simulator), intent(in) :: sim
-        real(c_double), intent(in), contiguous :: frame(:, :)
+        real(c_double), intent(in), contiguous, target :: frame(:, :)
         type(toliman_linear_estimator) :: linear
         type(toliman_component_set) :: components
-        real(c_double) :: value, sigma, values(frames), share
-        real(c_double), allocatable, target :: image(:, :)
-        type(toliman_image) :: view
+        real(c_double) :: estimates(1), sigma, values(frames), share
+        real(c_double), allocatable, target :: images(:, :, :)
         integer :: k
         call linear%create(sim)
-        call linear%encode(frame, value)
+        call linear%encode(toliman_image_of(frame), estimates)
         call linear%get_sigma(sigma)
-        call show('estimate', value)
+        call show('estimate', estimates(1))
         call show('sigma', sigma)
-        allocate (image, mold=frame)
-        view%pixels = c_loc(image)
+        allocate (images(size(frame, 1), size(frame, 2), frames))
         call components%create(sim)
-        do k = 0, frames - 1
-            call sim%frame(1d-3*k, 3_c_int64_t, int(k, c_int64_t), image)
-            call components%push(view, 1_c_size_t)
-        end do
+        call sim%frame(3_c_int64_t, 0_c_int64_t, images, [(1d-3*k, k = 0, frames - 1)])
+        call components%push(toliman_image_of(images(:, :, 1)), int(frames, c_size_t))
         call components%train()
         call components%get_series(0_c_int64_t, values, share)
         call show('component', values(3))
@@ -293,6 +281,7 @@ contains
     subroutine track(sim, image)
         type(toliman_simulator), intent(in) :: sim
         real(c_double), intent(inout), contiguous :: image(:, :)
+        real(c_double) :: images(size(image, 1), size(image, 2), 1)
         integer(c_int64_t), parameter :: day = 86400000000000_c_int64_t
         type(toliman_linear_estimator) :: linear
         type(toliman_tracker) :: tracker
@@ -311,7 +300,8 @@ contains
         clock = reshape([0_c_int64_t, 1000_c_int64_t, 1000000000_c_int64_t, 1000001000_c_int64_t], [2, 2])
         call tracker%create(options, linear=linear, clock=clock)
         do k = 0, frames - 1
-            call sim%frame(1d-6, 3_c_int64_t, k, image)
+            call sim%frame(3_c_int64_t, k, images, [1d-6])
+            image = images(:, :, 1)
             if (k == 3) image(10, 8) = log(-real(k, c_double))
             call tracker%push_frame('s1', 'full', k, k*day, image, outcome)
             call show('verdict', real(outcome%verdict, c_double))

@@ -39,7 +39,6 @@ SCENE = {**json.loads((ROOT / "examples" / "scenes" / "chapter.json").read_text(
 
 # Functions that Python provides in another way.
 NOT_NEEDED = {"toliman_mask_get_info",
-              "toliman_cae_encode", "toliman_linear_encode",
               "toliman_period_push", "toliman_ingest_read_leap_seconds", "toliman_ingest_last_utc_day", "toliman_series_create", "toliman_series_destroy", "toliman_series_parse",
               "toliman_series_get_info"}
 

@@ -116,34 +116,36 @@ class Python:
         self.must(library.toliman_sim_get_bounds(sim, ctypes.byref(bounds)))
         self.found.update(rows=info.rows, crb=bounds.crb_px)
         image = (ctypes.c_double * (info.rows * info.cols))()
-        self.must(library.toliman_sim_frame(sim, 1e-6, 3, 7, image, info.cols))
+        self.must(library.toliman_sim_frame(sim, ctypes.byref(ctypes.c_double(1e-6)), 3, 7, 1, image))
         self.found.update(frame=image[130 * info.cols + 100], frame_sum=sum(image))
-        self.encode(sim, image, info.cols)
-        self.follow(sim, image, info.cols)
+        view = _raw.toliman_image(pixels=ctypes.addressof(image))
+        self.encode(sim, view)
+        self.follow(sim, view)
         self.track(sim, image, info.rows, info.cols)
         library.toliman_sim_destroy(sim)
         return self.found
 
-    def encode(self, sim, image, cols):
+    def encode(self, sim, view):
         cae, options, report = ctypes.POINTER(_raw.toliman_cae)(), _raw.toliman_cae_train_options(), _raw.toliman_cae_training()
         self.must(library.toliman_cae_create(sim, 5, None, ctypes.byref(cae)))
         calls, latent = [], ctypes.c_double()
         options.steps = 3
         options.progress = _raw.toliman_progress_fn(lambda stage, fraction, data: calls.append(stage) or 0)
         self.must(library.toliman_cae_train(cae, ctypes.byref(options), ctypes.byref(report)))
-        self.must(library.toliman_cae_encode(cae, image, cols, ctypes.byref(latent), None))
+        self.must(library.toliman_cae_encode(cae, ctypes.byref(view), 1, ctypes.byref(latent), None))
         self.found.update(loss=report.loss, calls=len(calls), latent=latent.value)
         library.toliman_cae_destroy(cae)
 
-    def follow(self, sim, image, cols):
+    def follow(self, sim, view):
         fit, bank = ctypes.POINTER(_raw.toliman_fit)(), ctypes.POINTER(_raw.toliman_bank)()
         fit_options, options = _raw.toliman_fit_options(), _raw.toliman_bank_options()
         result, fitted = _raw.toliman_bank_result(), _raw.toliman_fit_result()
         fit_options.capture_px, options.places, options.steps = 1, 2, 2
-        self.must(library.toliman_fit_create(sim, ctypes.byref(fit_options), ctypes.byref(fit)))
+        self.must(library.toliman_fit_create(ctypes.byref(sim), None, 1, ctypes.byref(fit_options), ctypes.byref(fit)))
         self.must(library.toliman_bank_create(fit, ctypes.byref(options), ctypes.byref(bank)))
         self.must(library.toliman_bank_train(bank, fit, None))
-        self.must(library.toliman_bank_encode(bank, fit, image, cols, None, ctypes.byref(result), ctypes.byref(fitted)))
+        self.must(library.toliman_bank_encode(bank, fit, ctypes.byref(view), 1, None, ctypes.byref(result),
+                                              ctypes.byref(fitted)))
         self.found.update(bank_displacement=result.displacement_px, bank_sigma=result.sigma_px, fitted=fitted.displacement_px)
         library.toliman_bank_destroy(bank)
         library.toliman_fit_destroy(fit)
@@ -156,7 +158,7 @@ class Python:
         options.grid.nf, options.grid.f0, options.grid.df = 5461, 1.5 / N, 0.1 / N
         self.must(library.toliman_track_create(ctypes.byref(options), ctypes.byref(track)))
         for k in range(FRAMES):
-            self.must(library.toliman_sim_frame(sim, 1e-6, 3, k, image, cols))
+            self.must(library.toliman_sim_frame(sim, ctypes.byref(ctypes.c_double(1e-6)), 3, k, 1, image))
             if k == 3:
                 image[7 * cols + 9] = float("nan")
             frame = _raw.toliman_frame(pixel=_raw.TOLIMAN_PIXEL_F64, session=b"s1", roi=b"full", frame_id=k,

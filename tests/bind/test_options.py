@@ -67,7 +67,7 @@ class Callers:
             "toliman_linear_options": lambda o: library.toliman_linear_create(self.sim._c, o, self.handle("linear")),
             "toliman_components_options": lambda o: library.toliman_components_create(self.sim._c, o,
                                                                                       self.handle("components")),
-            "toliman_fit_options": lambda o: library.toliman_fit_create(self.sim._c, o, self.handle("fit")),
+            "toliman_fit_options": lambda o: library.toliman_fit_create(ctypes.byref(self.sim._c), None, 1, o, self.handle("fit")),
             "toliman_mask_options": lambda o: library.toliman_mask_create(self.sim._c, o, self.handle("mask")),
             "toliman_track_options": lambda o: library.toliman_track_create(o, self.handle("track")),
         }

@@ -11,7 +11,7 @@ static const toliman_fit *fitter(void) {
     static toliman_fit *fit;
     const toliman_fit_options options = {.struct_size = sizeof options, .capture_px = 2, .threads = 1};
     if (fit == NULL)
-        assert_ok(toliman_fit_create(large_sim(), &options, &fit));
+        assert_ok(toliman_fit_create((const toliman_sim *[]){large_sim()}, NULL, 1, &options, &fit));
     return fit;
 }
 
@@ -40,7 +40,7 @@ static uint64_t digest(const void *object) {
     toliman_bank_info info = {.struct_size = sizeof info};
     toliman_bank_result result = {.struct_size = sizeof result};
     assert_ok(toliman_bank_get_info(object, &info));
-    assert_ok(toliman_bank_encode(object, fitter(), large_frames(), LARGE, NULL, &result, NULL));
+    assert_ok(toliman_bank_encode(object, fitter(), PLAIN_IMAGE(large_frames()), 1, NULL, &result, NULL));
     return fnv1a(fnv1a(FNV_START, &info, sizeof info), &result, sizeof result);
 }
 
@@ -162,11 +162,11 @@ static toliman_status get_network(attempt *a) {
     return toliman_bank_get_network(bank(), 3, (void *)a->out);
 }
 static toliman_status encode(attempt *a) {
-    return toliman_bank_encode(bank(), fitter(), large_frames(), LARGE, shifted, (void *)a->out, NULL);
+    return toliman_bank_encode(bank(), fitter(), PLAIN_IMAGE(large_frames()), 1, shifted, (void *)a->out, NULL);
 }
 /* One thread: a second one may find no free workspace in any call, and leave one more in the pool. */
 static toliman_status encode_many(attempt *a) {
-    return toliman_bank_encode_many(bank(), fitter(), PLAIN_IMAGE(large_frames()), 3, shifted, (void *)a->out, NULL);
+    return toliman_bank_encode(bank(), fitter(), PLAIN_IMAGE(large_frames()), 3, shifted, (void *)a->out, NULL);
 }
 static toliman_status predict(attempt *a) {
     return toliman_bank_predict(bank(), fitter(), shifted, (void *)a->out);
@@ -239,7 +239,7 @@ static const scenario all[] = {
      .struct_size = RESULT,
      .slow = 1,
      .allocates_nothing = 1},
-    {.function = "toliman_bank_encode_many", .call = encode_many, .stage = put_all, .struct_size = RESULT, .slow = 1},
+    {.function = "toliman_bank_encode", "many", encode_many, .stage = put_all, .struct_size = RESULT, .slow = 1},
     {.function = "toliman_bank_predict",
      .call = predict,
      .stage = put_all,

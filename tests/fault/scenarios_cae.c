@@ -41,7 +41,7 @@ static uint64_t digest(const void *cae) {
     toliman_cae_info info = {.struct_size = sizeof info};
     toliman_cae_train_options training = {.struct_size = sizeof training};
     assert_ok(toliman_cae_get_info(cae, &training, &info));
-    assert_ok(toliman_cae_encode(cae, large_frames(), LARGE, &latent, NULL));
+    assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(large_frames()), 1, &latent, NULL));
     uint64_t hash = fnv1a(fnv1a(FNV_START, &info, sizeof info), &latent, sizeof latent);
     hash = fnv1a(hash, &training, sizeof training);
     assert_ok(toliman_cae_reconstruct(cae, large_frames(), LARGE, image, LARGE, NULL, NULL, NULL));
@@ -203,10 +203,10 @@ static toliman_status get_target(attempt *a) {
     return toliman_cae_get_target(network(), (double *)a->out, LARGE);
 }
 static toliman_status encode(attempt *a) {
-    return toliman_cae_encode(network(), large_frames(), LARGE, (double *)a->out, NULL);
+    return toliman_cae_encode(network(), PLAIN_IMAGE(large_frames()), 1, (double *)a->out, NULL);
 }
 static toliman_status encode_many(attempt *a) {
-    return toliman_cae_encode_many(network(), PLAIN_IMAGE(large_frames()), FRAMES, (double *)a->out, NULL);
+    return toliman_cae_encode(network(), PLAIN_IMAGE(large_frames()), FRAMES, (double *)a->out, NULL);
 }
 static toliman_status reconstruct(attempt *a) {
     double *const out = (double *)a->out;
@@ -248,7 +248,7 @@ static const scenario all[] = {
     {.function = "toliman_cae_decode", .call = decode},
     {.function = "toliman_cae_get_target", .call = get_target},
     {.function = "toliman_cae_encode", .call = encode, .stage = put_blobs, .slow = 1, .allocates_nothing = 1},
-    {.function = "toliman_cae_encode_many", .call = encode_many, .stage = put_blobs, .slow = 1},
+    {.function = "toliman_cae_encode", "many", encode_many, .stage = put_blobs, .slow = 1},
     {.function = "toliman_cae_reconstruct", .call = reconstruct, .make = make_paper, .of = &networks, .slow = 1},
     {.function = "toliman_cae_get_info", .call = get_info, .struct_size = sizeof(toliman_cae_info)},
     {.function = "toliman_cae_get_info", "resumable", get_resumable, .struct_size = sizeof(toliman_cae_info)},

@@ -7,7 +7,7 @@ static const toliman_fit_prediction shifted[FRAMES] = {{.struct_size = sizeof *s
 
 static toliman_status create_with(const char *names, void **out) {
     const toliman_fit_options options = {.struct_size = sizeof options, .free = names, .capture_px = 3, .threads = 1};
-    return toliman_fit_create(small_sim(), &options, (toliman_fit **)out);
+    return toliman_fit_create((const toliman_sim *[]){small_sim()}, NULL, 1, &options, (toliman_fit **)out);
 }
 
 static void *make(void) {
@@ -29,7 +29,7 @@ static uint64_t digest(const void *fit) {
     toliman_fit_result result = {.struct_size = sizeof result};
     toliman_fit_info info = {.struct_size = sizeof info};
     assert_ok(toliman_fit_get_info(fit, &info));
-    assert_ok(toliman_fit_frame(fit, small_frames(), SMALL, NULL, &result, NULL, NULL));
+    assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(small_frames()), 1, NULL, &result, NULL, NULL));
     return fnv1a(fnv1a(FNV_START, &info, sizeof info), &result, sizeof result);
 }
 
@@ -42,7 +42,7 @@ static toliman_status create_windows(attempt *a) {
     const toliman_fit_options options = {.struct_size = sizeof options, .free = "scale", .capture_px = 3, .threads = 1};
     const toliman_sim *const sims[] = {small_sim(), small_sim()};
     static const double starts[] = {0, 1};
-    return toliman_fit_create_windows(sims, starts, 2, &options, (toliman_fit **)&a->made);
+    return toliman_fit_create(sims, starts, 2, &options, (toliman_fit **)&a->made);
 }
 static toliman_status destroy(attempt *a) {
     toliman_fit_destroy(a->object);
@@ -58,10 +58,12 @@ static toliman_status get_info(attempt *a) {
 }
 static toliman_status frame(attempt *a) {
     double *const numbers = (double *)(a->out + 1024);
-    return toliman_fit_frame(fitter(), small_frames(), SMALL, shifted, (void *)a->out, numbers, numbers + 8);
+    return toliman_fit_frame(fitter(), PLAIN_IMAGE(small_frames()), 1, shifted, (void *)a->out, numbers, numbers + 8);
 }
 static toliman_status many_frames(attempt *a) {
-    return toliman_fit_frame_many(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, shifted, (void *)a->out);
+    double *const numbers = (double *)(a->out + 8192);
+    return toliman_fit_frame(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, shifted, (void *)a->out, numbers,
+                             numbers + 8 * FRAMES);
 }
 static toliman_status predict(attempt *a) {
     double *const numbers = (double *)a->out;
@@ -77,7 +79,7 @@ enum { RESULT = sizeof(toliman_fit_result) };
 
 static const scenario all[] = {
     {.function = "toliman_fit_create", .call = create, .made = &fits, .stage = put_frames},
-    {.function = "toliman_fit_create_windows", .call = create_windows, .made = &fits, .stage = put_frames},
+    {.function = "toliman_fit_create", "windows", create_windows, .made = &fits, .stage = put_frames},
     {.function = "toliman_fit_destroy", .call = destroy, .make = make, .of = &fits},
     {.function = "toliman_fit_get_parameters",
      .call = get_parameters,
@@ -92,7 +94,7 @@ static const scenario all[] = {
      .stage = put_frames,
      .struct_size = RESULT,
      .allocates_nothing = 1},
-    {.function = "toliman_fit_frame_many", .call = many_frames, .stage = put_frames, .struct_size = RESULT},
+    {.function = "toliman_fit_frame", "many", many_frames, .stage = put_frames, .struct_size = RESULT},
     {.function = "toliman_fit_predict", .call = predict, .stage = put_frames, .allocates_nothing = 1},
 };
 SCENARIO_LIST(fit_scenarios, all);

@@ -23,7 +23,7 @@ static void end(void *linear) {
 
 static uint64_t digest(const void *linear) {
     double value = 0;
-    assert_ok(toliman_linear_encode(linear, small_frames(), SMALL, &value, NULL));
+    assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(small_frames()), 1, &value, NULL));
     return fnv1a(FNV_START, &value, sizeof value);
 }
 
@@ -79,12 +79,12 @@ static toliman_status destroy(attempt *a) {
     return TOLIMAN_OK;
 }
 static toliman_status encode(attempt *a) {
-    return toliman_linear_encode(fitter(), small_frames(), SMALL, (double *)a->out, NULL);
+    return toliman_linear_encode(fitter(), PLAIN_IMAGE(small_frames()), 1, (double *)a->out, NULL);
 }
 static toliman_status encode_many(attempt *a) {
     double *const out = (double *)a->out;
     toliman_frame_goodness fits[FRAMES] = {TOLIMAN_FRAME_GOODNESS_INIT};
-    const toliman_status status = toliman_linear_encode_many(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, out, fits);
+    const toliman_status status = toliman_linear_encode(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, out, fits);
     if (status == TOLIMAN_OK)
         memcpy(out + FRAMES, fits, sizeof fits);
     return status;
@@ -127,7 +127,7 @@ static const scenario all[] = {
     {.function = "toliman_linear_create", .call = create, .made = &fitters, .stage = put_frames},
     {.function = "toliman_linear_destroy", .call = destroy, .make = make, .of = &fitters},
     {.function = "toliman_linear_encode", .call = encode, .stage = put_frames, .allocates_nothing = 1},
-    {.function = "toliman_linear_encode_many", .call = encode_many, .stage = put_frames},
+    {.function = "toliman_linear_encode", "many", encode_many, .stage = put_frames},
     {.function = "toliman_linear_get_sigma", .call = get_sigma},
     {.function = "toliman_components_create", .call = create_components, .made = &collections},
     {.function = "toliman_components_destroy", .call = destroy_components, .make = make_trained, .of = &collections},

@@ -96,7 +96,7 @@ toliman_sim *large_sim(void) {
 
 static const double *frames_of(const toliman_sim *sim, size_t pixels) {
     double *const frames = new_image(FRAMES * pixels);
-    assert_ok(toliman_sim_frame_many(sim, NULL, 1, 0, FRAMES, frames));
+    assert_ok(toliman_sim_frame(sim, NULL, 1, 0, FRAMES, frames));
     return frames;
 }
 
@@ -121,7 +121,7 @@ static uint64_t digest(const void *sim) {
     info.name = NULL; /* a different pointer for each object */
     uint64_t hash = fnv1a(FNV_START, &info, sizeof info);
     for (int64_t k = 0; k < 3; k++) {
-        assert_ok(toliman_sim_frame(sim, 1e-4, 3, k * (info.frames - 1) / 2, frame, SMALL));
+        assert_ok(toliman_sim_frame(sim, &(double){1e-4}, 3, k * (info.frames - 1) / 2, 1, frame));
         hash = fnv1a(hash, frame, sizeof frame);
     }
     return hash;
@@ -217,13 +217,13 @@ static toliman_status propagate(attempt *a) {
     return toliman_sim_propagate(small_sim(), 1e-3, (double *)a->out, SMALL);
 }
 static toliman_status frame(attempt *a) {
-    return toliman_sim_frame(a->object, 1e-3, 2, 5, (double *)a->out, SMALL);
+    return toliman_sim_frame(a->object, &(double){1e-3}, 2, 5, 1, (double *)a->out);
 }
 static toliman_status late_frame(attempt *a) {
-    return toliman_sim_frame(a->object, 1e-3, 2, 19000, (double *)a->out, SMALL);
+    return toliman_sim_frame(a->object, &(double){1e-3}, 2, 19000, 1, (double *)a->out);
 }
 static toliman_status frame_many(attempt *a) {
-    return toliman_sim_frame_many(small_sim(), NULL, 2, 0, FRAMES, (double *)a->out);
+    return toliman_sim_frame(small_sim(), NULL, 2, 0, FRAMES, (double *)a->out);
 }
 static toliman_status get_image(attempt *a) {
     return toliman_sim_get_image(small_sim(), TOLIMAN_SIM_IMAGE_FOCUS, (double *)a->out, SMALL);
@@ -292,6 +292,8 @@ static void *make_orbit(void) {
     return sim_of(orbit_text());
 }
 
+#define PARTIAL "sim.h: after an error, images may hold some of the frames"
+
 static const scenario all[] = {
     {.function = "toliman_sim_create_file", .call = create, .made = &sims, .stage = put_files},
     {.function = "toliman_sim_create_json", .call = create_json, .made = &sims, .stage = put_texts},
@@ -324,12 +326,10 @@ static const scenario all[] = {
     {.function = "toliman_sim_destroy", .call = destroy, .make = make_everything, .of = &sims},
     {.function = "toliman_sim_expect", .call = expect},
     {.function = "toliman_sim_propagate", .call = propagate},
-    {.function = "toliman_sim_frame", .call = frame, .make = make_binary, .of = &sims},
-    {.function = "toliman_sim_frame", "systematics", frame, make_everything, &sims, .slow = 1},
-    {.function = "toliman_sim_frame", "orbit", late_frame, make_orbit, &sims, .slow = 1},
-    {.function = "toliman_sim_frame_many",
-     .call = frame_many,
-     .partial = "sim.h: without memory, images may hold some of them"},
+    {.function = "toliman_sim_frame", .call = frame, .make = make_binary, .of = &sims, .partial = PARTIAL},
+    {.function = "toliman_sim_frame", "systematics", frame, make_everything, &sims, .slow = 1, .partial = PARTIAL},
+    {.function = "toliman_sim_frame", "orbit", late_frame, make_orbit, &sims, .slow = 1, .partial = PARTIAL},
+    {.function = "toliman_sim_frame", "many", frame_many, .partial = PARTIAL},
     {.function = "toliman_sim_get_image", .call = get_image},
     {.function = "toliman_sim_get_derivative", .call = get_derivative, .make = make_binary, .of = &sims},
     {.function = "toliman_sim_get_opd_gradient", .call = get_opd_gradient},

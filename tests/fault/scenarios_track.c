@@ -246,7 +246,7 @@ static void *make_with_fit(void) {
     toliman_track *track = NULL;
     toliman_track_options options = options_in(NULL);
     if (fit == NULL)
-        assert_ok(toliman_fit_create(small_sim(), NULL, &fit));
+        assert_ok(toliman_fit_create((const toliman_sim *[]){small_sim()}, NULL, 1, NULL, &fit));
     options.estimator.fit = fit;
     options.threads = 1;
     options.estimator.estimate = NULL;

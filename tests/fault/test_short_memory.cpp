@@ -66,7 +66,7 @@ void operator delete(void *memory, std::size_t, std::align_val_t) noexcept {
 bool push(const toliman_sim *sim, const std::vector<double> &images, int allowed, int &failed) {
     toliman_fit *fit = nullptr;
     toliman_track *track = nullptr;
-    must(toliman_fit_create(sim, nullptr, &fit) == TOLIMAN_OK, "the fit", allowed);
+    must(toliman_fit_create(&sim, nullptr, 1, nullptr, &fit) == TOLIMAN_OK, "the fit", allowed);
     auto options = toliman::sized<toliman_track_options>();
     options = toliman::sized<toliman_track_options>();
     options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
@@ -106,7 +106,7 @@ int main() {
     toliman_sim *sim = nullptr;
     must(toliman_sim_create_json(kScene, std::strlen(kScene), nullptr, nullptr, &sim) == TOLIMAN_OK, "the scene", 0);
     std::vector<double> images(kFrames * kSide * kSide);
-    must(toliman_sim_frame_many(sim, nullptr, 3, 0, kFrames, images.data()) == TOLIMAN_OK, "its frames", 0);
+    must(toliman_sim_frame(sim, nullptr, 3, 0, kFrames, images.data()) == TOLIMAN_OK, "its frames", 0);
     int failed = 0;
     for (int round = 0; round < kRounds; round++)
         for (int allowed = 0; !push(sim, images, allowed, failed); allowed++)

@@ -55,8 +55,10 @@ void encode(const toliman_cae *cae, const toliman_cae_info &info) {
     static std::vector<double> frame;
     frame.assign(static_cast<size_t>(info.rows * info.cols), 100);
     double latent = 0;
-    const toliman_status status =
-        toliman_cae_encode(cae, frame.data(), static_cast<size_t>(info.cols), &latent, nullptr);
+    toliman_image image = {};
+    image.struct_size = sizeof image;
+    image.pixels = frame.data();
+    const toliman_status status = toliman_cae_encode(cae, &image, 1, &latent, nullptr);
     require(status != TOLIMAN_OK || std::isfinite(latent), "a latent that is not finite");
     require(status != TOLIMAN_E_INTERNAL, toliman_last_error());
 }

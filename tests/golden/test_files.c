@@ -48,7 +48,7 @@ static double latent_of(const toliman_cae *cae) {
     double *frame = new_image(kPixels), latent = 0;
     for (int i = 0; i < kPixels; i++)
         frame[i] = 100 + i % 31 - i / kSide % 17;
-    assert_ok(toliman_cae_encode(cae, frame, kSide, &latent, NULL));
+    assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL));
     free(frame);
     return latent;
 }

@@ -21,11 +21,11 @@ static void check_layout(int32_t layout, uint32_t steps, double allowed) {
 
     double *frames = new_image((size_t)kFrames * kPixels), first[kFrames], latents[kFrames];
     const double displacements[kFrames] = {0, 1e-6, -1e-6, 1e-5, 0, 1e-4};
-    assert_ok(toliman_sim_frame_many(sim, displacements, 3, 0, kFrames, frames));
+    assert_ok(toliman_sim_frame(sim, displacements, 3, 0, kFrames, frames));
     for (int isa = 0; isa < 3; isa++) {
         if (!shim_choose_isa(isa))
             continue;
-        assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), kFrames, isa == 0 ? first : latents, NULL));
+        assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frames), kFrames, isa == 0 ? first : latents, NULL));
         for (int i = 0; isa > 0 && i < kFrames; i++)
             assert_close(latents[i], first[i], 0, allowed);
     }

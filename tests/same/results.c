@@ -65,10 +65,10 @@ static void make_frames(const toliman_sim *sim, double *frames) {
     double times[FRAMES], displacements[FRAMES];
     assert_ok(toliman_sim_get_series(sim, 0, FRAMES, times, displacements));
     if (order == 0)
-        assert_ok(toliman_sim_frame_many(sim, NULL, 5, 0, FRAMES, frames));
+        assert_ok(toliman_sim_frame(sim, NULL, 5, 0, FRAMES, frames));
     for (size_t i = 0; order != 0 && i < FRAMES; i++)
-        assert_ok(toliman_sim_frame(sim, displacements[places[i]], 5, (int64_t)places[i], frames + places[i] * kPixels,
-                                    kSide));
+        assert_ok(toliman_sim_frame(sim, &(double){displacements[places[i]]}, 5, (int64_t)places[i], 1,
+                                    frames + places[i] * kPixels));
     keep("frames.f64", frames, sizeof *frames * FRAMES * kPixels);
     if (strcmp(model, "-") != 0)
         read_values("frames.f64", frames, sizeof *frames * FRAMES * kPixels);
@@ -114,14 +114,14 @@ static void estimate(const toliman_sim *sim, const double *frames) {
     for (int blob = 0; blob < 2; blob++) {
         const toliman_load_options how = {.struct_size = sizeof how, .threads = workers};
         assert_ok(toliman_cae_load(bytes, read_values(blobs[blob][0], bytes, sizeof bytes), &how, &cae));
-        assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), FRAMES, values, NULL));
+        assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frames), FRAMES, values, NULL));
         keep(blobs[blob][1], values, sizeof values);
         toliman_cae_destroy(cae);
     }
     toliman_linear *linear = NULL;
     assert_ok(toliman_linear_create(sim, NULL, &linear));
     for (int i = 0; i < FRAMES; i++)
-        assert_ok(toliman_linear_encode(linear, frames + (size_t)i * kPixels, kSide, &values[i], NULL));
+        assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(frames + (size_t)i * kPixels), 1, &values[i], NULL));
     keep("template.f64", values, sizeof values);
     toliman_linear_destroy(linear);
 }

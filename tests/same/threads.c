@@ -46,7 +46,7 @@ static int use_sim(results *found) {
     toliman_sim *sim = NULL;
     int32_t status = toliman_sim_create_json(kSingleScene, strlen(kSingleScene), NULL, NULL, &sim);
     if (status == TOLIMAN_OK)
-        status = toliman_sim_frame(sim, 0, 3, 9, frame, SIDE_PX);
+        status = toliman_sim_frame(sim, &(double){0}, 3, 9, 1, frame);
     add(found, frame[SIDE_PX * SIDE_PX / 2 + SIDE_PX / 2]);
     toliman_sim_destroy(sim);
     return status != TOLIMAN_OK;
@@ -55,7 +55,7 @@ static int use_sim(results *found) {
 /* A simulator shared by all threads. */
 static int use_shared(results *found) {
     double frames[2 * SIDE_PX * SIDE_PX], power[3];
-    int32_t status = toliman_sim_frame_many(shared_sim, NULL, 5, 1, 2, frames);
+    int32_t status = toliman_sim_frame(shared_sim, NULL, 5, 1, 2, frames);
     if (status == TOLIMAN_OK)
         status = toliman_period_query_power(shared_period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 3, power);
     for (size_t i = 0; i < 2 * SIDE_PX * SIDE_PX; i += 100)
@@ -70,7 +70,7 @@ static int use_linear(results *found) {
     toliman_linear *linear = NULL;
     int32_t status = toliman_linear_create(shared_sim, NULL, &linear);
     if (status == TOLIMAN_OK)
-        status = toliman_linear_encode(linear, shared_frame, SIDE_PX, &value, NULL);
+        status = toliman_linear_encode(linear, PLAIN_IMAGE(shared_frame), 1, &value, NULL);
     add(found, value);
     toliman_linear_destroy(linear);
     return status != TOLIMAN_OK;
@@ -83,7 +83,7 @@ static int use_components(results *found) {
     how.threads = 2;
     int32_t status = toliman_components_create(shared_sim, NULL, &components);
     for (int64_t k = 0; k < 3 && status == TOLIMAN_OK; k++) {
-        status = toliman_sim_frame(shared_sim, 0, 2, k, frame, SIDE_PX);
+        status = toliman_sim_frame(shared_sim, &(double){0}, 2, k, 1, frame);
         if (status == TOLIMAN_OK)
             status = toliman_components_push(components, PLAIN_IMAGE(frame), 1);
     }
@@ -103,9 +103,9 @@ static int use_network(results *found) {
     toliman_cae *cae = NULL;
     int32_t status = toliman_cae_load(blob, blob_size, NULL, &cae);
     if (status == TOLIMAN_OK)
-        status = toliman_cae_encode(cae, wide_frames, kSide, &latents[0], NULL);
+        status = toliman_cae_encode(cae, PLAIN_IMAGE(wide_frames), 1, &latents[0], NULL);
     if (status == TOLIMAN_OK)
-        status = toliman_cae_encode_many(shared_cae, PLAIN_IMAGE(wide_frames), 2, &latents[1], NULL);
+        status = toliman_cae_encode(shared_cae, PLAIN_IMAGE(wide_frames), 2, &latents[1], NULL);
     for (int i = 0; i < 3; i++)
         add(found, latents[i]);
     toliman_cae_destroy(cae);
@@ -226,7 +226,7 @@ static void *host(void *failed) {
 
 static void prepare_network(void) {
     toliman_sim *wide = make_sim(kSide, kSide, 0, "");
-    assert_ok(toliman_sim_frame_many(wide, NULL, 5, 0, 2, wide_frames));
+    assert_ok(toliman_sim_frame(wide, NULL, 5, 0, 2, wide_frames));
     shared_cae = make_cae(wide, 1, 0, NULL);
     blob = saved(shared_cae, &blob_size);
     toliman_sim_destroy(wide);
@@ -235,7 +235,7 @@ static void prepare_network(void) {
 static void prepare(void) {
     prepare_network();
     shared_sim = sim_of(kSingleScene);
-    assert_ok(toliman_sim_frame(shared_sim, 0, 1, 1, shared_frame, SIDE_PX));
+    assert_ok(toliman_sim_frame(shared_sim, &(double){0}, 1, 1, 1, shared_frame));
     assert_ok(toliman_period_create(0.01, 0.01, 3, NULL, &shared_period));
     for (int i = 0; i < MOST_RESULTS; i++) {
         times[i] = i;

@@ -40,7 +40,7 @@ static inline toliman_sim *bank_sim(int rows, int cols, const char *binary) {
 static inline toliman_fit *bank_fit(const toliman_sim *sim, double capture_px) {
     const toliman_fit_options options = {.struct_size = sizeof options, .capture_px = capture_px};
     toliman_fit *fit = NULL;
-    assert_ok(toliman_fit_create(sim, &options, &fit));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &options, &fit));
     return fit;
 }
 

@@ -10,6 +10,7 @@
 #include <toliman/sim.h>
 
 #include "assert_close.h"
+#include "images.h"
 
 enum { kSide = 256, kPixels = kSide * kSide };
 
@@ -72,7 +73,7 @@ static inline double encode_expected(const toliman_cae *cae, const toliman_sim *
     static double frame[kPixels];
     double latent = 0;
     assert_ok(toliman_sim_expect(sim, displacement_px, frame, kSide));
-    assert_ok(toliman_cae_encode(cae, frame, kSide, &latent, NULL));
+    assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL));
     return latent;
 }
 

@@ -35,7 +35,7 @@ static int set_up(void **unused) {
     (void)unused;
     nominal = calibrate_sim(NULL);
     truth = calibrate_sim(&kTrueChange);
-    assert_ok(toliman_sim_frame_many(truth, NULL, 3, 0, ALL, frames));
+    assert_ok(toliman_sim_frame(truth, NULL, 3, 0, ALL, frames));
     const toliman_calibration_options options = {.struct_size = sizeof options, .free = kKnown};
     whole = calibrated(nominal, frames, FRAMES, &options);
     make_folder(folder, sizeof folder);

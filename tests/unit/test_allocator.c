@@ -92,7 +92,7 @@ static toliman_status linear_in(const toliman_allocator *allocator, void **out) 
 static toliman_status fit_in(const toliman_allocator *allocator, void **out) {
     toliman_fit_options options = TOLIMAN_FIT_OPTIONS_INIT;
     options.allocator = allocator;
-    return toliman_fit_create(scene, &options, (toliman_fit **)out);
+    return toliman_fit_create((const toliman_sim *[]){scene}, NULL, 1, &options, (toliman_fit **)out);
 }
 
 static toliman_status calibration_in(const toliman_allocator *allocator, void **out) {
@@ -220,7 +220,7 @@ static int set_up(void **unused) {
     make_folder(folder, sizeof folder);
     assert_ok(sim_in(NULL, &made[0]));
     scene = made[0];
-    assert_ok(toliman_sim_frame_many(scene, NULL, 1, 0, 2, two_frames));
+    assert_ok(toliman_sim_frame(scene, NULL, 1, 0, 2, two_frames));
     assert_ok(cae_in(NULL, &made[1]));
     assert_ok(linear_in(NULL, &made[2]));
     assert_ok(period_in(NULL, &made[3]));

@@ -22,7 +22,7 @@ static int set_up(void **unused) {
     bank = bank_of(fit, 1, 2.5, STEPS);
     train_bank(bank, fit, 0);
     static const double no_signal[FRAMES];
-    assert_ok(toliman_sim_frame_many(sim, no_signal, 7, 0, FRAMES, frames[0]));
+    assert_ok(toliman_sim_frame(sim, no_signal, 7, 0, FRAMES, frames[0]));
     return 0;
 }
 
@@ -40,7 +40,7 @@ static toliman_fit_prediction at(double days) {
 
 static toliman_bank_result encoded(const double *frame, toliman_fit_prediction prediction) {
     toliman_bank_result result = {.struct_size = sizeof result};
-    assert_ok(toliman_bank_encode(bank, fit, frame, SIDE, &prediction, &result, NULL));
+    assert_ok(toliman_bank_encode(bank, fit, PLAIN_IMAGE(frame), 1, &prediction, &result, NULL));
     return result;
 }
 
@@ -249,9 +249,10 @@ static void all_calls_give_the_same_bits(void **state) {
         memcpy(backwards[MANY - 1 - i], frames[10 * i], sizeof *backwards);
         alone[i] = (toliman_bank_result){.struct_size = sizeof *alone};
         fits_alone[i] = (toliman_fit_result){.struct_size = sizeof *fits_alone};
-        assert_ok(toliman_bank_encode(bank, fit, frames[10 * i], SIDE, &predictions[i], &alone[i], &fits_alone[i]));
+        assert_ok(
+            toliman_bank_encode(bank, fit, PLAIN_IMAGE(frames[10 * i]), 1, &predictions[i], &alone[i], &fits_alone[i]));
         toliman_fit_result plain = {.struct_size = sizeof plain};
-        assert_ok(toliman_fit_frame(fit, frames[10 * i], SIDE, &predictions[i], &plain, NULL, NULL));
+        assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(frames[10 * i]), 1, &predictions[i], &plain, NULL, NULL));
         assert_memory_equal(&plain, &fits_alone[i], sizeof plain);
         assert_int_equal(alone[i].flags & TOLIMAN_BANK_NOT_FITTED, 0);
         assert_int_equal(alone[i].network, i > 2);
@@ -265,7 +266,7 @@ static void all_calls_give_the_same_bits(void **state) {
         memset(together, 0x5a, sizeof together);
         together[0].struct_size = sizeof *together;
         fits[0].struct_size = sizeof *fits;
-        assert_ok(toliman_bank_encode_many(copy, fit, PLAIN_IMAGE(backwards), MANY, reversed, together, fits));
+        assert_ok(toliman_bank_encode(copy, fit, PLAIN_IMAGE(backwards), MANY, reversed, together, fits));
         toliman_bank_destroy(copy);
         for (int i = 0; i < MANY; i++) {
             assert_memory_equal(&together[MANY - 1 - i], &alone[i], sizeof *alone);
@@ -274,7 +275,7 @@ static void all_calls_give_the_same_bits(void **state) {
     }
     free(bytes);
     together[0].struct_size = sizeof *together;
-    assert_ok(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frames), 1, NULL, together, NULL));
+    assert_ok(toliman_bank_encode(bank, fit, PLAIN_IMAGE(frames), 1, NULL, together, NULL));
     assert_memory_equal(together, alone, sizeof *alone);
 }
 
@@ -288,7 +289,7 @@ static void *encode_alone(void *given) {
     encoding *const job = given;
     const toliman_fit_prediction prediction = at(job->frame);
     job->result.struct_size = sizeof job->result;
-    job->status = toliman_bank_encode(bank, fit, frames[job->frame], SIDE, &prediction, &job->result, NULL);
+    job->status = toliman_bank_encode(bank, fit, PLAIN_IMAGE(frames[job->frame]), 1, &prediction, &job->result, NULL);
     return NULL;
 }
 
@@ -392,7 +393,7 @@ static void errors_have_the_stated_size(void **state) {
     toliman_fit_prediction predictions[FRAMES];
     for (int k = 0; k < FRAMES; k++)
         predictions[k] = at(k);
-    assert_ok(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frames), FRAMES, predictions, results, NULL));
+    assert_ok(toliman_bank_encode(bank, fit, PLAIN_IMAGE(frames), FRAMES, predictions, results, NULL));
     for (int k = 0; k < FRAMES; k++) {
         const double error = results[k].displacement_px / results[k].sigma_px;
         squares += error * error;
@@ -408,7 +409,7 @@ static void flags_are_set(void **state) {
     static double empty[PIXELS];
     toliman_fit_result fitted = {.struct_size = sizeof fitted};
     toliman_bank_result result = {.struct_size = sizeof result};
-    assert_ok(toliman_bank_encode(bank, fit, empty, SIDE, NULL, &result, &fitted));
+    assert_ok(toliman_bank_encode(bank, fit, PLAIN_IMAGE(empty), 1, NULL, &result, &fitted));
     assert_int_equal(result.flags, TOLIMAN_BANK_NOT_FITTED);
     assert_int_equal(fitted.flags, TOLIMAN_FIT_NOT_CONVERGED);
     assert_int_equal(result.network, -1);
@@ -463,9 +464,9 @@ static void layout_paper_has_a_low_efficiency(void **state) {
     assert_true((expected.flags & TOLIMAN_BANK_LOW_EFFICIENCY) != 0);
     assert_ok(toliman_sim_propagate(sim, 0, image, SIDE));
     toliman_bank_result result = {.struct_size = sizeof result};
-    assert_ok(toliman_bank_encode(paper, fit, image, SIDE, NULL, &result, NULL));
+    assert_ok(toliman_bank_encode(paper, fit, PLAIN_IMAGE(image), 1, NULL, &result, NULL));
     assert_close(result.sigma_px, expected.sigma_px, 1e-3, 0);
-    assert_ok(toliman_bank_encode(paper, fit, frames[0], SIDE, NULL, &result, NULL));
+    assert_ok(toliman_bank_encode(paper, fit, PLAIN_IMAGE(frames[0]), 1, NULL, &result, NULL));
     assert_at_most(fabs(result.displacement_px), 6 * result.sigma_px);
     toliman_bank_destroy(paper);
 }
@@ -483,14 +484,15 @@ static void larger_frames_are_cropped(void **state) {
     assert_true(info.dates == 1 && info.networks == 1 && info.rows == ROWS && info.cols == COLS);
     assert_ok(toliman_sim_propagate(large, 2e-3, image, STRIDE));
     toliman_bank_result result = {.struct_size = sizeof result};
-    assert_ok(toliman_bank_encode(cropped, with, image, STRIDE, NULL, &result, NULL));
+    const toliman_image strided = {.struct_size = sizeof strided, .pixels = image, .stride = STRIDE};
+    assert_ok(toliman_bank_encode(cropped, with, &strided, 1, NULL, &result, NULL));
     assert_close(result.displacement_px, 2e-3, 0, 1e-6);
     assert_true(result.efficiency > 0.7);
     /* Elsewhere by pointing, and further apart. */
     toliman_sim *const moved = bank_sim(ROWS, COLS, "\"offsets_px\": {\"A\": [12.05, 61.6], \"B\": [23.31, 54.1]}");
     const toliman_fit_prediction pointing = {.struct_size = sizeof pointing, .x_px = 2.3, .y_px = -1.4};
     assert_ok(toliman_sim_propagate(moved, 0, image, STRIDE));
-    assert_ok(toliman_bank_encode(cropped, with, image, STRIDE, &pointing, &result, NULL));
+    assert_ok(toliman_bank_encode(cropped, with, &strided, 1, &pointing, &result, NULL));
     assert_close(result.displacement_px, hypot(11.26, 7.5) - hypot(11.25, 7.5), 0, 1e-6);
     assert_close(result.distance_px, hypot(0.3, 0.4), 0.05, 0);
     toliman_sim_destroy(moved);

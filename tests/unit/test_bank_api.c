@@ -21,7 +21,7 @@ static int set_up(void **unused) {
     bank = bank_of(fit, 1, 4, 8);
     const toliman_bank_train_options options = {.struct_size = sizeof options, .threads = 1, .progress = stop};
     assert_fails(toliman_bank_train(bank, fit, &options), TOLIMAN_E_CANCELLED, "");
-    assert_ok(toliman_sim_frame(sim, 0, 1, 0, frame, kSide));
+    assert_ok(toliman_sim_frame(sim, &(double){0}, 1, 0, 1, frame));
     return 0;
 }
 
@@ -35,7 +35,7 @@ static int tear_down(void **unused) {
 
 static toliman_bank_result encoded(const toliman_bank *by) {
     toliman_bank_result result = {.struct_size = sizeof result};
-    assert_ok(toliman_bank_encode(by, fit, frame, kSide, NULL, &result, NULL));
+    assert_ok(toliman_bank_encode(by, fit, PLAIN_IMAGE(frame), 1, NULL, &result, NULL));
     return result;
 }
 
@@ -134,41 +134,33 @@ static void bad_arguments_are_refused(void **state) {
     memcpy(bad + kPixels, frame, sizeof frame);
     bad[kPixels + 3 * kSide + 7] = NAN;
     const toliman_fit_prediction wrong = {.struct_size = sizeof wrong, .x_px = NAN};
-    assert_fails(toliman_bank_encode(bank, fit, bad + kPixels, kSide, NULL, &result, NULL), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_bank_encode(bank, fit, PLAIN_IMAGE(bad + kPixels), 1, NULL, &result, NULL), TOLIMAN_E_ARGUMENT,
                  "counts[3][7] = nan: must be finite");
-    assert_fails(toliman_bank_encode(bank, fit, frame, kSide - 1, NULL, &result, NULL), TOLIMAN_E_ARGUMENT,
-                 "stride of counts = 255: must be at least 256");
-    assert_fails(toliman_bank_encode(bank, fit, frame, kSide, &wrong, &result, NULL), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_bank_encode(bank, fit, PLAIN_IMAGE(frame), 1, &wrong, &result, NULL), TOLIMAN_E_ARGUMENT,
                  "prediction->x_px = nan: must be finite");
-    assert_fails(toliman_bank_encode(NULL, fit, frame, kSide, NULL, &result, NULL), TOLIMAN_E_ARGUMENT, "bank is NULL");
-    assert_fails(toliman_bank_encode(bank, NULL, frame, kSide, NULL, &result, NULL), TOLIMAN_E_ARGUMENT, "fit is NULL");
-    assert_fails(toliman_bank_encode(bank, fit, NULL, kSide, NULL, &result, NULL), TOLIMAN_E_ARGUMENT,
-                 "counts is NULL");
-    assert_fails(toliman_bank_encode(bank, fit, frame, kSide, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "result is NULL");
+    assert_fails(toliman_bank_encode(NULL, fit, PLAIN_IMAGE(frame), 1, NULL, &result, NULL), TOLIMAN_E_ARGUMENT,
+                 "bank is NULL");
+    assert_fails(toliman_bank_encode(bank, NULL, PLAIN_IMAGE(frame), 1, NULL, &result, NULL), TOLIMAN_E_ARGUMENT,
+                 "fit is NULL");
     fitted.struct_size = 8;
-    assert_fails(toliman_bank_encode(bank, fit, frame, kSide, NULL, &result, &fitted), TOLIMAN_E_ARGUMENT,
-                 "fitted->struct_size = 8");
     assert_memory_equal(&result, &before, sizeof result);
-    assert_fails(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(bad), 2, NULL, results, NULL), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_bank_encode(bank, fit, PLAIN_IMAGE(bad), 2, NULL, results, NULL), TOLIMAN_E_ARGUMENT,
                  "frame 1: counts[3][7] = nan");
     assert_int_equal(results[0].network, 0); /* nothing was written */
     assert_true(results[0].efficiency <= 0);
-    assert_fails(toliman_bank_encode_many(bank, fit, NULL, 1, NULL, results, NULL), TOLIMAN_E_ARGUMENT,
-                 "image is NULL");
-    assert_fails(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frame), 1, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_bank_encode(bank, fit, NULL, 1, NULL, results, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
+    assert_fails(toliman_bank_encode(bank, fit, PLAIN_IMAGE(frame), 1, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT,
                  "results is NULL");
-    assert_fails(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frame), 1, NULL, results, &fitted), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_bank_encode(bank, fit, PLAIN_IMAGE(frame), 1, NULL, results, &fitted), TOLIMAN_E_ARGUMENT,
                  "fitted->struct_size = 8");
-    assert_fails(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frame), 1, &wrong, results, NULL), TOLIMAN_E_ARGUMENT,
-                 "prediction->x_px = nan");
     const toliman_image small = {.struct_size = sizeof small, .pixels = frame, .rows = 128, .cols = 128};
-    assert_fails(toliman_bank_encode_many(bank, fit, &small, 1, NULL, results, NULL), TOLIMAN_E_ARGUMENT, "rows");
-    assert_ok(toliman_bank_encode_many(bank, fit, NULL, 0, NULL, NULL, NULL));
+    assert_fails(toliman_bank_encode(bank, fit, &small, 1, NULL, results, NULL), TOLIMAN_E_ARGUMENT, "rows");
+    assert_ok(toliman_bank_encode(bank, fit, NULL, 0, NULL, NULL, NULL));
     assert_fails(toliman_bank_predict(bank, fit, &wrong, &result), TOLIMAN_E_ARGUMENT, "prediction->x_px = nan");
     assert_fails(toliman_bank_predict(bank, fit, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     result.struct_size = 8;
-    assert_fails(toliman_bank_encode(bank, fit, frame, kSide, NULL, &result, NULL), TOLIMAN_E_ARGUMENT,
-                 "result->struct_size = 8");
+    assert_fails(toliman_bank_encode(bank, fit, PLAIN_IMAGE(frame), 1, NULL, &result, NULL), TOLIMAN_E_ARGUMENT,
+                 "results->struct_size = 8");
     assert_fails(toliman_bank_predict(bank, fit, NULL, &result), TOLIMAN_E_ARGUMENT, "out->struct_size = 8");
     double days = 7;
     for (size_t i = 0; i < 4; i++)
@@ -188,13 +180,13 @@ static void other_fits_are_refused(void **state) {
     const toliman_fit_options more = {.struct_size = sizeof more, .free = "scale", .capture_px = 2};
     toliman_sim *const resting = bank_sim(kSide, kSide, BANK_AT_REST);
     toliman_fit *others[3] = {bank_fit(sim, 1), NULL, bank_fit(resting, 2)};
-    assert_ok(toliman_fit_create(sim, &more, &others[1]));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &more, &others[1]));
     toliman_bank_result result = {.struct_size = sizeof result};
     double days = 0;
     for (size_t i = 0; i < 3; i++) {
-        assert_fails(toliman_bank_encode(bank, others[i], frame, kSide, NULL, &result, NULL), TOLIMAN_E_MISMATCH,
-                     "bank was made for another fit");
-        assert_fails(toliman_bank_encode_many(bank, others[i], PLAIN_IMAGE(frame), 1, NULL, &result, NULL),
+        assert_fails(toliman_bank_encode(bank, others[i], PLAIN_IMAGE(frame), 1, NULL, &result, NULL),
+                     TOLIMAN_E_MISMATCH, "bank was made for another fit");
+        assert_fails(toliman_bank_encode(bank, others[i], PLAIN_IMAGE(frame), 1, NULL, &result, NULL),
                      TOLIMAN_E_MISMATCH, "another fit");
         assert_fails(toliman_bank_predict(bank, others[i], NULL, &result), TOLIMAN_E_MISMATCH, "another fit");
         assert_fails(toliman_bank_get_renewal(bank, others[i], 0.5, &days), TOLIMAN_E_MISMATCH, "another fit");
@@ -202,7 +194,7 @@ static void other_fits_are_refused(void **state) {
         toliman_fit_destroy(others[i]);
     }
     toliman_fit *const equal = bank_fit(sim, 2);
-    assert_ok(toliman_bank_encode(bank, equal, frame, kSide, NULL, &result, NULL));
+    assert_ok(toliman_bank_encode(bank, equal, PLAIN_IMAGE(frame), 1, NULL, &result, NULL));
     toliman_fit_destroy(equal);
     toliman_sim_destroy(resting);
 }

@@ -188,7 +188,7 @@ static void test_encoder_is_the_transposed_decoder(void **unused) {
             residual[i] = 1e-4 * target[i] / fabs(target[i] + 1e-300) * cos(wave * 0.37 * i);
             frame[i] = reference[i] + sqrt(variance[i]) * residual[i];
         }
-        assert_ok(toliman_cae_encode(trained, frame, kSide, &latent, NULL));
+        assert_ok(toliman_cae_encode(trained, PLAIN_IMAGE(frame), 1, &latent, NULL));
         const double scale = 1e-4 * sqrt(dot(decoded, decoded) * kPixels) / dot(decoded, target);
         assert_close(latent, dot(decoded, residual) / dot(decoded, target), 0, 1e-4 * scale);
     }
@@ -303,22 +303,22 @@ static void test_same_bits_on_any_number_of_workers(void **unused) {
     (void)unused;
     enum { kFrames = 7 };
     double *frames = new_image((size_t)kFrames * kPixels), latents[kFrames], one;
-    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, kFrames, frames));
+    assert_ok(toliman_sim_frame(sim, NULL, 3, 0, kFrames, frames));
     for (uint32_t workers = 0; workers <= 3; workers++) {
         toliman_cae *const copy = cae_on_threads(trained, workers);
-        assert_ok(toliman_cae_encode_many(copy, PLAIN_IMAGE(frames), kFrames, latents, NULL));
+        assert_ok(toliman_cae_encode(copy, PLAIN_IMAGE(frames), kFrames, latents, NULL));
         toliman_cae_destroy(copy);
         for (int k = 0; k < kFrames; k++) {
-            assert_ok(toliman_cae_encode(trained, frames + (size_t)k * kPixels, kSide, &one, NULL));
+            assert_ok(toliman_cae_encode(trained, PLAIN_IMAGE(frames + (size_t)k * kPixels), 1, &one, NULL));
             assert_memory_equal(&one, &latents[k], sizeof one);
         }
     }
     latents[0] = latents[6] = -5;
     frames[5 * kPixels + 300] = NAN;
-    assert_fails(toliman_cae_encode_many(trained, PLAIN_IMAGE(frames), kFrames, latents, NULL), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_cae_encode(trained, PLAIN_IMAGE(frames), kFrames, latents, NULL), TOLIMAN_E_ARGUMENT,
                  "frame 5: counts[1][44] = nan");
     assert_true(latents[0] == -5 && latents[6] == -5);
-    assert_ok(toliman_cae_encode_many(trained, NULL, 0, NULL, NULL));
+    assert_ok(toliman_cae_encode(trained, NULL, 0, NULL, NULL));
     free(frames);
 }
 
@@ -332,8 +332,8 @@ static void test_efficiency_is_the_cosine(void **unused) {
     assert_ok(toliman_cae_get_info(trained, NULL, &info));
     for (int k = 0; k < kFrames; k++) {
         double latent;
-        assert_ok(toliman_sim_frame(sim, displacements[k], 99, k, frame, kSide));
-        assert_ok(toliman_cae_encode(trained, frame, kSide, &latent, NULL));
+        assert_ok(toliman_sim_frame(sim, &displacements[k], 99, k, 1, frame));
+        assert_ok(toliman_cae_encode(trained, PLAIN_IMAGE(frame), 1, &latent, NULL));
         sum += latent;
         squares += latent * latent;
     }
@@ -347,7 +347,7 @@ static void test_reconstruction(void **unused) {
     (void)unused;
     double *frame = new_image(kPixels), *image = new_image(kPixels), *variance = new_image(kPixels);
     double mmse, mssim, floor_, low = 1e300, high = -1e300, error = 0, noise = 0;
-    assert_ok(toliman_sim_frame(sim, 0, 5, 0, frame, kSide));
+    assert_ok(toliman_sim_frame(sim, &(double){0}, 5, 0, 1, frame));
     assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_VARIANCE, variance, kSide));
     assert_ok(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, &mmse, &mssim, &floor_));
     for (int i = 0; i < kPixels; i++) {
@@ -401,21 +401,21 @@ static void test_crop_and_projection(void **unused) {
         assert_ok(toliman_sim_get_image(wide, nuisances[k].kind, change, kCols));
         for (int i = 0; i < kFrame; i++)
             frame[i] = reference[i] + nuisances[k].size * change[i];
-        assert_ok(toliman_cae_encode(cae, frame, kCols, &latent, NULL));
+        assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL));
         assert_at_most(fabs(latent), 1e-3 * info.crb_px);
     }
     assert_ok(toliman_sim_expect(wide, 1e-6, frame, kCols));
-    assert_ok(toliman_cae_encode(cae, frame, kCols, &latent, NULL));
+    assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL));
     assert_close(latent, 1e-6, 1e-3, 0);
 
     const size_t first = (size_t)info.crop_row * kCols + (size_t)info.crop_col;
     frame[first - 1] = NAN; /* outside the crop: ignored */
-    assert_ok(toliman_cae_encode(cae, frame, kCols, &latent, NULL));
+    assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL));
     frame[first + 2 * kCols + 3] = INFINITY;
     char text[64];
     snprintf(text, sizeof text, "counts[%d][%d] = inf", (int)info.crop_row + 2, (int)info.crop_col + 3);
     latent = -5;
-    assert_fails(toliman_cae_encode(cae, frame, kCols, &latent, NULL), TOLIMAN_E_ARGUMENT, text);
+    assert_fails(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL), TOLIMAN_E_ARGUMENT, text);
     assert_true(latent == -5);
     free(reference), free(change), free(frame);
     toliman_cae_destroy(cae);
@@ -435,10 +435,9 @@ static void test_arguments(void **unused) {
     toliman_sim_destroy(small);
     assert_fails(toliman_cae_create(NULL, 1, NULL, &out), TOLIMAN_E_ARGUMENT, "sim is NULL");
     assert_fails(toliman_cae_create(sim, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    assert_fails(toliman_cae_encode(trained, image, kSide - 1, &latent, NULL), TOLIMAN_E_ARGUMENT,
-                 "stride of counts = 255");
-    assert_fails(toliman_cae_encode(trained, image, kSide, NULL, NULL), TOLIMAN_E_ARGUMENT, "latent_px is NULL");
-    assert_fails(toliman_cae_encode_many(trained, NULL, 1, &latent, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
+    assert_fails(toliman_cae_encode(trained, PLAIN_IMAGE(image), 1, NULL, NULL), TOLIMAN_E_ARGUMENT,
+                 "latents_px is NULL");
+    assert_fails(toliman_cae_encode(trained, NULL, 1, &latent, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
     assert_fails(toliman_cae_decode(trained, NAN, image, kSide), TOLIMAN_E_ARGUMENT, "latent_px = nan");
     assert_fails(toliman_cae_decode(trained, 0, image, 3), TOLIMAN_E_ARGUMENT, "stride of image = 3");
     assert_fails(toliman_cae_get_target(NULL, image, kSide), TOLIMAN_E_ARGUMENT, "cae is NULL");
@@ -456,7 +455,7 @@ static void test_arguments(void **unused) {
     assert_fails(toliman_cae_train(trained, &nowhere, NULL), TOLIMAN_E_ARGUMENT, "options->losses is NULL");
     for (int i = 0; i < kPixels; i++)
         image[i] = 1e300;
-    assert_fails(toliman_cae_encode(trained, image, kSide, &latent, NULL), TOLIMAN_E_RANGE, "not finite");
+    assert_fails(toliman_cae_encode(trained, PLAIN_IMAGE(image), 1, &latent, NULL), TOLIMAN_E_RANGE, "not finite");
 }
 
 /* Counts that can be encoded, but whose latent is beyond the decoder's range: the error must name the counts. */
@@ -468,7 +467,7 @@ static void test_counts_too_far_to_reconstruct(void **unused) {
         assert_true(size < 1e40);
         for (int i = 0; i < kPixels; i++)
             frame[i] = size;
-        assert_ok(toliman_cae_encode(trained, frame, kSide, &latent, NULL));
+        assert_ok(toliman_cae_encode(trained, PLAIN_IMAGE(frame), 1, &latent, NULL));
     }
     image[0] = -5;
     assert_fails(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL), TOLIMAN_E_RANGE,

@@ -40,9 +40,9 @@ static void test_round_trip(void **unused) {
     double *frame = new_image(kFrame), *image = new_image(kPixels), *image_loaded = new_image(kPixels);
     for (int64_t k = 0; k < 3; k++) {
         double latent, latent_loaded;
-        assert_ok(toliman_sim_frame(sim, 1e-6, 1, k, frame, 260));
-        assert_ok(toliman_cae_encode(trained, frame, 260, &latent, NULL));
-        assert_ok(toliman_cae_encode(loaded, frame, 260, &latent_loaded, NULL));
+        assert_ok(toliman_sim_frame(sim, &(double){1e-6}, 1, k, 1, frame));
+        assert_ok(toliman_cae_encode(trained, PLAIN_IMAGE(frame), 1, &latent, NULL));
+        assert_ok(toliman_cae_encode(loaded, PLAIN_IMAGE(frame), 1, &latent_loaded, NULL));
         assert_memory_equal(&latent, &latent_loaded, sizeof latent);
     }
     assert_ok(toliman_cae_decode(trained, 1e-6, image, kSide));
@@ -130,7 +130,7 @@ static void test_blob_written_from_the_specification(void **unused) {
     weights[kLatentBias] = 0.625f;
     uint8_t *bytes = with_payloads(blob, weights, NULL, 0, &size);
     assert_ok(toliman_cae_load(bytes, size, NULL, &cae));
-    assert_ok(toliman_cae_encode(cae, frame, 260, &latent, NULL));
+    assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL));
     assert_true(latent == 0.625);
     free(bytes);
     toliman_cae_destroy(cae);
@@ -153,8 +153,8 @@ static void test_weights_that_overflow(void **unused) {
         image[0] = latent = -5;
         assert_fails(toliman_cae_decode(cae, 1, image, kSide), TOLIMAN_E_RANGE, "overflows");
         assert_true(image[0] == -5);
-        assert_ok(toliman_sim_frame(sim, 0, 1, 0, frame, 260));
-        const toliman_status status = toliman_cae_encode(cae, frame, 260, &latent, NULL);
+        assert_ok(toliman_sim_frame(sim, &(double){0}, 1, 0, 1, frame));
+        const toliman_status status = toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL);
         assert_true(status == TOLIMAN_OK ? isfinite(latent) : status == TOLIMAN_E_RANGE && latent == -5);
         assert_int_equal(toliman_cae_reconstruct(cae, frame, 260, image, kSide, NULL, NULL, NULL), TOLIMAN_E_RANGE);
         assert_true(image[0] == -5);
@@ -205,7 +205,7 @@ static void test_many_planes(void **unused) {
                 2 * 1e4 * unit_on(projected, i) * (1 + i % projected);
         const toliman_image image = {
             .struct_size = sizeof image, .pixels = frame, .pixel = TOLIMAN_PIXEL_F64, .rows = kSide, .cols = 260};
-        assert_ok(toliman_cae_encode_many(cae, &image, 1, &latent, &goodness));
+        assert_ok(toliman_cae_encode(cae, &image, 1, &latent, &goodness));
         assert_at_most(goodness.chi_square, 1e-6);
 
         uint8_t *first = saved(cae, &size);

@@ -86,8 +86,8 @@ static void test_blobs_written_from_the_specification(void **unused) {
         uint8_t *bytes = with_raw(header, raw, 2 * kParameters + (encoding == fp16 ? 2 * kTensors : 0), NULL, 0, &size);
         toliman_cae *cae = loaded_from(bytes, size);
         free(bytes);
-        assert_ok(toliman_sim_frame(sim, 0, 1, 0, frame, kSide));
-        assert_ok(toliman_cae_encode(cae, frame, kSide, &latent, NULL));
+        assert_ok(toliman_sim_frame(sim, &(double){0}, 1, 0, 1, frame));
+        assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL));
         assert_true(latent == 0.625);
         toliman_cae_destroy(cae);
     }
@@ -128,9 +128,9 @@ static void test_latents_keep_their_slope_and_scatter(void **unused) {
     enum { kFrames = 40 };
     static double frame[kPixels], latents[9][kFrames];
     for (int i = 0; i < kFrames; i++) {
-        assert_ok(toliman_sim_frame(sim, 0, 1, i, frame, kSide));
+        assert_ok(toliman_sim_frame(sim, &(double){0}, 1, i, 1, frame));
         for (int k = 0; k < 9; k++)
-            assert_ok(toliman_cae_encode(rounded[k / 3][k % 3], frame, kSide, &latents[k][i], NULL));
+            assert_ok(toliman_cae_encode(rounded[k / 3][k % 3], PLAIN_IMAGE(frame), 1, &latents[k][i], NULL));
     }
     for (int k = 0; k < 9; k++) {
         const toliman_cae *cae = rounded[k / 3][k % 3];
@@ -167,7 +167,7 @@ static void test_numbers_of_any_size(void **unused) {
             assert_true(size == size_again);
             assert_memory_equal(bytes, bytes_again, size);
             double latent = 0;
-            const toliman_status status = toliman_cae_encode(again, frame, kSide, &latent, NULL);
+            const toliman_status status = toliman_cae_encode(again, PLAIN_IMAGE(frame), 1, &latent, NULL);
             assert_true(status == TOLIMAN_E_RANGE || (status == TOLIMAN_OK && isfinite(latent)));
             toliman_cae_destroy(again), toliman_cae_destroy(cae);
             free(bytes), free(bytes_again);

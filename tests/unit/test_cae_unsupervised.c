@@ -37,7 +37,7 @@ static toliman_status give_frames(size_t first, size_t count, double *counts, vo
     if (source->failure != TOLIMAN_OK)
         return source->failure;
     const toliman_status status =
-        toliman_sim_frame_many(sim, source->displacements + first, 5, (int64_t)first, count, counts);
+        toliman_sim_frame(sim, source->displacements + first, 5, (int64_t)first, count, counts);
     if (source->poisoned)
         counts[777] = NAN;
     for (size_t i = 0; source->dark && i < kPixels; i++)
@@ -68,8 +68,8 @@ static toliman_cae *make_network(int32_t layout, int32_t input) {
 static double first_latent(const toliman_cae *cae) {
     static double frame[kPixels];
     double latent, displacement = 3e-3;
-    assert_ok(toliman_sim_frame_many(sim, &displacement, 5, 1000, 1, frame));
-    assert_ok(toliman_cae_encode(cae, frame, kSide, &latent, NULL));
+    assert_ok(toliman_sim_frame(sim, &displacement, 5, 1000, 1, frame));
+    assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL));
     assert_true(isfinite(latent));
     return latent;
 }
@@ -201,8 +201,8 @@ static void test_learns_a_large_signal(void **unused) {
     double *frames = new_image((size_t)kFresh * kPixels), displacements[kFresh], latents[kFresh];
     for (int i = 0; i < kFresh; i++)
         displacements[i] = 1e-2 * sin(1.3 * i + 0.4);
-    assert_ok(toliman_sim_frame_many(sim, displacements, 6, 0, kFresh, frames));
-    assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), kFresh, latents, NULL));
+    assert_ok(toliman_sim_frame(sim, displacements, 6, 0, kFresh, frames));
+    assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frames), kFresh, latents, NULL));
     double sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
     for (int i = 0; i < kFresh; i++) {
         const double x = displacements[i], y = latents[i];

@@ -47,7 +47,7 @@ static void values_of_noise_free_frames_are_exact(void **state) {
     char *const text = replaced_again(calibrate_text(&kTrueChange), "\"photon\": true, \"read_e\": 1.3",
                                       "\"photon\": false, \"read_e\": 0");
     toliman_sim *const noiseless = sim_of(text);
-    assert_ok(toliman_sim_frame_many(noiseless, NULL, 3, 0, 3, exact));
+    assert_ok(toliman_sim_frame(noiseless, NULL, 3, 0, 3, exact));
     const toliman_calibration_options options = {.struct_size = sizeof options, .free = kKnown};
     toliman_calibration *const made = calibrated(nominal, exact, 3, &options);
     double worst = 0;
@@ -70,12 +70,12 @@ static void frames_agree_with_the_true_optics(void **state) {
     toliman_fit *fit = NULL;
     const toliman_fit_options options = {.struct_size = sizeof options, .capture_px = 3};
     const toliman_calibration_info info = calibrate_info_of(whole);
-    assert_ok(toliman_fit_create(truth, &options, &fit));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){truth}, NULL, 1, &options, &fit));
     for (int64_t k = 0; k < FRAMES; k++) {
         const toliman_fit_result found = calibrate_frame_of(whole, k);
         const toliman_fit_prediction prediction = {.struct_size = sizeof prediction, .time_days = 15.0 * (double)k};
         toliman_fit_result right = {.struct_size = sizeof right};
-        assert_ok(toliman_fit_frame(fit, frames + k * PIXELS, SIDE, &prediction, &right, NULL, NULL));
+        assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(frames + k * PIXELS), 1, &prediction, &right, NULL, NULL));
         assert_close(found.separation_px, right.separation_px, 0, 5 * info.calibration_sigma_px);
         assert_close(found.x_px, right.x_px, 0, right.x_sigma_px);
         assert_true(found.separation_sigma_px > right.separation_sigma_px);
@@ -168,7 +168,7 @@ static void photons_may_be_relative_to_the_peak(void **state) {
         sims[i] = sim_of(text);
         free(text);
     }
-    assert_ok(toliman_sim_frame_many(sims[1], NULL, 3, 0, 2, of_peak));
+    assert_ok(toliman_sim_frame(sims[1], NULL, 3, 0, 2, of_peak));
     const toliman_calibration_options options = {
         .struct_size = sizeof options,
         .free = "focus zernike_5-11 scale mask_rotation jitter_xx jitter_yy jitter_xy temperature_a"};
@@ -273,7 +273,7 @@ static void priors_that_hold_are_reported(void **state) {
     (void)state;
     const toliman_calibration_options options = {.struct_size = sizeof options, .free = "focus=1e-5 zernike_5-6=50"};
     static double exact[2 * PIXELS];
-    assert_ok(toliman_sim_frame_many(nominal, NULL, 3, 0, 2, exact));
+    assert_ok(toliman_sim_frame(nominal, NULL, 3, 0, 2, exact));
     toliman_calibration *const made = calibrated(nominal, exact, 2, &options);
     assert_int_equal(calibrate_info_of(made).flags, TOLIMAN_CALIBRATION_HELD);
     assert_int_equal(calibrate_value_of(made, 0, 0).flags, TOLIMAN_CALIBRATION_HELD);
@@ -297,7 +297,7 @@ static void signs_that_have_no_effect_are_reported(void **state) {
             .telescope = negative ? ", \"aberrations\": {\"zernike_rms_nm\": {\"4\": -9, \"7\": 8}}"
                                   : ", \"aberrations\": {\"zernike_rms_nm\": {\"4\": 9, \"7\": -8}}"};
         toliman_sim *const other = calibrate_sim(&change);
-        assert_ok(toliman_sim_frame_many(other, NULL, 3, 0, 2, both[negative]));
+        assert_ok(toliman_sim_frame(other, NULL, 3, 0, 2, both[negative]));
         const toliman_calibration_options options = {.struct_size = sizeof options, .free = "focus zernike_7"};
         toliman_calibration *const made = calibrated(open, both[negative], 2, &options);
         const toliman_calibration_value focus = calibrate_value_of(made, 0, 0), coma = calibrate_value_of(made, 0, 1);
@@ -337,7 +337,7 @@ static void parameters_may_change_between_windows(void **state) {
         snprintf(text, sizeof text, ", \"aberrations\": {\"zernike_rms_nm\": {\"4\": %.17g, \"7\": 10}}", focus);
         const calibrate_change change = {.telescope = text};
         toliman_sim *const other = calibrate_sim(&change);
-        assert_ok(toliman_sim_frame_many(other, NULL, 3, (int64_t)k, 1, drifting + k * PIXELS));
+        assert_ok(toliman_sim_frame(other, NULL, 3, (int64_t)k, 1, drifting + k * PIXELS));
         toliman_sim_destroy(other);
     }
     toliman_calibration_options options = {
@@ -387,12 +387,12 @@ static void saved_scenes_are_the_fitted_ones(void **state) {
     for (int i = 0; i < CELLS * CELLS; i++)
         assert_close(change[i], open[i] > 0 ? after[i] - before[i] : 0, 0, 1e-15);
     toliman_fit *fit = NULL;
-    assert_ok(toliman_fit_create(fitted, NULL, &fit));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){fitted}, NULL, 1, NULL, &fit));
     for (int64_t k = 0; k < FRAMES; k++) {
         const toliman_fit_prediction prediction = {.struct_size = sizeof prediction, .time_days = 15.0 * (double)k};
         const toliman_fit_result found = calibrate_frame_of(whole, k);
         toliman_fit_result result = {.struct_size = sizeof result};
-        assert_ok(toliman_fit_frame(fit, frames + k * PIXELS, SIDE, &prediction, &result, NULL, NULL));
+        assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(frames + k * PIXELS), 1, &prediction, &result, NULL, NULL));
         assert_close(result.separation_px, found.separation_px, 0, 1e-7);
         assert_close(result.position_angle_deg, found.position_angle_deg, 0, 1e-6);
         assert_close(result.x_px, found.x_px, 0, 1e-7);

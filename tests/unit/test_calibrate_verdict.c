@@ -7,7 +7,7 @@ static double plain[FEW * PIXELS]; /* frames of the nominal scene */
 
 static int set_up_plain(void **state) {
     const int failed = set_up(state);
-    assert_ok(toliman_sim_frame_many(nominal, NULL, 5, 0, FEW, plain));
+    assert_ok(toliman_sim_frame(nominal, NULL, 5, 0, FEW, plain));
     return failed;
 }
 

@@ -48,14 +48,14 @@ static toliman_sim *scene_of(const double *places, double brighter, const char *
 static toliman_fit *fit_of(const toliman_sim *sim, const char *parameters) {
     const toliman_fit_options options = {.struct_size = sizeof options, .free = parameters};
     toliman_fit *fit = NULL;
-    assert_ok(toliman_fit_create(sim, &options, &fit));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &options, &fit));
     return fit;
 }
 
 static toliman_fit_result fitted(const toliman_fit *fit, const double *counts, const toliman_fit_prediction *prediction,
                                  double *values) {
     toliman_fit_result result = {.struct_size = sizeof result};
-    assert_ok(toliman_fit_frame(fit, counts, SIDE, prediction, &result, values, NULL));
+    assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(counts), 1, prediction, &result, values, NULL));
     return result;
 }
 
@@ -222,10 +222,10 @@ static void the_template_is_one_step(void **state) {
     assert_ok(toliman_linear_get_sigma(linear, &sigma));
     double *const frames = malloc(FRAMES * PIXELS * sizeof *frames);
     assert_non_null(frames);
-    assert_ok(toliman_sim_frame_many(sim, NULL, 5, 0, FRAMES, frames));
+    assert_ok(toliman_sim_frame(sim, NULL, 5, 0, FRAMES, frames));
     for (int k = 0; k < FRAMES; k++) {
         double value;
-        assert_ok(toliman_linear_encode(linear, frames + k * PIXELS, SIDE, &value, NULL));
+        assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(frames + k * PIXELS), 1, &value, NULL));
         const toliman_fit_result result = fitted(fit, frames + k * PIXELS, NULL, NULL);
         assert_close(result.separation_sigma_px, sigma, 1e-2, 0);
         assert_close(result.displacement_px, value, 0, 0.01 * sigma);
@@ -249,7 +249,7 @@ static void stars_are_searched_for(void **state) {
         for (size_t i = 0; i < 4; i++)
             places[i] = kPlaces[i] + shifts[s][i % 2];
         toliman_sim *const truth = scene_of(places, 0, "", "");
-        assert_ok(toliman_sim_frame(truth, 0, 11, (int64_t)s, counts, SIDE));
+        assert_ok(toliman_sim_frame(truth, &(double){0}, 11, (int64_t)s, 1, counts));
         const toliman_fit_result result = fitted(fit, counts, NULL, NULL);
         assert_int_equal(result.flags, TOLIMAN_FIT_SEARCHED);
         assert_close(result.displacement_px, 0, 0, 5 * result.separation_sigma_px);
@@ -280,7 +280,7 @@ static void false_maxima_are_left(void **state) {
     toliman_fit *const fit = fit_of(sim, NULL);
     double *const counts = malloc(PIXELS * sizeof *counts);
     assert_non_null(counts);
-    assert_ok(toliman_sim_frame(sim, 0, 11, 3, counts, SIDE));
+    assert_ok(toliman_sim_frame(sim, &(double){0}, 11, 3, 1, counts));
     static const double shifts[][2] = {{0.025, 1.918}, {-0.076, 2.083}};
     for (int i = 0; i < 2; i++) {
         const toliman_fit_prediction far = {.struct_size = sizeof far, .x_px = shifts[i][0], .y_px = shifts[i][1]};
@@ -309,9 +309,9 @@ static void errors_are_as_predicted(void **state) {
         toliman_fit *const fit = fit_of(sim, NULL);
         double *const frames = malloc(FRAMES * PIXELS * sizeof *frames);
         assert_non_null(frames);
-        assert_ok(toliman_sim_frame_many(sim, NULL, 9, 0, FRAMES, frames));
+        assert_ok(toliman_sim_frame(sim, NULL, 9, 0, FRAMES, frames));
         toliman_fit_result results[FRAMES] = {{.struct_size = sizeof *results}};
-        assert_ok(toliman_fit_frame_many(fit, PLAIN_IMAGE(frames), FRAMES, NULL, results));
+        assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(frames), FRAMES, NULL, results, NULL, NULL));
         double sum = 0, square = 0, chi_square = 0, largest = 0;
         for (int k = 0; k < FRAMES; k++) {
             const double pull = results[k].displacement_px / results[k].separation_sigma_px;
@@ -346,7 +346,7 @@ static void faint_frames_converge(void **state) {
     assert_non_null(counts);
     int lost = 0;
     for (int k = 0; k < 200; k++) {
-        assert_ok(toliman_sim_frame(sim, 0, 11, k, counts, SIDE));
+        assert_ok(toliman_sim_frame(sim, &(double){0}, 11, k, 1, counts));
         const toliman_fit_result result = fitted(fit, counts, NULL, NULL);
         if ((result.flags & TOLIMAN_FIT_NOT_CONVERGED) != 0)
             lost++;
@@ -367,7 +367,7 @@ static void damage_is_flagged(void **state) {
     toliman_fit *const fit = fit_of(sim, NULL);
     double *const good = malloc(PIXELS * sizeof *good), *const bad = malloc(PIXELS * sizeof *bad);
     assert_true(good != NULL && bad != NULL);
-    assert_ok(toliman_sim_frame(sim, 0, 3, 0, good, SIDE));
+    assert_ok(toliman_sim_frame(sim, &(double){0}, 3, 0, 1, good));
     const toliman_fit_result clean = fitted(fit, good, NULL, NULL);
     assert_int_equal(clean.flags, 0);
     for (int kind = 0; kind < 8; kind++) {
@@ -482,7 +482,7 @@ static void parameters_without_effect_are_refused(void **state) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     const toliman_fit_options options = {.struct_size = sizeof options, .free = "focus"};
     toliman_fit *fit = NULL;
-    assert_fails(toliman_fit_create(sim, &options, &fit), TOLIMAN_E_SCENE,
+    assert_fails(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &options, &fit), TOLIMAN_E_SCENE,
                  "\"focus\": does not change a frame of this scene in first order");
     assert_null(fit);
     toliman_sim_destroy(sim);
@@ -500,7 +500,8 @@ static void frames_with_too_few_pixels_are_refused(void **state) {
             replaced_again(scene_text(kPlaces, 0, ", \"bit_depth\": 16", ""), cases[c].from, cases[c].to);
         toliman_sim *const sim = sim_of(text);
         toliman_fit *fit = NULL;
-        assert_fails(toliman_fit_create(sim, NULL, &fit), TOLIMAN_E_SCENE, cases[c].message);
+        assert_fails(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, NULL, &fit), TOLIMAN_E_SCENE,
+                     cases[c].message);
         assert_null(fit);
         toliman_sim_destroy(sim);
         free(text);

@@ -16,8 +16,8 @@ static const toliman_fit_options kOptions = {.struct_size = sizeof kOptions, .fr
 static int set_up(void **unused) {
     (void)unused;
     sim = sim_of(kBinaryScene);
-    assert_ok(toliman_fit_create(sim, &kOptions, &fit));
-    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, FRAMES, frames));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &kOptions, &fit));
+    assert_ok(toliman_sim_frame(sim, NULL, 3, 0, FRAMES, frames));
     return 0;
 }
 
@@ -30,7 +30,7 @@ static int tear_down(void **unused) {
 
 static toliman_fit_result fitted(const double *counts, const toliman_fit_prediction *prediction) {
     toliman_fit_result result = {.struct_size = sizeof result};
-    assert_ok(toliman_fit_frame(fit, counts, SIDE, prediction, &result, NULL, NULL));
+    assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(counts), 1, prediction, &result, NULL, NULL));
     return result;
 }
 
@@ -55,22 +55,28 @@ static void bad_options_are_refused(void **state) {
         toliman_fit_options options = cases[i].options;
         if (options.struct_size == 0)
             options.struct_size = sizeof options;
-        assert_fails(toliman_fit_create(sim, &options, &made), TOLIMAN_E_ARGUMENT, cases[i].message);
+        assert_fails(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &options, &made), TOLIMAN_E_ARGUMENT,
+                     cases[i].message);
     }
     toliman_fit_options options;
     static const char *const moving[] = {"roll", "focus anisotropy", "shear"};
     for (size_t i = 0; i < 3; i++) {
         options = (toliman_fit_options){.struct_size = sizeof options, .free = moving[i]};
-        assert_fails(toliman_fit_create(sim, &options, &made), TOLIMAN_E_UNSUPPORTED, "options->free: \"");
+        assert_fails(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &options, &made), TOLIMAN_E_UNSUPPORTED,
+                     "options->free: \"");
     }
     options.free = "zernike_5 zernike_6 zernike_7 zernike_8 zernike_9 zernike_10 zernike_11 zernike_12 zernike_13 "
                    "zernike_14 zernike_15 zernike_16 zernike_17 zernike_18 zernike_19 zernike_20 zernike_21 zernike_22 "
                    "zernike_23 zernike_24 zernike_25 zernike_26 zernike_27 zernike_28 zernike_29 zernike_30";
-    assert_fails(toliman_fit_create(sim, &options, &made), TOLIMAN_E_ARGUMENT, "options->free: at most 25 names");
-    assert_fails(toliman_fit_create(NULL, NULL, &made), TOLIMAN_E_ARGUMENT, "sim is NULL");
-    assert_fails(toliman_fit_create(sim, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    assert_fails(toliman_fit_create((const toliman_sim *)(const void *)fit, NULL, &made), TOLIMAN_E_ARGUMENT,
-                 "sim is not a toliman_sim");
+    assert_fails(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &options, &made), TOLIMAN_E_ARGUMENT,
+                 "options->free: at most 25 names");
+    assert_fails(toliman_fit_create((const toliman_sim *[]){NULL}, NULL, 1, NULL, &made), TOLIMAN_E_ARGUMENT,
+                 "sims[0] is NULL");
+    assert_fails(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, NULL, NULL), TOLIMAN_E_ARGUMENT,
+                 "out is NULL");
+    assert_fails(
+        toliman_fit_create((const toliman_sim *[]){(const toliman_sim *)(const void *)fit}, NULL, 1, NULL, &made),
+        TOLIMAN_E_ARGUMENT, "sims[0] is not a toliman_sim");
     assert_null(made);
 }
 
@@ -98,7 +104,7 @@ static void parameters_are_listed(void **state) {
 static toliman_fit_info info_with(const toliman_fit_options *options) {
     toliman_fit *made = NULL;
     toliman_fit_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_fit_create(sim, options, &made));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, options, &made));
     assert_ok(toliman_fit_get_info(made, &info));
     toliman_fit_destroy(made);
     return info;
@@ -133,7 +139,7 @@ static uint64_t digest_of_scene(const char *binary, const char *detector) {
     toliman_sim *const other = sim_of(text);
     toliman_fit *made = NULL;
     toliman_fit_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_fit_create(other, NULL, &made));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){other}, NULL, 1, NULL, &made));
     assert_ok(toliman_fit_get_info(made, &info));
     toliman_fit_destroy(made);
     toliman_sim_destroy(other);
@@ -161,11 +167,11 @@ static void single_stars_and_padded_transforms_are_unsupported(void **state) {
     (void)state;
     toliman_fit *made = NULL;
     toliman_sim *other = sim_of(kSingleScene);
-    assert_fails(toliman_fit_create(other, NULL, &made), TOLIMAN_E_UNSUPPORTED, "");
+    assert_fails(toliman_fit_create((const toliman_sim *[]){other}, NULL, 1, NULL, &made), TOLIMAN_E_UNSUPPORTED, "");
     toliman_sim_destroy(other);
     const toliman_sim_options padded = {.struct_size = sizeof padded, .engine = TOLIMAN_SIM_ENGINE_PADDED_FFT};
     assert_ok(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, &padded, &other));
-    assert_fails(toliman_fit_create(other, NULL, &made), TOLIMAN_E_UNSUPPORTED, "");
+    assert_fails(toliman_fit_create((const toliman_sim *[]){other}, NULL, 1, NULL, &made), TOLIMAN_E_UNSUPPORTED, "");
     toliman_sim_destroy(other);
     assert_null(made);
 }
@@ -186,30 +192,28 @@ static void bad_frames_and_predictions_are_refused(void **state) {
         {{.separation_px = -1}, "prediction->separation_px = -1: must be above 0 px, or 0 for that of the scene"},
         {{.separation_px = 20, .position_angle_deg = NAN}, "prediction->position_angle_deg = nan: must be finite"},
         {{.x_px = 1e6}, "prediction: stars at (1e+06, "},
-        {{.struct_size = 4}, "prediction->struct_size = 4"},
+        {{.struct_size = 4}, "->struct_size = 4"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_fit_prediction prediction = cases[i].prediction;
         if (prediction.struct_size == 0)
             prediction.struct_size = sizeof prediction;
-        assert_fails(toliman_fit_frame(fit, frames, SIDE, &prediction, &result, NULL, NULL), TOLIMAN_E_ARGUMENT,
-                     cases[i].message);
+        assert_fails(toliman_fit_frame(fit, PLAIN_IMAGE(frames), 1, &prediction, &result, NULL, NULL),
+                     TOLIMAN_E_ARGUMENT, cases[i].message);
         assert_fails(toliman_fit_predict(fit, &prediction, NULL, 0, NULL, NULL), TOLIMAN_E_ARGUMENT, cases[i].message);
     }
     static double bad[2 * PIXELS];
     memcpy(bad, frames, sizeof bad);
     bad[PIXELS + 3 * SIDE + 7] = NAN;
-    assert_fails(toliman_fit_frame(fit, bad + PIXELS, SIDE, NULL, &result, NULL, NULL), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_fit_frame(fit, PLAIN_IMAGE(bad + PIXELS), 1, NULL, &result, NULL, NULL), TOLIMAN_E_ARGUMENT,
                  "counts[3][7] = nan");
     toliman_fit_result results[2] = {{.struct_size = sizeof *results}};
-    assert_fails(toliman_fit_frame_many(fit, PLAIN_IMAGE(bad), 2, NULL, results), TOLIMAN_E_ARGUMENT,
+    double values[2 * MANY] = {-5}, covariance[2 * MANY * MANY] = {-5};
+    assert_fails(toliman_fit_frame(fit, PLAIN_IMAGE(bad), 2, NULL, results, values, covariance), TOLIMAN_E_ARGUMENT,
                  "frame 1: counts[3][7] = nan");
-    assert_int_equal(results[0].iterations, 0); /* nothing was written */
-    assert_fails(toliman_fit_frame(fit, frames, SIDE - 1, NULL, &result, NULL, NULL), TOLIMAN_E_ARGUMENT,
-                 "stride of counts = 63: must be at least 64");
-    assert_fails(toliman_fit_frame(fit, NULL, SIDE, NULL, &result, NULL, NULL), TOLIMAN_E_ARGUMENT, "counts is NULL");
-    assert_fails(toliman_fit_frame(fit, frames, SIDE, NULL, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "result is NULL");
-    assert_fails(toliman_fit_frame(NULL, frames, SIDE, NULL, &result, NULL, NULL), TOLIMAN_E_ARGUMENT, "fit is NULL");
+    assert_true(results[0].iterations == 0 && values[0] == -5 && covariance[0] == -5); /* nothing was written */
+    assert_fails(toliman_fit_frame(NULL, PLAIN_IMAGE(frames), 1, NULL, &result, NULL, NULL), TOLIMAN_E_ARGUMENT,
+                 "fit is NULL");
     assert_fails(toliman_fit_predict(fit, NULL, bad, SIDE - 1, NULL, NULL), TOLIMAN_E_ARGUMENT,
                  "stride of image = 63: must be at least 64");
     assert_memory_equal(&result, &before, sizeof result);
@@ -218,17 +222,17 @@ static void bad_frames_and_predictions_are_refused(void **state) {
 static void bad_arrays_of_frames_are_refused(void **state) {
     (void)state;
     toliman_fit_result results[2] = {{.struct_size = sizeof *results}};
-    assert_fails(toliman_fit_frame_many(fit, NULL, 2, NULL, results), TOLIMAN_E_ARGUMENT, "image is NULL");
-    assert_fails(toliman_fit_frame_many(fit, PLAIN_IMAGE(frames), 2, NULL, NULL), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_fit_frame(fit, NULL, 2, NULL, results, NULL, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
+    assert_fails(toliman_fit_frame(fit, PLAIN_IMAGE(frames), 2, NULL, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT,
                  "results is NULL");
-    assert_ok(toliman_fit_frame_many(fit, NULL, 0, NULL, NULL));
+    assert_ok(toliman_fit_frame(fit, NULL, 0, NULL, NULL, NULL, NULL));
     const toliman_image small = {.struct_size = sizeof small, .pixels = frames, .rows = 32, .cols = 32};
-    assert_fails(toliman_fit_frame_many(fit, &small, 2, NULL, results), TOLIMAN_E_ARGUMENT, "rows");
+    assert_fails(toliman_fit_frame(fit, &small, 2, NULL, results, NULL, NULL), TOLIMAN_E_ARGUMENT, "rows");
     const toliman_fit_prediction predictions[2] = {{.struct_size = sizeof *predictions}, {.x_px = NAN}};
-    assert_fails(toliman_fit_frame_many(fit, PLAIN_IMAGE(frames), 2, predictions, results), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_fit_frame(fit, PLAIN_IMAGE(frames), 2, predictions, results, NULL, NULL), TOLIMAN_E_ARGUMENT,
                  "frame 1: prediction->x_px = nan: must be finite");
     results[0].struct_size = 8;
-    assert_fails(toliman_fit_frame_many(fit, PLAIN_IMAGE(frames), 2, NULL, results), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_fit_frame(fit, PLAIN_IMAGE(frames), 2, NULL, results, NULL, NULL), TOLIMAN_E_ARGUMENT,
                  "results->struct_size = 8");
 }
 
@@ -237,23 +241,28 @@ static void all_calls_give_the_same_bits(void **state) {
     (void)state;
     toliman_fit_prediction predictions[FRAMES];
     toliman_fit_result alone[FRAMES], together[FRAMES];
+    enum { N = 9 };
+    static double numbers[2][FRAMES][N], covariance[2][FRAMES][N * N]; /* alone and together */
     static uint32_t whole[FRAMES * PIXELS];
-    memset(together, 0, sizeof together);
+    memset(alone, 0, sizeof alone);
     for (int i = 0; i < FRAMES; i++) {
         predictions[i] = (toliman_fit_prediction){.struct_size = sizeof *predictions, .time_days = 2 * i};
         for (int k = 0; k < PIXELS; k++) {
             whole[i * PIXELS + k] = (uint32_t)fmax(0, nearbyint(frames[i * PIXELS + k]));
             frames[i * PIXELS + k] = whole[i * PIXELS + k];
         }
-        alone[i] = fitted(frames + i * PIXELS, &predictions[i]);
+        alone[i].struct_size = sizeof *alone;
+        assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(frames + i * PIXELS), 1, &predictions[i], &alone[i], numbers[0][i],
+                                    covariance[0][i]));
     }
     toliman_fit_info as_given = {.struct_size = sizeof as_given};
     assert_ok(toliman_fit_get_info(fit, &as_given));
+    assert_int_equal(as_given.parameters, N);
     for (uint32_t threads = 0; threads < 4; threads++) {
         toliman_fit_options options = kOptions;
         options.threads = threads;
         toliman_fit *other = NULL;
-        assert_ok(toliman_fit_create(sim, &options, &other));
+        assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &options, &other));
         toliman_fit_info info = {.struct_size = sizeof info};
         assert_ok(toliman_fit_get_info(other, &info));
         assert_true(info.digest == as_given.digest); /* the model images */
@@ -261,8 +270,10 @@ static void all_calls_give_the_same_bits(void **state) {
             const toliman_image *const image = kind ? IMAGE_OF(TOLIMAN_PIXEL_U32, whole) : PLAIN_IMAGE(frames);
             memset(together, 0x5a, sizeof together);
             together[0].struct_size = sizeof *together;
-            assert_ok(toliman_fit_frame_many(other, image, FRAMES, predictions, together));
+            assert_ok(toliman_fit_frame(other, image, FRAMES, predictions, together, numbers[1][0], covariance[1][0]));
             assert_memory_equal(together, alone, sizeof together);
+            assert_memory_equal(numbers[1], numbers[0], sizeof numbers[0]);
+            assert_memory_equal(covariance[1], covariance[0], sizeof covariance[0]);
         }
         toliman_fit_destroy(other);
     }
@@ -274,7 +285,7 @@ static void values_and_covariance_match_the_result(void **state) {
     const toliman_fit_prediction none = {.struct_size = sizeof none};
     double values[MANY], covariance[MANY * MANY];
     enum { N = 9 };
-    assert_ok(toliman_fit_frame(fit, frames, SIDE, &none, &result, values, covariance));
+    assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(frames), 1, &none, &result, values, covariance));
     const toliman_fit_result again = fitted(frames, NULL);
     assert_memory_equal(&result, &again, sizeof result);
     assert_int_equal(result.flags & ~TOLIMAN_FIT_SEARCHED, 0);
@@ -322,7 +333,7 @@ static void numbers_of_frames_without_a_fit_are_nan(void **state) {
     static double empty[PIXELS];
     toliman_fit_result result = {.struct_size = sizeof result};
     double values[MANY], covariance[MANY * MANY];
-    assert_ok(toliman_fit_frame(fit, empty, SIDE, NULL, &result, values, covariance));
+    assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(empty), 1, NULL, &result, values, covariance));
     assert_true((result.flags & TOLIMAN_FIT_NOT_CONVERGED) != 0);
     const double *const first = &result.displacement_px;
     for (const double *at = first; at <= &result.chi_square; at++)

@@ -27,7 +27,7 @@ static int set_up(void **unused) {
     sims[0] = sim_of(kBinaryScene);
     sims[1] = scene_of("290", "0.2002}");
     sims[2] = scene_of("285", "0.21}");
-    assert_ok(toliman_sim_frame_many(sims[1], NULL, 3, 0, FRAMES, frames));
+    assert_ok(toliman_sim_frame(sims[1], NULL, 3, 0, FRAMES, frames));
     return 0;
 }
 
@@ -48,14 +48,14 @@ static size_t largest_of(const double *image, size_t count) {
 static toliman_fit *windows_of(const double *starts, size_t count) {
     const toliman_fit_options options = {.struct_size = sizeof options, .free = "scale", .capture_px = 3};
     toliman_fit *fit = NULL;
-    assert_ok(toliman_fit_create_windows((const toliman_sim *const *)sims, starts, count, &options, &fit));
+    assert_ok(toliman_fit_create((const toliman_sim *const *)sims, starts, count, &options, &fit));
     return fit;
 }
 
 static toliman_fit *single(size_t window) {
     const toliman_fit_options options = {.struct_size = sizeof options, .free = "scale", .capture_px = 3};
     toliman_fit *fit = NULL;
-    assert_ok(toliman_fit_create(sims[window], &options, &fit));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){sims[window]}, NULL, 1, &options, &fit));
     return fit;
 }
 
@@ -72,14 +72,14 @@ static void frames_at_starts_have_the_bits_of_their_window(void **state) {
     toliman_fit_result results[FRAMES] = {{.struct_size = sizeof *results}};
     for (size_t i = 0; i < FRAMES; i++)
         predictions[i] = (toliman_fit_prediction){.struct_size = sizeof *predictions, .time_days = kTimes[i]};
-    assert_ok(toliman_fit_frame_many(all, PLAIN_IMAGE(frames), FRAMES, predictions, results));
+    assert_ok(toliman_fit_frame(all, PLAIN_IMAGE(frames), FRAMES, predictions, results, NULL, NULL));
     for (size_t i = 0; i < FRAMES; i++) {
         toliman_fit *const one = single(kWindows[i]);
         toliman_fit_result result = {.struct_size = sizeof result}, again = result;
         static double expected[PIXELS], image[PIXELS];
         double values[8], bounds[8];
-        assert_ok(toliman_fit_frame(one, frames + i * PIXELS, SIDE, &predictions[i], &result, NULL, NULL));
-        assert_ok(toliman_fit_frame(all, frames + i * PIXELS, SIDE, &predictions[i], &again, NULL, NULL));
+        assert_ok(toliman_fit_frame(one, PLAIN_IMAGE(frames + i * PIXELS), 1, &predictions[i], &result, NULL, NULL));
+        assert_ok(toliman_fit_frame(all, PLAIN_IMAGE(frames + i * PIXELS), 1, &predictions[i], &again, NULL, NULL));
         assert_memory_equal(&result, &again, sizeof result);
         results[i].struct_size = sizeof result;
         assert_memory_equal(&result, &results[i], sizeof result);
@@ -135,7 +135,7 @@ static void interpolation_has_an_error_of_second_order(void **state) {
         toliman_sim *const ends[] = {scene_of(depths[i][0], "0.2}"), scene_of(depths[i][1], "0.2}")};
         const toliman_fit_options options = {.struct_size = sizeof options, .capture_px = 3};
         toliman_fit *between = NULL;
-        assert_ok(toliman_fit_create_windows((const toliman_sim *const *)ends, kStarts, 2, &options, &between));
+        assert_ok(toliman_fit_create((const toliman_sim *const *)ends, kStarts, 2, &options, &between));
         assert_ok(toliman_fit_predict(between, &at, image, SIDE, NULL, NULL));
         for (size_t k = 0; k < PIXELS; k++)
             errors[i] = fmax(errors[i], fabs(image[k] - exact[k]));
@@ -203,13 +203,13 @@ static void bad_windows_are_refused(void **state) {
     const toliman_sim *const *const given = (const toliman_sim *const *)sims;
     toliman_fit *made = NULL;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
-        assert_fails(toliman_fit_create_windows(given, cases[i].starts, cases[i].count, NULL, &made),
-                     TOLIMAN_E_ARGUMENT, cases[i].message);
+        assert_fails(toliman_fit_create(given, cases[i].starts, cases[i].count, NULL, &made), TOLIMAN_E_ARGUMENT,
+                     cases[i].message);
     const toliman_sim *const missing[] = {sims[0], NULL};
-    assert_fails(toliman_fit_create_windows(missing, kStarts, 2, NULL, &made), TOLIMAN_E_ARGUMENT, "sims[1] is NULL");
-    assert_fails(toliman_fit_create_windows(NULL, kStarts, 2, NULL, &made), TOLIMAN_E_ARGUMENT, "sims is NULL");
-    assert_fails(toliman_fit_create_windows(given, NULL, 2, NULL, &made), TOLIMAN_E_ARGUMENT, "first_days is NULL");
-    assert_fails(toliman_fit_create_windows(given, kStarts, 2, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_fails(toliman_fit_create(missing, kStarts, 2, NULL, &made), TOLIMAN_E_ARGUMENT, "sims[1] is NULL");
+    assert_fails(toliman_fit_create(NULL, kStarts, 2, NULL, &made), TOLIMAN_E_ARGUMENT, "sims is NULL");
+    assert_fails(toliman_fit_create(given, NULL, 2, NULL, &made), TOLIMAN_E_ARGUMENT, "first_days is NULL");
+    assert_fails(toliman_fit_create(given, kStarts, 2, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     assert_null(made);
 }
 
@@ -223,7 +223,7 @@ static void scenes_that_differ_are_refused(void **state) {
     for (size_t i = 0; i < 3; i++) {
         toliman_sim *const other = sim_with(kBinaryScene, changes[i][0], changes[i][1]);
         const toliman_sim *const pair[] = {sims[0], other};
-        assert_fails(toliman_fit_create_windows(pair, kStarts, 2, NULL, &made), TOLIMAN_E_MISMATCH, changes[i][2]);
+        assert_fails(toliman_fit_create(pair, kStarts, 2, NULL, &made), TOLIMAN_E_MISMATCH, changes[i][2]);
         toliman_sim_destroy(other);
     }
     assert_null(made);
@@ -243,8 +243,8 @@ static void progress_is_that_of_all_windows(void **state) {
     const toliman_fit_options options = {
         .struct_size = sizeof options, .capture_px = 3, .progress = record, .progress_data = &largest};
     toliman_fit *made = NULL;
-    assert_fails(toliman_fit_create_windows((const toliman_sim *const *)sims, kStarts, 3, &options, &made),
-                 TOLIMAN_E_CANCELLED, "cancelled by the progress callback");
+    assert_fails(toliman_fit_create((const toliman_sim *const *)sims, kStarts, 3, &options, &made), TOLIMAN_E_CANCELLED,
+                 "cancelled by the progress callback");
     assert_true(largest > 0.5 && largest < 0.9);
     assert_null(made);
 }

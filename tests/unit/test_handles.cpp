@@ -37,7 +37,8 @@ int make_one_of_each() {
     const auto sim = make<simulator>(toliman_sim_create_json, kScene, sizeof kScene - 1, nullptr, nullptr);
     const auto cae = make<autoencoder>(toliman_cae_create, sim.get(), 1u, nullptr);
     const auto linear = make<linear_estimator>(toliman_linear_create, sim.get(), nullptr);
-    const auto fit = make<frame_fit>(toliman_fit_create, sim.get(), nullptr);
+    const toliman_sim *const scene = sim.get();
+    const auto fit = make<frame_fit>(toliman_fit_create, &scene, nullptr, 1u, nullptr);
     const auto bank = make<network_bank>(toliman_bank_create, fit.get(), nullptr);
     const auto components = make<component_set>(toliman_components_create, sim.get(), nullptr);
     auto one = sized<toliman_mask_options>();
@@ -131,7 +132,9 @@ int callbacks_may_throw() {
     auto fitting = toliman::sized<toliman_fit_options>(); // whose progress is part of that of all windows
     fitting.progress = throws;
     toliman_fit *fit = nullptr;
-    failed += ends_with(toliman_fit_create(sim.get(), &fitting, &fit), "the progress callback threw an exception");
+    const toliman_sim *const scene = sim.get();
+    failed +=
+        ends_with(toliman_fit_create(&scene, nullptr, 1, &fitting, &fit), "the progress callback threw an exception");
     if (std::string(toliman_last_error()).find("callback", 20) != std::string::npos)
         failed += ends_with(TOLIMAN_OK, "is stated twice");
 

@@ -100,12 +100,16 @@ static void every_kind_of_pixels_and_every_layout_gives_the_same_bits(void **unu
                                          .stride = (int64_t)stride,
                                          .frame_stride = (int64_t)frame_stride};
             double latents[COUNT], values[COUNT], alone;
-            assert_ok(toliman_cae_encode_many(cae, &image, COUNT, latents, NULL));
-            assert_ok(toliman_linear_encode_many(linear, &image, COUNT, values, NULL));
+            assert_ok(toliman_cae_encode(cae, &image, COUNT, latents, NULL));
+            assert_ok(toliman_linear_encode(linear, &image, COUNT, values, NULL));
+            assert_ok(toliman_cae_encode(cae, &image, 1, &alone, NULL));
+            assert_memory_equal(&latents[0], &alone, sizeof alone);
+            assert_ok(toliman_linear_encode(linear, &image, 1, &alone, NULL));
+            assert_memory_equal(&values[0], &alone, sizeof alone);
             for (size_t k = 0; k < COUNT; k++) {
-                assert_ok(toliman_cae_encode(cae, plain + k * kPixels, kSide, &alone, NULL));
+                assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(plain + k * kPixels), 1, &alone, NULL));
                 assert_memory_equal(&latents[k], &alone, sizeof alone);
-                assert_ok(toliman_linear_encode(linear, plain + k * kPixels, kSide, &alone, NULL));
+                assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(plain + k * kPixels), 1, &alone, NULL));
                 assert_memory_equal(&values[k], &alone, sizeof alone);
             }
         }
@@ -178,20 +182,20 @@ static void impossible_images_are_refused(void **unused) {
         cases[i].status = TOLIMAN_E_RANGE;
     for (size_t i = 0; i < 13; i++) {
         const toliman_image *const image = &cases[i].image;
-        assert_fails(toliman_cae_encode_many(cae, image, cases[i].count, values, fits), cases[i].status, cases[i].text);
-        assert_fails(toliman_linear_encode_many(linear, image, cases[i].count, values, fits), cases[i].status,
+        assert_fails(toliman_cae_encode(cae, image, cases[i].count, values, fits), cases[i].status, cases[i].text);
+        assert_fails(toliman_linear_encode(linear, image, cases[i].count, values, fits), cases[i].status,
                      cases[i].text);
     }
-    assert_fails(toliman_linear_encode_many(NULL, &good, 1, values, NULL), TOLIMAN_E_ARGUMENT, "linear is NULL");
-    assert_fails(toliman_linear_encode_many(linear, NULL, 1, values, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
-    assert_fails(toliman_linear_encode_many(linear, &good, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "values_px is NULL");
-    assert_ok(toliman_linear_encode_many(linear, NULL, 0, NULL, NULL));
+    assert_fails(toliman_linear_encode(NULL, &good, 1, values, NULL), TOLIMAN_E_ARGUMENT, "linear is NULL");
+    assert_fails(toliman_linear_encode(linear, NULL, 1, values, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
+    assert_fails(toliman_linear_encode(linear, &good, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "values_px is NULL");
+    assert_ok(toliman_linear_encode(linear, NULL, 0, NULL, NULL));
     frames[kPixels + 259] = INFINITY;
-    assert_fails(toliman_linear_encode_many(linear, &good, 2, values, fits), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_linear_encode(linear, &good, 2, values, fits), TOLIMAN_E_ARGUMENT,
                  "frame 1: counts[1][3] = inf");
     assert_true(values[0] == 1 && values[1] == 2 && fits[0].chi_square == 3 && fits[1].struct_size == 0);
     fits[0].struct_size = 4;
-    assert_fails(toliman_linear_encode_many(linear, &good, 2, values, fits), TOLIMAN_E_ARGUMENT, "goodness");
+    assert_fails(toliman_linear_encode(linear, &good, 2, values, fits), TOLIMAN_E_ARGUMENT, "goodness");
     free(frames);
 }
 
@@ -232,14 +236,14 @@ static void chi_square_matches_a_plain_fit(void **unused) {
     static double frame[kPixels];
     double value, alone;
     toliman_frame_goodness fits[2] = {TOLIMAN_FRAME_GOODNESS_INIT, TOLIMAN_FRAME_GOODNESS_INIT};
-    assert_ok(toliman_sim_frame(sim, 1e-3, 3, 0, frame, kSide));
+    assert_ok(toliman_sim_frame(sim, &(double){1e-3}, 3, 0, 1, frame));
     for (size_t i = 0; i < kPixels; i++)
         frame[i] *= 1 + 1e-4 * (i % 256 < 128); /* a frame that no scene produces */
-    assert_ok(toliman_linear_encode_many(linear, PLAIN_IMAGE(frame), 1, &value, &fits[0]));
-    assert_ok(toliman_linear_encode(linear, frame, kSide, &alone, NULL));
+    assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(frame), 1, &value, &fits[0]));
+    assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(frame), 1, &alone, NULL));
     assert_memory_equal(&value, &alone, sizeof value);
-    assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frame), 1, &value, &fits[1]));
-    assert_ok(toliman_cae_encode(cae, frame, kSide, &alone, NULL));
+    assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &value, &fits[1]));
+    assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &alone, NULL));
     assert_memory_equal(&value, &alone, sizeof value);
     const double expected = slow_chi_square(frame);
     assert_true(expected > 1.1);
@@ -272,11 +276,11 @@ static void check_scene(const toliman_sim *scene, const toliman_cae *network, co
     toliman_frame_goodness fits[2][GOOD + FAULTS] = {{{.struct_size = sizeof fits[0][0]}},
                                                      {{.struct_size = sizeof fits[0][0]}}};
     for (size_t k = 0; k < GOOD; k++)
-        assert_ok(toliman_sim_frame(scene, 1e-6 * (double)k, 9, (int64_t)k, frames + k * kPixels, kSide));
+        assert_ok(toliman_sim_frame(scene, &(double){1e-6 * (double)k}, 9, (int64_t)k, 1, frames + k * kPixels));
     for (int fault = 0; fault < FAULTS; fault++)
         damage(fault, frames, frames + (size_t)(GOOD + fault) * kPixels);
-    assert_ok(toliman_cae_encode_many(network, PLAIN_IMAGE(frames), GOOD + FAULTS, values, fits[0]));
-    assert_ok(toliman_linear_encode_many(fit, PLAIN_IMAGE(frames), GOOD + FAULTS, values, fits[1]));
+    assert_ok(toliman_cae_encode(network, PLAIN_IMAGE(frames), GOOD + FAULTS, values, fits[0]));
+    assert_ok(toliman_linear_encode(fit, PLAIN_IMAGE(frames), GOOD + FAULTS, values, fits[1]));
     for (int which = 0; which < 2; which++) {
         double mean = 0, scatter = 0;
         for (size_t k = 0; k < GOOD; k++) {
@@ -318,9 +322,9 @@ static void damaged_frames_are_detected_in_the_chapter_scene(void **unused) {
     static double frame[kPixels];
     double value;
     toliman_frame_goodness fits[2] = {TOLIMAN_FRAME_GOODNESS_INIT, TOLIMAN_FRAME_GOODNESS_INIT};
-    assert_ok(toliman_sim_frame(scene, 0, 4, 4, frame, kSide));
+    assert_ok(toliman_sim_frame(scene, &(double){0}, 4, 4, 1, frame));
     for (int i = 0; i < 2; i++) { /* independent of the input */
-        assert_ok(toliman_cae_encode_many(networks[i], PLAIN_IMAGE(frame), 1, &value, &fits[i]));
+        assert_ok(toliman_cae_encode(networks[i], PLAIN_IMAGE(frame), 1, &value, &fits[i]));
         toliman_cae_destroy(networks[i]);
     }
     assert_close(fits[0].chi_square, fits[1].chi_square, 1e-12, 0);
@@ -333,15 +337,15 @@ static void chi_square_is_the_same_on_any_number_of_workers(void **unused) {
     double *frames = new_image(COUNT * kPixels), values[COUNT];
     toliman_frame_goodness first[2][COUNT], fits[COUNT] = {{.struct_size = sizeof fits[0]}};
     for (size_t k = 0; k < COUNT; k++)
-        assert_ok(toliman_sim_frame(sim, 0, 1, (int64_t)k, frames + k * kPixels, kSide));
+        assert_ok(toliman_sim_frame(sim, &(double){0}, 1, (int64_t)k, 1, frames + k * kPixels));
     for (uint32_t threads = 1; threads <= 4; threads++) {
         const toliman_linear_options options = {.struct_size = sizeof options, .threads = threads};
         toliman_cae *const network = cae_on_threads(cae, threads);
         toliman_linear *template = NULL;
         assert_ok(toliman_linear_create(sim, &options, &template));
         for (int which = 0; which < 2; which++) {
-            assert_ok(which ? toliman_cae_encode_many(network, PLAIN_IMAGE(frames), COUNT, values, fits)
-                            : toliman_linear_encode_many(template, PLAIN_IMAGE(frames), COUNT, values, fits));
+            assert_ok(which ? toliman_cae_encode(network, PLAIN_IMAGE(frames), COUNT, values, fits)
+                            : toliman_linear_encode(template, PLAIN_IMAGE(frames), COUNT, values, fits));
             if (threads == 1)
                 memcpy(first[which], fits, sizeof fits);
             assert_memory_equal(fits, first[which], sizeof fits);
@@ -351,7 +355,7 @@ static void chi_square_is_the_same_on_any_number_of_workers(void **unused) {
     }
     for (size_t i = 0; i < kPixels; i++)
         frames[i] = 1e200;
-    assert_ok(toliman_linear_encode_many(linear, PLAIN_IMAGE(frames), 1, values, fits));
+    assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(frames), 1, values, fits));
     assert_true(isinf(fits[0].chi_square) && fits[0].goodness == TOLIMAN_GOODNESS_POOR);
     free(frames);
 }

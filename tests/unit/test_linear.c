@@ -7,6 +7,7 @@
 #include <toliman/linear.h>
 
 #include "assert_close.h"
+#include "images.h"
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
 
@@ -76,8 +77,8 @@ static void values_are_unbiased_with_the_predicted_scatter(void **state) {
         const double displacement = 5 * sigma;
         for (int64_t f = 0; f < frames; f++) {
             double value = 0;
-            assert_ok(toliman_sim_frame(sim, displacement, 77, f, image, SIDE));
-            assert_ok(toliman_linear_encode(linear, image, SIDE, &value, NULL));
+            assert_ok(toliman_sim_frame(sim, &displacement, 77, f, 1, image));
+            assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(image), 1, &value, NULL));
             sum += value - displacement;
             squares += (value - displacement) * (value - displacement);
         }
@@ -98,7 +99,7 @@ static double value_of_disturbed_frame(const char *project) {
     assert_ok(toliman_sim_get_image(other, TOLIMAN_SIM_IMAGE_STAR_A, star, SIDE));
     for (size_t i = 0; i < PIXELS; i++)
         moved[i] += 1e-4 * star[i];
-    assert_ok(toliman_linear_encode(linear, moved, SIDE, &value, NULL));
+    assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(moved), 1, &value, NULL));
     toliman_linear_destroy(linear);
     toliman_sim_destroy(other);
     toliman_sim_destroy(sim);
@@ -121,11 +122,12 @@ static void stride_skips_the_end_of_rows(void **state) {
     double value = 0, same = 1;
     for (size_t i = 0; i < SIDE * stride; i++)
         wide[i] = NAN;
-    assert_ok(toliman_sim_frame(sim, 1e-3, 5, 0, tight, SIDE));
+    assert_ok(toliman_sim_frame(sim, &(double){1e-3}, 5, 0, 1, tight));
     for (size_t row = 0; row < SIDE; row++)
         memcpy(wide + row * stride, tight + row * SIDE, SIDE * sizeof *tight);
-    assert_ok(toliman_linear_encode(linear, tight, SIDE, &value, NULL));
-    assert_ok(toliman_linear_encode(linear, wide, stride, &same, NULL));
+    assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(tight), 1, &value, NULL));
+    const toliman_image strided = {.struct_size = sizeof strided, .pixels = wide, .stride = stride};
+    assert_ok(toliman_linear_encode(linear, &strided, 1, &same, NULL));
     assert_true(value == same);
     toliman_linear_destroy(linear);
     toliman_sim_destroy(sim);
@@ -140,15 +142,16 @@ static void errors_name_the_argument_and_change_nothing(void **state) {
     assert_fails(toliman_linear_create(NULL, NULL, &untouched), TOLIMAN_E_ARGUMENT, "sim is NULL");
     assert_null(untouched);
     assert_fails(toliman_linear_create(sim, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    assert_fails(toliman_linear_encode(NULL, image, SIDE, &value, NULL), TOLIMAN_E_ARGUMENT, "linear is NULL");
-    assert_fails(toliman_linear_encode(linear, NULL, SIDE, &value, NULL), TOLIMAN_E_ARGUMENT, "counts is NULL");
-    assert_fails(toliman_linear_encode(linear, image, SIDE - 1, &value, NULL), TOLIMAN_E_ARGUMENT,
-                 "stride of counts = 63");
-    assert_fails(toliman_linear_encode(linear, image, SIDE, NULL, NULL), TOLIMAN_E_ARGUMENT, "value_px is NULL");
+    assert_fails(toliman_linear_encode(NULL, PLAIN_IMAGE(image), 1, &value, NULL), TOLIMAN_E_ARGUMENT,
+                 "linear is NULL");
+    assert_fails(toliman_linear_encode(linear, PLAIN_IMAGE(image), 1, NULL, NULL), TOLIMAN_E_ARGUMENT,
+                 "values_px is NULL");
     image[3 * SIDE + 17] = NAN;
-    assert_fails(toliman_linear_encode(linear, image, SIDE, &value, NULL), TOLIMAN_E_ARGUMENT, "counts[3][17] = nan");
+    assert_fails(toliman_linear_encode(linear, PLAIN_IMAGE(image), 1, &value, NULL), TOLIMAN_E_ARGUMENT,
+                 "counts[3][17] = nan");
     image[3 * SIDE + 17] = -INFINITY;
-    assert_fails(toliman_linear_encode(linear, image, SIDE, &value, NULL), TOLIMAN_E_ARGUMENT, "counts[3][17] = -inf");
+    assert_fails(toliman_linear_encode(linear, PLAIN_IMAGE(image), 1, &value, NULL), TOLIMAN_E_ARGUMENT,
+                 "counts[3][17] = -inf");
     assert_fails(toliman_linear_get_sigma(NULL, &value), TOLIMAN_E_ARGUMENT, "linear is NULL");
     assert_fails(toliman_linear_get_sigma(linear, NULL), TOLIMAN_E_ARGUMENT, "sigma_px is NULL");
     assert_true(value == 42);

@@ -24,7 +24,7 @@ static void push_frames(toliman_components *components, const toliman_sim *sim, 
     static double displacement[FRAMES], image[PIXELS];
     assert_ok(toliman_sim_get_series(sim, 0, FRAMES, NULL, displacement));
     for (size_t f = 0; f < count; f++) {
-        assert_ok(toliman_sim_frame(sim, times * displacement[f], 5, (int64_t)f, image, SIDE));
+        assert_ok(toliman_sim_frame(sim, &(double){times * displacement[f]}, 5, (int64_t)f, 1, image));
         assert_ok(toliman_components_push(components, PLAIN_IMAGE(image), 1));
     }
 }
@@ -87,7 +87,6 @@ static void every_method_finds_a_period_above_the_threshold_and_none_below(void 
                 assert_true(peak_of(weak, times).log10_fap > -3);
                 toliman_components_destroy(weak);
             }
-            toliman_components_destroy(components);
         }
     toliman_sim_destroy(sim);
 }
@@ -202,7 +201,7 @@ static void push_discards_a_training_and_cancellation_does_not(void **state) {
     options.lambda = 0.1;
     assert_ok(toliman_components_train(components, &options, &report));
     assert_true(report.iterations == 1 && report.converged == 0 && report.objective > 0 && report.objective < 1);
-    assert_ok(toliman_sim_frame(sim, 0, 5, 40, image, SIDE));
+    assert_ok(toliman_sim_frame(sim, &(double){0}, 5, 40, 1, image));
     image[0] = NAN;
     assert_fails(toliman_components_push(components, PLAIN_IMAGE(image), 1), TOLIMAN_E_ARGUMENT, "counts[0][0] = nan");
     assert_ok(toliman_components_get_series(components, 0, NULL, &share));

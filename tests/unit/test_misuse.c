@@ -319,9 +319,9 @@ static void counts_beyond_memory_are_refused(void **state) {
     toliman_cae *cae = make_cae(sim, 1, 0, NULL);
     toliman_period *period = new_period(5);
     double *image = new_image(kPixels), numbers[4] = {0}, out[4];
-    assert_fails(toliman_cae_encode_many(cae, PLAIN_IMAGE(image), many, out, NULL), TOLIMAN_E_RANGE,
+    assert_fails(toliman_cae_encode(cae, PLAIN_IMAGE(image), many, out, NULL), TOLIMAN_E_RANGE,
                  "image: 1152921504606846976");
-    assert_fails(toliman_sim_frame_many(sim, numbers, 1, 0, many, image), TOLIMAN_E_RANGE, "images: ");
+    assert_fails(toliman_sim_frame(sim, numbers, 1, 0, many, image), TOLIMAN_E_RANGE, "images: ");
     assert_fails(toliman_period_push_many(period, numbers, numbers, NULL, many), TOLIMAN_E_RANGE, "t: ");
     assert_fails(toliman_period_batch(0, 0.1, 3, numbers, numbers, NULL, many, NULL, out), TOLIMAN_E_RANGE, "t: ");
     assert_int_equal(count_of(period), 0);

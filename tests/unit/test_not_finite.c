@@ -239,31 +239,31 @@ static void pixels(void **unused) {
     assert_ok(toliman_linear_create(sim, NULL, &linear));
     assert_ok(toliman_components_create(sim, NULL, &components));
     double *good = new_image(kPixels), *frame = new_image(kPixels), *image = new_image(kPixels), value = -7;
-    assert_ok(toliman_sim_frame(sim, 0, 1, 1, good, kSide));
+    assert_ok(toliman_sim_frame(sim, &(double){0}, 1, 1, 1, good));
     for (uint64_t storm = 0; storm < storms; storm++) {
         memcpy(frame, good, kPixels * sizeof *frame);
         corrupt_pixels(frame, wrong_number);
         value = -7;
-        assert_refused(toliman_cae_encode(cae, frame, kSide, &value, NULL));
+        assert_refused(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &value, NULL));
         assert_refused(toliman_cae_reconstruct(cae, frame, kSide, image, kSide, NULL, NULL, NULL));
-        assert_refused(toliman_linear_encode(linear, frame, kSide, &value, NULL));
+        assert_refused(toliman_linear_encode(linear, PLAIN_IMAGE(frame), 1, &value, NULL));
         assert_refused(toliman_components_push(components, PLAIN_IMAGE(frame), 1));
         assert_true(value == -7);
         memcpy(frame, good, kPixels * sizeof *frame);
         corrupt_pixels(frame, odd_number);
-        if (toliman_cae_encode(cae, frame, kSide, &value, NULL) == TOLIMAN_OK)
+        if (toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &value, NULL) == TOLIMAN_OK)
             assert_finite(&value, 1);
         if (toliman_cae_reconstruct(cae, frame, kSide, image, kSide, NULL, NULL, NULL) == TOLIMAN_OK)
             assert_finite(image, kPixels);
-        if (toliman_linear_encode(linear, frame, kSide, &value, NULL) == TOLIMAN_OK)
+        if (toliman_linear_encode(linear, PLAIN_IMAGE(frame), 1, &value, NULL) == TOLIMAN_OK)
             assert_finite(&value, 1);
         value = wrong_number();
-        assert_refused(toliman_sim_frame(sim, value, 1, 1, image, kSide));
+        assert_refused(toliman_sim_frame(sim, &value, 1, 1, 1, image));
         assert_refused(toliman_sim_expect(sim, value, image, kSide));
         assert_refused(toliman_sim_propagate(sim, value, image, kSide));
         assert_refused(toliman_cae_decode(cae, value, image, kSide));
         value = odd_number();
-        if (toliman_sim_frame(sim, value, 1, 1, image, kSide) == TOLIMAN_OK)
+        if (toliman_sim_frame(sim, &value, 1, 1, 1, image) == TOLIMAN_OK)
             assert_finite(image, kPixels);
         if (toliman_cae_decode(cae, value, image, kSide) == TOLIMAN_OK)
             assert_finite(image, kPixels);

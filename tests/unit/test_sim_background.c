@@ -26,8 +26,8 @@ static toliman_sim *simulator(const char *binary, const char *systematics, const
  */
 static double background_of(const toliman_sim *sim, const toliman_sim *other, int64_t k) {
     static double frame[PIXELS], without[PIXELS];
-    assert_ok(toliman_sim_frame(sim, 0, 3, k, frame, SIDE));
-    assert_ok(toliman_sim_frame(other, 0, 3, k, without, SIDE));
+    assert_ok(toliman_sim_frame(sim, &(double){0}, 3, k, 1, frame));
+    assert_ok(toliman_sim_frame(other, &(double){0}, 3, k, 1, without));
     double *const response = image_of(sim, TOLIMAN_SIM_IMAGE_BACKGROUND);
     const double photons = (frame[0] - without[0]) / response[0];
     for (int i = 0; i < PIXELS; i++)

@@ -6,6 +6,7 @@
 #include <toliman/linear.h>
 
 #include "frame_statistics.h"
+#include "images.h"
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
 
@@ -49,7 +50,7 @@ static double *frame(const char *stages, const char *noise) {
     toliman_sim *const sim = make(stages, noise);
     double *const image = malloc(PIXELS * sizeof *image);
     assert_non_null(image);
-    assert_ok(toliman_sim_frame(sim, 1e-3, 3, 5, image, SIDE));
+    assert_ok(toliman_sim_frame(sim, &(double){1e-3}, 3, 5, 1, image));
     toliman_sim_destroy(sim);
     return image;
 }
@@ -142,7 +143,7 @@ static void flat_is_a_fixed_pattern(void **state) {
     double *const other = image_with("\"flat_rms\": 0.02", "\"seed\": 8", TOLIMAN_SIM_IMAGE_BOTH);
     double noise[PIXELS]; /* read noise with the scene's seed in frame 0 */
     toliman_sim *const reading = make("", "\"read_e\": 1");
-    assert_ok(toliman_sim_frame(reading, 0, 7, 0, noise, SIDE));
+    assert_ok(toliman_sim_frame(reading, &(double){0}, 7, 0, 1, noise));
     toliman_sim_destroy(reading);
     double sum = 0, squares = 0, fourth = 0, product = 0, read = 0;
     for (size_t i = 0; i < PIXELS; i++) {
@@ -160,8 +161,8 @@ static void flat_is_a_fixed_pattern(void **state) {
     assert_close(read / PIXELS, 0, 0, 5 / sqrt(PIXELS)); /* a random stream of its own */
     toliman_sim *const sim = make("\"flat_rms\": 0.02", "\"seed\": 7");
     double first[PIXELS], second[PIXELS];
-    assert_ok(toliman_sim_frame(sim, 0, 1, 0, first, SIDE));
-    assert_ok(toliman_sim_frame(sim, 0, 2, 9, second, SIDE));
+    assert_ok(toliman_sim_frame(sim, &(double){0}, 1, 0, 1, first));
+    assert_ok(toliman_sim_frame(sim, &(double){0}, 2, 9, 1, second));
     assert_memory_equal(first, second, sizeof first);
     assert_memory_equal(first, flat, sizeof first);
     toliman_sim_destroy(sim);
@@ -287,8 +288,8 @@ static void the_template_reaches_the_bound(void **state) {
     assert_close(sigma, sim_bounds_of(sim).crb_px, 1e-9, 0);
     for (int64_t k = 0; k < frames; k++) {
         double value;
-        assert_ok(toliman_sim_frame(sim, 5 * sigma, 77, k, image, SIDE));
-        assert_ok(toliman_linear_encode(linear, image, SIDE, &value, NULL));
+        assert_ok(toliman_sim_frame(sim, &(double){5 * sigma}, 77, k, 1, image));
+        assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(image), 1, &value, NULL));
         sum += value - 5 * sigma;
         squares += (value - 5 * sigma) * (value - 5 * sigma);
     }

@@ -12,7 +12,7 @@ enum { SIDE = 64, PIXELS = SIDE * SIDE };
 static double *frames_of(const toliman_sim *sim, uint64_t seed, int64_t first, size_t count) {
     double *const frames = malloc(count * PIXELS * sizeof *frames);
     assert_non_null(frames);
-    assert_ok(toliman_sim_frame_many(sim, NULL, seed, first, count, frames));
+    assert_ok(toliman_sim_frame(sim, NULL, seed, first, count, frames));
     return frames;
 }
 
@@ -46,7 +46,7 @@ static void without_noise_frames_are_expectations(void **state) {
         sim_with(kBinaryScene, ", \"noise\": {\"photon\": true, \"read_e\": 2.5, \"seed\": 7}}", ", \"noise\": {}}");
     (void)sim;
     double frame[PIXELS], expected[PIXELS];
-    assert_ok(toliman_sim_frame(sim, 1e-3, 5, 3, frame, SIDE));
+    assert_ok(toliman_sim_frame(sim, &(double){1e-3}, 5, 3, 1, frame));
     assert_ok(toliman_sim_expect(sim, 1e-3, expected, SIDE));
     assert_memory_equal(frame, expected, sizeof frame);
     toliman_sim_destroy(sim);
@@ -63,20 +63,19 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
         free(many);
         toliman_sim_destroy(other);
     }
-    for (int64_t k = 32; k >= 20; k -= 4) { /* one by one, backwards and with a stride */
-        double image[SIDE][SIDE + 3], displacement;
+    static double image[PIXELS], two[2 * PIXELS];
+    for (int64_t k = 32; k >= 20; k -= 4) { /* one by one, backwards */
+        double displacement;
         assert_ok(toliman_sim_get_series(sim, k, 1, NULL, &displacement));
-        assert_ok(toliman_sim_frame(sim, displacement, 7, k, image[0], SIDE + 3));
-        for (size_t row = 0; row < SIDE; row++)
-            assert_memory_equal(image[row], one + (size_t)(k - 20) * PIXELS + row * SIDE, SIDE * sizeof(double));
+        assert_ok(toliman_sim_frame(sim, &displacement, 7, k, 1, image));
+        assert_memory_equal(image, one + (size_t)(k - 20) * PIXELS, sizeof image);
     }
     free(one);
     /* With given displacements a frame may have any number, inside the cadence or not. */
-    static double image[PIXELS], alone[PIXELS];
-    const double displacement = 0.05;
-    assert_ok(toliman_sim_frame_many(sim, &displacement, 7, 123456789012, 1, image));
-    assert_ok(toliman_sim_frame(sim, displacement, 7, 123456789012, alone, SIDE));
-    assert_memory_equal(image, alone, sizeof image);
+    const double displacements[] = {0.01, 0.05};
+    assert_ok(toliman_sim_frame(sim, displacements, 7, 123456789011, 2, two));
+    assert_ok(toliman_sim_frame(sim, &displacements[1], 7, 123456789012, 1, image));
+    assert_memory_equal(image, two + PIXELS, sizeof image);
     toliman_sim_destroy(sim);
 }
 
@@ -147,20 +146,19 @@ static void impossible_calls_are_refused(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
     double image[PIXELS] = {-1};
-    assert_fails(toliman_sim_frame(sim, 0.2, 1, 0, image, SIDE), TOLIMAN_E_RANGE, "displacement_px = 0.2");
-    assert_fails(toliman_sim_frame(sim, NAN, 1, 0, image, SIDE), TOLIMAN_E_ARGUMENT, "NaN");
-    assert_fails(toliman_sim_frame(sim, 0, 1, -1, image, SIDE), TOLIMAN_E_RANGE, "k = -1");
-    assert_fails(toliman_sim_frame(sim, 0, 1, 0, image, SIDE - 1), TOLIMAN_E_ARGUMENT, "stride of image = 63");
-    assert_fails(toliman_sim_frame(sim, 0, 1, 0, NULL, SIDE), TOLIMAN_E_ARGUMENT, "image is NULL");
-    assert_fails(toliman_sim_frame(NULL, 0, 1, 0, image, SIDE), TOLIMAN_E_ARGUMENT, "sim is NULL");
+    assert_fails(toliman_sim_frame(sim, &(double){0.2}, 1, 0, 1, image), TOLIMAN_E_RANGE, "displacements_px = 0.2");
+    assert_fails(toliman_sim_frame(sim, &(double){NAN}, 1, 0, 1, image), TOLIMAN_E_ARGUMENT, "NaN");
+    assert_fails(toliman_sim_frame(sim, &(double){0}, 1, -1, 1, image), TOLIMAN_E_RANGE, "first = -1");
+    assert_fails(toliman_sim_frame(sim, &(double){0}, 1, 0, 1, NULL), TOLIMAN_E_ARGUMENT, "images is NULL");
+    assert_fails(toliman_sim_frame(NULL, &(double){0}, 1, 0, 1, image), TOLIMAN_E_ARGUMENT, "sim is NULL");
     assert_fails(toliman_sim_expect(sim, -0.11, image, SIDE), TOLIMAN_E_RANGE, "[-0.1, 0.1] px");
     assert_fails(toliman_sim_propagate(sim, INFINITY, image, SIDE), TOLIMAN_E_RANGE, "[-100, 100] px");
     assert_fails(toliman_sim_get_image(sim, 12, image, SIDE), TOLIMAN_E_ARGUMENT,
                  "kind = 12: must be one of TOLIMAN_SIM_IMAGE_..., 311 to 322");
-    assert_fails(toliman_sim_frame_many(sim, NULL, 1, 99, 2, image), TOLIMAN_E_RANGE, "cadence of 100 frames");
-    assert_fails(toliman_sim_frame_many(sim, NULL, 1, 0, SIZE_MAX, image), TOLIMAN_E_RANGE, "cadence");
+    assert_fails(toliman_sim_frame(sim, NULL, 1, 99, 2, image), TOLIMAN_E_RANGE, "cadence of 100 frames");
+    assert_fails(toliman_sim_frame(sim, NULL, 1, 0, SIZE_MAX, image), TOLIMAN_E_RANGE, "cadence");
     const double far_away = -0.3;
-    assert_fails(toliman_sim_frame_many(sim, &far_away, 1, 0, 1, image), TOLIMAN_E_RANGE, "displacement_px = -0.3");
+    assert_fails(toliman_sim_frame(sim, &far_away, 1, 0, 1, image), TOLIMAN_E_RANGE, "displacements_px = -0.3");
     assert_close(image[0], -1, 0, 0);
     toliman_sim_info info = {0};
     assert_fails(toliman_sim_get_info(sim, &info), TOLIMAN_E_ARGUMENT, "out->struct_size = 0");
@@ -210,9 +208,10 @@ static void too_bright_frames_are_refused(void **state) {
     free(text);
     static double image[64 * 64];
     image[0] = -1;
-    assert_fails(toliman_sim_frame(sim, -20, 1, 3, image, 64), TOLIMAN_E_RANGE, "frame 3: a pixel expects 1.");
+    assert_fails(toliman_sim_frame(sim, &(double){-20}, 1, 3, 1, image), TOLIMAN_E_RANGE,
+                 "frame 3: a pixel expects 1.");
     assert_close(image[0], -1, 0, 0);
-    assert_ok(toliman_sim_frame(sim, 0, 1, 3, image, 64));
+    assert_ok(toliman_sim_frame(sim, &(double){0}, 1, 3, 1, image));
     toliman_sim_destroy(sim);
 }
 
@@ -307,7 +306,7 @@ static void a_signal_that_changes_no_pixel_is_refused(void **state) {
     double count = 0;
     assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, &count, 1));
     const char *const message = "signal: the motion of star A changes no pixel of the frame";
-    assert_fails(toliman_sim_frame(sim, 0, 1, 0, &count, 1), TOLIMAN_E_SCENE, message);
+    assert_fails(toliman_sim_frame(sim, &(double){0}, 1, 0, 1, &count), TOLIMAN_E_SCENE, message);
     assert_fails(toliman_sim_expect(sim, 0, &count, 1), TOLIMAN_E_SCENE, message);
     assert_fails(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_SEPARATION, &count, 1), TOLIMAN_E_SCENE, message);
     assert_fails(toliman_sim_get_bounds(sim, &bounds), TOLIMAN_E_SCENE, message);

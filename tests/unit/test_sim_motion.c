@@ -33,7 +33,7 @@ static double error_against(const toliman_sim *sim, int64_t k, const char *text)
     static double frame[PIXELS], there[PIXELS];
     double displacement, worst = 0;
     assert_ok(toliman_sim_get_series(sim, k, 1, NULL, &displacement));
-    assert_ok(toliman_sim_frame_many(sim, NULL, 1, k, 1, frame));
+    assert_ok(toliman_sim_frame(sim, NULL, 1, k, 1, frame));
     toliman_sim *const still = sim_of(text);
     assert_ok(toliman_sim_propagate(still, displacement, there, SIDE));
     for (int i = 0; i < PIXELS; i++)
@@ -145,8 +145,8 @@ static void shapes_follow_the_orbit(void **state) {
     free(text);
     double displacement, worst = 0;
     assert_ok(toliman_sim_get_series(sim, 4, 1, NULL, &displacement));
-    assert_ok(toliman_sim_frame(sim, displacement, 1, 4, frame, SIDE));
-    assert_ok(toliman_sim_frame(still, displacement, 1, 4, there, SIDE));
+    assert_ok(toliman_sim_frame(sim, &displacement, 1, 4, 1, frame));
+    assert_ok(toliman_sim_frame(still, &displacement, 1, 4, 1, there));
     for (int i = 0; i < PIXELS; i++)
         worst = fmax(worst, fabs(frame[i] - there[i]));
     assert_at_most(worst / sim_info_of(still).peak_photons, 1e-9);
@@ -158,8 +158,8 @@ static void shapes_follow_the_orbit(void **state) {
 static double difference_of(const toliman_sim *a, const toliman_sim *b, double displacement, int64_t k) {
     static double one[PIXELS], other[PIXELS];
     double worst = 0;
-    assert_ok(toliman_sim_frame(a, displacement, 1, k, one, SIDE));
-    assert_ok(toliman_sim_frame(b, displacement, 1, k, other, SIDE));
+    assert_ok(toliman_sim_frame(a, &displacement, 1, k, 1, one));
+    assert_ok(toliman_sim_frame(b, &displacement, 1, k, 1, other));
     for (int i = 0; i < PIXELS; i++)
         worst = fmax(worst, fabs(one[i] - other[i]));
     return worst / sim_info_of(b).peak_photons;
@@ -214,16 +214,16 @@ static void displacements_of_any_size(void **state) {
     const double peak = sim_info_of(sim).peak_photons, far[] = {-14, 14, 1, 90};
     for (int i = 0; i < 4; i++) {
         double worst = 0;
-        assert_ok(toliman_sim_frame(sim, far[i], 1, 0, moved, SIDE));
+        assert_ok(toliman_sim_frame(sim, &far[i], 1, 0, 1, moved));
         assert_ok(toliman_sim_propagate(sim, far[i], there, SIDE));
         for (int p = 0; p < PIXELS; p++)
             worst = fmax(worst, fabs(moved[p] - there[p]));
         assert_at_most(worst / peak, 1e-9);
     }
-    assert_fails(toliman_sim_frame(sim, 101, 1, 0, moved, SIDE), TOLIMAN_E_RANGE, "100");
+    assert_fails(toliman_sim_frame(sim, &(double){101}, 1, 0, 1, moved), TOLIMAN_E_RANGE, "100");
     double *const slope = image_of(fine, TOLIMAN_SIM_IMAGE_SEPARATION), largest = 0, worst = 0;
-    assert_ok(toliman_sim_frame(fine, 0, 1, 0, at_0, SIDE));
-    assert_ok(toliman_sim_frame(fine, 1e-10, 1, 0, moved, SIDE));
+    assert_ok(toliman_sim_frame(fine, &(double){0}, 1, 0, 1, at_0));
+    assert_ok(toliman_sim_frame(fine, &(double){1e-10}, 1, 0, 1, moved));
     for (int p = 0; p < PIXELS; p++) {
         largest = fmax(largest, fabs(slope[p] * 1e-10));
         worst = fmax(worst, fabs(moved[p] - at_0[p] - slope[p] * 1e-10));
@@ -248,9 +248,9 @@ static void frames_are_computed_in_any_order(void **state) {
     double *const frames = malloc(FRAMES * PIXELS * sizeof *frames), *const again = malloc(PIXELS * sizeof *again);
     assert_non_null(frames);
     assert_non_null(again);
-    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 5000, FRAMES, frames)); /* the first ones, on several threads */
+    assert_ok(toliman_sim_frame(sim, NULL, 3, 5000, FRAMES, frames)); /* the first ones, on several threads */
     for (int64_t i = FRAMES; i-- > 0;) {
-        assert_ok(toliman_sim_frame_many(other, NULL, 3, 5000 + i, 1, again));
+        assert_ok(toliman_sim_frame(other, NULL, 3, 5000 + i, 1, again));
         assert_memory_equal(again, frames + i * PIXELS, PIXELS * sizeof *again);
     }
     free(frames);

@@ -349,7 +349,7 @@ static void far_signals_are_interpolated(void **state) {
     const double places[] = {-1.5, 0.7, 1.2345678, -30};
     for (size_t i = 0; i < 4; i++) {
         double error = 0;
-        assert_ok(toliman_sim_frame(sim, places[i], 1, 5, frame, 64));
+        assert_ok(toliman_sim_frame(sim, &places[i], 1, 5, 1, frame));
         assert_ok(toliman_sim_propagate(sim, places[i], exact, 64));
         for (int k = 0; k < 64 * 64; k++)
             error = fmax(error, fabs(frame[k] - exact[k]) / sim_info_of(sim).peak_photons);
@@ -359,11 +359,11 @@ static void far_signals_are_interpolated(void **state) {
     double at;
     assert_ok(toliman_sim_get_series(propagated, 5, 1, NULL, &at));
     assert_true(fabs(at) > 1);
-    assert_ok(toliman_sim_frame_many(propagated, NULL, 1, 5, 1, frame));
+    assert_ok(toliman_sim_frame(propagated, NULL, 1, 5, 1, frame));
     assert_ok(toliman_sim_propagate(propagated, at, exact, 64));
     assert_memory_equal(frame, exact, 64 * 64 * sizeof *frame);
     assert_fails(toliman_sim_expect(sim, at, frame, 64), TOLIMAN_E_RANGE, "0.1");
-    assert_fails(toliman_sim_frame(sim, -101, 1, 0, frame, 64), TOLIMAN_E_RANGE, "100");
+    assert_fails(toliman_sim_frame(sim, &(double){-101}, 1, 0, 1, frame), TOLIMAN_E_RANGE, "100");
     free(frame);
     free(exact);
     free(text);

@@ -4,6 +4,7 @@
 
 #include <toliman/linear.h>
 
+#include "images.h"
 #include "scene_text.h"
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
@@ -48,7 +49,7 @@ static toliman_sim *make(const double places[4], const char *extra) {
 }
 
 static void frame_of(const toliman_sim *sim, double displacement, int64_t k, double *image) {
-    assert_ok(toliman_sim_frame(sim, displacement, 1, k, image, SIDE));
+    assert_ok(toliman_sim_frame(sim, &displacement, 1, k, 1, image));
 }
 
 /* Largest difference over the brightest pixel. */
@@ -141,7 +142,7 @@ static void pointing_moves_a_single_star(void **state) {
     assert_ok(toliman_sim_get_plan(sim, &plan));
     assert_ok(toliman_sim_get_plan(other, &exact));
     assert_true(plan.wavelengths < exact.wavelengths);
-    assert_ok(toliman_sim_frame(sim, 0, 1, 7, moved, 32));
+    assert_ok(toliman_sim_frame(sim, &(double){0}, 1, 7, 1, moved));
     assert_ok(toliman_sim_propagate(other, 0, there, 32));
     double worst = 0, peak = 0;
     for (int i = 0; i < 32 * 32; i++) {
@@ -385,12 +386,12 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
     enum { count = 17 };
     toliman_sim *const sim = made(noisy_text(kAll));
     static double one[count][PIXELS], many[count][PIXELS], alone[PIXELS];
-    assert_ok(toliman_sim_frame_many(sim, NULL, 7, 20, count, one[0]));
+    assert_ok(toliman_sim_frame(sim, NULL, 7, 20, count, one[0]));
     const uint32_t workers[] = {1, 2, 3, 8};
     for (size_t i = 0; i < 4; i++) {
         char *const text = noisy_text(kAll);
         toliman_sim *const other = sim_on_threads(text, workers[i]);
-        assert_ok(toliman_sim_frame_many(other, NULL, 7, 20, count, many[0]));
+        assert_ok(toliman_sim_frame(other, NULL, 7, 20, count, many[0]));
         assert_memory_equal(one, many, sizeof one);
         toliman_sim_destroy(other);
         free(text);
@@ -398,7 +399,7 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
     for (int64_t k = 36; k >= 20; k -= 4) {
         double displacement;
         assert_ok(toliman_sim_get_series(sim, k, 1, NULL, &displacement));
-        assert_ok(toliman_sim_frame(sim, displacement, 7, k, alone, SIDE));
+        assert_ok(toliman_sim_frame(sim, &displacement, 7, k, 1, alone));
         assert_memory_equal(one[k - 20], alone, sizeof alone);
     }
     toliman_sim_destroy(sim);
@@ -409,16 +410,16 @@ static void draws_depend_on_seed_and_number(void **state) {
     (void)state;
     double a[PIXELS], b[PIXELS];
     toliman_sim *const random = make(kStars, "\"systematics\": {\"pointing_rms_px\": 1e-3}");
-    assert_ok(toliman_sim_frame(random, 0, 1, 3, a, SIDE));
-    assert_ok(toliman_sim_frame(random, 0, 2, 3, b, SIDE));
+    assert_ok(toliman_sim_frame(random, &(double){0}, 1, 3, 1, a));
+    assert_ok(toliman_sim_frame(random, &(double){0}, 2, 3, 1, b));
     assert_at_most(1e-5, difference(a, b));
-    assert_ok(toliman_sim_frame(random, 0, 1, 103, b, SIDE));
+    assert_ok(toliman_sim_frame(random, &(double){0}, 1, 103, 1, b));
     assert_at_most(1e-5, difference(a, b));
     toliman_sim_destroy(random);
     toliman_sim *const drift =
         make(kStars, "\"systematics\": {\"pointing_rms_px\": {\"rms\": 0, \"drift_per_day\": 1e-4}}");
-    assert_ok(toliman_sim_frame(drift, 0, 1, 3, a, SIDE));
-    assert_ok(toliman_sim_frame(drift, 0, 2, 12345678900003, b, SIDE));
+    assert_ok(toliman_sim_frame(drift, &(double){0}, 1, 3, 1, a));
+    assert_ok(toliman_sim_frame(drift, &(double){0}, 2, 12345678900003, 1, b));
     assert_memory_equal(a, b, sizeof a);
     toliman_sim_destroy(drift);
 }
@@ -431,7 +432,7 @@ static void zero_systematics_change_no_byte(void **state) {
     double first[PIXELS], image[PIXELS];
     for (size_t i = 0; i < 3; i++) {
         toliman_sim *const sim = made(noisy_text(nothing[i]));
-        assert_ok(toliman_sim_frame(sim, 1e-3, 7, 3, i == 0 ? first : image, SIDE));
+        assert_ok(toliman_sim_frame(sim, &(double){1e-3}, 7, 3, 1, i == 0 ? first : image));
         if (i > 0)
             assert_memory_equal(first, image, sizeof image);
         toliman_sim_destroy(sim);
@@ -452,7 +453,7 @@ static double rms_bias(const char *project) {
     for (int64_t k = 0; k < frames; k++) {
         double value;
         frame_of(sim, 1e-6, k, image);
-        assert_ok(toliman_linear_encode(linear, image, SIDE, &value, NULL));
+        assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(image), 1, &value, NULL));
         squares += (value - 1e-6) * (value - 1e-6) / frames;
     }
     toliman_linear_destroy(linear);

@@ -153,7 +153,7 @@ static int make_frames_without_threads(void) {
     const struct rlimit none = {0, 0};
     if (setrlimit(RLIMIT_NPROC, &none) != 0)
         return 98;
-    if (toliman_sim_frame_many(sim, displacements, 7, 0, kFrames, frames) != TOLIMAN_OK)
+    if (toliman_sim_frame(sim, displacements, 7, 0, kFrames, frames) != TOLIMAN_OK)
         return 1;
     return memcmp(frames, expected, sizeof frames) != 0 ? 2 : 0;
 }
@@ -164,11 +164,11 @@ static void threads_that_cannot_be_created(void **state) {
     char *const text =
         replaced(kSingleScene, "\"peak_photons\": 1e6}", "\"peak_photons\": 1e6}, \"noise\": {\"photon\": true}");
     sim = sim_on_threads(text, 8);
-    assert_ok(toliman_sim_frame_many(sim, displacements, 7, 0, kFrames, expected));
+    assert_ok(toliman_sim_frame(sim, displacements, 7, 0, kFrames, expected));
     assert_int_equal(as_nobody(make_frames_without_threads), 0);
     toliman_sim_destroy(sim);
     sim = sim_on_threads(text, 1);
-    assert_ok(toliman_sim_frame_many(sim, displacements, 7, 0, kFrames, frames));
+    assert_ok(toliman_sim_frame(sim, displacements, 7, 0, kFrames, frames));
     assert_memory_equal(frames, expected, sizeof frames);
     toliman_sim_destroy(sim);
     free(text);

@@ -43,8 +43,8 @@ static int set_up(void **unused) {
     text = replaced_again(text, "\"frames\": 100, \"interval_days\": 2", "\"frames\": 24, \"interval_days\": 10");
     sim = sim_of(text);
     free(text);
-    assert_ok(toliman_fit_create(sim, NULL, &fit));
-    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, FRAMES, frames));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, NULL, &fit));
+    assert_ok(toliman_sim_frame(sim, NULL, 3, 0, FRAMES, frames));
     bank = trained(100);
     weak = trained(30);
     return 0;
@@ -153,8 +153,8 @@ static void values_are_those_of_the_bank_at_the_frames_times(void **state) {
         toliman_frame frame = frame_of(i);
         toliman_track_outcome outcome = {.struct_size = sizeof outcome};
         size_t done;
-        assert_ok(toliman_bank_encode(weak, fit, frame.pixels, SIDE, &prediction, &result, &fitted));
-        assert_ok(toliman_fit_frame(fit, frame.pixels, SIDE, &prediction, &same, NULL, covariance));
+        assert_ok(toliman_bank_encode(weak, fit, PLAIN_IMAGE(frame.pixels), 1, &prediction, &result, &fitted));
+        assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(frame.pixels), 1, &prediction, &same, NULL, covariance));
         frame.camera_ns = EPOCH_NS + (int64_t)prediction.time_days * DAY_NS;
         assert_ok(toliman_track_push(track, &frame, 1, &outcome, &done));
         assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
@@ -290,7 +290,7 @@ static void options_that_do_not_fit_are_refused(void **state) {
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.bank: needs fit, ");
     toliman_fit *other = NULL;
     const toliman_fit_options wider = {.struct_size = sizeof wider, .free = "scale"};
-    assert_ok(toliman_fit_create(sim, &wider, &other));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &wider, &other));
     options.estimator.fit = other;
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_MISMATCH,
                  "options->estimator.bank was made for another fit: ");

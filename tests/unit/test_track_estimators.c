@@ -25,7 +25,7 @@ enum { ROWS = kSide + 10, COLS = kSide + 12 };
 static uint32_t *frame_in_window(const toliman_sim *sim, int64_t number, double *counts) {
     uint32_t *pixels = calloc(ROWS * COLS, sizeof *pixels);
     assert_non_null(pixels);
-    assert_ok(toliman_sim_frame(sim, 0, 1, number, counts, kSide));
+    assert_ok(toliman_sim_frame(sim, &(double){0}, 1, number, 1, counts));
     for (int r = 0; r < kSide; r++)
         for (int c = 0; c < kSide; c++) {
             double *count = &counts[r * kSide + c];
@@ -71,8 +71,8 @@ static void values_match_the_estimators(void **unused) {
             double value;
             toliman_frame_goodness goodness = TOLIMAN_FRAME_GOODNESS_INIT;
             const toliman_image image = {.struct_size = sizeof image, .pixels = counts};
-            assert_ok(which ? toliman_cae_encode_many(cae, &image, 1, &value, &goodness)
-                            : toliman_linear_encode_many(linear, &image, 1, &value, &goodness));
+            assert_ok(which ? toliman_cae_encode(cae, &image, 1, &value, &goodness)
+                            : toliman_linear_encode(linear, &image, 1, &value, &goodness));
             asked = 0;
             assert_ok(toliman_track_push(track, &frame, 1, &outcome, &done));
             assert_int_equal(asked, 0);

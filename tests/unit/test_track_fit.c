@@ -26,8 +26,8 @@ static int set_up(void **unused) {
     text = replaced_again(text, "\"frames\": 100, \"interval_days\": 2", "\"frames\": 6, \"interval_days\": 50");
     sim = sim_of(text);
     free(text);
-    assert_ok(toliman_fit_create(sim, NULL, &fit));
-    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, FRAMES, frames));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, NULL, &fit));
+    assert_ok(toliman_sim_frame(sim, NULL, 3, 0, FRAMES, frames));
     return 0;
 }
 
@@ -118,7 +118,7 @@ static void values_are_those_of_fits_at_the_frames_times(void **state) {
         toliman_track_outcome outcome;
         toliman_track_record record = {.struct_size = sizeof record};
         size_t done;
-        assert_ok(toliman_fit_frame(fit, frames + i * PIXELS, SIDE, &prediction, &result, NULL, covariance));
+        assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(frames + i * PIXELS), 1, &prediction, &result, NULL, covariance));
         push(track, &i, 1, &outcome);
         assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
         assert_true(outcome.value == result.displacement_px && outcome.chi_square == result.chi_square);
@@ -210,7 +210,7 @@ static void other_estimators_are_refused(void **state) {
     track = NULL;
     toliman_fit *other = NULL;
     const toliman_fit_options wider = {.struct_size = sizeof wider, .free = "scale"};
-    assert_ok(toliman_fit_create(sim, &wider, &other));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &wider, &other));
     options.estimator.fit = other;
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_MISMATCH, "ledger.tlml: written with ");
     options = options_of(NULL, fit);

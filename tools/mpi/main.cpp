@@ -6,6 +6,7 @@
 
 #include "common/fast_blas.hpp"
 #include "common/json.hpp"
+#include "common/library.hpp"
 #include "common/output.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"
@@ -118,8 +119,8 @@ class Job {
     void push(uint64_t seed, int64_t begin, int64_t end, const toliman::periodogram &into) const {
         std::vector<double> image(scene_.pixels());
         for (int64_t k = begin; k < end; k++) {
-            check(toliman_sim_frame_many(scene_.sim.get(), nullptr, seed, k, 1, image.data()));
-            check(toliman_period_push(into.get(), times_[static_cast<size_t>(k)], estimate(image), 1));
+            check(toliman_sim_frame(scene_.sim.get(), nullptr, seed, k, 1, image.data()));
+            check(toliman_period_push(into.get(), times_[static_cast<size_t>(k)], estimate(image.data()), 1));
         }
     }
 
@@ -140,11 +141,11 @@ class Job {
                                           std::to_string(scene_.info.rows) + "x" + std::to_string(scene_.info.cols));
     }
 
-    double estimate(const std::vector<double> &image) const {
-        const auto stride = static_cast<size_t>(scene_.info.cols);
+    double estimate(const double *frame) const {
+        const toliman_image image = plain_image(frame);
         double value;
-        check(network_ ? toliman_cae_encode(network_->cae.get(), image.data(), stride, &value, nullptr)
-                       : toliman_linear_encode(template_.get(), image.data(), stride, &value, nullptr));
+        check(network_ ? toliman_cae_encode(network_->cae.get(), &image, 1, &value, nullptr)
+                       : toliman_linear_encode(template_.get(), &image, 1, &value, nullptr));
         return value;
     }
 

@@ -25,7 +25,7 @@ Fits = typing.Union[FrameGoodness, NDArray]
 def encode(function: typing.Any, handle: typing.Any, frames: ArrayLike, shape: tuple[int, int], goodness: bool,
            progress: Progress | bool | None) -> Values | tuple[Values, Fits]:
     """Returns the value of one frame or the array of several; with goodness, a pair with the goodness of fit. `function`
-    is toliman_cae_encode_many or toliman_linear_encode_many."""
+    is toliman_cae_encode or toliman_linear_encode."""
     images = frames_of(frames, shape)
     one = images.ndim == 2
     images = images[None] if one else images

@@ -10,7 +10,7 @@ import typing
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import array_of, file_name, has_shape, load_options, of_kind, options_of, pointer, real, saved, shaped, whole
+from ._arguments import array_of, file_name, has_shape, load_options, of_kind, options_of, real, saved, shaped, whole
 from ._goodness import warn_of
 from ._handle import Handle
 from ._library import check, library
@@ -113,10 +113,10 @@ class Bank(Handle):
                      separation: float = 0, position_angle: float = 0) -> tuple[BankResult, FitResult]:
         """Encodes one frame [row][column]. Returns the result of the network and that of the fit. The prediction is as
         in Fit. Raises InputError if the bank was made for another fit."""
-        counts = shaped("frame", frame, self.shape)
+        image, array = image_of(shaped("frame", frame, self.shape)[None])
         result, fitted = _raw.toliman_bank_result(), _raw.toliman_fit_result()
         prediction = prediction_of(time_days, shift, separation, position_angle)
-        check(library.toliman_bank_encode(self._c, self.fit._c, pointer(counts), counts.shape[1], ctypes.byref(prediction),
+        check(library.toliman_bank_encode(self._c, self.fit._c, ctypes.byref(image), 1, ctypes.byref(prediction),
                                           ctypes.byref(result), ctypes.byref(fitted)))
         warn_of(structured((_raw.toliman_bank_result * 1)(result)), stacklevel=3)
         return BankResult._of(result), FitResult._of(fitted)
@@ -138,8 +138,8 @@ class Bank(Handle):
                 for structs in arrays:
                     structs[first].struct_size = ctypes.sizeof(structs[first])
                 predictions, results, fits = (ctypes.byref(structs[first]) for structs in arrays)
-                watch.check(library.toliman_bank_encode_many(self._c, self.fit._c, ctypes.byref(image), len(array),
-                                                             predictions, results, fits))
+                watch.check(library.toliman_bank_encode(self._c, self.fit._c, ctypes.byref(image), len(array), predictions,
+                                                        results, fits))
                 watch.step("encode", (first + len(array)) / count)
         found, fitted = structured(arrays[1])[:count], structured(arrays[2])[:count]
         warn_of(found, stacklevel=3)

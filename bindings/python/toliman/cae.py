@@ -157,7 +157,7 @@ class CAE(Handle):
 
         Raises ValueError for another shape than `shape`, InputError for a non-finite count.
         """
-        return encode(library.toliman_cae_encode_many, self._c, frames, self.shape, goodness, progress)
+        return encode(library.toliman_cae_encode, self._c, frames, self.shape, goodness, progress)
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -44,13 +44,7 @@ class Fit(Handle):
     def __init__(self, simulator: Simulator, *, free: typing.Iterable[str] = (), capture_px: float = 0, threads: int = 0,
                  progress: Progress | bool | None = None):
         of_kind("simulator", simulator, Simulator)
-        names = [free] if isinstance(free, str) else list(free)
-        with Watch(progress) as watch:
-            options = options_of(_raw.toliman_fit_options, free=text("free", " ".join(names)),
-                                 capture_px=real("capture_px", capture_px), threads=whole("threads", threads, 2**32),
-                                 progress=watch.callback)
-            super().__init__(self._create(library.toliman_fit_create, simulator._c, ctypes.byref(options),
-                                          check=watch.check))
+        super().__init__(self._of_scenes([simulator], None, free, capture_px, threads, progress))
         self.shape = simulator.shape
 
     @classmethod
@@ -62,16 +56,21 @@ class Fit(Handle):
         for simulator in sims:
             of_kind("simulators", simulator, Simulator)
         starts = shaped("first_days", first_days, (len(sims),))
+        made = cls._adopt(cls._of_scenes(sims, starts, free, capture_px, threads, progress))
+        made.shape = sims[0].shape
+        return made
+
+    @classmethod
+    def _of_scenes(cls, sims: list[Simulator], starts: Doubles | None, free: typing.Iterable[str], capture_px: float,
+                   threads: int, progress: Progress | bool | None) -> typing.Any:
         names = [free] if isinstance(free, str) else list(free)
         with Watch(progress) as watch:
             options = options_of(_raw.toliman_fit_options, free=text("free", " ".join(names)),
                                  capture_px=real("capture_px", capture_px), threads=whole("threads", threads, 2**32),
                                  progress=watch.callback)
             handles = (ctypes.POINTER(_raw.toliman_sim) * len(sims))(*(simulator._c for simulator in sims))
-            made = cls._adopt(cls._create(library.toliman_fit_create_windows, handles, pointer(starts), len(sims),
-                                          ctypes.byref(options), check=watch.check))
-        made.shape = sims[0].shape
-        return made
+            return cls._create(library.toliman_fit_create, handles, pointer(starts), len(sims), ctypes.byref(options),
+                               check=watch.check)
 
     @property
     def info(self) -> FitInfo:
@@ -89,11 +88,11 @@ class Fit(Handle):
         """Fits one frame [row][column]. Returns the result, the values of the parameters [n], and their covariance
         [n][n]. The numbers of a frame that did not converge are NaN. Issues a FitWarning if the goodness is "poor" or
         "too good"."""
-        counts = shaped("frame", frame, self.shape)
+        image, array = image_of(shaped("frame", frame, self.shape)[None])
         result, (values, covariance) = _raw.toliman_fit_result(), self._numbers()
         prediction = prediction_of(time_days, shift, separation, position_angle)
-        check(library.toliman_fit_frame(self._c, pointer(counts), self.shape[1], ctypes.byref(prediction),
-                                        ctypes.byref(result), pointer(values), pointer(covariance)))
+        check(library.toliman_fit_frame(self._c, ctypes.byref(image), 1, ctypes.byref(prediction), ctypes.byref(result),
+                                        pointer(values), pointer(covariance)))
         warn_of(structured((_raw.toliman_fit_result * 1)(result)), stacklevel=3)
         return FitResult._of(result), values, covariance
 
@@ -113,8 +112,9 @@ class Fit(Handle):
             for first in range(0, count, FRAMES_PER_CALL):
                 image, array = image_of(images[first:first + FRAMES_PER_CALL])
                 results[first].struct_size, predictions[first].struct_size = size, prediction_size
-                watch.check(library.toliman_fit_frame_many(self._c, ctypes.byref(image), len(array),
-                                                       ctypes.byref(predictions[first]), ctypes.byref(results[first])))
+                watch.check(library.toliman_fit_frame(self._c, ctypes.byref(image), len(array),
+                                                      ctypes.byref(predictions[first]), ctypes.byref(results[first]), None,
+                                                      None))
                 watch.step("fit", (first + len(array)) / count)
         found = structured(results)[:count]
         warn_of(found, stacklevel=3)

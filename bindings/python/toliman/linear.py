@@ -55,7 +55,7 @@ class Template(Handle):
                progress: Progress | bool | None = None) -> Values | tuple[Values, Fits]:
         """Estimates the displacement (px) of one frame [row][column], a float; or of frames [frame][row][column], an
         array. Pixel types, goodness, warnings and exceptions as in CAE.encode."""
-        return encode(library.toliman_linear_encode_many, self._c, frames, self.shape, goodness, progress)
+        return encode(library.toliman_linear_encode, self._c, frames, self.shape, goodness, progress)
 
     @property
     def sigma(self) -> float:

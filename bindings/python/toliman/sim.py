@@ -277,9 +277,10 @@ class Simulator(Handle):
         displacement: in px; None takes the scene's signal at the time of frame k. seed: None takes the scene's. A frame
         depends on (scene, displacement, seed, k) only, not on the order of calls or on threads.
         """
-        k = whole("k", k)
-        moved = self.series(k, 1)[1][0] if displacement is None else real("displacement", displacement)
-        return self._image(library.toliman_sim_frame, moved, self._seed(seed), k)
+        moved = None if displacement is None else numpy.array([real("displacement", displacement)])
+        image = numpy.empty(self.shape)
+        check(library.toliman_sim_frame(self._c, pointer(moved), self._seed(seed), whole("k", k), 1, pointer(image)))
+        return image
 
     def frames(self, first: int = 0, count: int | None = None, *, displacements: ArrayLike | None = None,
                seed: int | None = None, progress: Progress | bool | None = None) -> NDArray:
@@ -297,8 +298,7 @@ class Simulator(Handle):
             for start in range(0, count, _FRAMES_PER_CALL):
                 part = images[start:start + _FRAMES_PER_CALL]
                 moved = None if displacements is None else displacements[start:start + len(part)]
-                watch.check(library.toliman_sim_frame_many(self._c, pointer(moved), seed, first + start, len(part),
-                                                           pointer(part)))
+                watch.check(library.toliman_sim_frame(self._c, pointer(moved), seed, first + start, len(part), pointer(part)))
                 watch.step("frames", (start + len(part)) / count)
         return images
 

@@ -157,11 +157,8 @@ void Encoding::encode_batch(FrameFile &frames, Batch &batch, const std::string &
     }
     for (size_t i = 0; i < batch.count(); i++) {
         const size_t number = batch.first() + i;
-        if (encoder_->encode(batch.image(i), number, 1) != TOLIMAN_OK) {
-            const std::string why = toliman_last_error(), place = "frame 0: "; // that of the frame in its batch of one
-            malformed(frames.path() + ": frame " + std::to_string(number),
-                      why.rfind(place, 0) == 0 ? why.substr(place.size()) : why);
-        }
+        if (encoder_->encode(batch.image(i), number, 1) != TOLIMAN_OK)
+            malformed(frames.path() + ": frame " + std::to_string(number), toliman_last_error());
         print(frames, number, 0, path);
     }
 }

@@ -173,8 +173,8 @@ struct Frames {
     static toliman_status give(size_t first, size_t count, double *counts, void *user_data) {
         const StopLimit limit;
         const auto &frames = *static_cast<const Frames *>(user_data);
-        return toliman_sim_frame_many(frames.scene.sim.get(), nullptr, frames.seed, static_cast<int64_t>(first), count,
-                                      counts);
+        return toliman_sim_frame(frames.scene.sim.get(), nullptr, frames.seed, static_cast<int64_t>(first), count,
+                                 counts);
     }
 };
 

@@ -41,13 +41,15 @@ toliman::network_bank bank_of(const toliman_fit *fit, uint64_t seed) {
 
 } // namespace
 
-FitMethod::FitMethod(const Scene &scene)
-    : fit_(toliman::make<toliman::frame_fit>(toliman_fit_create, scene.sim.get(), nullptr)) {}
+FitMethod::FitMethod(const Scene &scene) {
+    const toliman_sim *const sim = scene.sim.get();
+    fit_ = toliman::make<toliman::frame_fit>(toliman_fit_create, &sim, nullptr, size_t{1}, nullptr);
+}
 
 void FitMethod::push(const double *images, const double *times_days, size_t count) {
     const toliman_image image = plain_image(images);
-    toliman::check(toliman_fit_frame_many(fit_.get(), &image, count, predictions_at(times_days, count).data(),
-                                          append(results_, count)));
+    toliman::check(toliman_fit_frame(fit_.get(), &image, count, predictions_at(times_days, count).data(),
+                                     append(results_, count), nullptr, nullptr));
 }
 
 std::vector<double> FitMethod::series() {
@@ -83,9 +85,8 @@ void BankMethod::train(toliman_progress_fn progress, void *progress_data) {
 void BankMethod::push(const double *images, const double *times_days, size_t count) {
     const toliman_image image = plain_image(images);
     toliman_fit_result *const fitted = append(results_, count);
-    toliman::check(toliman_bank_encode_many(bank_.get(), fit_.get(), &image, count,
-                                            predictions_at(times_days, count).data(), append(estimates_, count),
-                                            fitted));
+    toliman::check(toliman_bank_encode(bank_.get(), fit_.get(), &image, count, predictions_at(times_days, count).data(),
+                                       append(estimates_, count), fitted));
 }
 
 std::vector<double> BankMethod::series() {

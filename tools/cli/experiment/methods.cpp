@@ -53,7 +53,7 @@ std::unique_ptr<Method> make_template(const Scene &scene, uint64_t, SharedFrames
     const std::shared_ptr<toliman_linear> linear =
         toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr);
     return std::make_unique<FrameByFrame>([linear](const toliman_image *image, size_t count, double *values) {
-        return toliman_linear_encode_many(linear.get(), image, count, values, nullptr);
+        return toliman_linear_encode(linear.get(), image, count, values, nullptr);
     });
 }
 
@@ -66,7 +66,7 @@ std::unique_ptr<Method> make_network(const Scene &scene, uint64_t seed, const to
     if (trained)
         check(toliman_cae_train(cae.get(), &training, nullptr));
     return std::make_unique<FrameByFrame>([cae](const toliman_image *image, size_t count, double *values) {
-        return toliman_cae_encode_many(cae.get(), image, count, values, nullptr);
+        return toliman_cae_encode(cae.get(), image, count, values, nullptr);
     });
 }
 
@@ -204,7 +204,7 @@ class UnsupervisedMethod : public Method {
         std::vector<double> values(options.frame_count);
         toliman_image images = plain_image(frames_.data());
         images.pixel = TOLIMAN_PIXEL_F32;
-        check(toliman_cae_encode_many(cae.get(), &images, values.size(), values.data(), nullptr));
+        check(toliman_cae_encode(cae.get(), &images, values.size(), values.data(), nullptr));
         frames_.clear();
         return values;
     }

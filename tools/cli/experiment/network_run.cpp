@@ -68,7 +68,7 @@ void NetworkRun::inspect_decoder() {
 void NetworkRun::encode(const double *images, size_t count, std::vector<double> &latents) const {
     const toliman_image image = plain_image(images);
     latents.resize(latents.size() + count);
-    check(toliman_cae_encode_many(cae_.get(), &image, count, &latents[latents.size() - count], nullptr));
+    check(toliman_cae_encode(cae_.get(), &image, count, &latents[latents.size() - count], nullptr));
 }
 
 void NetworkRun::push(size_t at, const double *images, size_t count) {

@@ -81,7 +81,7 @@ void add_frames(const Scene &scene, const Band &band, uint64_t seed, std::vector
     std::vector<double> still = expected(scene, 0), frame(scene.pixels());
     std::vector<double> change = expected(scene, -low > high ? low : high);
     std::transform(change.begin(), change.end(), still.begin(), change.begin(), std::minus<double>());
-    check(toliman_sim_frame_many(scene.sim.get(), nullptr, seed, 0, 1, frame.data()));
+    check(toliman_sim_frame(scene.sim.get(), nullptr, seed, 0, 1, frame.data()));
     const auto add = [&](const char *what, std::vector<double> &values) {
         images.push_back(image_of(what, unit_of(scene.info),
                                   {static_cast<size_t>(scene.info.rows), static_cast<size_t>(scene.info.cols)},

@@ -76,7 +76,7 @@ double TrainingLog::log10_fap(const toliman_cae *network, uint64_t seed, const d
     Series series = {scene_.path, cadence_.times, std::vector<double>(cadence_.times.size()), {}};
     for_frames(scene_, seed, 0, series.t.size(), displacements, [&](size_t at, size_t count, double *images) {
         const toliman_image image = plain_image(images);
-        toliman::check(toliman_cae_encode_many(network, &image, count, &series.y[at], nullptr));
+        toliman::check(toliman_cae_encode(network, &image, count, &series.y[at], nullptr));
     });
     return find_period(series, default_grid(series), {}, quiet).peak.log10_fap;
 }

@@ -34,8 +34,8 @@ class ValueEncoder final : public Encoder {
     const char *columns() const override { return columns_.c_str(); }
 
     toliman_status encode(const toliman_image &image, size_t, size_t count) override {
-        return linear_ != nullptr ? toliman_linear_encode_many(linear_, &image, count, values_.data(), fits_.data())
-                                  : toliman_cae_encode_many(cae_, &image, count, values_.data(), fits_.data());
+        return linear_ != nullptr ? toliman_linear_encode(linear_, &image, count, values_.data(), fits_.data())
+                                  : toliman_cae_encode(cae_, &image, count, values_.data(), fits_.data());
     }
 
     std::string line(size_t i) const override { return formatted("%.17g,", values_[i]) + goodness_cells(fits_[i]); }

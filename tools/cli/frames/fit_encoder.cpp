@@ -57,7 +57,8 @@ class FitEncoder final : public Encoder {
     void open(FrameFile &frames) override { predictions_.open(frames); }
 
     toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
-        return toliman_fit_frame_many(fit_, &image, count, predictions_.from(first, count), results_.data());
+        return toliman_fit_frame(fit_, &image, count, predictions_.from(first, count), results_.data(), nullptr,
+                                 nullptr);
     }
 
     std::string line(size_t i) const override {
@@ -95,8 +96,8 @@ class BankEncoder final : public Encoder {
 
     toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
         const toliman_status status =
-            toliman_bank_encode_many(estimator_.bank.get(), estimator_.fit.get(), &image, count,
-                                     predictions_.from(first, count), results_.data(), fits_.data());
+            toliman_bank_encode(estimator_.bank.get(), estimator_.fit.get(), &image, count,
+                                predictions_.from(first, count), results_.data(), fits_.data());
         for (size_t i = 0; status == TOLIMAN_OK && i < count; i++)
             record(results_[i]);
         return status;

@@ -17,9 +17,8 @@ void for_frames(const Scene &scene, uint64_t seed, int64_t first, size_t total, 
         const size_t count = std::min(kFramesAtOnce, total - done);
         {
             const Stopwatch watch(seconds != nullptr ? *seconds : ignored);
-            toliman::check(toliman_sim_frame_many(scene.sim.get(),
-                                                  displacements != nullptr ? displacements + done : nullptr, seed,
-                                                  first + static_cast<int64_t>(done), count, images.data()));
+            toliman::check(toliman_sim_frame(scene.sim.get(), displacements != nullptr ? displacements + done : nullptr,
+                                             seed, first + static_cast<int64_t>(done), count, images.data()));
         }
         work(done, count, images.data());
         done += count;

@@ -44,7 +44,7 @@ toliman::frame_fit make_fit(const std::string &list, const std::vector<const Sce
     for (const Scene *scene : scenes)
         sims.push_back(scene->sim.get());
     toliman_fit *made = nullptr;
-    const toliman_status status = toliman_fit_create_windows(sims.data(), starts.data(), sims.size(), &options, &made);
+    const toliman_status status = toliman_fit_create(sims.data(), starts.data(), sims.size(), &options, &made);
     if (status != TOLIMAN_OK) {
         const toliman::error error(status);
         refuse_option(error, {{"free", "--free"}});
