@@ -7,7 +7,7 @@
  *                                  |
  *                                train -> get_series -> one value per frame -> period.h
  *                                get_info
- *                              destroy
+ *                                destroy
  */
 #ifndef TOLIMAN_COMPONENTS_H
 #define TOLIMAN_COMPONENTS_H

@@ -213,9 +213,9 @@ class Searcher {
     }
 
     // The orbit of a joint fit that the lattice has missed, as it is in the prior and outside the posterior. The fit
-    // begins at the best node, at the peaks of the first nodes, and, of an eccentric orbit, at two to eight times its
-    // period: an orbit with a short passage through periastron, which the first cells do not resolve, fits a few of its
-    // passages at a part of its period, or with a jitter that excuses the others.
+    // begins at the best node; of a likely planet at the peaks of the first nodes; and of an eccentric orbit at two to
+    // eight times its period: an orbit with a short passage through periastron, which the first cells do not resolve,
+    // fits a few of its passages at a part of its period, or with a jitter that excuses the others.
     std::optional<FittedPlanet> missed_orbit(size_t which, const Lattice &lattice, const Candidate &candidate) const {
         const Orbit &best = candidate.fitted.planet.orbit;
         FittedPlanet fitted = candidate.fitted;
@@ -229,8 +229,9 @@ class Searcher {
             fitted = there;
             return true;
         };
-        for (const Orbit &peak : lattice.peaks())
-            is_better(peak);
+        if (candidate.log10_bayes > 0)
+            for (const Orbit &peak : lattice.peaks())
+                is_better(peak);
         bool is_longer = false;
         for (int times = 2; best.eccentricity > kEccentric && times <= kMostTimes; times++)
             for (int passage = 0; passage < times; passage++) // as long

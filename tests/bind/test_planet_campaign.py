@@ -36,11 +36,11 @@ class Campaign(unittest.TestCase):
         campaign.campaign.quiet()
 
     def test_posteriors(self):
-        wrong, rows = run(campaign.sbc, 4, 1)
+        wrong, rows = run(campaign.sbc, 2, 1)
         self.assertEqual((wrong, len(rows)), ([], 8))
 
     def test_without_planet(self):
-        self.assertEqual(run(campaign.null, 4, 1)[0], [])
+        self.assertEqual(run(campaign.null, 2, 1)[0], [])
 
     def test_pair(self):
         y, truth = campaign.pair_series(1000000)
@@ -50,8 +50,8 @@ class Campaign(unittest.TestCase):
         self.assertGreater(abs(truth).max(), 300e-6 / campaign.SCALE)
 
     def test_limits(self):
-        wrong, rows = run(campaign.limits, 6, 1, (250, 800))
-        self.assertEqual((wrong, len(rows)), ([], 2))
+        wrong, rows = run(campaign.limits, 3, 1, (800,))
+        self.assertEqual((wrong, len(rows)), ([], 1))
 
 
 class Figures(unittest.TestCase):
