@@ -261,7 +261,7 @@ static long first(int permanent, int all) {
 }
 
 static long next(long at, int all) {
-    return at + 1 + (all ? 0 : now->slow ? 8 * at + 3 : at < 12 ? 0 : at / 3);
+    return at + 1 + (all ? 0 : now->slow ? 8 * at + 3 : at < 6 ? 0 : at / 2);
 }
 
 static void run_memory(int all) {

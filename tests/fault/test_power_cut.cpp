@@ -177,7 +177,7 @@ void cut_during_rebuild(uint64_t seed) {
 
 int main() {
     const char *const given = std::getenv("TOLIMAN_POWER_CUTS");
-    const uint64_t scenarios = (given != nullptr ? std::strtoull(given, nullptr, 10) : 2000) / 4;
+    const uint64_t scenarios = (given != nullptr ? std::strtoull(given, nullptr, 10) : 800) / 4;
     for (uint64_t seed = 0; seed < scenarios; seed++)
         try {
             run_scenario(seed);
