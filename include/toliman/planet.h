@@ -36,9 +36,9 @@
  *              of both. Masses are then true masses. Times are those of the separations; the light time across the
  *              Earth's orbit is 8 min at most.
  * Instruments  Each has an offset, without a prior, and a jitter. The ratios of their jitters are those of restricted
- *              maximum likelihood (Patterson and Thompson 1971), without and with the planet; their common factor has
- *              the prior of a jitter. A jitter that an instrument hardly determines is drawn towards those of the
- *              others: the logarithms have a prior with a standard deviation of ln 10.
+ *              maximum likelihood (Patterson and Thompson 1971) without the planet, or with it if these give larger
+ *              odds; their common factor has the prior of a jitter. A jitter that an instrument hardly determines is
+ *              drawn towards those of the others: the logarithms have a prior with a standard deviation of ln 10.
  * Mass         One series measures mass times g, or mass times sin i of velocities; g is 0.985 to 0.997 for an orbit in
  *              the plane of alpha Centauri, 0.785 in the mean of all directions. Which star has the planet cannot be
  *              seen in a separation: the mass is stated for both. The total mass of the orbit includes this mass times
@@ -102,7 +102,8 @@ typedef struct toliman_planet_prior {
                                             Default with a known unit of separations: 0.05 uas to 5 uas, or to the rms
                                             of the series if that is larger. Otherwise: 0.1 s to 3 rms, with the rms of
                                             the series without the planets before, and the standard error s of an
-                                            amplitude with this noise: not that of the sigmas, which may be wrong */
+                                            amplitude in this noise, not in that of the sigmas, which may be
+                                            wrong. With several instruments s follows from the noise of each */
     double jitter_max; /* in units of y; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER */
 } toliman_planet_prior;
 
@@ -158,8 +159,8 @@ typedef struct toliman_planet_info {
     double rms;           /* weighted rms of the residuals of the joint fit, in units of y */
     double chi_square;    /* as in goodness.h, of the joint fit and the sigmas without the jitter, so that a jitter does
                              not hide a poor fit; NaN without sigmas. Outliers count, except with _CLIP. Degrees of
-                             freedom: samples minus the sum of their leverages, which is the number of functions
-                             and of numbers of planets, less what priors determine of them */
+                             freedom: samples minus the sum of their leverages. This sum is the number of coefficients
+                             and orbital elements, less the part that priors determine */
     double jitter[3];     /* 16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate
                              if there is none; 0 without one. With instruments: the largest of the series */
     double time_reference; /* weighted mean time */

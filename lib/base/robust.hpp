@@ -7,7 +7,7 @@ namespace toliman {
 // Robust standard deviations beyond which a residual is an outlier: a Gaussian exceeds 6 once in 5e8.
 constexpr double kOutlierSigmas = 6;
 
-// The upper one of two in the middle; 0 without values.
+// The upper median; 0 without values.
 double median(std::vector<double> values);
 
 // 1.4826 median |residual|, which is the standard deviation of a Gaussian; 0 without residuals.

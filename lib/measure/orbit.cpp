@@ -1,7 +1,6 @@
 #include "measure/orbit.hpp"
 
 #include <algorithm>
-#include <vector>
 
 #include "base/error.hpp"
 #include "scene/system.hpp"
@@ -46,7 +45,8 @@ track::Reason reduce(const sky::Predictor &predictor, const track::OnTarget &on_
 track::Orbit orbit_of(const sky::Predictor &predictor, const std::string &known) {
     static_assert(track::kPartials == sky::kElements);
     if (predictor.without() != 0)
-        fail(Status::argument, "{options->sky}: leaves out effects 0x%x: must include all", predictor.without());
+        fail(Status::argument, "{options->reduction.sky}: leaves out effects 0x%x: must include all",
+             predictor.without());
     const bool is_same = !known.empty() && has_same_numbers(read_system(known, "setup.tlms"), predictor.system());
     return {is_same ? known : system_json(predictor.system()),
             predictor.observer().kind() != sky::Observer::Kind::earth,

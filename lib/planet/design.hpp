@@ -50,4 +50,9 @@ class Design {
     double square_ = 0, log_null_ = 0;
 };
 
+// Jitter of a design without a further one: 0, or 1 for equal weights without sigmas.
+inline double unit_jitter(const Series &series) noexcept {
+    return series.median_sigma > 0 ? 0 : 1;
+}
+
 } // namespace toliman::planet

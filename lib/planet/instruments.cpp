@@ -98,7 +98,7 @@ std::vector<double> jitters_of(const Series &series, const std::vector<const Fun
                                const Buffer<double> &values) {
     Series own = series;
     own.set_jitter_scales(std::vector<double>(own.groups.size(), 1.0));
-    const std::vector<double> sizes = sizes_of(own, Design(own, functions, values, own.median_sigma > 0 ? 0 : 1));
+    const std::vector<double> sizes = sizes_of(own, Design(own, functions, values, unit_jitter(own)));
     const double largest = *std::max_element(sizes.begin(), sizes.end());
     std::vector<double> jitters, logs;
     for (const double size : sizes)
@@ -115,10 +115,8 @@ std::vector<double> jitters_of(const Series &series, const std::vector<const Fun
 }
 
 std::vector<double> jitter_scales_of(const Series &series, const std::vector<const Function *> &functions,
-                                     const Buffer<double> &values, double rms) {
-    std::vector<double> scales = jitters_of(series, functions, values);
-    const std::vector<double> sizes =
-        sizes_of(series, Design(series, functions, values, series.median_sigma > 0 ? 0 : 1));
+                                     const Buffer<double> &values, std::vector<double> scales, double rms) {
+    const std::vector<double> sizes = sizes_of(series, Design(series, functions, values, unit_jitter(series)));
     double largest = 0; // of the jitters over the rms of their groups
     for (size_t k = 0; k < scales.size(); k++)
         largest = std::max(largest, sizes[k] > 0 ? scales[k] / sizes[k] : 0);

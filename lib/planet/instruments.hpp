@@ -12,9 +12,9 @@ namespace toliman::planet {
 std::vector<double> jitters_of(const Series &series, const std::vector<const Function *> &functions,
                                const Buffer<double> &values);
 
-// Jitter of each group over a common one, which is at most `rms` if each is at most the rms of its group.
+// These jitters over a common one, which is at most `rms` if each is at most the rms of its group.
 std::vector<double> jitter_scales_of(const Series &series, const std::vector<const Function *> &functions,
-                                     const Buffer<double> &values, double rms);
+                                     const Buffer<double> &values, std::vector<double> jitters, double rms);
 
 // Jitter of each group with this common one, 16, 50 and 84 %: about the most probable. design: with the common jitter.
 std::vector<std::array<double, 3>> jitter_intervals(const Series &series, const Design &design, double jitter);

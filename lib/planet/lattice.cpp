@@ -4,11 +4,11 @@
 // than 0.6 of its conditional standard deviation. Only cells are divided whose logarithm is within 8 of the largest,
 // plus half of the differences from their neighbours: more than the logarithm may rise inside a cell around a peak.
 // So the limit is wide for strong signals at first, and follows their peak down to widths of 1e-5 cells. A peak may
-// leave the divided cells, as the short passages of eccentric orbits fall between first nodes: cells within 8 of the
-// largest have all neighbours, which are added, in turns, where a division has none. All other cells keep their mass.
-// Long ranges of frequency are several boxes, of which only those are divided that may contain a
-// part of the posterior: the memory is bounded, and the time is that of the first nodes. Nodes are independent of each
-// other and sums are taken in the order of the cells, so that the threads do not change a bit.
+// leave the divided cells, as the short passages of eccentric orbits fall between the first nodes: while all cells that
+// may contain it were divided, the neighbours of cells within 8 of the largest are added where a division has none, in
+// turns. All other cells keep their mass. Long ranges of frequency are several boxes, of which only those are divided
+// that may contain a part of the posterior: the memory is bounded, and the time is that of the first nodes. Nodes are
+// independent of each other and sums are taken in the order of the cells, so that the threads do not change a bit.
 //
 // Rejected: Markov chains, whose convergence needs a judgement; refining around the highest node only, which loses the
 // weaker of two periods.
@@ -234,7 +234,7 @@ bool has_no_higher_neighbour(const std::vector<Cell> &active, const Box &level, 
     return true;
 }
 
-// The neighbours of the highest cells that are not among the cells, in order.
+// The neighbours of the highest cells that are not among the cells, in order, with the masses of these highest cells.
 std::vector<Cell> missing_neighbours(const std::vector<Cell> &active, const Box &level) {
     const double least = active[highest(active)].log_mass - kCut;
     std::vector<Cell> missing;
@@ -376,10 +376,12 @@ Lattice::Active Lattice::first_cells(const Box &box) {
 
 void Lattice::refine(Active active, const Run &run, double from, double to, size_t &left) {
     double done = from, sum = NAN;
+    bool is_whole = true; // no cells were too many: neighbours that are missing lie in cells of little mass
     for (int turn = 0;; turn++) {
         const double next = (to + done) / 2, before = sum;
         evaluate(active, run, done, next);
-        grow(active, run, next, left);
+        if (is_whole)
+            grow(active, run, next, left);
         done = next;
         sum = cells_.empty() ? log_sum(active) : log_add(log_sum(cells_), log_sum(active));
         if (turn == 0)
@@ -391,8 +393,10 @@ void Lattice::refine(Active active, const Run &run, double from, double to, size
         const size_t most = std::clamp(left, kLeastRefined, kMostRefined) >> axes;
         const Division division = divide(active, rough, most);
         const bool ends = axes == 0 || turn + 1 == kMostLevels;
-        if (!ends)
+        if (!ends) {
             log_left_over_ = log_add(log_left_over_, division.log_left);
+            is_whole = is_whole && std::isinf(division.log_left);
+        }
         Active kept;
         for (size_t i = 0; i < active.size(); i++)
             (division.is_split[i] && !ends ? kept : cells_).push_back(active[i]);
@@ -407,13 +411,12 @@ void Lattice::refine(Active active, const Run &run, double from, double to, size
 }
 
 void Lattice::keep_peaks(const Active &active) {
-    Active high = active;
     const auto is_higher = [](const Cell &a, const Cell &b) { return a.log_mass > b.log_mass; };
-    const auto end = high.begin() + static_cast<std::ptrdiff_t>(std::min(kHighCells, high.size()));
-    std::partial_sort(high.begin(), end, high.end(), is_higher);
-    for (auto cell = high.begin(); cell != end; ++cell)
-        if (has_no_higher_neighbour(active, levels_.back(), *cell))
-            peaks_.push_back(*cell);
+    Active high(std::min(kHighCells, active.size()));
+    std::partial_sort_copy(active.begin(), active.end(), high.begin(), high.end(), is_higher);
+    for (const Cell &cell : high)
+        if (has_no_higher_neighbour(active, levels_.back(), cell))
+            peaks_.push_back(cell);
     std::sort(peaks_.begin(), peaks_.end(), is_higher);
     peaks_.resize(std::min(kMostPeaks, peaks_.size()));
 }
@@ -438,8 +441,12 @@ void Lattice::drop_negligible() {
 void Lattice::grow(Active &active, const Run &run, double at, size_t &left) {
     for (;;) {
         Active next = missing_neighbours(active, levels_.back());
-        if (next.empty() || next.size() > left)
+        if (next.empty())
             break;
+        if (next.size() > left) {
+            log_left_over_ = log_add(log_left_over_, log_sum(next));
+            break;
+        }
         evaluate(next, run, at, at);
         left -= next.size();
         const auto middle = active.insert(active.end(), next.begin(), next.end());

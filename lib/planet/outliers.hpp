@@ -22,12 +22,7 @@ double scale_of(const Series &series, const Buffer<double> &residuals);
 // Marks measurements that are far from a robust fit of the functions of the series and the best sinusoid.
 std::vector<bool> screen(Series series, double frequency_min, double frequency_max);
 
-// Jitter of a design whose residuals have weights: 1 without sigmas.
-inline double unit_jitter(const Series &series) noexcept {
-    return series.median_sigma > 0 ? 0 : 1;
-}
-
-// Weighted rms of a design without jitter (without sigmas: with the jitter 1), of the series itself.
+// Rms of the residuals of the series itself, with the weights of the design.
 double rms_of(const Series &series, const Design &design) noexcept;
 
 // Residuals of the series itself over the sigmas, without a jitter; unknown without sigmas. design: of the fit.

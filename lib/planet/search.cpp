@@ -12,7 +12,6 @@
 #include <optional>
 #include <string>
 
-#include "base/constants.hpp"
 #include "base/error.hpp"
 #include "planet/instruments.hpp"
 
@@ -54,8 +53,8 @@ void set_periods(Settings &settings) {
     settings.period_min = settings.period_min > 0 ? settings.period_min : 60 / units.days;
     settings.period_max = settings.period_max > 0 ? settings.period_max : 1000 / units.days;
     if (!(settings.period_min < settings.period_max))
-        fail(Status::argument, "{options->period_min} = %.9g: must be below period_max = %.9g", settings.period_min,
-             settings.period_max);
+        fail(Status::argument, "{options->prior.period_min} = %.9g: must be below period_max = %.9g",
+             settings.period_min, settings.period_max);
 }
 
 // Replaces the defaults.
@@ -72,7 +71,7 @@ Settings settled(const Series &series, Settings settings) {
         settings.amplitude_max = is_known ? std::max(kMostScale / units.unit, rms) : kMostOfRms * rms;
     }
     if (!(settings.amplitude_min > 0 && settings.amplitude_min < settings.amplitude_max))
-        fail(Status::argument, "{options->amplitude_min} = %g: must be above 0 and below amplitude_max = %g",
+        fail(Status::argument, "{options->prior.amplitude_min} = %g: must be above 0 and below amplitude_max = %g",
              settings.amplitude_min, settings.amplitude_max);
     if (settings.jitter && settings.jitter_max == 0)
         settings.jitter_max = rms;
@@ -262,14 +261,18 @@ class Searcher {
         const JointFunctions functions(series_, planets_, which);
         const Buffer<double> values = without_planets(series_, planets_, which);
         Prior prior = prior_;
+        const std::vector<double> jitters =
+            has_scales() ? jitters_of(series_, functions.all(), values) : std::vector<double>();
         if (settings_.scales_of_rms) {
             const double rms = rms_of(series_, Design(series_, functions.all(), values, unit_jitter(series_)));
             if (rms > 0)
-                prior.scales = scales_between(least_scale(series_, std::min(rms, quiet_rms(functions.all(), values))),
-                                              kMostOfRms * rms);
+                prior.scales = scales_between(
+                    least_scale(series_,
+                                has_scales() ? std::min(rms, quiet_rms(functions.all(), values, jitters)) : rms),
+                    kMostOfRms * rms);
         }
         if (has_scales())
-            series_.set_jitter_scales(jitter_scales_of(series_, functions.all(), values, settings_.rms));
+            series_.set_jitter_scales(jitter_scales_of(series_, functions.all(), values, jitters, settings_.rms));
         if (!series_.has_velocities())
             return examine_star({series_, prior, functions.all(), values, 0}, which, stage);
         const Noise before = noise();
@@ -287,11 +290,10 @@ class Searcher {
     }
 
     // Weighted rms with the jitter of each instrument: the quiet ones determine an amplitude.
-    double quiet_rms(const std::vector<const Function *> &functions, const Buffer<double> &values) const {
-        if (!has_scales())
-            return HUGE_VAL;
+    double quiet_rms(const std::vector<const Function *> &functions, const Buffer<double> &values,
+                     const std::vector<double> &jitters) const {
         Series own = series_;
-        own.set_jitter_scales(jitters_of(own, functions, values));
+        own.set_jitter_scales(jitters);
         return rms_of(own, Design(own, functions, values, 1));
     }
 
@@ -345,8 +347,9 @@ class Searcher {
         together.push_back(candidate.fitted);
         fit_all(together);
         const JointFunctions all(series_, together, together.size());
+        const Buffer<double> values = without_planets(series_, together, together.size());
         const std::vector<double> scales =
-            jitter_scales_of(series_, all.all(), without_planets(series_, together, together.size()), settings_.rms);
+            jitter_scales_of(series_, all.all(), values, jitters_of(series_, all.all(), values), settings_.rms);
         if (are_near(scales, series_.jitter_scales()))
             return false;
         series_.set_jitter_scales(scales);

@@ -25,6 +25,7 @@ contains
         type(toliman_simulator) :: sim
         type(toliman_periodogram) :: period
         type(toliman_autoencoder) :: cae
+        type(toliman_linear_estimator) :: linear
         type(toliman_tracker) :: tracker
         type(toliman_track_options) :: options
         type(toliman_period_peak) :: peak
@@ -49,6 +50,9 @@ contains
         call cae%load_file('no/such/weights', stat=stat, errmsg=errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)
         call cae%encode(toliman_image_of(image), latents, stat=stat, errmsg=errmsg)
+        print '(i0, 2a)', stat, ' ', trim(errmsg)
+        call linear%create(sim)
+        call linear%encode(toliman_image_of(image(:, 260:1:-1)), latents, stat=stat, errmsg=errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)
         call period%create(-1d0, 1d0, 5_c_int64_t, stat=stat, errmsg=errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)

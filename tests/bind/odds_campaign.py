@@ -99,13 +99,16 @@ def deviate(share):
 def pulls(pool, sets, seed):
     ranks = numpy.array(pool.map(pull_of, [(seed * 10**6 + k,) for k in range(sets)], chunksize=1))
     claimed = ranks[numpy.isfinite(ranks[:, 0])]
+    if len(claimed) == 0:
+        return ["no planet is claimed"]
     values = numpy.vectorize(deviate)(claimed)
     rms = numpy.sqrt((values**2).mean(0))
     print("| planets | claimed | rms deviate of period, eccentricity, amplitude | largest |\n|---|---|---|---|")
     print(f"| {sets} | {len(claimed)} | {rms[0]:.3f}, {rms[1]:.3f}, {rms[2]:.3f} | {abs(values).max():.2f} |")
     error = 1 / math.sqrt(2 * len(claimed))
-    return [f"rms deviate of the {name}: {value:.3f}: must be 0.9 to 1.1" for name, value in
-            zip(("period", "eccentricity", "amplitude"), rms) if abs(value - 1) > 0.1 + 2 * error]
+    wrong = [f"largest deviate {abs(values).max():.2f}: must be at most 5"] * bool(abs(values).max() > 5)
+    return wrong + [f"rms deviate of the {name}: {value:.3f}: must be 0.9 to 1.1" for name, value in
+                    zip(("period", "eccentricity", "amplitude"), rms) if abs(value - 1) > 0.1 + 2 * error]
 
 
 class Mission:

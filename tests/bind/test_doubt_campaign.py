@@ -28,7 +28,7 @@ def setUpModule():
 class Campaign(unittest.TestCase):
     def test_mistakes(self):
         with contextlib.redirect_stdout(io.StringIO()):
-            self.assertEqual(campaign.all_mistakes(1, most=4), [])
+            self.assertEqual(campaign.all_mistakes(1, most=2), [])
 
     def test_frames(self):
         with contextlib.redirect_stdout(io.StringIO()) as printed:

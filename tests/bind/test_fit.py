@@ -124,7 +124,7 @@ class Fits(unittest.TestCase):
             (ValueError, "shift has the shape", lambda: self.fit.frame(self.images[0], shift=(1, 2, 3))),
             (ValueError, "times_days has the shape", lambda: self.fit.frames(self.images, times_days=[1, 2])),
             (ValueError, "shifts has the shape", lambda: self.fit.frames(self.images, shifts=[[1, 2]])),
-            (toliman.InputError, "frame 1: prediction->time_days = nan",
+            (toliman.InputError, "frame 1: predictions->time_days = nan",
              lambda: self.fit.frames(self.images, times_days=[0, numpy.nan, 0, 0, 0])),
         ):
             with self.subTest(text), self.assertRaisesRegex(kind, text):

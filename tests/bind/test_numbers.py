@@ -182,9 +182,9 @@ class Failures(unittest.TestCase):
             (_raw.TOLIMAN_E_NOT_FOUND, "no/such/scene.json"), (_raw.TOLIMAN_E_ARGUMENT, "sim"),
             (_raw.TOLIMAN_E_ARGUMENT, "size(image, 2) = 259: must be 260"), (_raw.TOLIMAN_E_ARGUMENT, "stride"),
             (_raw.TOLIMAN_E_ARGUMENT, "size(weight_b, 1) = 4: must be 5"), (_raw.TOLIMAN_E_NOT_FOUND, "no/such/weights"),
-            (_raw.TOLIMAN_E_ARGUMENT, "cae"), (_raw.TOLIMAN_E_ARGUMENT, "f0"), (_raw.TOLIMAN_E_STATE, "five samples"),
-            (_raw.TOLIMAN_E_ARGUMENT, "size(y, 1) = 4: must be 5"), (_raw.TOLIMAN_E_NOT_FOUND, "no/such/folder"),
-            (_raw.TOLIMAN_OK, "untouched"),
+            (_raw.TOLIMAN_E_ARGUMENT, "cae"), (_raw.TOLIMAN_E_ARGUMENT, "pixels is NULL"), (_raw.TOLIMAN_E_ARGUMENT, "f0"),
+            (_raw.TOLIMAN_E_STATE, "five samples"), (_raw.TOLIMAN_E_ARGUMENT, "size(y, 1) = 4: must be 5"),
+            (_raw.TOLIMAN_E_NOT_FOUND, "no/such/folder"), (_raw.TOLIMAN_OK, "untouched"),
         ]
         self.assertEqual(len(lines), len(expected), output)
         for line, (status, words) in zip(lines, expected):

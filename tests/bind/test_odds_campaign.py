@@ -5,6 +5,7 @@ import math
 import pathlib
 import sys
 import unittest
+import unittest.mock
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import odds_campaign as campaign  # noqa: E402
@@ -14,10 +15,16 @@ from test_planet_campaign import Serial  # noqa: E402
 class Campaign(unittest.TestCase):
     def test_modes(self):
         campaign.campaign.quiet()
-        for mode, sets in ((campaign.noise, 1), (campaign.pulls, 2), (campaign.star, 2)):
-            with self.subTest(mode=mode.__name__), contextlib.redirect_stdout(io.StringIO()) as shown:
-                self.assertEqual(mode(Serial, sets, 1), [])
-            self.assertEqual(len(shown.getvalue().splitlines()), 3)
+        with unittest.mock.patch.object(campaign, "noise_of", lambda task: (-0.3, 0)):
+            self.assertEqual(self.lines(campaign.noise), 3)
+        self.assertEqual(self.lines(campaign.pulls), 3)
+        self.assertEqual(self.lines(campaign.star), 3)
+
+    def lines(self, mode):
+        """The number of lines that a mode prints for one series, whose figures are good."""
+        with contextlib.redirect_stdout(io.StringIO()) as shown:
+            self.assertEqual(mode(Serial, 1, 1), [])
+        return len(shown.getvalue().splitlines())
 
     def test_ridges_of_eccentric_orbits(self):
         """Strong signals of short passages, whose peaks leave the cells that were divided first: one came out at 14 sigma, the other
@@ -27,6 +34,12 @@ class Campaign(unittest.TestCase):
             for name, rank in zip(("period", "eccentricity", "amplitude"), campaign.pull_of((10**6 + pull,))):
                 with self.subTest(pull=pull, name=name):
                     self.assertLess(abs(campaign.deviate(rank)), 3)
+
+    def test_noise_of_instruments_of_which_one_is_quiet(self):
+        """The log10 odds were -3: the least scale of amplitudes was that of the noisy instruments."""
+        odds, planets = campaign.noise_of((10**6 + 3,))
+        self.assertGreater(odds, -1.5)
+        self.assertEqual(planets, 0)
 
     def test_deviates(self):
         for share, expected in ((0.5, 0), (0.8413447, 1), (0.0227501, -2)):

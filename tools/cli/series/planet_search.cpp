@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
@@ -23,8 +23,8 @@ constexpr double kMostMass = 500, kMostParallax = 770; // solar masses, mas
 
 // The error of the library in terms of the series and of options.
 [[noreturn]] void fail(const toliman::error &error, const Series &series) {
-    refuse_option(error, {{"period_min", "--period-min"},
-                          {"period_max", "--period-max"},
+    refuse_option(error, {{"prior.period_min", "--period-min"},
+                          {"prior.period_max", "--period-max"},
                           {"threshold", "--threshold"},
                           {"detection_fap", "--fap"},
                           {"samples", "--samples"},
