@@ -18,7 +18,16 @@ constexpr char kSpace[] = " \t\r\v\f";
 constexpr size_t kNone = std::string_view::npos;
 
 bool is_space(char c) noexcept {
-    return c != '\0' && std::strchr(kSpace, c) != nullptr;
+    return c == ' ' || (c >= '\t' && c <= '\r' && c != '\n');
+}
+
+// Without surrounding white space.
+std::string_view inner(std::string_view text) noexcept {
+    while (!text.empty() && is_space(text.front()))
+        text.remove_prefix(1);
+    while (!text.empty() && is_space(text.back()))
+        text.remove_suffix(1);
+    return text;
 }
 
 // The end of the quoted text at the beginning, behind its last quote; kNone if it does not begin with one. Two quotes
@@ -34,7 +43,9 @@ size_t quote_end(std::string_view text) noexcept {
 
 // The length of the first field.
 size_t field_length(std::string_view text, char separator) noexcept {
-    const size_t start = std::min(text.find_first_not_of(" "), text.size());
+    size_t start = 0;
+    while (start < text.size() && text[start] == ' ')
+        start++;
     const size_t quoted = quote_end(text.substr(start));
     if (quoted != kNone) {
         const size_t next = text.find_first_not_of(" \r", start + quoted);
@@ -126,10 +137,7 @@ char separator_of(std::string_view line) {
 }
 
 std::string trimmed(std::string_view text) {
-    const size_t first = text.find_first_not_of(kSpace);
-    if (first == kNone)
-        return "";
-    text = text.substr(first, text.find_last_not_of(kSpace) - first + 1);
+    text = inner(text);
     const bool quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
     return std::string(quoted ? text.substr(1, text.size() - 2) : text);
 }
@@ -140,6 +148,7 @@ std::vector<std::string> split(std::string_view line, char separator) {
     if (separator == '|')
         line = without_borders(line);
     std::vector<std::string> fields;
+    fields.reserve(1 + static_cast<size_t>(std::count(line.begin(), line.end(), separator)));
     for (size_t start = 0;;) {
         const size_t length = field_length(line.substr(start), separator);
         fields.push_back(trimmed(line.substr(start, length)));
@@ -201,7 +210,7 @@ std::string without_plus_minus(std::string_view line, char separator) {
 }
 
 bool number_of(const std::string &text, double &value) noexcept {
-    const char *at = text.data() + std::min(text.find_first_not_of(kSpace), text.size());
+    const char *at = std::find_if_not(text.data(), text.data() + text.size(), is_space);
     const char *const end = text.data() + text.size();
     const bool negative = at < end && *at == '-';
     at += negative || (at < end && *at == '+') ? 1 : 0;

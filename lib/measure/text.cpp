@@ -180,7 +180,7 @@ Text read_table(std::string_view bytes, ingest::SeriesOptions options) {
     return reader.end();
 }
 
-// Refuses what begins like a file of another format, of which a message of its first line would not speak.
+// Refuses what begins like a file of another format, as a message of its first line would not name it.
 void check_format(std::string_view bytes, const std::string &name) {
     static constexpr std::pair<std::string_view, const char *> kOthers[] = {
         {"<", "XML or HTML"},
@@ -194,9 +194,8 @@ void check_format(std::string_view bytes, const std::string &name) {
         {"\x89HDF", "an HDF5 file"},
         {"%PDF", "a PDF file"},
     };
-    const size_t begin = std::min(bytes.find_first_not_of(kBlanks), bytes.size());
     for (const auto &[magic, format] : kOthers)
-        if (bytes.substr(begin, magic.size()) == magic)
+        if (bytes.substr(0, magic.size()) == magic)
             fail(Status::format, "{%s}: is %s: must be a table in text, such as CSV or ECSV", name.c_str(), format);
     if (bytes.find('\r') != bytes.npos && bytes.find('\n') == bytes.npos)
         fail(Status::format, "{%s}: has lines that end with CR: must end with LF", name.c_str());
@@ -210,7 +209,7 @@ Text read_text(std::string_view bytes, const ingest::SeriesOptions &options) {
     const size_t begin = bytes.find_first_not_of(kBlanks, first), next = bytes.find_first_not_of(kBlanks, begin + 1);
     const bool is_array =
         begin != bytes.npos && bytes[begin] == '[' && next != bytes.npos && (bytes[next] == '{' || bytes[next] == ']');
-    check_format(bytes, options.name.empty() ? "series" : options.name);
+    check_format(bytes.substr(std::min(begin, bytes.size())), options.name.empty() ? "series" : options.name);
     Text text = bytes.substr(0, sizeof kNpy - 1) == kNpy ? read_table(bytes, options)
                 : is_array                               ? read_array(bytes.substr(begin), options)
                                                          : read_lines(bytes, options);

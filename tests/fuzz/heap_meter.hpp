@@ -1,5 +1,6 @@
-// Measures the cost of work: the peak of additional heap memory, and processor time in user mode. The time of the
-// kernel is left out: it is mostly that of page faults, which virtual machines multiply, and the memory bounds it.
+// Measures the cost of work: the peak of additional heap memory, and processor time in user mode of the thread that
+// does it, as the threads of OpenBLAS also spin without work. The time of the kernel is left out: it is mostly that of
+// page faults, which virtual machines multiply, and the memory bounds it.
 // Replaces malloc and related functions in the whole program; to be included once.
 #pragma once
 #include <algorithm>
@@ -31,7 +32,7 @@ struct Cost {
 
 inline double user_seconds() noexcept {
     rusage usage = {};
-    getrusage(RUSAGE_SELF, &usage);
+    getrusage(RUSAGE_THREAD, &usage);
     return static_cast<double>(usage.ru_utime.tv_sec) + 1e-6 * static_cast<double>(usage.ru_utime.tv_usec);
 }
 

@@ -286,7 +286,7 @@ static void others_are_refused(void **state) {
         /* other formats */
         {"<?xml version=\"1.0\"?>\n<VOTABLE>", NULL, TOLIMAN_E_FORMAT,
          "s.csv: is XML or HTML: must be a table in text"},
-        {"\n <html>\n", NULL, TOLIMAN_E_FORMAT, "s.csv: is XML or HTML"},
+        {"\xef\xbb\xbf\n <html>\n", NULL, TOLIMAN_E_FORMAT, "s.csv: is XML or HTML"},
         {"\\begin{tabular}{ll}\nt & y \\\\\n1 & 2 \\\\\n", NULL, TOLIMAN_E_FORMAT, "s.csv: is LaTeX"},
         {"\xff\xfet", NULL, TOLIMAN_E_FORMAT, "s.csv: is UTF-16"},
         {"\x1f\x8b\x08", NULL, TOLIMAN_E_FORMAT, "s.csv: is a gzip file"},
