@@ -18,6 +18,10 @@ add_library(toliman_objects OBJECT ${sources})
 add_dependencies(toliman_objects toliman_generated) # lib/api includes struct_sizes.hpp
 set(toliman_needs fftw3_threads PkgConfig::TOLIMAN_NEEDS Threads::Threads)
 target_link_libraries(toliman_objects PRIVATE toliman_settings ${toliman_needs})
+# Parsed once, as most files include them.
+set(toliman_common_headers <algorithm> <array> <cmath> <cstdint> <cstring> <functional> <map> <memory> <optional> <string>
+                           <string_view> <utility> <vector>)
+target_precompile_headers(toliman_objects PRIVATE ${toliman_common_headers})
 # Every exported function has a declaration, and so that of its header (tools/check/exports).
 target_compile_options(toliman_objects PRIVATE ${toliman_counted}
                        $<IF:$<CXX_COMPILER_ID:GNU>,-Wmissing-declarations,-Wmissing-prototypes>
@@ -62,7 +66,7 @@ target_include_directories(toliman INTERFACE ${toliman_includes})
 
 # The static library is one object in which only toliman_* is global, so that no other name conflicts with one of the
 # host's; --gc-sections removes unused functions. Sanitizers and coverage counters need the separate objects.
-set(toliman_static_objects $<TARGET_OBJECTS:toliman_objects> ${toliman_isa_objects})
+set(toliman_static_objects $<FILTER:$<TARGET_OBJECTS:toliman_objects>,EXCLUDE,gch$> ${toliman_isa_objects})
 if(NOT TOLIMAN_SANITIZE AND NOT TOLIMAN_COVERAGE)
   set(whole ${PROJECT_BINARY_DIR}/toliman_whole.o)
   set(toliman_static_object ${PROJECT_BINARY_DIR}/toliman.o)

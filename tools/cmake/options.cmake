@@ -23,6 +23,10 @@ add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-ffp-contract=off>)
 add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-Wall> $<$<COMPILE_LANGUAGE:C,CXX>:-Wextra>
                     $<$<COMPILE_LANGUAGE:C,CXX>:-Wconversion> $<$<COMPILE_LANGUAGE:C,CXX>:-Wshadow>
                     $<$<COMPILE_LANGUAGE:C,CXX>:-Werror>)
+# Sanitizers and coverage compile every file alone: each must include what it uses.
+if(TOLIMAN_SANITIZE OR TOLIMAN_COVERAGE)
+  set(CMAKE_DISABLE_PRECOMPILE_HEADERS ON)
+endif()
 if(TOLIMAN_SANITIZE)
   # Not Fortran: GCC's sanitizer reports an absent optional argument that is passed on as a null pointer that is read.
   add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-fsanitize=${TOLIMAN_SANITIZE}>

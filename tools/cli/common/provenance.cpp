@@ -7,7 +7,7 @@ namespace cli {
 
 namespace {
 
-std::string quoted(const std::string &word) {
+std::string in_quotes(const std::string &word) {
     constexpr char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:=,+@%-";
     if (!word.empty() && word.find_first_not_of(plain) == std::string::npos)
         return word;
@@ -23,7 +23,7 @@ std::string command_line() {
     std::string word, text = "toliman";
     std::getline(file, word, '\0');
     while (std::getline(file, word, '\0'))
-        text += " " + quoted(word);
+        text += " " + in_quotes(word);
     return text;
 }
 

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <utility>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 
 #include "common/content.hpp"
 #include "common/failure.hpp"

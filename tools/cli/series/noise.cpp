@@ -1,6 +1,6 @@
 #include "series/noise.hpp"
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <algorithm>
 
 #include "common/failure.hpp"

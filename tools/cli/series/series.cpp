@@ -182,7 +182,7 @@ std::vector<std::string> SampleReader::end(bool samples) {
     if (info.likely_instrument[0] != '\0')
         warnings.push_back(
             name() + ": column " + info.likely_instrument +
-            " seems to name several instruments: without the option instrument, the series is read as that of one");
+            " seems to name several instruments: without --instrument, the series is read as that of one");
     if (info.truncated != 0)
         warnings.push_back(where() + ": has no newline at its end; its last number may be truncated");
     return warnings;

@@ -1,6 +1,6 @@
 #include "series/series_options.hpp"
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 
 #include "common/failure.hpp"
 #include "common/text.hpp"
