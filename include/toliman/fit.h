@@ -62,7 +62,7 @@ typedef struct toliman_fit_options {
 /* Creates the fit of a scene, or of several whose optics change with time, as those of a calibration with windows
  * (calibrate.h) do: model images and predicted places are linear in time between the starts of two windows. The model
  * images cover the scene's orbit over its cadence, plus capture_px. The caller destroys *out.
- *   sims        [count], the scenes at these starts, not needed afterwards. In C, that of one simulator is
+ *   sims        [count], the scenes at these starts, not needed afterwards. The array of one simulator, in C:
  *               (const toliman_sim *[]){sim}
  *   first_days  [count], the starts of the windows, increasing, days of scene time; may be NULL if count is 1. At
  *               first_days[i] the model is that of sims[i]; before the first start and after the last one it is

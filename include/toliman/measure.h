@@ -166,7 +166,7 @@ typedef struct toliman_measure_info {
     int32_t is_weighted;          /* 1: has sigmas */
     int32_t has_exposures;        /* 1: exposures are known */
     int64_t instruments;          /* number; 0: not known */
-    const char *instrument_names; /* list of them; valid until the series is changed or destroyed */
+    const char *instrument_names; /* of the instruments, a list; valid until the series is changed or destroyed */
     double trend_start, trend_end;
     double unit, time_unit_days, frame_chi_square; /* as in toliman_measure_data */
     double parallax_arcsec, star_mass[2];          /* of the system to which it is reduced; 0: not known */

@@ -13,7 +13,8 @@
  * the format of all:
  *
  *   1.5,0.25,0.1            columns t, y or t, y, sigma, separated by commas, semicolons, tabs or white space; of more
- *                           columns the first three, with a warning, but not with GROWING: the line may be damaged
+ *                           columns the first three, with a warning. With GROWING more columns are an error, as the
+ *                           line may be damaged
  *   t,latent,sigma          names of the columns, in any order and among others, then such lines. The names may also be
  *                           in a comment before the first row: # t y sigma
  *   {"t": 1.5, "y": 0.25}   objects with these keys among others

@@ -373,9 +373,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_s
  * A frame depends only on (scene, displacement, seed, k), not on threads or order. Images agree to 1e-14 of their
  * peak between CPU types, so that a rare noisy count may differ between them. Calls may run at the same time; if the
  * plan has atlas_taps, the first frame computes the samples to be interpolated while the others wait.
- * Errors, after which images may hold some of the frames: TOLIMAN_E_RANGE for a frame below 0 or outside the cadence,
- * if |displacement| > 0.1 px (100 px if the plan has atlas_taps or exact_frames), or if a pixel expects more than 1e12
- * electrons (photons, without qe). */
+ * Errors, after which images may hold some of the frames: TOLIMAN_E_RANGE for a frame below 0 or, without
+ * displacements, outside the cadence, if |displacement| > 0.1 px (100 px if the plan has atlas_taps or exact_frames),
+ * or if a pixel expects more than 1e12 electrons (photons, without qe). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_sim *sim, const double *displacements_px,
                                                                 uint64_t seed, int64_t first, size_t count,
                                                                 double *images) TOLIMAN_NOEXCEPT;

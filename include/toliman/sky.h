@@ -128,11 +128,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_
                                                                   size_t count,
                                                                   toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
 
-/* Predicts the means over exposures, that is over their on-target intervals, weighted with the lengths of these. The
+/* Predicts the means over exposures, that is over their on-target intervals, each weighted with its length: the
  * photon rate is assumed constant. With an observer in a low orbit, the prediction for mid-exposure differs from this
  * mean by 0.18 uas in 120 s, 4.4 uas in 600 s and up to 245 uas in a day.
  *   intervals        [sum of interval_counts][2], on-target intervals of the exposures, start and end, TAI ns; those of
- *                    an exposure in any order. A single interval may have zero length (an instant)
+ *                    an exposure in any order. For an observer at the Earth's centre, a single interval may
+ *                    have zero length (an instant)
  *   interval_counts  [count], number of intervals of each; NULL: one for each, from the start to the end of an exposure
  *                    whose on-target intervals are not known
  *   predictions      [count], with the struct_size of predictions[0] set; factor is the ratio of the mean separations.

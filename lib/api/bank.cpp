@@ -123,8 +123,7 @@ toliman_status toliman_bank_create(const toliman_fit *fit, const toliman_bank_op
         toliman_bank *&made = required(out, "out");
         check_single(*fit, "fit");
         const fit::Fit &single = use->fit.first();
-        if (known.reserved != 0)
-            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
+        check_reserved(known.reserved);
         made =
             new toliman_bank{{}, bank::Bank(single, options_of(known, single.last_days())), known.threads, bank_source};
     });

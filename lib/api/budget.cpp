@@ -2,7 +2,6 @@
 #include <toliman/budget.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "api/guard.hpp"

@@ -183,11 +183,6 @@ std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_opti
         options.with_training != 0 ? training_of(*cae) : nullptr);
 }
 
-void copy_image(const Buffer<double> &from, double *image, size_t stride) {
-    for (size_t r = 0; r < cae::kSide; r++)
-        std::copy_n(&from[r * cae::kSide], cae::kSide, image + r * stride);
-}
-
 void store_network(cae::Blob &&blob, uint32_t threads, toliman_cae **out) {
     *out = new toliman_cae{{}, std::move(blob.network), std::move(blob.training), threads};
 }
@@ -203,8 +198,7 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
         const auto &simulator = use->simulator;
         const toliman_cae_options known = accept(options, "options");
         const cae::Layout &layout = layout_of(known.layout);
-        if (known.reserved != 0)
-            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
+        check_reserved(known.reserved);
         required(out, "out");
         const MemoryScope scope(memory_of(known.allocator));
         store_network(
@@ -295,7 +289,7 @@ toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px, doub
         required_image(image, stride, cae::kSide, "image");
         Buffer<double> output(cae::kPixels);
         network.decode(latent_px, output.data());
-        copy_image(output, image, stride);
+        copy_rows(output.data(), cae::kSide, cae::kSide, image, stride);
     });
 }
 
@@ -303,7 +297,8 @@ toliman_status toliman_cae_get_target(const toliman_cae *cae, double *image, siz
     return guard([&] {
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
-        copy_image(network.preprocess().target, required_image(image, stride, cae::kSide, "image"), stride);
+        copy_rows(network.preprocess().target.data(), cae::kSide, cae::kSide,
+                  required_image(image, stride, cae::kSide, "image"), stride);
     });
 }
 
@@ -321,7 +316,7 @@ toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *cou
         network.reconstruct(frame, output.data());
         const bool compare = mmse != nullptr || mssim != nullptr || photon_floor != nullptr;
         const cae::Quality quality = compare ? cae::quality(network, frame, output.data()) : cae::Quality{};
-        copy_image(output, image, stride);
+        copy_rows(output.data(), cae::kSide, cae::kSide, image, stride);
         if (mmse != nullptr)
             *mmse = quality.mmse;
         if (mssim != nullptr)

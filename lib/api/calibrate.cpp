@@ -49,13 +49,18 @@ std::vector<fit::Prediction> predictions_of(const toliman_fit_prediction *given,
         return predictions;
     const StructArray<const toliman_fit_prediction> all(given, "predictions");
     for (size_t k = 0; k < count; k++)
-        in_frame(k, [&] { predictions[k] = prediction_of(all.get(k), "prediction"); });
+        in_frame(k, [&] { predictions[k] = prediction_of(all.get(k), "predictions"); });
     return predictions;
 }
 
 const calibrate::Calibration &known(const toliman_calibration &handle, int64_t window) {
     required_index(window, handle.calibration.windows.size(), "window");
     return handle.calibration;
+}
+
+// start: may be NULL.
+calibrate::Point start_of(const calibrate::Problem &problem, const optics::Outline &nominal, const toliman_sim *start) {
+    return calibrate::start_of(problem, nominal, start != nullptr ? &Use(start, "options->start")->simulator : nullptr);
 }
 
 // Sets an image [rows][stride] to values [rows][cols], or to NaN without values.
@@ -144,10 +149,7 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
         if (problem.windows.size() * problem.free.size() > kMostUnknowns)
             fail(Status::argument, "{options->window_days} = %g: %zu windows of %zu parameters: must be at most %zu",
                  given.window_days, problem.windows.size(), problem.free.size(), kMostUnknowns);
-        std::optional<Use<const toliman_sim>> from;
-        if (given.start != nullptr)
-            from.emplace(given.start, "options->start");
-        const calibrate::Point start = calibrate::start_of(problem, outline, from ? &(*from)->simulator : nullptr);
+        const calibrate::Point start = start_of(problem, outline, given.start);
         std::optional<Journal> journal;
         open_journal(journal, given.journal, "CALI", [&] { return calibrate::inputs_of(problem, outline, start); });
         std::optional<calibrate::Memo> memo;

@@ -21,7 +21,7 @@ class Predictions {
             given_.emplace(first, "predictions");
     }
     fit::Prediction at(size_t i) const {
-        return given_ ? prediction_of(given_->get(i), "prediction") : fit::Prediction();
+        return given_ ? prediction_of(given_->get(i), "predictions") : fit::Prediction();
     }
 
   private:

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "api/choice.hpp"
 #include "api/guard.hpp"
@@ -140,10 +139,11 @@ toliman_mask_info info_of(const mask::Score &own, const mask::Score &best) {
 // Scores of a design at all places.
 std::vector<toliman_mask_info> infos_of(const mask::Design &made, const mask::DesignOptions &options) {
     std::vector<toliman_mask_info> infos;
+    const bool is_improved = mask::is_improved(made, options);
     for (size_t i = 0; i < made.best.size(); i++)
         infos.push_back(info_of(made.own[i], made.best[i]));
     for (toliman_mask_info &info : infos) {
-        info.improved = mask::is_improved(made, options) ? 1 : 0;
+        info.improved = is_improved ? 1 : 0;
         info.stopped = made.stopped ? 1 : 0;
         info.iterations = made.bounds_px.size();
         info.small_features = made.small_cells;

@@ -55,11 +55,17 @@ template <class Use> void with_options(const toliman_sim_options *options, Use u
     use(settings_of(known));
 }
 
-void check_displacement(double displacement_px, double limit, const char *name = "displacement_px") {
+void check_displacement(double displacement_px, double limit, const std::string &name = "displacement_px") {
     if (std::isnan(displacement_px))
-        fail(Status::argument, "{%s} is NaN", name);
+        fail(Status::argument, "{%s} is NaN", name.c_str());
     if (std::fabs(displacement_px) > limit)
-        fail(Status::range, "{%s} = %g: must be in [%g, %g] px", name, displacement_px, -limit, limit);
+        fail(Status::range, "{%s} = %g: must be in [%g, %g] px", name.c_str(), displacement_px, -limit, limit);
+}
+
+void check_displacements(const double *displacements_px, size_t count, double limit) {
+    for (size_t i = 0; i < count; i++)
+        if (!(std::fabs(displacements_px[i]) <= limit))
+            check_displacement(displacements_px[i], limit, "displacements_px[" + std::to_string(i) + "]");
 }
 
 void check_frames(int64_t first, size_t count, int64_t frames) {
@@ -430,8 +436,7 @@ toliman_status toliman_sim_frame(const toliman_sim *sim, const double *displacem
         if (count == 0)
             return;
         api::required_array(images, count, simulator.pixels() * sizeof *images, "images");
-        for (size_t i = 0; own && i < count; i++)
-            check_displacement(displacements_px[i], simulator.largest_displacement_px(), "displacements_px");
+        check_displacements(displacements_px, own ? count : 0, simulator.largest_displacement_px());
         make_frames(simulator, seed, first, count, displacements_px, use->threads, images);
     });
 }

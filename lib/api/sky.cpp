@@ -2,7 +2,6 @@
 #include <toliman/sky.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <iterator>

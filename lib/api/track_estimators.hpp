@@ -1,7 +1,6 @@
 // Estimators of a tracker: those of lib/estimate, or a user-supplied function.
 #pragma once
 #include <optional>
-#include <string>
 #include <utility>
 
 #include <toliman/track.h>

@@ -2,7 +2,6 @@
 // estimate of a parameter it then has the same covariance as the efficient estimate of the separation, an element of
 // the inverse Fisher matrix; only its own variance is larger. Reference: C. R. Rao, Linear Statistical Inference,
 // section 5a.
-#include <cmath>
 #include <iterator>
 
 #include "base/error.hpp"

@@ -63,8 +63,7 @@ void set_grid_and_clock(const Request &request, const KnownSetup &known, const S
     if (!request.clock && !use_known && has_records(place))
         fail(Status::argument,
              "{options->clock.pairs} is NULL: %s, which stores the clock, is missing or damaged: give the clock, or "
-             "the pair "
-             "(0, 0) if camera times are TAI",
+             "the pair (0, 0) if camera times are TAI",
              path.c_str());
     setup.grid = request.grid ? *request.grid : known->grid;
     if (request.clock)

@@ -137,7 +137,7 @@ static void bad_arguments_are_refused(void **state) {
     assert_fails(toliman_bank_encode(bank, fit, PLAIN_IMAGE(bad + kPixels), 1, NULL, &result, NULL), TOLIMAN_E_ARGUMENT,
                  "counts[3][7] = nan: must be finite");
     assert_fails(toliman_bank_encode(bank, fit, PLAIN_IMAGE(frame), 1, &wrong, &result, NULL), TOLIMAN_E_ARGUMENT,
-                 "prediction->x_px = nan: must be finite");
+                 "predictions->x_px = nan: must be finite");
     assert_fails(toliman_bank_encode(NULL, fit, PLAIN_IMAGE(frame), 1, NULL, &result, NULL), TOLIMAN_E_ARGUMENT,
                  "bank is NULL");
     assert_fails(toliman_bank_encode(bank, NULL, PLAIN_IMAGE(frame), 1, NULL, &result, NULL), TOLIMAN_E_ARGUMENT,

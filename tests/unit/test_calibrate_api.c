@@ -91,7 +91,7 @@ static void bad_frames_are_refused(void **state) {
     toliman_fit_prediction predictions[2] = {{.struct_size = sizeof *predictions}};
     predictions[1].x_px = NAN;
     assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), 2, predictions, NULL, &made),
-                 TOLIMAN_E_ARGUMENT, "frame 1: prediction->x_px = nan: must be finite");
+                 TOLIMAN_E_ARGUMENT, "frame 1: predictions->x_px = nan: must be finite");
     predictions[1].x_px = 7; /* beyond 6 px */
     assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), 2, predictions, NULL, &made),
                  TOLIMAN_E_ARGUMENT, "frame 1: the stars are not found within options->capture_px = 6 px");

@@ -184,14 +184,14 @@ static void bad_frames_and_predictions_are_refused(void **state) {
         toliman_fit_prediction prediction;
         const char *message;
     } cases[] = {
-        {{.flags = 1}, "prediction->flags = 1: must be 0"},
-        {{.time_days = NAN}, "prediction->time_days = nan: must be finite"},
-        {{.x_px = INFINITY}, "prediction->x_px = inf: must be finite"},
-        {{.y_px = -INFINITY}, "prediction->y_px = -inf: must be finite"},
-        {{.separation_px = NAN}, "prediction->separation_px = nan: must be finite"},
-        {{.separation_px = -1}, "prediction->separation_px = -1: must be above 0 px, or 0 for that of the scene"},
-        {{.separation_px = 20, .position_angle_deg = NAN}, "prediction->position_angle_deg = nan: must be finite"},
-        {{.x_px = 1e6}, "prediction: stars at (1e+06, "},
+        {{.flags = 1}, "->flags = 1: must be 0"},
+        {{.time_days = NAN}, "->time_days = nan: must be finite"},
+        {{.x_px = INFINITY}, "->x_px = inf: must be finite"},
+        {{.y_px = -INFINITY}, "->y_px = -inf: must be finite"},
+        {{.separation_px = NAN}, "->separation_px = nan: must be finite"},
+        {{.separation_px = -1}, "->separation_px = -1: must be above 0 px, or 0 for that of the scene"},
+        {{.separation_px = 20, .position_angle_deg = NAN}, "->position_angle_deg = nan: must be finite"},
+        {{.x_px = 1e6}, ": stars at (1e+06, "},
         {{.struct_size = 4}, "->struct_size = 4"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -230,7 +230,7 @@ static void bad_arrays_of_frames_are_refused(void **state) {
     assert_fails(toliman_fit_frame(fit, &small, 2, NULL, results, NULL, NULL), TOLIMAN_E_ARGUMENT, "rows");
     const toliman_fit_prediction predictions[2] = {{.struct_size = sizeof *predictions}, {.x_px = NAN}};
     assert_fails(toliman_fit_frame(fit, PLAIN_IMAGE(frames), 2, predictions, results, NULL, NULL), TOLIMAN_E_ARGUMENT,
-                 "frame 1: prediction->x_px = nan: must be finite");
+                 "frame 1: predictions->x_px = nan: must be finite");
     results[0].struct_size = 8;
     assert_fails(toliman_fit_frame(fit, PLAIN_IMAGE(frames), 2, NULL, results, NULL, NULL), TOLIMAN_E_ARGUMENT,
                  "results->struct_size = 8");

@@ -146,7 +146,7 @@ static void impossible_calls_are_refused(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
     double image[PIXELS] = {-1};
-    assert_fails(toliman_sim_frame(sim, &(double){0.2}, 1, 0, 1, image), TOLIMAN_E_RANGE, "displacements_px = 0.2");
+    assert_fails(toliman_sim_frame(sim, &(double){0.2}, 1, 0, 1, image), TOLIMAN_E_RANGE, "displacements_px[0] = 0.2");
     assert_fails(toliman_sim_frame(sim, &(double){NAN}, 1, 0, 1, image), TOLIMAN_E_ARGUMENT, "NaN");
     assert_fails(toliman_sim_frame(sim, &(double){0}, 1, -1, 1, image), TOLIMAN_E_RANGE, "first = -1");
     assert_fails(toliman_sim_frame(sim, &(double){0}, 1, 0, 1, NULL), TOLIMAN_E_ARGUMENT, "images is NULL");
@@ -158,7 +158,7 @@ static void impossible_calls_are_refused(void **state) {
     assert_fails(toliman_sim_frame(sim, NULL, 1, 99, 2, image), TOLIMAN_E_RANGE, "cadence of 100 frames");
     assert_fails(toliman_sim_frame(sim, NULL, 1, 0, SIZE_MAX, image), TOLIMAN_E_RANGE, "cadence");
     const double far_away = -0.3;
-    assert_fails(toliman_sim_frame(sim, &far_away, 1, 0, 1, image), TOLIMAN_E_RANGE, "displacements_px = -0.3");
+    assert_fails(toliman_sim_frame(sim, &far_away, 1, 0, 1, image), TOLIMAN_E_RANGE, "displacements_px[0] = -0.3");
     assert_close(image[0], -1, 0, 0);
     toliman_sim_info info = {0};
     assert_fails(toliman_sim_get_info(sim, &info), TOLIMAN_E_ARGUMENT, "out->struct_size = 0");

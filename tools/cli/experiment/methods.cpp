@@ -96,9 +96,8 @@ class ComponentFrames {
     // Frames first ... first + count - 1 of a series; frame 0 forgets the last series once its values were taken.
     void push(size_t first, const double *images, size_t count) {
         const std::lock_guard<std::mutex> lock(mutex_);
-        if (first == 0 && taken_) {
+        if (first == 0 && taken_)
             begin();
-        }
         for (size_t k = added_ - std::min(added_, first); k < count; k++)
             add(images + k * pixels_);
     }
