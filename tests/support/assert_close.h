@@ -63,4 +63,16 @@ static inline void assert_field_fits(toliman_status status, const char *call) {
         assert_field_fits(fails_status_, #call);                                                                       \
     } while (0)
 
+// The same for the field of the error: the exact name of the argument or member, "" if it names none.
+#define assert_refused(call, code, field)                                                                              \
+    do {                                                                                                               \
+        const toliman_status refused_status_ = (call);                                                                 \
+        if (refused_status_ != (code))                                                                                 \
+            fail_msg("%s: %s, expected %s", #call, toliman_constant_name(refused_status_), #code);                     \
+        if (strcmp(toliman_last_error_field(), (field)) != 0)                                                          \
+            fail_msg("%s: field \"%s\", expected \"%s\": %s", #call, toliman_last_error_field(), (field),              \
+                     toliman_last_error());                                                                            \
+        assert_field_fits(refused_status_, #call);                                                                     \
+    } while (0)
+
 #endif
