@@ -1,7 +1,7 @@
 /* Tests the message of every malformed or mislabelled file of an observer: file, line and reason. */
 #include "ephemeris_files.h"
 
-static void assert_refused(const char *what, const char *expected) {
+static void assert_file_fails(const char *what, const char *expected) {
     const int32_t status = shim_read_ephemeris(saved());
     if (status != FORMAT || strncmp(shim_message(), path, strlen(path)) != 0 ||
         strstr(shim_message(), expected) == NULL)
@@ -102,7 +102,7 @@ static void mislabelled_messages(void **state) {
         Message message = kPlain;
         message.change = cases[i].change;
         put_message(&message);
-        assert_refused(cases[i].what, cases[i].expected);
+        assert_file_fails(cases[i].what, cases[i].expected);
     }
 }
 
@@ -212,13 +212,14 @@ static void malformed_messages(void **state) {
         if (faults[i].line == 19) /* the first state is missing: from 1 min on there are states */
             assert_read();
         else
-            assert_refused(faults[i].with, faults[i].expected);
+            assert_file_fails(faults[i].with, faults[i].expected);
     }
     put_message(&kPlain);
     change_line(13, "USEABLE_START_TIME = 2028-01-01T00:00:00");
     change_line(19, "");
-    assert_refused("usable before the first state", ":13: USEABLE_START_TIME = 2028-01-01T00:00:00: must be from the "
-                                                    "first to the last state of the segment");
+    assert_file_fails("usable before the first state",
+                      ":13: USEABLE_START_TIME = 2028-01-01T00:00:00: must be from the "
+                      "first to the last state of the segment");
     put_message(&kPlain);
     change_line(15, "STOP_TIME = 2028-01-01T00:21:00");
     for (int i = 0; i < STATES; i++) { /* the second segment again */
@@ -230,17 +231,17 @@ static void malformed_messages(void **state) {
         change_line(SECOND_STATE + i, line);
     }
     change_line(41, "START_TIME = 2028-01-01T00:05:00");
-    assert_refused("overlapping segments", ":35: the segment is usable from 2028-01-01T00:05:00 TAI: must not begin "
-                                           "before the one before it ends, 2028-01-01T00:10:00 TAI");
+    assert_file_fails("overlapping segments", ":35: the segment is usable from 2028-01-01T00:05:00 TAI: must not begin "
+                                              "before the one before it ends, 2028-01-01T00:10:00 TAI");
     put_message(&kPlain);
     change_line(12, "START_TIME = 2028-01-01T00:00:00|Z");
     *strchr(text, '|') = '\0';
-    assert_refused("text after a zero byte", ":12: START_TIME = \"2028-01-01T00:00:00\": must be an existing time");
+    assert_file_fails("text after a zero byte", ":12: START_TIME = \"2028-01-01T00:00:00\": must be an existing time");
     put_message(&kPlain);
     for (int line = FIRST_STATE; line < FIRST_STATE + 5; line++)
         change_line(line, "");
     change_line(13, "");
-    assert_refused("seven states", ":6: the segment that begins here has 7 states: must have at least 8");
+    assert_file_fails("seven states", ":6: the segment that begins here has 7 states: must have at least 8");
 }
 
 static void malformed_tables(void **state) {
@@ -289,7 +290,7 @@ static void malformed_tables(void **state) {
             length = 0;
             put("%s", faults[i].with);
         }
-        assert_refused(faults[i].with, faults[i].expected);
+        assert_file_fails(faults[i].with, faults[i].expected);
     }
     unlink(path);
     assert_int_equal(shim_read_ephemeris(path), 4);
