@@ -134,10 +134,11 @@ typedef struct toliman_planet_options {
 
 /* Searches a series for planets. Its functions and their priors are fitted, too.
  *   options  may be NULL
- * The series is copied. The caller destroys *out. Processor time of 836 samples with 5 nuisance functions, per planet:
- * 1 s, 3 s for a strong signal, 4 to 9 s where a jitter is fitted, about twice that with instruments or velocities;
- * 300 MB at most. The first lattice has 160 nodes for each step 0.2/T of frequency, where T is the last minus the first
- * time; if they are more than 4 million, twice the time. Errors:
+ * The series is copied. The caller destroys *out. Processor time per planet: 1 s for 836 samples with 5 nuisance
+ * functions, 3 s for a strong signal; where the sigmas are much too small, 5 s for 150 velocities and 11 s for 1,000 in
+ * the median, 15 s at most; about twice that with instruments or with velocities and separations; 300 MB at most. The
+ * first lattice has 160 nodes for each step 0.2/T of frequency, where T is the last minus the first time; if they are
+ * more than 4 million, twice the time. Errors:
  * TOLIMAN_E_ARGUMENT, naming the member, if a number is outside its limits, for separations that are not reduced, if
  * all times are equal, or a function without a prior is a combination of those before it, and for velocities with other
  * times, kinds or units than described; TOLIMAN_E_STATE if n is below the number of functions + 6; TOLIMAN_E_RANGE if
