@@ -59,17 +59,22 @@ if(NOT TOLIMAN_SANITIZE)
   set_tests_properties(abi/conventions PROPERTIES ENVIRONMENT
                        "TOLIMAN_CONVENTIONS=$<TARGET_FILE:conventions>;TOLIMAN_LIBRARY=$<TARGET_FILE:toliman>")
 
-  # Every public function while memory allocations or file calls fail.
-  add_executable(faults fault/faults.c fault/failing.c fault/scenarios_base.c fault/scenarios_sim.c
-                 fault/scenarios_cae.c fault/scenarios_linear.c fault/scenarios_fit.c fault/scenarios_bank.c
-                 fault/scenarios_calibrate.c fault/scenarios_period.c fault/scenarios_track.c
-                 fault/scenarios_ingest.c fault/scenarios_ingest_time.c fault/scenarios_mask.c fault/scenarios_measure.c
-                 fault/scenarios_planet.c
-                 fault/scenarios_series.c fault/scenarios_sky.c fault/scenarios_track_reduced.c)
+  # Every public function while memory allocations or file calls fail, and from two threads at once.
+  set(scenarios ${PROJECT_BINARY_DIR}/generated/fault/scenarios.c)
+  add_custom_command(
+    OUTPUT ${scenarios}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${PROJECT_BINARY_DIR}/generated/fault
+    COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/tools/gen/scenarios ${scenarios}
+    DEPENDS ${toliman_generators} ${PROJECT_SOURCE_DIR}/tools/gen/scenarios ${PROJECT_SOURCE_DIR}/tools/gen/shapes
+            ${CMAKE_CURRENT_SOURCE_DIR}/fault/scenarios ${PROJECT_SOURCE_DIR}/CMakeLists.txt
+    VERBATIM)
+  add_executable(faults fault/faults.c fault/files.c fault/failing.c fault/scenes.c fault/series.c fault/trackers.c
+                        ${scenarios})
+  target_include_directories(faults PRIVATE fault)
   set_target_properties(faults PROPERTIES ENABLE_EXPORTS ON C_STANDARD 11)
   target_compile_options(faults PRIVATE -fno-builtin)
-  target_link_libraries(faults PRIVATE toliman PkgConfig::CMOCKA m)
-  foreach(what memory files)
+  target_link_libraries(faults PRIVATE toliman PkgConfig::CMOCKA Threads::Threads m)
+  foreach(what memory files threads)
     add_test(NAME fault/${what} COMMAND faults ${PROJECT_SOURCE_DIR}/lib/api/toliman.sym ${what})
     # Freed blocks are overwritten, so that reads after free are detected.
     set_tests_properties(fault/${what} PROPERTIES ENVIRONMENT GLIBC_TUNABLES=glibc.malloc.perturb=165)
