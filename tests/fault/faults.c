@@ -14,167 +14,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "failing.h"
-#include "scenario.h"
+#include "attempts.h"
 
-enum { OUT_CAPACITY = 2 << 20, UNTOUCHED = 0x5a, THREADS = 2, MOST_SHARED = 64 };
-
-/* The current scenario and failure, for messages. */
-static const scenario *now;
-static char failure[120] = "";
 static long runs, failed_calls;
-static int defects;
-
-static void complain(const char *when, const char *what, toliman_status status) {
-    defects++;
-    fprintf(stderr, "%s%s%s: %s%s [%s; %s failed]: %s \"%s\"\n", now->function, now->variant ? ", " : "",
-            now->variant ? now->variant : "", when, what, failure, failed_call(), toliman_constant_name(status),
-            toliman_last_error());
-}
-
-void must(int holds, const char *what) {
-    if (!holds)
-        complain("", what, TOLIMAN_OK);
-}
-
-/* A call without failures, and its expected results. */
-typedef struct {
-    uint64_t before, after, made;
-    long calls;       /* number of calls that can fail */
-    saved_file saved; /* of a call that saves */
-} reference;
-
-static _Alignas(64) unsigned char out[THREADS][OUT_CAPACITY], untouched[OUT_CAPACITY], right[OUT_CAPACITY];
-
-/* Fills the outputs of a scenario as they are before the call. */
-static void clear(const scenario *of, unsigned char *to) {
-    memset(to, UNTOUCHED, of->size);
-    for (size_t i = 0; i < sizeof of->structs / sizeof *of->structs && of->structs[i].size != 0; i++) {
-        const uint32_t size = (uint32_t)of->structs[i].size;
-        if (of->structs[i].zero)
-            memset(to + of->structs[i].at, 0, size);
-        memcpy(to + of->structs[i].at, &size, sizeof size);
-    }
-}
-
-static uint64_t digest_of(const object_kind *of, void *object) {
-    static _Alignas(64) unsigned char seen[OUT_CAPACITY];
-    uint64_t hash = FNV_START;
-    if (of == NULL || object == NULL)
-        return 0;
-    if (of->digest != NULL)
-        return of->digest(object);
-    for (size_t i = 0; i < sizeof of->reads / sizeof *of->reads && of->reads[i] != NULL; i++) {
-        attempt a = {.object = object, .out = seen};
-        clear(of->reads[i], seen);
-        const toliman_status status = of->reads[i]->call(&a);
-        hash = fnv1a(fnv1a(hash, &status, sizeof status), seen, of->reads[i]->size);
-    }
-    return hash;
-}
-
-void *shared(void *(*make)(void)) {
-    static struct {
-        void *(*make)(void);
-        void *object;
-    } kept[MOST_SHARED];
-    size_t i = 0;
-    while (kept[i].make != NULL && kept[i].make != make)
-        require(++i < MOST_SHARED, "too many shared objects", now->function);
-    if (kept[i].make == NULL) {
-        void *const object = make(); /* which may create others */
-        for (i = 0; kept[i].make != NULL;)
-            require(++i < MOST_SHARED, "too many shared objects", now->function);
-        kept[i].object = object;
-        kept[i].make = make;
-    }
-    return kept[i].object;
-}
-
-void *made_by(const scenario *creates) {
-    attempt a = {.out = calloc(1, creates->size + 1)};
-    clear(creates, a.out);
-    if (creates->stage != NULL)
-        creates->stage();
-    if (creates->make != NULL)
-        a.object = creates->make();
-    require(creates->call(&a) == TOLIMAN_OK, toliman_last_error(), creates->function);
-    if (creates->make != NULL)
-        creates->of->end(a.object);
-    free(a.out);
-    return a.made;
-}
-
-static void begin_in(attempt *a, unsigned char *to, void *object) {
-    if (now->stage != NULL)
-        now->stage();
-    if (now->saves)
-        put_old();
-    require(now->size <= OUT_CAPACITY, "the outputs are too large", now->function);
-    clear(now, to);
-    memcpy(untouched, to, now->size);
-    if (object == NULL && now->make != NULL)
-        object = now->is_shared ? shared(now->make) : now->make();
-    *a = (attempt){object, untouched, to};
-}
-
-static void begin(attempt *a) {
-    begin_in(a, out[0], NULL);
-}
-
-static int created_something(const attempt *a) {
-    return a->made != untouched;
-}
-
-static void end(attempt *a) {
-    if (now->made != NULL && created_something(a))
-        now->made->end(a->made);
-    if (now->of != NULL && a->object != NULL && !now->is_shared)
-        now->of->end(a->object);
-}
-
-/* Compares the results of a successful call with those of the undisturbed call. */
-static void compare(const attempt *a, const reference *good, const char *when) {
-    if (memcmp(a->out, right, now->size) != 0)
-        complain(when, "outputs differ", TOLIMAN_OK);
-    if (now->made != NULL && created_something(a) && digest_of(now->made, a->made) != good->made)
-        complain(when, "the created object differs", TOLIMAN_OK);
-    if (!now->is_shared && digest_of(now->of, a->object) != good->after)
-        complain(when, "the object differs", TOLIMAN_OK);
-}
-
-static reference undisturbed_call(enum what what) {
-    attempt a;
-    reference good = {0};
-    begin(&a);
-    good.before = digest_of(now->of, a.object);
-    arm(what, LONG_MAX, 0, EIO);
-    const toliman_status status = now->call(&a);
-    good.calls = disarm();
-    if (status != now->refused)
-        complain("", "unexpected status without a failure", status);
-    good.after = digest_of(now->of, a.object);
-    good.made = now->made != NULL && created_something(&a) ? digest_of(now->made, a.made) : 0;
-    memcpy(right, a.out, now->size);
-    if (now->saves)
-        keep_file(SAVED, &good.saved);
-    end(&a);
-    return good;
-}
-
-static void check_shared(reference *good) {
-    failure[0] = '\0';
-    if (now->is_shared && digest_of(now->of, shared(now->make)) != good->before)
-        complain("", "the object differs after all calls", TOLIMAN_OK);
-    free(good->saved.bytes);
-}
-
-static void check_files(attempt *a, const reference *good, toliman_status status) {
-    if (now->saves)
-        check_saved(&good->saved, status);
-    if (now->check != NULL)
-        now->check(a, status);
-}
 
 static void check_failure(const attempt *a, toliman_status status, enum what what) {
     const int expected =
@@ -183,7 +25,7 @@ static void check_failure(const attempt *a, toliman_status status, enum what wha
         complain("", "unexpected error status", status);
     if (created_something(a))
         complain("", "an object was created", status);
-    if (now->partial == NULL && memcmp(a->out, untouched, now->size) != 0)
+    if (now->partial == NULL && !is_untouched(a))
         complain("", "outputs were modified", status);
 }
 
@@ -210,9 +52,9 @@ static long attempt_once(const reference *good, enum what what, long at, int per
         check_failure(&a, status, what);
     check_files(&a, good, status);
     if (status != now->refused) {
-        if (now->partial == NULL && !now->is_shared && digest_of(now->of, a.object) != good->before)
+        if (now->partial == NULL && !is_unmodified(&a, good))
             complain("", "the object was modified", status);
-        memcpy(a.out, untouched, now->size);
+        clear_outputs(&a);
         if ((status = now->call(&a)) != now->refused)
             complain("", "unexpected status of the repeated call", status);
         else
@@ -288,7 +130,7 @@ static void run(const campaign *of, int all) {
         fail_some(&good, of);
     for (size_t kind = 0; kind < of->count && good.calls > 0 && (all || !now->slow); kind++)
         fail_each(&good, of, kind, all);
-    check_shared(&good);
+    end_of_calls(&good);
 }
 
 static void run_memory(int all) {
@@ -336,7 +178,7 @@ static void call_at_once(const reference *good) {
         callers[i].index = i;
         callers[i].together = &together;
         use_folder(i);
-        begin_in(&callers[i].a, out[i], i > 0 && now->is_const ? untouched : NULL);
+        begin_in(&callers[i].a, i, i > 0 && now->is_const ? &together : NULL);
     }
     for (int i = 1; i < THREADS && now->is_const; i++)
         callers[i].a.object = callers[0].a.object;
@@ -361,9 +203,9 @@ static void call_at_once(const reference *good) {
 
 static void run_threads(int all) {
     reference good = undisturbed_call(FAIL_NOTHING);
-    for (int round = all ? 20 : now->slow ? 1 : 3; round > 0; round--)
+    for (int round = all ? 20 : now->slow || !now->is_const ? 1 : 3; round > 0; round--)
         call_at_once(&good);
-    check_shared(&good);
+    end_of_calls(&good);
 }
 
 static int has_scenario(const char *function) {
