@@ -118,7 +118,8 @@ static void fail_some(const reference *good, const campaign *of) {
     size_t kind = 0;
     for (long at = 0; at < good->calls - 1; at = 9 * at + 4)
         fail_at(good, of, 3 * kind++, at);
-    for (long last = good->calls, seen = 0; last > 0 && (seen = fail_at(good, of, 3 * kind, last - 1)) < last; last = seen)
+    for (long last = good->calls, seen = 0; last > 0 && (seen = fail_at(good, of, 3 * kind, last - 1)) < last;
+         last = seen)
         ; /* the undisturbed call may have created shared objects */
 }
 
@@ -134,8 +135,7 @@ static void run(const campaign *of, int all) {
 }
 
 static void run_memory(int all) {
-    static const campaign of = {
-        FAIL_MEMORY, attempt_memory, {{"allocation", ENOMEM, 0}, {"allocation", ENOMEM, 1}}, 2};
+    static const campaign of = {FAIL_MEMORY, attempt_memory, {{"allocation", ENOMEM, 0}, {"allocation", ENOMEM, 1}}, 2};
     run(&of, all);
 }
 

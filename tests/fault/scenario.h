@@ -26,13 +26,13 @@ typedef struct {
 typedef struct scenario {
     const char *function, *variant;
     toliman_status (*call)(attempt *a);
-    size_t size;            /* of the outputs and the gaps between them */
-    void *(*make)(void);    /* creates a.object; NULL: there is none */
+    size_t size;                  /* of the outputs and the gaps between them */
+    void *(*make)(void);          /* creates a.object; NULL: there is none */
     const object_kind *of, *made; /* kinds of a.object and a.made; NULL: there is none */
     struct {
         size_t at, size;
-        int zero; /* an input as well: its other members are 0 */
-    } structs[3]; /* outputs with a struct_size */
+        int zero;            /* an input as well: its other members are 0 */
+    } structs[3];            /* outputs with a struct_size */
     int is_const, is_shared; /* the object is const; and is the same for all calls */
     int saves;               /* the call writes the file SAVED */
     const char *partial;     /* why an error may leave outputs or the object changed; NULL: it may not */

@@ -53,17 +53,17 @@ static char *everything(void) {
 
 static char *on_orbit(void) {
     return changed(smaller(kBinaryScene),
-                   (const char *const[]){"{\"separation_arcsec\": 4, \"position_angle_deg\": 30}",
-                                         "{\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true}",
-                                         "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.8",
-                                         "\"pupil_samples\": 32", "\"pupil_samples\": 48",
-                                         "\"frames\": 100, \"interval_days\": 2",
-                                         "\"frames\": 20000, \"interval_days\": 0.05", NULL});
+                   (const char *const[]){
+                       "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}",
+                       "{\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true}", "\"pixel_scale_arcsec\": 0.2",
+                       "\"pixel_scale_arcsec\": 0.8", "\"pupil_samples\": 32", "\"pupil_samples\": 48",
+                       "\"frames\": 100, \"interval_days\": 2", "\"frames\": 20000, \"interval_days\": 0.05", NULL});
 }
 
 static char *with_files(void) {
     return changed(smaller(kBinaryScene),
-                   (const char *const[]){"\"aperture_m\"", "\"amplitude\": {\"file\": \"amplitude.npy\"}, \"aperture_m\"",
+                   (const char *const[]){"\"aperture_m\"",
+                                         "\"amplitude\": {\"file\": \"amplitude.npy\"}, \"aperture_m\"",
                                          "\"pupil_samples\": 32",
                                          "\"pupil_samples\": 32, \"aberrations\": {\"opd_file\": \"surface.npy\"}",
                                          "{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
@@ -174,8 +174,11 @@ void *make_collection(void) {
 }
 
 void *make_trained_components(void) {
-    const toliman_components_train_options options = {
-        .struct_size = sizeof options, .method = TOLIMAN_COMPONENTS_PCA, .components = 2, .iterations = 5, .threads = 1};
+    const toliman_components_train_options options = {.struct_size = sizeof options,
+                                                      .method = TOLIMAN_COMPONENTS_PCA,
+                                                      .components = 2,
+                                                      .iterations = 5,
+                                                      .threads = 1};
     void *const components = make_collection();
     assert_ok(toliman_components_train(components, &options, NULL));
     return components;
@@ -248,10 +251,13 @@ int32_t stop_step(const toliman_calibration *so_far, const toliman_calibration_s
 
 static void begin_calibration(void) {
     toliman_calibration *made = NULL;
-    const toliman_calibration_options options = {
-        .struct_size = sizeof options, .free = "scale", .capture_px = 3, .most_iterations = 1, .journal = in_folder(JOURNAL)};
-    assert_ok(toliman_calibration_create(shared(create_sim_json_threads), PLAIN_IMAGE(small_frames()), 2, NULL, &options,
-                                         &made));
+    const toliman_calibration_options options = {.struct_size = sizeof options,
+                                                 .free = "scale",
+                                                 .capture_px = 3,
+                                                 .most_iterations = 1,
+                                                 .journal = in_folder(JOURNAL)};
+    assert_ok(toliman_calibration_create(shared(create_sim_json_threads), PLAIN_IMAGE(small_frames()), 2, NULL,
+                                         &options, &made));
     toliman_calibration_destroy(made);
 }
 

@@ -43,7 +43,8 @@ static toliman_period *empty_period(const toliman_period_options *options) {
 }
 
 static void *period_with(uint32_t flags, double value_offset) {
-    const toliman_period_options options = {.struct_size = sizeof options, .flags = flags, .value_offset = value_offset};
+    const toliman_period_options options = {
+        .struct_size = sizeof options, .flags = flags, .value_offset = value_offset};
     toliman_period *const period = empty_period(&options);
     assert_ok(toliman_period_push_many(period, times(), values(), NULL, SAMPLES));
     return period;
@@ -170,7 +171,8 @@ void put_system(void) {
         "\"semi_major_arcsec\": 17, \"eccentricity\": 0.5, \"inclination_deg\": 79, \"node_deg\": 205, "
         "\"periastron_deg\": 231, \"epoch\": 1955.5, \"source\": \"a catalogue\"}, \"barycentre\": {\"ra_deg\": 219, "
         "\"dec_deg\": -60, \"epoch\": 2019.5, \"pm_ra_mas_yr\": -3640, \"pm_dec_mas_yr\": 700, \"parallax_mas\": 750, "
-        "\"radial_velocity_km_s\": -22, \"radial_velocity_kind\": \"kinematic\"}, \"masses\": {\"A\": 1.1, \"B\": 0.9}}";
+        "\"radial_velocity_km_s\": -22, \"radial_velocity_kind\": \"kinematic\"}, \"masses\": {\"A\": 1.1, \"B\": "
+        "0.9}}";
     char text[4000] = "t_tai_ns,x_km,y_km,z_km,vx_km_s,vy_km_s,vz_km_s\n";
     size_t used = strlen(text);
     for (int i = 0; i < 10; i++) {
@@ -204,8 +206,8 @@ void *make_sky_months(void) {
 const toliman_leap_second kLeapSeconds[2] = {{sizeof *kLeapSeconds, 10, 41317}, {0, 11, 41499}};
 
 void put_tables(void) {
-    static const char clock[] = "camera_ns,tai_ns\n0,5\n1000,2005\n", list[] = "#@ 3928521600\n" LEAP_SECOND_ROWS
-                                                                                LAST_LEAP_SECOND,
+    static const char clock[] = "camera_ns,tai_ns\n0,5\n1000,2005\n",
+                      list[] = "#@ 3928521600\n" LEAP_SECOND_ROWS LAST_LEAP_SECOND,
                       windows[] = "start_utc,end_utc\n2016-12-31T23:59:59,2017-01-01T00:00:00\n"
                                   "2017-001T00:00:00,2017-001T00:00:01\n";
     write_file("clock", clock, sizeof clock - 1);
@@ -285,8 +287,11 @@ const toliman_frame *ramp(void) {
     static _Thread_local toliman_frame frame;
     for (size_t i = 0; i < PAIR_PIXELS; i++)
         pixels[i] = (uint16_t)i;
-    frame = (toliman_frame){
-        .struct_size = sizeof frame, .pixel = TOLIMAN_PIXEL_U16, .rows = PAIR_SIDE, .cols = PAIR_SIDE, .pixels = pixels};
+    frame = (toliman_frame){.struct_size = sizeof frame,
+                            .pixel = TOLIMAN_PIXEL_U16,
+                            .rows = PAIR_SIDE,
+                            .cols = PAIR_SIDE,
+                            .pixels = pixels};
     return &frame;
 }
 
