@@ -87,11 +87,11 @@ void remove_folders(void) {
 }
 
 void keep_file(const char *name, saved_file *kept) {
-    enum { MOST = 1 << 24 };
-    kept->bytes = malloc(MOST);
-    kept->size = read_file(name, kept->bytes, MOST);
-    require(kept->size > 0 && kept->size < MOST, "has an unexpected size", name);
-    kept->bytes = realloc(kept->bytes, kept->size);
+    struct stat attributes = {0};
+    require(stat(in_folder(name), &attributes) == 0 && attributes.st_size > 0, "is missing or empty", name);
+    kept->size = (size_t)attributes.st_size;
+    kept->bytes = malloc(kept->size);
+    require(read_file(name, kept->bytes, kept->size) == kept->size, "cannot be read", name);
 }
 
 void put_file(const char *name, const saved_file *kept) {
