@@ -15,6 +15,7 @@ enum { HELD = 30, LAST_FRAME = 44, COMING = LAST_FRAME - HELD, COMING_REDUCED = 
 #define F0 0.01
 #define DF 0.005
 #define SOME_FRAMES "sim.h: after an error, images may hold some of the frames"
+#define STEPS_KEPT "cae.h: complete steps or epochs are kept, so that training can be resumed"
 #define TRAINED "bank.h: networks that were trained remain, so that a later call continues"
 #define FIRST_DONE "track.h: on an error the first *done frames were accepted"
 #define PARTLY_MERGED "track.h: some records may have been merged, and count again when merged again"

@@ -185,6 +185,17 @@ void put_system(void) {
     write_file("binary.json", system, sizeof system - 1);
 }
 
+uint64_t digest_sky(const void *sky) {
+    toliman_sky_info info = {.struct_size = sizeof info};
+    toliman_sky_prediction seen[3] = {{.struct_size = sizeof *seen}};
+    double numbers[2 * TOLIMAN_SKY_ELEMENTS];
+    assert_ok(toliman_sky_get_info(sky, &info));
+    assert_ok(toliman_sky_predict(sky, kSkyTimes, info.observer == TOLIMAN_SKY_OBSERVER_FILE ? 1 : 3, seen));
+    for (int32_t i = 0; i < (int32_t)TOLIMAN_SKY_ELEMENTS; i++)
+        assert_ok(toliman_sky_get_element(sky, TOLIMAN_SKY_ELEMENT_PERIOD + i, &numbers[2 * i], &numbers[2 * i + 1]));
+    return fnv1a(fnv1a(fnv1a(FNV_START, &info, sizeof info), seen, sizeof seen), numbers, sizeof numbers);
+}
+
 void *make_sky_series(void) {
     int64_t intervals[6];
     for (int i = 0; i < 3; i++) {
