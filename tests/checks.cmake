@@ -48,30 +48,38 @@ set_tests_properties(install/package PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJ
 set_tests_properties(header/checks header/bindings abi/interface install/package install/pip install/wheel
                      PROPERTIES LABELS long)
 
-# A host program that watches which functions the library calls, and a library that violates the conventions, to test the
-# watch itself. Not with sanitizers, which replace the same functions.
+# A call of every public function: while memory allocations or file calls fail, from two threads at once, and in a host
+# program that watches which functions the library calls, with a library that violates the conventions to test the watch
+# itself. Not with sanitizers, which replace the same functions.
 if(NOT TOLIMAN_SANITIZE)
+  set(scenarios ${PROJECT_BINARY_DIR}/generated/fault/scenarios.c)
+  add_custom_command(
+    OUTPUT ${scenarios}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${PROJECT_BINARY_DIR}/generated/fault
+    COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/tools/gen/scenarios ${scenarios}
+    DEPENDS ${toliman_generators} ${PROJECT_SOURCE_DIR}/tools/gen/scenarios ${PROJECT_SOURCE_DIR}/tools/gen/shapes
+            ${CMAKE_CURRENT_SOURCE_DIR}/fault/scenarios ${PROJECT_SOURCE_DIR}/CMakeLists.txt
+    VERBATIM)
+  add_library(toliman_scenarios OBJECT ${scenarios} fault/attempts.c fault/files.c fault/scenes.c fault/series.c
+                                       fault/trackers.c)
+  target_include_directories(toliman_scenarios PUBLIC fault)
+  target_link_libraries(toliman_scenarios PUBLIC toliman PkgConfig::CMOCKA Threads::Threads m)
+  add_executable(faults fault/faults.c fault/failing.c)
+  target_compile_options(faults PRIVATE -fno-builtin)
   add_library(toliman_violations SHARED abi/violations.c)
   target_compile_options(toliman_violations PRIVATE -fno-optimize-sibling-calls)
   target_link_libraries(toliman_violations PRIVATE PkgConfig::TOLIMAN_NEEDS)
   add_executable(conventions abi/conventions.c abi/watch.c)
-  set_target_properties(conventions PROPERTIES ENABLE_EXPORTS ON)
-  target_link_libraries(conventions PRIVATE toliman toliman_violations PkgConfig::TOLIMAN_NEEDS PkgConfig::CMOCKA dl m)
+  target_link_libraries(conventions PRIVATE toliman_violations PkgConfig::TOLIMAN_NEEDS dl)
+  foreach(target IN ITEMS faults conventions)
+    set_target_properties(${target} PROPERTIES ENABLE_EXPORTS ON)
+    target_link_libraries(${target} PRIVATE toliman_scenarios)
+  endforeach()
+  set_target_properties(toliman_scenarios faults conventions PROPERTIES C_STANDARD 11)
   add_test(NAME abi/conventions COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_conventions.py)
   set_tests_properties(abi/conventions PROPERTIES ENVIRONMENT
                        "TOLIMAN_CONVENTIONS=$<TARGET_FILE:conventions>;TOLIMAN_LIBRARY=$<TARGET_FILE:toliman>")
-
-  # Every public function while memory allocations or file calls fail.
-  add_executable(faults fault/faults.c fault/failing.c fault/scenarios_base.c fault/scenarios_sim.c
-                 fault/scenarios_cae.c fault/scenarios_linear.c fault/scenarios_fit.c fault/scenarios_bank.c
-                 fault/scenarios_calibrate.c fault/scenarios_period.c fault/scenarios_track.c
-                 fault/scenarios_ingest.c fault/scenarios_ingest_time.c fault/scenarios_mask.c fault/scenarios_measure.c
-                 fault/scenarios_planet.c
-                 fault/scenarios_series.c fault/scenarios_sky.c fault/scenarios_track_reduced.c)
-  set_target_properties(faults PROPERTIES ENABLE_EXPORTS ON C_STANDARD 11)
-  target_compile_options(faults PRIVATE -fno-builtin)
-  target_link_libraries(faults PRIVATE toliman PkgConfig::CMOCKA m)
-  foreach(what memory files)
+  foreach(what memory files threads)
     add_test(NAME fault/${what} COMMAND faults ${PROJECT_SOURCE_DIR}/lib/api/toliman.sym ${what})
     # Freed blocks are overwritten, so that reads after free are detected.
     set_tests_properties(fault/${what} PROPERTIES ENVIRONMENT GLIBC_TUNABLES=glibc.malloc.perturb=165)

@@ -1,25 +1,15 @@
 """Tests the check of exports with libraries that disagree with their headers or symbol list."""
 import os
-import shutil
 import subprocess
-import tempfile
+import sys
 import unittest
 
-CHECK = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tools/check")
+sys.dont_write_bytecode = True
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
+from copied_tree import TOP, CopiedTree
 
 
-class Exports(unittest.TestCase):
-    def setUp(self):
-        self.top = tempfile.mkdtemp()
-        self.addCleanup(shutil.rmtree, self.top)
-
-    def write(self, name, text):
-        path = os.path.join(self.top, name)
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        with open(path, "w") as stream:
-            stream.write(text)
-        return path
-
+class Exports(CopiedTree):
     def check(self, declared, listed, defined):
         """Exit code and output of the check for a library made of three lists of names."""
         header = "/* TOLIMAN_API int toliman_old(void); */\n"
@@ -32,9 +22,7 @@ class Exports(unittest.TestCase):
         library = os.path.join(self.top, "liba.so")
         subprocess.run(["cc", "-shared", "-fPIC", source, "-o", library,
                         "-Wl,--version-script=" + self.write("b.sym", hidden)], check=True)
-        run = subprocess.run([os.path.join(CHECK, "exports"), library, self.top], stdout=subprocess.PIPE,
-                             stderr=subprocess.STDOUT, universal_newlines=True)
-        return run.returncode, run.stdout
+        return self.run_tool("tools/check/exports", library)
 
     def refuses(self, place, *lists):
         code, output = self.check(*lists)
@@ -54,18 +42,14 @@ class Exports(unittest.TestCase):
         self.refuses("other is exported without the prefix", ["other"], ["other"], ["other"])
 
 
-class Isa(unittest.TestCase):
+class Isa(CopiedTree):
     def test_shared_inline_function_is_found(self):
-        with tempfile.TemporaryDirectory() as top:
-            for text, code in (("static inline int f() { return 1; } int g() { return f(); }", 0),
-                               ("inline int f() { return 1; } int (*g())() { return f; }", 1)):
-                source, target = os.path.join(top, "a.cpp"), os.path.join(top, "a.o")
-                with open(source, "w") as stream:
-                    stream.write(text)
-                subprocess.run(["c++", "-O2", "-c", source, "-o", target], check=True)
-                run = subprocess.run([os.path.join(CHECK, "isa"), target], stdout=subprocess.PIPE,
-                                     universal_newlines=True)
-                self.assertEqual(run.returncode, code, run.stdout)
+        for text, code in (("static inline int f() { return 1; } int g() { return f(); }", 0),
+                           ("inline int f() { return 1; } int (*g())() { return f; }", 1)):
+            target = os.path.join(self.top, "a.o")
+            subprocess.run(["c++", "-O2", "-c", self.write("a.cpp", text), "-o", target], check=True)
+            run = subprocess.run([os.path.join(TOP, "tools/check/isa"), target], capture_output=True, text=True)
+            self.assertEqual(run.returncode, code, run.stdout)
 
 
 if __name__ == "__main__":

@@ -1,13 +1,11 @@
 """Tests tools/check/abi with headers that break existing programs, and with compatible additions."""
 import os
-import shutil
-import subprocess
 import sys
-import tempfile
 import unittest
 
-TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.dont_write_bytecode = True
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
+from copied_tree import TOP, CopiedTree
 sys.path.append(os.path.join(TOP, "tools/check"))
 import interface
 
@@ -16,28 +14,36 @@ SYM, RECORD, OLDEST = "lib/api/toliman.sym", "tests/abi/interface", "lib/api/old
 LAST = "    const char *fftw;        /* FFTW version */\n"
 
 
-class Tree(unittest.TestCase):
-    """A copy of the files that the check reads."""
+PROCESSORS = "    int32_t processors;      /* number of online processors */\n"
+CODE = "#define TOLIMAN_E_STATE 13 "
+MACHINE = "TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_get_machine(toliman_machine *out) TOLIMAN_NOEXCEPT;\n"
+CLOCK = "    size_t count;\n} toliman_track_clock;"
+# Changes of the headers, each a file and its text before and after, and what the check says of them.
+BREAKS = (
+    ((BASE, LAST, "    double new_one;\n" + LAST), "new member toliman_machine.new_one at 48: double, within the 56 bytes"),
+    ((BASE, "    int32_t processors;", "    uint32_t processors;"), "toliman_machine.processors at 4: int32_t -> at 4: uint32_t"),
+    ((BASE, "    int32_t processors;", "    int32_t cores;"), "member toliman_machine.processors is gone"),
+    (("include/toliman/track_records.h", "char session[72]", "char session[80]"), "toliman_track_stream.session at "),
+    (("include/toliman/track_options.h", CLOCK, CLOCK.replace("}", "    int64_t one_more;\n}")), "it has no struct_size"),
+    ((SIM, "#define TOLIMAN_SIM_UNIT_DN 303", "#define TOLIMAN_SIM_UNIT_DN 304"),
+     "TOLIMAN_SIM_UNIT_DN: = 303 -> = 304: programs"),
+    ((SIM, "#define TOLIMAN_SIM_UNIT_ELECTRON 302\n", ""), "constant TOLIMAN_SIM_UNIT_ELECTRON is gone"),
+    ((BASE, CODE, "#define TOLIMAN_E_NEW 5\n" + CODE), "new constant TOLIMAN_E_NEW = 5, but codes are appended"),
+    ((BASE, CODE, "#define TOLIMAN_E_NEW 15\n" + CODE), (BASE, CODE, "#define TOLIMAN_E_STATES 13 "),
+     "constant TOLIMAN_E_STATE is gone: programs that name it do not compile"),
+    ((BASE, MACHINE, MACHINE.replace("*out", "**out")),
+     "toliman_get_machine: (toliman_machine *out) -> toliman_status -> (toliman_machine **out) -> toliman_status"),
+    ((BASE, MACHINE, ""), "function toliman_get_machine is gone: programs that call it do not start"),
+    ((BASE, "toliman_abi_version(void)", "toliman_abi_version(int32_t of)"), "toliman_abi_version: (void)"),
+    ((BASE, "(*toliman_progress_fn)(const char *stage, double", "(*toliman_progress_fn)(const char *stage, int64_t"),
+     "callback toliman_progress_fn: (const char *stage, double fraction"),
+    ((BASE, "typedef int32_t toliman_status;", "typedef int64_t toliman_status;"), "type toliman_status: = int32_t -> = int64_t"),
+    ((SIM, "    int32_t reserved;\n", "    uint32_t new_one;\n"), "member toliman_sim_options.reserved is gone"),
+)
 
-    def setUp(self):
-        self.top = tempfile.mkdtemp()
-        self.addCleanup(shutil.rmtree, self.top)
-        shutil.copy(os.path.join(TOP, "CMakeLists.txt"), self.top)
-        for folder in ("include", "lib", "tools/gen", "tests/abi"):
-            shutil.copytree(os.path.join(TOP, folder), os.path.join(self.top, folder))
 
-    def read(self, name):
-        with open(os.path.join(self.top, name), encoding="utf-8") as stream:
-            return stream.read()
-
-    def write(self, name, text):
-        with open(os.path.join(self.top, name), "w", encoding="utf-8") as stream:
-            stream.write(text)
-
-    def change(self, name, before, after):
-        text = self.read(name)
-        self.assertIn(before, text)
-        self.write(name, text.replace(before, after, 1))
+class Tree(CopiedTree):
+    PARTS = ("CMakeLists.txt", "include", "lib", "tools/gen", "tests/abi")
 
 
 class Headers(Tree):
@@ -65,60 +71,24 @@ class Headers(Tree):
     def test_the_same(self):
         self.assertEqual(self.compare(), ([], []))
 
-    def test_member_in_the_middle(self):
-        line = self.refuses((BASE, "    int32_t processors;      /* number of online processors */\n", "    int32_t new_one;\n    int32_t processors;      /* number of online processors */\n"),
+    def test_what_breaks_programs(self):
+        for *changes, why in BREAKS:
+            with self.subTest(why):
+                texts = [(name, self.change(name, before, after)) for name, before, after in changes]
+                self.refuses(why)
+                for name, text in reversed(texts):
+                    self.write(name, text)
+
+    def test_line_of_the_record(self):
+        line = self.refuses((BASE, PROCESSORS, "    int32_t new_one;\n" + PROCESSORS),
                             "member toliman_machine.processors at 4: int32_t -> at 8: int32_t (and 7 more)")
         self.assertEqual(line, "    member toliman_machine.processors at 4: int32_t")
-
-    def test_member_before_the_last(self):
-        self.refuses((BASE, LAST, "    double new_one;\n" + LAST),
-                     "new member toliman_machine.new_one at 48: double, within the 56 bytes")
-
-    def test_member_of_another_type(self):
-        self.refuses((BASE, "    int32_t processors;", "    uint32_t processors;"),
-                     "toliman_machine.processors at 4: int32_t -> at 4: uint32_t")
-
-    def test_member_with_another_name(self):
-        self.refuses((BASE, "    int32_t processors;", "    int32_t cores;"), "member toliman_machine.processors is gone")
 
     def test_member_in_padding(self):
         """If the size of a struct is unchanged, the library cannot know whether its caller knows a new member."""
         self.change(BASE, LAST, LAST + "    int32_t odd;\n")
         self.write(RECORD, interface.describe(self.top))
         self.refuses((BASE, "    int32_t odd;\n", "    int32_t odd, even;\n"), "even at 60: int32_t, within the 64 bytes")
-
-    def test_array_with_another_length(self):
-        self.refuses(("include/toliman/track_records.h", "char session[72]", "char session[80]"),
-                     "toliman_track_stream.session at ")
-
-    def test_structs_that_may_not_grow(self):
-        last = "    size_t count;\n} toliman_track_clock;"
-        self.refuses(("include/toliman/track_options.h", last, last.replace("}", "    int64_t one_more;\n}")),
-                     "it has no struct_size")
-
-    def test_constants(self):
-        self.refuses((SIM, "#define TOLIMAN_SIM_UNIT_DN 303", "#define TOLIMAN_SIM_UNIT_DN 304"), "TOLIMAN_SIM_UNIT_DN: = 303 -> = 304: programs")
-        self.refuses((SIM, "#define TOLIMAN_SIM_UNIT_ELECTRON 302\n", ""), "constant TOLIMAN_SIM_UNIT_ELECTRON is gone")
-
-    def test_status_codes(self):
-        last = "#define TOLIMAN_E_STATE 13 "
-        self.refuses((BASE, last, "#define TOLIMAN_E_NEW 5\n" + last), "new constant TOLIMAN_E_NEW = 5, but codes are appended")
-        self.refuses((BASE, "TOLIMAN_E_NEW 5\n", "TOLIMAN_E_NEW 15\n"), (BASE, last, "#define TOLIMAN_E_STATES 13 "),
-                     "constant TOLIMAN_E_STATE is gone: programs that name it do not compile")
-
-    def test_functions(self):
-        machine = "TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_get_machine(toliman_machine *out) TOLIMAN_NOEXCEPT;\n"
-        self.refuses((BASE, machine, machine.replace("*out", "**out")),
-                     "toliman_get_machine: (toliman_machine *out) -> toliman_status -> (toliman_machine **out) -> toliman_status")
-        self.refuses((BASE, machine.replace("*out", "**out"), ""),
-                     "function toliman_get_machine is gone: programs that call it do not start")
-        self.refuses((BASE, "toliman_abi_version(void)", "toliman_abi_version(int32_t of)"), "toliman_abi_version: (void)")
-
-    def test_callbacks_and_types(self):
-        self.refuses((BASE, "(*toliman_progress_fn)(const char *stage, double", "(*toliman_progress_fn)(const char *stage, int64_t"),
-                     "callback toliman_progress_fn: (const char *stage, double fraction")
-        self.refuses((BASE, "typedef int32_t toliman_status;", "typedef int64_t toliman_status;"),
-                     "type toliman_status: = int32_t -> = int64_t")
 
     def test_growth(self):
         """Also for a result struct: the library must still fill it for callers who know fewer members."""
@@ -145,17 +115,12 @@ class Headers(Tree):
                      "function toliman_new (void) -> int32_t")
         self.accepts((SIM, "    int32_t reserved;\n", "    int32_t new_one;\n"), "member toliman_sim_options.new_one at 44")
 
-    def test_reserved_place_of_another_type(self):
-        self.refuses((SIM, "    int32_t reserved;\n", "    uint32_t new_one;\n"), "member toliman_sim_options.reserved is gone")
-
 
 class Program(Tree):
     """tools/check/abi."""
 
     def check(self, *arguments):
-        run = subprocess.run([os.path.join(TOP, "tools/check/abi"), *arguments, self.top],
-                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
-        return run.returncode, run.stdout
+        return self.run_tool("tools/check/abi", *arguments)
 
     def refuses(self, *why):
         """Also to update the record."""
@@ -177,7 +142,7 @@ class Program(Tree):
 
     def test_break(self):
         """Recorded once the versions are raised."""
-        self.change(BASE, "    int32_t processors;      /* number of online processors */\n", "    double new_one;\n    int32_t processors;      /* number of online processors */\n")
+        self.change(BASE, PROCESSORS, "    double new_one;\n" + PROCESSORS)
         self.refuses(RECORD + ":", "member toliman_machine.processors at 4: int32_t -> at 16: int32_t")
         self.change("CMakeLists.txt", "set(TOLIMAN_ABI_VERSION 2)", "set(TOLIMAN_ABI_VERSION 3)")
         self.refuses("processors at 4")

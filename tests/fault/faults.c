@@ -1,206 +1,22 @@
 /* Calls every public function while memory or file calls fail: one call after the other, once or from that call on. The
  * function must return the error or succeed with the usual result. After an error its arguments must be unchanged,
- * nothing may leak, and the next call must succeed.
+ * nothing may leak, and the next call must succeed. Or calls it from two threads at once, on the same object if it is
+ * const: both must get the usual result.
  *
- *   faults SYMBOLS memory|files [all] [FUNCTION]
+ *   faults SYMBOLS memory|files|threads [all] [FUNCTION]
  *
- * SYMBOLS is lib/api/toliman.sym; each of its functions must have a scenario. Without `all`, the step between tested
- * calls grows with their number. */
-#include <dirent.h>
+ * SYMBOLS is lib/api/toliman.sym; each of its functions must have a scenario. Without `all`, the first and the last call
+ * fail, and some between them. */
 #include <errno.h>
 #include <limits.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include "failing.h"
-#include "scenario.h"
+#include "attempts.h"
 
-static const scenario_list *const lists[] = {
-    &base_scenarios,          &sim_scenarios,       &cae_scenarios,    &linear_scenarios, &fit_scenarios,
-    &bank_scenarios,          &calibrate_scenarios, &period_scenarios, &track_scenarios,  &ingest_scenarios,
-    &ingest_time_scenarios,   &mask_scenarios,      &planet_scenarios, &series_scenarios, &sky_scenarios,
-    &track_reduced_scenarios, &measure_scenarios};
-enum { LISTS = sizeof lists / sizeof *lists };
-
-/* The current scenario and failure, for messages. */
-static const scenario *now;
-static char failure[120] = "";
 static long runs, failed_calls;
-static int defects;
-
-static void complain(const char *when, const char *what, toliman_status status) {
-    defects++;
-    fprintf(stderr, "%s%s%s: %s%s [%s; %s failed]: %s \"%s\"\n", now->function, now->variant ? ", " : "",
-            now->variant ? now->variant : "", when, what, failure, failed_call(), toliman_constant_name(status),
-            toliman_last_error());
-}
-
-void must(int holds, const char *what) {
-    if (!holds)
-        complain("", what, TOLIMAN_OK);
-}
-
-/* The temporary folder. */
-static char folder[200];
-
-const char *in_folder(const char *name) {
-    static char paths[8][300];
-    static unsigned turn;
-    char *const path = paths[turn++ % 8];
-    snprintf(path, sizeof *paths, "%s/%s", folder, name);
-    return path;
-}
-
-static void require(int holds, const char *what, const char *name) {
-    if (holds)
-        return;
-    fprintf(stderr, "faults: %s: %s: %s\n", name, what, strerror(errno));
-    exit(2);
-}
-
-void write_file(const char *name, const void *bytes, size_t size) {
-    FILE *const file = fopen(in_folder(name), "wb");
-    require(file != NULL && fwrite(bytes, 1, size, file) == size && fclose(file) == 0, "cannot be written", name);
-}
-
-size_t read_file(const char *name, void *bytes, size_t capacity) {
-    FILE *const file = fopen(in_folder(name), "rb");
-    if (file == NULL)
-        return SIZE_MAX;
-    const size_t size = fread(bytes, 1, capacity, file);
-    fclose(file);
-    return size;
-}
-
-static int entries(const char *path, int end) {
-    int count = 0;
-    DIR *const open = opendir(path);
-    require(open != NULL, "cannot be opened", path);
-    for (const struct dirent *entry; (entry = readdir(open)) != NULL;)
-        if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0) {
-            count++;
-            if (end && unlinkat(dirfd(open), entry->d_name, 0) != 0)
-                require(entries(in_folder(entry->d_name), 1) >= 0 && rmdir(in_folder(entry->d_name)) == 0,
-                        "cannot be removed", entry->d_name);
-        }
-    closedir(open);
-    return count;
-}
-
-int files_in(const char *name) {
-    return entries(in_folder(name), 0);
-}
-
-void empty_folder(const char *name) {
-    require(mkdir(in_folder(name), 0700) == 0 || errno == EEXIST, "cannot be created", name);
-    entries(in_folder(name), 1);
-}
-
-void must_be_old_or_new(const char *where, const char *name, const char *mark, toliman_status status) {
-    static char text[20000];
-    const size_t size = read_file(name, text, sizeof text - 1);
-    text[size < sizeof text ? size : 0] = '\0';
-    const int is_old = strcmp(text, "old") == 0;
-    const char *const end_of_text = strrchr(text, '}');
-    const int is_new = strstr(text, mark) != NULL && end_of_text != NULL && strlen(end_of_text) <= 2;
-    must(status == TOLIMAN_OK ? is_new : is_new || is_old, "neither the old file nor the new one");
-    must(files_in(where) == 1 || status == TOLIMAN_E_WRITE, "another file is left");
-}
-
-static const saved_file *last_put;
-
-void keep_file(const char *name, saved_file *kept) {
-    kept->bytes = malloc(OUT_CAPACITY);
-    kept->size = read_file(name, kept->bytes, OUT_CAPACITY);
-    require(kept->size > 0 && kept->size < OUT_CAPACITY, "has an unexpected size", name);
-}
-
-void put_file_again(const char *name, const saved_file *kept) {
-    write_file(name, kept->bytes, kept->size);
-    last_put = kept;
-}
-
-void must_begin_as_put(const char *name) {
-    unsigned char *const found = malloc(OUT_CAPACITY);
-    const size_t size = read_file(name, found, OUT_CAPACITY);
-    must(size != SIZE_MAX && size >= last_put->size && memcmp(found, last_put->bytes, last_put->size) == 0,
-         "what the file had is lost");
-    free(found);
-}
-
-/* A call without failures, and its expected results. */
-typedef struct {
-    uint64_t before, after, made;
-    long files; /* number of file calls */
-} reference;
-
-static _Alignas(64) unsigned char out[OUT_CAPACITY], untouched[OUT_CAPACITY], right[OUT_CAPACITY];
-
-static void begin(attempt *a) {
-    if (now->stage != NULL)
-        now->stage();
-    memset(out, UNTOUCHED, sizeof out);
-    if (now->struct_size != 0)
-        memcpy(out, &now->struct_size, sizeof now->struct_size);
-    memcpy(untouched, out, sizeof out);
-    *a = (attempt){now->make != NULL ? now->make() : NULL, untouched, out};
-}
-
-static uint64_t digest_of(const object_kind *of, const void *object) {
-    return of != NULL && object != NULL ? of->digest(object) : 0;
-}
-
-static int created_something(const attempt *a) {
-    return a->made != untouched;
-}
-
-static void end(attempt *a) {
-    if (now->made != NULL && created_something(a))
-        now->made->end(a->made);
-    if (now->of != NULL && a->object != NULL)
-        now->of->end(a->object);
-}
-
-static reference result_of(const attempt *a) {
-    const reference result = {0, digest_of(now->of, a->object),
-                              now->made != NULL && created_something(a) ? digest_of(now->made, a->made) : 0, 0};
-    return result;
-}
-
-/* Compares the results of a successful call with those of the undisturbed call. */
-static void compare(const attempt *a, const reference *good, const char *when) {
-    const reference result = result_of(a);
-    if (memcmp(out, right, sizeof out) != 0)
-        complain(when, "outputs differ", TOLIMAN_OK);
-    if (result.made != good->made)
-        complain(when, "the created object differs", TOLIMAN_OK);
-    if (result.after != good->after)
-        complain(when, "the object differs", TOLIMAN_OK);
-}
-
-static reference undisturbed_call(void) {
-    attempt a;
-    begin(&a);
-    const uint64_t before = digest_of(now->of, a.object);
-    arm(FAIL_FILES, LONG_MAX, 0, EIO);
-    const toliman_status status = now->call(&a);
-    const long files = disarm();
-    if (status != now->refused)
-        complain("", "unexpected status without a failure", status);
-    reference good = result_of(&a);
-    good.before = before;
-    memcpy(right, out, sizeof out);
-    good.files = files;
-    end(&a);
-    return good;
-}
-
-static int open_files(void) {
-    return entries("/proc/self/fd", 0);
-}
 
 static void check_failure(const attempt *a, toliman_status status, enum what what) {
     const int expected =
@@ -209,7 +25,7 @@ static void check_failure(const attempt *a, toliman_status status, enum what wha
         complain("", "unexpected error status", status);
     if (created_something(a))
         complain("", "an object was created", status);
-    if (now->partial == NULL && memcmp(out, untouched, sizeof out) != 0)
+    if (now->partial == NULL && !is_untouched(a))
         complain("", "outputs were modified", status);
 }
 
@@ -218,10 +34,10 @@ static int may_be_silent(int error) {
     return error == EINTR || error == SHORT_COUNT || strcmp(failed_call(), "close") == 0;
 }
 
-/* One call with one failure; returns whether the failing call was reached. */
-static int attempt_once(const reference *good, enum what what, long at, int permanent, int error) {
+/* One call with one failure; returns the number of calls that could fail. */
+static long attempt_once(const reference *good, enum what what, long at, int permanent, int error) {
     attempt a;
-    const int files = open_files();
+    const int files = files_in("/proc/self/fd");
     begin(&a);
     arm(what, at, permanent, error);
     toliman_status status = now->call(&a);
@@ -234,78 +50,168 @@ static int attempt_once(const reference *good, enum what what, long at, int perm
         compare(&a, good, "after a success, ");
     else
         check_failure(&a, status, what);
-    if (now->check != NULL)
-        now->check(&a, status);
+    check_files(&a, good, status);
     if (status != now->refused) {
-        if (now->partial == NULL && digest_of(now->of, a.object) != good->before)
+        if (now->partial == NULL && !is_unmodified(&a, good))
             complain("", "the object was modified", status);
-        memcpy(out, untouched, sizeof out);
+        clear_outputs(&a);
         if ((status = now->call(&a)) != now->refused)
             complain("", "unexpected status of the repeated call", status);
         else
             compare(&a, good, "after the repeated call, ");
     }
     end(&a);
-    if (open_files() != files)
+    if (files_in("/proc/self/fd") != files)
         complain("", "files are left open", status);
-    return calls > at;
+    return calls;
 }
 
-/* For slow functions the short form tests few calls, alternating between single and permanent failures. */
-static int is_sparse(int all) {
-    return now->slow && !all;
+static long attempt_memory(const reference *good, long at, int permanent, int error) {
+    watch_memory();
+    const long calls = attempt_once(good, FAIL_MEMORY, at, permanent, error);
+    if (calls > at && now->allocates_nothing)
+        complain("", "the call allocates memory", TOLIMAN_OK);
+    if (blocks_held() != 0) {
+        char text[60];
+        snprintf(text, sizeof text, "%ld blocks of memory are leaked", blocks_held());
+        complain("", text, TOLIMAN_OK);
+    }
+    return calls;
 }
 
-static long first(int permanent, int all) {
-    return is_sparse(all) ? permanent : 0;
+static long attempt_files(const reference *good, long at, int permanent, int error) {
+    return attempt_once(good, FAIL_FILES, at, permanent, error);
 }
 
-static long next(long at, int all) {
-    return at + 1 + (all ? 0 : now->slow ? 8 * at + 3 : at < 6 ? 0 : at / 2);
+/* How a call fails. */
+typedef struct {
+    const char *name;
+    int error, permanent;
+} kind_of_failure;
+
+typedef struct {
+    enum what what;
+    long (*attempt_one)(const reference *good, long at, int permanent, int error);
+    kind_of_failure kinds[7];
+    size_t count;
+} campaign;
+
+static long fail_at(const reference *good, const campaign *of, size_t kind, long at) {
+    const kind_of_failure *const how = &of->kinds[kind % of->count];
+    snprintf(failure, sizeof failure, "%s %ld%s", how->name, at, how->permanent ? " and all that follow" : "");
+    return of->attempt_one(good, at, how->permanent, how->error);
+}
+
+/* Lets calls fail from the first on: each, or in the short form with growing steps, and the last. */
+static void fail_each(const reference *good, const campaign *of, size_t kind, int all) {
+    long seen = LONG_MAX;
+    for (long at = 0; all ? seen > at : at < good->calls; at += 1 + (all || at < 6 ? 0 : at / 2))
+        seen = fail_at(good, of, kind, at);
+    for (long last = good->calls, before = 0; !all && last > 0 && last != before; last = seen < last ? seen : last) {
+        before = last; /* the undisturbed call may have created shared objects */
+        seen = fail_at(good, of, kind, last - 1);
+    }
+}
+
+/* For slow functions: the first, the last and a few between, each failing in another way. */
+static void fail_some(const reference *good, const campaign *of) {
+    size_t kind = 0;
+    for (long at = 0; at < good->calls - 1; at = 9 * at + 4)
+        fail_at(good, of, 3 * kind++, at);
+    for (long last = good->calls, seen = 0; last > 0 && (seen = fail_at(good, of, 3 * kind, last - 1)) < last;
+         last = seen)
+        ; /* the undisturbed call may have created shared objects */
+}
+
+static void run(const campaign *of, int all) {
+    reference good = undisturbed_call(of->what);
+    if (good.calls == 0 && of->what == FAIL_MEMORY)
+        fail_at(&good, of, 0, 0); /* which detects leaks */
+    else if (now->slow && !all)
+        fail_some(&good, of);
+    for (size_t kind = 0; kind < of->count && good.calls > 0 && (all || !now->slow); kind++)
+        fail_each(&good, of, kind, all);
+    end_of_calls(&good);
 }
 
 static void run_memory(int all) {
-    const reference good = undisturbed_call();
-    for (int permanent = 0; permanent < 2; permanent++)
-        for (long at = first(permanent, all), more = 1; more; at = next(at, all)) {
-            snprintf(failure, sizeof failure, "allocation %ld%s", at, permanent ? " and all that follow" : "");
-            watch_memory();
-            more = attempt_once(&good, FAIL_MEMORY, at, permanent, 0);
-            if (more && now->allocates_nothing)
-                complain("", "the call allocates memory", TOLIMAN_OK);
-            if (blocks_held() != 0) {
-                char text[60];
-                snprintf(text, sizeof text, "%ld blocks of memory are leaked", blocks_held());
-                complain("", text, TOLIMAN_OK);
-            }
-        }
+    static const campaign of = {FAIL_MEMORY, attempt_memory, {{"allocation", ENOMEM, 0}, {"allocation", ENOMEM, 1}}, 2};
+    run(&of, all);
 }
 
 static void run_files(int all) {
-    static const struct {
-        int error, permanent;
-        const char *name;
-    } failures[] = {{EIO, 0, "EIO"},
-                    {EIO, 1, "EIO"},
-                    {ENOSPC, 0, "ENOSPC"},
-                    {ENOSPC, 1, "ENOSPC"},
-                    {EINTR, 0, "EINTR"},
-                    {SHORT_COUNT, 0, "a short count"},
-                    {SHORT_COUNT, 1, "a short count"}};
-    const reference good = undisturbed_call();
-    for (size_t i = 0; good.files > 0 && i < sizeof failures / sizeof *failures; i += is_sparse(all) ? 3 : 1)
-        for (long at = first(failures[i].permanent, all), more = 1; more; at = next(at, all)) {
-            snprintf(failure, sizeof failure, "%s of call %ld%s", failures[i].name, at,
-                     failures[i].permanent ? " and all that follow" : "");
-            more = attempt_once(&good, FAIL_FILES, at, failures[i].permanent, failures[i].error);
-        }
+    static const campaign of = {FAIL_FILES,
+                                attempt_files,
+                                {{"EIO of call", EIO, 0},
+                                 {"EIO of call", EIO, 1},
+                                 {"ENOSPC of call", ENOSPC, 0},
+                                 {"ENOSPC of call", ENOSPC, 1},
+                                 {"EINTR of call", EINTR, 0},
+                                 {"a short count of call", SHORT_COUNT, 0},
+                                 {"a short count of call", SHORT_COUNT, 1}},
+                                7};
+    run(&of, all);
+}
+
+/* A call of one of the threads. */
+typedef struct {
+    pthread_t thread;
+    pthread_barrier_t *together;
+    attempt a;
+    toliman_status status;
+    int index;
+} caller;
+
+static void *call_together(void *given) {
+    caller *const own = given;
+    use_folder(own->index);
+    pthread_barrier_wait(own->together);
+    own->status = now->call(&own->a);
+    return NULL;
+}
+
+static void call_at_once(const reference *good) {
+    caller callers[THREADS];
+    pthread_barrier_t together;
+    pthread_barrier_init(&together, NULL, THREADS);
+    for (int i = THREADS; i-- > 0;) { /* the object of all, if it is const, is in the first folder */
+        callers[i].index = i;
+        callers[i].together = &together;
+        use_folder(i);
+        begin_in(&callers[i].a, i, i > 0 && now->is_const ? &together : NULL);
+    }
+    for (int i = 1; i < THREADS && now->is_const; i++)
+        callers[i].a.object = callers[0].a.object;
+    for (int i = 0; i < THREADS; i++)
+        require(pthread_create(&callers[i].thread, NULL, call_together, &callers[i]) == 0, "no thread", now->function);
+    for (int i = 0; i < THREADS; i++)
+        pthread_join(callers[i].thread, NULL);
+    for (int i = THREADS; i-- > 0;) {
+        use_folder(i);
+        if (callers[i].status != now->refused)
+            complain("", "unexpected status", callers[i].status);
+        else
+            compare(&callers[i].a, good, "with two threads, ");
+        check_files(&callers[i].a, good, callers[i].status);
+        if (i > 0 && now->is_const)
+            callers[i].a.object = NULL;
+        end(&callers[i].a);
+        runs++;
+    }
+    pthread_barrier_destroy(&together);
+}
+
+static void run_threads(int all) {
+    reference good = undisturbed_call(FAIL_NOTHING);
+    for (int round = all ? 20 : now->slow || !now->is_const ? 1 : 3; round > 0; round--)
+        call_at_once(&good);
+    end_of_calls(&good);
 }
 
 static int has_scenario(const char *function) {
-    for (size_t i = 0; i < LISTS; i++)
-        for (size_t j = 0; j < lists[i]->count; j++)
-            if (strcmp(lists[i]->first[j].function, function) == 0)
-                return 1;
+    for (size_t i = 0; i < scenario_count; i++)
+        if (strcmp(scenarios[i]->function, function) == 0)
+            return 1;
     return 0;
 }
 
@@ -316,14 +222,12 @@ static int check_all_have_scenarios(const char *symbols) {
     FILE *const file = fopen(symbols, "r");
     require(file != NULL, "cannot be opened", symbols);
     while (fgets(line, sizeof line, file) != NULL) {
-        if (sscanf(line, " toliman_%[a-z_];", function) != 1)
+        if (sscanf(line, " %199[a-z0-9_];", function) != 1 || strncmp(function, "toliman_", 8) != 0)
             continue;
-        char whole[210];
-        snprintf(whole, sizeof whole, "toliman_%s", function);
         count++;
-        if (has_scenario(whole))
+        if (has_scenario(function))
             continue;
-        fprintf(stderr, "%s has no scenario\n", whole);
+        fprintf(stderr, "%s has no scenario\n", function);
         defects++;
     }
     fclose(file);
@@ -331,25 +235,28 @@ static int check_all_have_scenarios(const char *symbols) {
 }
 
 int main(int count, char **arguments) {
-    if (count < 3)
-        return 2;
-    const int memory = strcmp(arguments[2], "memory") == 0, all = count > 3 && strcmp(arguments[3], "all") == 0;
+    static const struct {
+        const char *name;
+        void (*run)(int all);
+    } modes[] = {{"memory", run_memory}, {"files", run_files}, {"threads", run_threads}};
+    const int all = count > 3 && strcmp(arguments[3], "all") == 0;
     const char *const only = count > 3 + all ? arguments[3 + all] : NULL;
+    size_t mode = 0;
+    while (mode < 3 && (count < 3 || strcmp(arguments[2], modes[mode].name) != 0))
+        mode++;
+    if (mode == 3)
+        return 2;
     int chosen = 0;
     const int functions = check_all_have_scenarios(arguments[1]);
-    const char *const above = getenv("TMPDIR");
-    snprintf(folder, sizeof folder, "%s/toliman-faults-XXXXXX", above != NULL ? above : "/tmp");
-    require(mkdtemp(folder) != NULL, "cannot be created", folder);
-    for (size_t i = 0; i < LISTS; i++)
-        for (size_t j = 0; j < lists[i]->count; j++) {
-            now = &lists[i]->first[j];
-            if (only != NULL && strcmp(only, now->function) != 0)
-                continue;
-            (memory ? run_memory : run_files)(all);
-            chosen++;
-        }
+    create_folders(THREADS);
+    for (size_t i = 0; i < scenario_count; i++) {
+        now = scenarios[i];
+        if (only != NULL && strcmp(only, now->function) != 0)
+            continue;
+        modes[mode].run(all);
+        chosen++;
+    }
     printf("%d functions, %ld calls, %ld of them with a failure: %d defects\n", functions, runs, failed_calls, defects);
-    entries(folder, 1);
-    rmdir(folder);
+    remove_folders();
     return defects != 0 || functions == 0 || chosen == 0;
 }

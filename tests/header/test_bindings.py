@@ -1,12 +1,12 @@
 """Tests tools/gen and the check of bindings with headers, tables and lists of functions that disagree."""
 import os
 import re
-import shutil
-import subprocess
-import tempfile
+import sys
 import unittest
 
-TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.dont_write_bytecode = True
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
+from copied_tree import TOP, CopiedTree
 SYM, BASE, LINEAR, TRACK, PERIOD = ("lib/api/toliman.sym", "include/toliman/base.h", "include/toliman/linear.h",
                                     "include/toliman/track.h", "include/toliman/period.h")
 FORTRAN, PYTHON = "fortran/toliman.f90", "python/toliman/_raw.py"
@@ -14,22 +14,8 @@ SIZES = "generated/api/struct_sizes.hpp"
 LAYOUT, NETWORK = "lib/cae/layout.hpp", "python/toliman/report/_network.py"
 
 
-class Bindings(unittest.TestCase):
-    def setUp(self):
-        self.top = tempfile.mkdtemp()
-        self.addCleanup(shutil.rmtree, self.top)
-        for name in ("CMakeLists.txt", SYM, "tools/gen/shapes", "tools/gen/toliman.f90.in", LAYOUT):
-            os.makedirs(os.path.dirname(os.path.join(self.top, name)), exist_ok=True)
-            shutil.copy(os.path.join(TOP, name), os.path.join(self.top, name))
-        shutil.copytree(os.path.join(TOP, "include"), os.path.join(self.top, "include"))
-
-    def change(self, name, before, after):
-        path = os.path.join(self.top, name)
-        with open(path, encoding="utf-8") as stream:
-            text = stream.read()
-        self.assertIn(before, text)
-        with open(path, "w", encoding="utf-8") as stream:
-            stream.write(text.replace(before, after, 1))
+class Bindings(CopiedTree):
+    PARTS = ("CMakeLists.txt", SYM, "tools/gen/shapes", "tools/gen/toliman.f90.in", LAYOUT, "include", "tests/fault/scenarios")
 
     def generate(self):
         """Runs tools/gen/generate and returns the folder that it fills."""
@@ -39,13 +25,8 @@ class Bindings(unittest.TestCase):
 
     def made(self, name):
         """The text of a generated file."""
-        with open(os.path.join(self.generate(), name), encoding="utf-8") as stream:
-            return stream.read()
-
-    def run_tool(self, tool, *arguments):
-        run = subprocess.run([os.path.join(TOP, tool), *arguments, self.top], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                             universal_newlines=True)
-        return run.returncode, run.stdout
+        self.generate()
+        return self.read(os.path.join("build", name))
 
     def refuses(self, *places):
         code, output = self.run_tool("tools/check/bindings")
@@ -124,13 +105,31 @@ class Bindings(unittest.TestCase):
                 self.change("tools/gen/shapes", before, after)
                 self.refuses(complaint)
 
+    def test_scenarios_of_faults(self):
+        """A new function has a scenario, or stops the build until its arguments have values."""
+        scenarios = os.path.join(self.top, "scenarios.c")
+        new = "/* New. */\nTOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_query_new(\n" \
+              "    const toliman_linear *linear, %s) TOLIMAN_NOEXCEPT;\n\n/* Writes the predicted standard"
+        header = self.change(LINEAR, "/* Writes the predicted standard", new % "double *out")
+        self.assertEqual(self.run_tool("tools/gen/scenarios", scenarios), (0, ""))
+        self.assertIn("toliman_linear_query_new(a->object, (void *)(a->out +", self.read("scenarios.c"))
+        self.write(LINEAR, header)
+        self.change(LINEAR, "/* Writes the predicted standard", new % "double share, double *out")
+        self.assertEqual(self.run_tool("tools/gen/scenarios", scenarios),
+                         (1, "tests/fault/scenarios: toliman_linear_query_new: share has no value\n"))
+        for line, complaint in (("toliman_linear_query_old: share=1", "is not a function or an object"),
+                                ("toliman_linear_query_new: shares=1", "shares is not an argument or an extent"),
+                                ("toliman_linear_query_new: share=1 quick", "quick is unknown")):
+            text = self.change("tests/fault/scenarios", "# sky.h\n", line + "\n")
+            self.assertIn(complaint, self.run_tool("tools/gen/scenarios", scenarios)[1])
+            self.write("tests/fault/scenarios", text)
+
     def test_handle_without_owner(self):
         self.change("include/toliman/toliman.hpp", "handle<toliman_cae,", "handle<toliman_cats,")
         self.refuses("toliman.hpp: no owner of toliman_cae")
 
     def test_function_without_comment(self):
-        with open(os.path.join(self.top, TRACK), encoding="utf-8") as stream:
-            comment = re.findall(r"(?s)/\*(?:(?!/\*).)*?\*/\n(?=TOLIMAN_API[^;]*?\btoliman_track_save\()", stream.read())[-1]
+        comment = re.findall(r"(?s)/\*(?:(?!/\*).)*?\*/\n(?=TOLIMAN_API[^;]*?\btoliman_track_save\()", self.read(TRACK))[-1]
         self.change(TRACK, comment, "\n")
         self.refuses("include/toliman/track.h:", "expected a comment above toliman_track_save")
 

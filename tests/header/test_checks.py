@@ -4,28 +4,19 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
 import unittest
 import unittest.mock
 
-CHECKS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tools/check")
+sys.dont_write_bytecode = True
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
+from copied_tree import TOP, CopiedTree
+
+CHECKS = os.path.join(TOP, "tools/check")
 
 
-class Tree(unittest.TestCase):
-    def setUp(self):
-        self.top = tempfile.mkdtemp()
-        self.addCleanup(shutil.rmtree, self.top)
-
-    def write(self, name, text):
-        path = os.path.join(self.top, name)
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        with open(path, "w") as stream:
-            stream.write(text)
-
+class Tree(CopiedTree):
     def run_check(self, check, *arguments, **environment):
-        run = subprocess.run([os.path.join(CHECKS, check), *arguments, self.top], stdout=subprocess.PIPE,
-                             stderr=subprocess.STDOUT, universal_newlines=True, env={**os.environ, **environment})
-        return run.returncode, run.stdout
+        return self.run_tool(os.path.join("tools/check", check), *arguments, **environment)
 
     def accepts(self, check, name, text, *arguments):
         self.write(name, text)
@@ -90,14 +81,13 @@ class Files(Tree):
         self.expect_good(PATH=tools)
 
     def test_this_tree_is_the_same_without_git(self):
-        top = os.path.join(CHECKS, "../..")
-        if not os.path.exists(os.path.join(top, ".git")):
+        if not os.path.exists(os.path.join(TOP, ".git")):
             self.skipTest("no repository")
         sys.path.append(CHECKS)
         import tree
-        with_git = tree.files(top)
+        with_git = tree.files(TOP)
         with unittest.mock.patch.object(tree, "known_to_git", lambda top: None):
-            self.assertEqual(tree.files(top), with_git)
+            self.assertEqual(tree.files(TOP), with_git)
 
     def test_unreadable_files_are_reported(self):
         for check, *before in (["layers"], ["words"], ["format"], ["bindings"], ["headers", "."], ["exports", "."]):
@@ -262,5 +252,4 @@ class Headers(Tree):
 
 
 if __name__ == "__main__":
-    sys.dont_write_bytecode = True
     unittest.main()

@@ -1,13 +1,12 @@
 """Tests tools/check/shape with headers of another shape: each must be named with its line."""
 import os
 import re
-import shutil
-import subprocess
 import sys
-import tempfile
 import unittest
 
-TOP = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../.."))
+sys.dont_write_bytecode = True
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
+from copied_tree import TOP, CopiedTree
 
 # One change of a header each, and the complaint.
 CHANGES = [
@@ -37,37 +36,21 @@ CHANGES = [
 ]
 
 
-class Shape(unittest.TestCase):
-    def setUp(self):
-        self.top = tempfile.mkdtemp()
-        self.addCleanup(shutil.rmtree, self.top)
-        shutil.copy(os.path.join(TOP, "CMakeLists.txt"), self.top)
-        shutil.copytree(os.path.join(TOP, "include"), os.path.join(self.top, "include"))
-
-    def run_check(self):
-        run = subprocess.run([os.path.join(TOP, "tools/check/shape"), self.top], stdout=subprocess.PIPE,
-                             stderr=subprocess.STDOUT, universal_newlines=True)
-        return run.returncode, run.stdout
+class Shape(CopiedTree):
+    PARTS = ("CMakeLists.txt", "include")
 
     def test_good(self):
-        self.assertEqual(self.run_check(), (0, ""))
+        self.assertEqual(self.run_tool("tools/check/shape"), (0, ""))
 
     def test_bad(self):
         for header, before, after, complaint in CHANGES:
             with self.subTest(complaint):
-                path = os.path.join(self.top, "include/toliman", header)
-                with open(path, encoding="utf-8") as stream:
-                    text = stream.read()
-                self.assertIn(before, text)
-                with open(path, "w", encoding="utf-8") as stream:
-                    stream.write(text.replace(before, after, 1))
-                code, output = self.run_check()
-                with open(path, "w", encoding="utf-8") as stream:
-                    stream.write(text)
+                text = self.change(f"include/toliman/{header}", before, after)
+                code, output = self.run_tool("tools/check/shape")
+                self.write(f"include/toliman/{header}", text)
                 self.assertEqual(code, 1, output)
                 self.assertRegex(output, rf"(?m)^include/toliman/{header}:\d+: .*{re.escape(complaint)}")
 
 
 if __name__ == "__main__":
-    sys.dont_write_bytecode = True
     unittest.main()
