@@ -51,7 +51,7 @@ static void assert_finite(const double *values, size_t count) {
             fail_msg("value %zu is %g", i, values[i]);
 }
 
-static void assert_refused(int32_t status) {
+static void assert_rejected(int32_t status) {
     if (status != TOLIMAN_E_ARGUMENT && status != TOLIMAN_E_RANGE)
         fail_msg("%s: %s", toliman_constant_name(status), toliman_last_error());
 }
@@ -92,19 +92,19 @@ static void periodograms(void **unused) {
         const double good = arrays[which][place];
         arrays[which][place] = wrong_number();
         assert_ok(toliman_period_save(period, before, sizeof before, &size));
-        assert_refused(toliman_period_push(period, t[place], y[place], sigma[place]));
-        assert_refused(
+        assert_rejected(toliman_period_push(period, t[place], y[place], sigma[place]));
+        assert_rejected(
             toliman_period_push_many(period, t + SAMPLES / 2, y + SAMPLES / 2, sigma + SAMPLES / 2, SAMPLES / 2));
         assert_ok(toliman_period_save(period, after, sizeof after, &size_after));
         assert_int_equal(size, size_after);
         assert_memory_equal(before, after, size);
         power[0] = -7;
-        assert_refused(toliman_period_batch(0.01, 0.02, GRID, t, y, sigma, SAMPLES, NULL, power));
+        assert_rejected(toliman_period_batch(0.01, 0.02, GRID, t, y, sigma, SAMPLES, NULL, power));
         assert_true(power[0] == -7);
         arrays[which][place] = odd_number();
         const int32_t status = toliman_period_push(period, t[place], y[place], sigma[place]);
         if (status != TOLIMAN_OK)
-            assert_refused(status);
+            assert_rejected(status);
         assert_finite_power(period);
         if (toliman_period_batch(0.01, 0.02, GRID, t, y, sigma, SAMPLES, NULL, power) == TOLIMAN_OK)
             assert_finite(power, GRID);
@@ -119,7 +119,7 @@ static void grids(void **unused) {
         double grid[2] = {0.01, 0.02};
         toliman_period *period = NULL;
         grid[draw(&draws, 2)] = wrong_number();
-        assert_refused(toliman_period_create(grid[0], grid[1], GRID, NULL, &period));
+        assert_rejected(toliman_period_create(grid[0], grid[1], GRID, NULL, &period));
         assert_null(period);
         grid[0] = 0.01, grid[1] = 0.02;
         grid[draw(&draws, 2)] = odd_number();
@@ -127,7 +127,7 @@ static void grids(void **unused) {
             continue;
         for (int i = 0; i < 8; i++)
             if (toliman_period_push(period, i, i % 3, 1) != TOLIMAN_OK)
-                assert_refused(toliman_period_push(period, i, i % 3, 1));
+                assert_rejected(toliman_period_push(period, i, i % 3, 1));
         assert_finite_power(period);
         toliman_period_destroy(period);
     }
@@ -192,7 +192,7 @@ static void series_of_planets(void **unused) {
         const size_t place = draw(&draws, SAMPLES), which = draw(&draws, 5);
         const double good = arrays[which][place];
         arrays[which][place] = wrong_number();
-        assert_refused(series_with(&data, rows, &series));
+        assert_rejected(series_with(&data, rows, &series));
         assert_null(series);
         assert_true(strncmp(toliman_last_error_field(), names[which], strlen(names[which])) == 0);
         arrays[which][place] = odd_number();
@@ -202,7 +202,7 @@ static void series_of_planets(void **unused) {
         if (status == TOLIMAN_OK)
             assert_finite_planets(planets);
         else
-            assert_refused(status);
+            assert_rejected(status);
         toliman_planet_destroy(planets);
         planets = NULL;
         toliman_measure_destroy(series);
@@ -214,13 +214,13 @@ static void series_of_planets(void **unused) {
             &options.prior.amplitude_min, &options.prior.amplitude_max, &options.prior.jitter_max,
             &options.threshold,           &options.detection_fap,       &options.star_mass[1]};
         *limits[draw(&draws, sizeof limits / sizeof *limits)] = wrong_number();
-        assert_refused(toliman_planet_create(series, &options, &planets));
+        assert_rejected(toliman_planet_create(series, &options, &planets));
         assert_null(planets);
-        assert_refused(toliman_measure_set_trend(series, 1, wrong_number(), 1));
-        assert_refused(toliman_measure_set_prior(series, 0, wrong_number()));
+        assert_rejected(toliman_measure_set_trend(series, 1, wrong_number(), 1));
+        assert_rejected(toliman_measure_set_prior(series, 0, wrong_number()));
         toliman_measure_destroy(series);
         data.unit = wrong_number();
-        assert_refused(series_with(&data, rows, &series));
+        assert_rejected(series_with(&data, rows, &series));
     }
 }
 
@@ -244,10 +244,10 @@ static void pixels(void **unused) {
         memcpy(frame, good, kPixels * sizeof *frame);
         corrupt_pixels(frame, wrong_number);
         value = -7;
-        assert_refused(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &value, NULL));
-        assert_refused(toliman_cae_reconstruct(cae, frame, kSide, image, kSide, NULL, NULL, NULL));
-        assert_refused(toliman_linear_encode(linear, PLAIN_IMAGE(frame), 1, &value, NULL));
-        assert_refused(toliman_components_push(components, PLAIN_IMAGE(frame), 1));
+        assert_rejected(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &value, NULL));
+        assert_rejected(toliman_cae_reconstruct(cae, frame, kSide, image, kSide, NULL, NULL, NULL));
+        assert_rejected(toliman_linear_encode(linear, PLAIN_IMAGE(frame), 1, &value, NULL));
+        assert_rejected(toliman_components_push(components, PLAIN_IMAGE(frame), 1));
         assert_true(value == -7);
         memcpy(frame, good, kPixels * sizeof *frame);
         corrupt_pixels(frame, odd_number);
@@ -258,10 +258,10 @@ static void pixels(void **unused) {
         if (toliman_linear_encode(linear, PLAIN_IMAGE(frame), 1, &value, NULL) == TOLIMAN_OK)
             assert_finite(&value, 1);
         value = wrong_number();
-        assert_refused(toliman_sim_frame(sim, &value, 1, 1, 1, image));
-        assert_refused(toliman_sim_expect(sim, value, image, kSide));
-        assert_refused(toliman_sim_propagate(sim, value, image, kSide));
-        assert_refused(toliman_cae_decode(cae, value, image, kSide));
+        assert_rejected(toliman_sim_frame(sim, &value, 1, 1, 1, image));
+        assert_rejected(toliman_sim_expect(sim, value, image, kSide));
+        assert_rejected(toliman_sim_propagate(sim, value, image, kSide));
+        assert_rejected(toliman_cae_decode(cae, value, image, kSide));
         value = odd_number();
         if (toliman_sim_frame(sim, &value, 1, 1, 1, image) == TOLIMAN_OK)
             assert_finite(image, kPixels);

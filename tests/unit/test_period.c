@@ -163,12 +163,12 @@ static void defined_where_others_give_nan(void **unused) {
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 64, power));
     for (int k = 0; k < 64; k++)
         assert_true(power[k] == 0);
-    assert_fails(toliman_period_query_peak(period, &peak), TOLIMAN_E_STATE, "not all equal");
+    assert_refused(toliman_period_query_peak(period, &peak), TOLIMAN_E_STATE, "");
     for (int32_t method = TOLIMAN_PERIOD_FAP_BALUEV; method <= TOLIMAN_PERIOD_FAP_SEQUENTIAL; method++) {
         double log10_fap = -1;
         assert_ok(toliman_period_query_fap(period, method, 0, &log10_fap));
         assert_true(log10_fap == 0);
-        assert_fails(toliman_period_query_fap(period, method, -1, &log10_fap), TOLIMAN_E_STATE, "not all equal");
+        assert_refused(toliman_period_query_fap(period, method, -1, &log10_fap), TOLIMAN_E_STATE, "");
     }
 
     const double three[3] = {1, -2, 4};
@@ -198,37 +198,37 @@ static void refusals_name_the_argument(void **unused) {
     (void)unused;
     toliman_period *period = NULL;
     toliman_period_options options;
-    assert_fails(toliman_period_create(-1, 1, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "f0 = -1");
-    assert_fails(toliman_period_create(0, 0, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "df = 0");
-    assert_fails(toliman_period_create(0, NAN, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "df = nan");
-    assert_fails(toliman_period_create(0, 1, 0, NULL, &period), TOLIMAN_E_ARGUMENT, "nf = 0");
-    assert_fails(toliman_period_create(0, 1, INT64_MAX, NULL, &period), TOLIMAN_E_ARGUMENT, "nf = ");
-    assert_fails(toliman_period_create(0, 1, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_refused(toliman_period_create(-1, 1, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "f0");
+    assert_refused(toliman_period_create(0, 0, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "df");
+    assert_refused(toliman_period_create(0, NAN, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "df");
+    assert_refused(toliman_period_create(0, 1, 0, NULL, &period), TOLIMAN_E_ARGUMENT, "nf");
+    assert_refused(toliman_period_create(0, 1, INT64_MAX, NULL, &period), TOLIMAN_E_ARGUMENT, "nf");
+    assert_refused(toliman_period_create(0, 1, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "out");
     options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;
     options.struct_size = 3;
-    assert_fails(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "struct_size = 3");
+    assert_refused(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "options->struct_size");
     options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;
     options.flags = 64;
-    assert_fails(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "flags = 0x40");
+    assert_refused(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "options->flags");
     assert_null(period);
 
     period = make(0.1, 0.1, 10, NULL);
-    assert_fails(toliman_period_push(period, NAN, 1, 1), TOLIMAN_E_ARGUMENT, "t = nan");
-    assert_fails(toliman_period_push(period, 1, INFINITY, 1), TOLIMAN_E_ARGUMENT, "y = inf");
-    assert_fails(toliman_period_push(period, 1, 1, 0), TOLIMAN_E_ARGUMENT, "sigma = 0");
-    assert_fails(toliman_period_push(period, 1, 1, -2), TOLIMAN_E_ARGUMENT, "sigma = -2");
-    assert_fails(toliman_period_push(period, 1, 1e9, 1), TOLIMAN_E_RANGE, "value_bound");
-    assert_fails(toliman_period_push(period, 1, 1, 0.5), TOLIMAN_E_RANGE, "sigma_floor");
-    assert_fails(toliman_period_push(period, 1e30, 1, 1), TOLIMAN_E_RANGE, "cycles");
-    assert_fails(toliman_period_push(NULL, 1, 1, 1), TOLIMAN_E_ARGUMENT, "period is NULL");
+    assert_refused(toliman_period_push(period, NAN, 1, 1), TOLIMAN_E_ARGUMENT, "t");
+    assert_refused(toliman_period_push(period, 1, INFINITY, 1), TOLIMAN_E_ARGUMENT, "y");
+    assert_refused(toliman_period_push(period, 1, 1, 0), TOLIMAN_E_ARGUMENT, "sigma");
+    assert_refused(toliman_period_push(period, 1, 1, -2), TOLIMAN_E_ARGUMENT, "sigma");
+    assert_refused(toliman_period_push(period, 1, 1e9, 1), TOLIMAN_E_RANGE, "y");
+    assert_refused(toliman_period_push(period, 1, 1, 0.5), TOLIMAN_E_RANGE, "sigma");
+    assert_refused(toliman_period_push(period, 1e30, 1, 1), TOLIMAN_E_RANGE, "t");
+    assert_refused(toliman_period_push(NULL, 1, 1, 1), TOLIMAN_E_ARGUMENT, "period");
     const double t[3] = {1, 2, 3}, y[3] = {1, NAN, 3};
     assert_fails(toliman_period_push_many(period, t, y, NULL, 3), TOLIMAN_E_ARGUMENT, "sample 1: y = nan");
     assert_int_equal(count_of(period), 0);
     double power;
-    assert_fails(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 10, 1, &power), TOLIMAN_E_RANGE,
-                 "10 frequencies");
-    assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, 0.5, &power), TOLIMAN_E_ARGUMENT,
-                 "log10_residual");
+    assert_refused(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 10, 1, &power), TOLIMAN_E_RANGE,
+                   "first");
+    assert_refused(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, 0.5, &power), TOLIMAN_E_ARGUMENT,
+                   "log10_residual");
     toliman_period_destroy(period);
     toliman_period_destroy(NULL);
 }
@@ -240,17 +240,17 @@ static void damaged_state_is_refused(void **unused) {
         assert_ok(toliman_period_push(period, i, i % 3, 1));
     size_t size;
     save_into(period, bytes_a, sizeof bytes_a, &size);
-    assert_fails(toliman_period_save(period, bytes_b, size - 1, &size), TOLIMAN_E_CAPACITY, "capacity");
+    assert_refused(toliman_period_save(period, bytes_b, size - 1, &size), TOLIMAN_E_CAPACITY, "capacity");
     for (size_t cut = 0; cut < size; cut += cut < 100 ? 1 : 97)
-        assert_fails(toliman_period_load(bytes_a, cut, NULL, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
+        assert_refused(toliman_period_load(bytes_a, cut, NULL, &loaded), TOLIMAN_E_FORMAT, "");
     for (size_t i = 0; i < size; i += i < 200 ? 1 : 31) {
         memcpy(bytes_b, bytes_a, size);
         bytes_b[i] ^= 0x10;
         assert_fails(toliman_period_load(bytes_b, size, NULL, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
     }
     assert_null(loaded);
-    assert_fails(toliman_period_load_file("no/such/file", NULL, &loaded), TOLIMAN_E_NOT_FOUND, "no/such/file");
-    assert_fails(toliman_period_save_file(period, "no/such/folder/state"), TOLIMAN_E_WRITE, "no/such/folder/state");
+    assert_refused(toliman_period_load_file("no/such/file", NULL, &loaded), TOLIMAN_E_NOT_FOUND, "no/such/file");
+    assert_refused(toliman_period_save_file(period, "no/such/folder/state"), TOLIMAN_E_WRITE, "no/such/folder/state");
     toliman_period_destroy(period);
 }
 

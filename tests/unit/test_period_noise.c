@@ -296,9 +296,8 @@ static void bootstrap_agrees_with_the_formula(void **unused) {
     print_message("log10 residual of the highest peak: median %.3f\n", one[DRAWS / 2]);
     assert_close(one[DRAWS / 2], -0.09, 0, 0.04);
     assert_ok(draw(found.rho, N, 1, 3, three));
-    assert_fails(draw(1, 0, 1, DRAWS, one), TOLIMAN_E_RANGE, "rho = 1: must be in [0, 0.999]");
-    assert_fails(draw(0, N + 1, 1, DRAWS, one), TOLIMAN_E_RANGE,
-                 "options->block = 61: must be at most 60, the number of samples");
+    assert_refused(draw(1, 0, 1, DRAWS, one), TOLIMAN_E_RANGE, "rho");
+    assert_refused(draw(0, N + 1, 1, DRAWS, one), TOLIMAN_E_RANGE, "options->block");
 }
 
 static void bad_input_is_refused(void **unused) {
@@ -320,8 +319,7 @@ static void bad_input_is_refused(void **unused) {
     REFUSED(functions[7 * MOST_FUNCTIONS + 1], NAN, TOLIMAN_E_ARGUMENT, "values[7] = nan: must be in");
     REFUSED(times[8], times[7], TOLIMAN_E_ARGUMENT, "must differ from that of sample 7");
     double negative[2] = {0, -1};
-    assert_fails(search((series){sigmas, negative, 2}, 0, power, NULL, NULL, &found), TOLIMAN_E_ARGUMENT,
-                 ": must be in [1e-98, 1e98], or 0 for no prior");
+    assert_refused(search((series){sigmas, negative, 2}, 0, power, NULL, NULL, &found), TOLIMAN_E_ARGUMENT, "sigma");
     for (int i = 0; i < N; i++)
         functions[i * MOST_FUNCTIONS + 1] = 3 - 2 * functions[i * MOST_FUNCTIONS];
     assert_fails(search(plain, 0, power, NULL, NULL, &found), TOLIMAN_E_ARGUMENT,
@@ -330,19 +328,18 @@ static void bad_input_is_refused(void **unused) {
     toliman_period_noise other = TOLIMAN_PERIOD_NOISE_INIT;
     assert_ok(search((series){sigmas, prior, 2}, 0, NULL, NULL, NULL, &other)); /* a prior determines it */
     fill();
-    assert_fails(search(plain, 1, power, NULL, NULL, &found), TOLIMAN_E_ARGUMENT, "options->flags = 0x1: unknown bits");
-    assert_fails(
+    assert_refused(search(plain, 1, power, NULL, NULL, &found), TOLIMAN_E_ARGUMENT, "options->flags");
+    assert_refused(
         noise_search_of(kF0, kDf, NF, times, values, NULL, 7, columns(2), NULL, 2, NULL, power, NULL, NULL, &found),
-        TOLIMAN_E_STATE, "n = 7: must be at least 8, the number of functions and 6");
-    assert_fails(noise_search_of(kF0, -1, NF, times, values, NULL, N, NULL, NULL, 0, NULL, power, NULL, NULL, &found),
-                 TOLIMAN_E_ARGUMENT, "df = -1");
+        TOLIMAN_E_STATE, "n");
+    assert_refused(noise_search_of(kF0, -1, NF, times, values, NULL, N, NULL, NULL, 0, NULL, power, NULL, NULL, &found),
+                   TOLIMAN_E_ARGUMENT, "df");
     for (int i = 0; i < N; i++)
         values[i] = 3 + functions[i * MOST_FUNCTIONS];
-    assert_fails(search(plain, 0, power, NULL, NULL, &found), TOLIMAN_E_STATE,
-                 "mean and functions describe all values");
+    assert_refused(search(plain, 0, power, NULL, NULL, &found), TOLIMAN_E_STATE, "y");
     for (int i = 0; i < N; i++)
         values[i] = 3;
-    assert_fails(search(plain, 0, power, NULL, NULL, &found), TOLIMAN_E_STATE, "y: all values are equal");
+    assert_refused(search(plain, 0, power, NULL, NULL, &found), TOLIMAN_E_STATE, "y");
     assert_true(power[0] == -7 && found.rho == 0);
 }
 

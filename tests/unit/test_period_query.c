@@ -61,7 +61,7 @@ static void test_normalisations(void **unused) {
         assert_close(power[2][k], (double)-logq(residual), 1e-11, 1e-12);
         assert_close(power[3][k], (double)((1 - residual) * (__float128)reference / 2), 1e-11, 1e-10);
     }
-    assert_fails(toliman_period_query_power(period, 105, 0, 1, power[0]), TOLIMAN_E_ARGUMENT, "normalisation = 105");
+    assert_refused(toliman_period_query_power(period, 105, 0, 1, power[0]), TOLIMAN_E_ARGUMENT, "normalisation");
     toliman_period_destroy(period);
 
     /* A perfect fit: the other normalisations are finite. */
@@ -157,11 +157,11 @@ static void test_model(void **unused) {
             assert_close(model.offset_error, (double)sqrtq(v[0][0]), 1e-9, 0);
         }
         toliman_period_model model = {.struct_size = sizeof model};
-        assert_fails(toliman_period_query_model(period, kFrequencies, &model), TOLIMAN_E_RANGE, "k = 400");
-        assert_fails(toliman_period_query_model(period, -1, &model), TOLIMAN_E_RANGE, "k = -1");
+        assert_refused(toliman_period_query_model(period, kFrequencies, &model), TOLIMAN_E_RANGE, "k");
+        assert_refused(toliman_period_query_model(period, -1, &model), TOLIMAN_E_RANGE, "k");
         toliman_period_destroy(period);
         period = make(0.004, 0.001, kFrequencies, 0, 0);
-        assert_fails(toliman_period_query_model(period, 1, &model), TOLIMAN_E_STATE, "at least five samples");
+        assert_refused(toliman_period_query_model(period, 1, &model), TOLIMAN_E_STATE, "");
         toliman_period_destroy(period);
     }
 }
@@ -222,10 +222,10 @@ static void test_peaks_and_aliases(void **unused) {
     assert_ok(toliman_period_query_peaks(period, peaks, 1, &count));
     assert_int_equal(count, 1);
     assert_true(peaks[0].frequency == highest.frequency);
-    assert_fails(toliman_period_query_peaks(period, peaks, 0, &count), TOLIMAN_E_ARGUMENT, "capacity = 0");
-    assert_fails(toliman_period_query_peaks(period, peaks, 65, &count), TOLIMAN_E_ARGUMENT, "capacity = 65");
+    assert_refused(toliman_period_query_peaks(period, peaks, 0, &count), TOLIMAN_E_ARGUMENT, "capacity");
+    assert_refused(toliman_period_query_peaks(period, peaks, 65, &count), TOLIMAN_E_ARGUMENT, "capacity");
     peaks[0].struct_size = 3;
-    assert_fails(toliman_period_query_peaks(period, peaks, 2, &count), TOLIMAN_E_ARGUMENT, "peaks");
+    assert_refused(toliman_period_query_peaks(period, peaks, 2, &count), TOLIMAN_E_ARGUMENT, "peaks->struct_size");
     toliman_period_destroy(period);
 }
 

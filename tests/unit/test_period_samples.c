@@ -57,9 +57,9 @@ static void three_forms_are_equivalent(void **unused) {
     assert_ok(toliman_period_push_samples(structs, NULL, NULL, 0));
     assert_ok(toliman_period_retract_samples(structs, samples, NULL, kCount));
     assert_same_bytes(structs, none);
-    assert_fails(toliman_period_push_samples(structs, NULL, NULL, 1), TOLIMAN_E_ARGUMENT, "samples is NULL");
+    assert_refused(toliman_period_push_samples(structs, NULL, NULL, 1), TOLIMAN_E_ARGUMENT, "samples");
     samples[0].struct_size = 8;
-    assert_fails(toliman_period_push_samples(structs, samples, NULL, 2), TOLIMAN_E_ARGUMENT, "struct_size");
+    assert_refused(toliman_period_push_samples(structs, samples, NULL, 2), TOLIMAN_E_ARGUMENT, "samples->struct_size");
     toliman_period_destroy(one), toliman_period_destroy(many);
     toliman_period_destroy(structs), toliman_period_destroy(none);
 }
@@ -69,17 +69,16 @@ static void a_time_in_the_other_member_is_refused(void **unused) {
     toliman_period *period = make(0);
     toliman_period_sample samples[3] = {sample_pair(1, 0, 1, 1), sample_pair(2, 0, 1, 1), sample_ns(0, 1, 1)};
     samples[1].t_ns = 5;
-    assert_fails(toliman_period_push_samples(period, samples, NULL, 3), TOLIMAN_E_ARGUMENT,
-                 "samples[1].t_ns = 5: must be 0 without TOLIMAN_PERIOD_TIME_NS");
+    assert_refused(toliman_period_push_samples(period, samples, NULL, 3), TOLIMAN_E_ARGUMENT, "samples[1].t_ns");
     samples[1].t_ns = 0;
     samples[2].t = 7;
-    assert_fails(toliman_period_push_samples(period, samples, NULL, 3), TOLIMAN_E_ARGUMENT, "samples[2].t = 7");
+    assert_refused(toliman_period_push_samples(period, samples, NULL, 3), TOLIMAN_E_ARGUMENT, "samples[2].t");
     samples[2].t = 0;
     samples[2].flags |= 1;
-    assert_fails(toliman_period_push_samples(period, samples, NULL, 3), TOLIMAN_E_ARGUMENT, "samples[2].flags = 0x101");
+    assert_refused(toliman_period_push_samples(period, samples, NULL, 3), TOLIMAN_E_ARGUMENT, "samples[2].flags");
     samples[2].flags ^= 1;
     samples[1].y = NAN;
-    assert_fails(toliman_period_push_samples(period, samples, NULL, 3), TOLIMAN_E_ARGUMENT, "sample 1: y");
+    assert_refused(toliman_period_push_samples(period, samples, NULL, 3), TOLIMAN_E_ARGUMENT, "y");
     assert_int_equal(count_of(period), 0);
     toliman_period_destroy(period);
 }
@@ -90,19 +89,17 @@ static void samples_with_and_without_sigma_do_not_mix(void **unused) {
     fill(1);
     toliman_period *weighted = make(0), *plain = make(0), *floor = make(0), *copy = NULL;
     toliman_period_sample samples[2] = {sample_pair(90, 0, 1, 0), sample_pair(91, 0, 1, 2)};
-    assert_fails(toliman_period_push_samples(plain, samples, NULL, 2), TOLIMAN_E_STATE,
-                 "sample 1: has a sigma, but other samples have none: all samples must have a sigma, or none");
+    assert_refused(toliman_period_push_samples(plain, samples, NULL, 2), TOLIMAN_E_STATE, "sigma");
     assert_ok(toliman_period_push_many(weighted, t, y, sigma, 20));
     assert_ok(toliman_period_push_many(plain, t, y, NULL, 20));
-    assert_fails(toliman_period_push_many(weighted, t, y, NULL, 20), TOLIMAN_E_STATE,
-                 "sample 0: has no sigma, but other samples have one");
-    assert_fails(retract_many(weighted, t, y, NULL, 1), TOLIMAN_E_STATE, "has no sigma");
-    assert_fails(toliman_period_push_samples(weighted, samples, NULL, 1), TOLIMAN_E_STATE, "has no sigma");
-    assert_fails(toliman_period_push(plain, 90, 1, 2), TOLIMAN_E_STATE, "has a sigma, but other samples have none");
+    assert_refused(toliman_period_push_many(weighted, t, y, NULL, 20), TOLIMAN_E_STATE, "sigma");
+    assert_refused(retract_many(weighted, t, y, NULL, 1), TOLIMAN_E_STATE, "sigma");
+    assert_refused(toliman_period_push_samples(weighted, samples, NULL, 1), TOLIMAN_E_STATE, "sigma");
+    assert_refused(toliman_period_push(plain, 90, 1, 2), TOLIMAN_E_STATE, "sigma");
     assert_ok(toliman_period_copy(plain, &copy));
-    assert_fails(toliman_period_push(copy, 90, 1, 2), TOLIMAN_E_STATE, "has a sigma");
-    assert_fails(toliman_period_merge(plain, weighted), TOLIMAN_E_MISMATCH, "samples with sigmas");
-    assert_fails(toliman_period_merge(weighted, plain), TOLIMAN_E_MISMATCH, "samples with sigmas");
+    assert_refused(toliman_period_push(copy, 90, 1, 2), TOLIMAN_E_STATE, "sigma");
+    assert_refused(toliman_period_merge(plain, weighted), TOLIMAN_E_MISMATCH, "");
+    assert_refused(toliman_period_merge(weighted, plain), TOLIMAN_E_MISMATCH, "");
     assert_same_bytes(plain, copy);
 
     double ones[kCount];
@@ -112,7 +109,7 @@ static void samples_with_and_without_sigma_do_not_mix(void **unused) {
     assert_same_bytes(floor, plain);
     assert_ok(toliman_period_push(plain, 90, 1, 1)); /* sigma_floor: the same weight as unweighted samples */
     assert_ok(toliman_period_push(floor, 90, 1, 2));
-    assert_fails(toliman_period_push_many(floor, t, y, NULL, 1), TOLIMAN_E_STATE, "has no sigma");
+    assert_refused(toliman_period_push_many(floor, t, y, NULL, 1), TOLIMAN_E_STATE, "sigma");
 
     /* A saved state records that its samples have sigmas. An emptied periodogram accepts either kind. */
     static unsigned char bytes[kCapacity];
@@ -120,7 +117,7 @@ static void samples_with_and_without_sigma_do_not_mix(void **unused) {
     toliman_period *loaded = NULL;
     assert_ok(toliman_period_save(weighted, bytes, kCapacity, &size));
     assert_ok(toliman_period_load(bytes, size, NULL, &loaded));
-    assert_fails(toliman_period_push_many(loaded, t, y, NULL, 1), TOLIMAN_E_STATE, "has no sigma");
+    assert_refused(toliman_period_push_many(loaded, t, y, NULL, 1), TOLIMAN_E_STATE, "sigma");
     assert_ok(retract_many(copy, t, y, NULL, 20));
     assert_ok(toliman_period_push(copy, 90, 1, 2));
     toliman_period_destroy(weighted), toliman_period_destroy(plain), toliman_period_destroy(floor);
@@ -134,8 +131,7 @@ static void impossible_totals_are_refused(void **unused) {
         toliman_period *period = make(0), *same = make(0);
         assert_ok(toliman_period_push(period, 4, 2, 3));
         assert_ok(toliman_period_push(same, 4, 2, 3));
-        assert_fails(retract(period, last == 0 ? 5 : 4, last == 1 ? 1 : 2, last == 2 ? 2 : 3), TOLIMAN_E_STATE,
-                     "never pushed");
+        assert_refused(retract(period, last == 0 ? 5 : 4, last == 1 ? 1 : 2, last == 2 ? 2 : 3), TOLIMAN_E_STATE, "");
         assert_same_bytes(period, same);
         assert_ok(retract(period, 4, 2, 3));
         toliman_period_destroy(period), toliman_period_destroy(same);
@@ -144,7 +140,7 @@ static void impossible_totals_are_refused(void **unused) {
     double ones[] = {1, 1, 1}, times[] = {1, 2, 3}, far[] = {15, 15, 15};
     assert_ok(toliman_period_push_many(period, times, ones, NULL, 3));
     assert_ok(toliman_period_push_many(same, times, ones, NULL, 3));
-    assert_fails(retract_many(period, times, far, NULL, 2), TOLIMAN_E_STATE, "1 samples would remain");
+    assert_refused(retract_many(period, times, far, NULL, 2), TOLIMAN_E_STATE, "");
     assert_same_bytes(period, same);
     toliman_period_destroy(period), toliman_period_destroy(same);
 }
@@ -276,14 +272,13 @@ static void the_last_sample_without_sigma_can_be_retracted(void **unused) {
     const double time = 1, value = 2;
     assert_ok(toliman_period_push_many(period, &time, &value, NULL, 1));
     assert_ok(toliman_period_push(period, 2, 1, 1)); /* sigma_floor goes with both */
-    assert_fails(toliman_period_push(period, 3, 1, 2), TOLIMAN_E_STATE, "has a sigma, but other samples have none");
+    assert_refused(toliman_period_push(period, 3, 1, 2), TOLIMAN_E_STATE, "sigma");
     assert_ok(retract_many(period, &time, &value, NULL, 1));
     assert_ok(toliman_period_push(period, 3, 1, 2));
     toliman_period_destroy(period);
     const toliman_period_sample sample = TOLIMAN_PERIOD_SAMPLE_INIT;
     period = make(0);
-    assert_fails(toliman_period_push_samples(period, &sample, NULL, SIZE_MAX), TOLIMAN_E_RANGE,
-                 "does not fit in memory");
+    assert_refused(toliman_period_push_samples(period, &sample, NULL, SIZE_MAX), TOLIMAN_E_RANGE, "samples");
     toliman_period_destroy(period);
 }
 

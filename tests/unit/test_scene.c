@@ -248,8 +248,8 @@ static void text_that_is_not_json(void **state) {
     refused("{}\0{}", 5, TOLIMAN_E_FORMAT, "line 1, column 3: unexpected zero byte");
     refused("{}", 2, TOLIMAN_E_SCENE, "schema: is missing");
     toliman_sim *sim = NULL;
-    assert_fails(toliman_sim_create_json(NULL, 0, NULL, NULL, &sim), TOLIMAN_E_ARGUMENT, "json is NULL");
-    assert_fails(toliman_sim_create_json("{}", 2, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_refused(toliman_sim_create_json(NULL, 0, NULL, NULL, &sim), TOLIMAN_E_ARGUMENT, "json");
+    assert_refused(toliman_sim_create_json("{}", 2, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "out");
 
     enum { LARGE = 256 * 1024 + 1 };
     char *const large = malloc(LARGE + 2);
@@ -375,37 +375,35 @@ static void masks_are_refused(void **state) {
     static double data[96 * 96];
     toliman_sim *sim = NULL;
     unlink(path_of("mask.npy"));
-    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_NOT_FOUND, "mask.npy: No such file");
+    assert_refused(create_with(kSpiral, mask, &sim), TOLIMAN_E_NOT_FOUND, path_of("mask.npy"));
     write_npy("mask.npy", "<f8", "(48, 96)", data, sizeof data / 2);
-    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "is 48 x 96: must be 96 x 96, as pupil_samples");
+    assert_refused(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "telescope.mask.file");
     write_npy("mask.npy", "<f8", "(96, 96)", data, sizeof data - 8);
-    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "73720 bytes of data: must be 73728 (96 x 96 f8");
+    assert_refused(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, path_of("mask.npy"));
     write_npy("mask.npy", "<f8", "(9216,)", data, sizeof data);
-    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "mask.npy: ");
+    assert_refused(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, path_of("mask.npy"));
     write_npy("mask.npy", "<c8", "(96, 96)", data, sizeof data);
-    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "unsupported dtype <c8: must be little-endian");
+    assert_refused(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, path_of("mask.npy"));
     write_file("mask.npy", "\x93NUMPY\x01", 7);
-    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "truncated");
+    assert_refused(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, path_of("mask.npy"));
     write_file("mask.npy", "P5 96 96 255", 12);
-    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "is not a .npy file");
+    assert_refused(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, path_of("mask.npy"));
     data[100] = NAN;
     write_npy("mask.npy", "<f8", "(96, 96)", data, sizeof data);
     assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "element 100 = nan: must be in [-0.001, 0.001] m");
     data[100] = 292.5; /* nm for m */
     write_npy("mask.npy", "<f8", "(96, 96)", data, sizeof data);
-    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT,
-                 "element 100 = 292.5: must be in [-0.001, 0.001] m");
+    assert_refused(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, path_of("mask.npy"));
     data[100] = 180; /* degrees */
     write_npy("mask.npy", "<f8", "(96, 96)", data, sizeof data);
-    assert_fails(create_with(kSpiral,
-                             "{\"kind\": \"file\", \"file\": \"mask.npy\", \"quantity\": \"phase_rad\","
-                             " \"reference_nm\": 585}",
-                             &sim),
-                 TOLIMAN_E_FORMAT, "element 100 = 180: must be in [-50, 50] rad");
+    assert_refused(create_with(kSpiral,
+                               "{\"kind\": \"file\", \"file\": \"mask.npy\", \"quantity\": \"phase_rad\","
+                               " \"reference_nm\": 585}",
+                               &sim),
+                   TOLIMAN_E_FORMAT, path_of("mask.npy"));
     data[100] = 0.5;
     write_npy("mask.npy", "<f8", "(96, 96)", data, sizeof data);
-    assert_fails(create_with(kSpiral, binary, &sim), TOLIMAN_E_FORMAT,
-                 "element 100 = 0.5: must be 0 or 1 in a binary mask");
+    assert_refused(create_with(kSpiral, binary, &sim), TOLIMAN_E_FORMAT, path_of("mask.npy"));
     assert_null(sim);
 }
 
@@ -416,25 +414,24 @@ static void amplitudes_and_surfaces_are_refused(void **state) {
     const char *const surface = "\"aberrations\": {\"opd_file\": \"surface.npy\"}, \"aperture_m\"";
     static double data[96 * 96];
     toliman_sim *sim = NULL;
-    assert_fails(create_with(from, amplitude, &sim), TOLIMAN_E_NOT_FOUND, "amplitude.npy: No such file");
-    assert_fails(create_with(from, surface, &sim), TOLIMAN_E_NOT_FOUND, "surface.npy: No such file");
+    assert_refused(create_with(from, amplitude, &sim), TOLIMAN_E_NOT_FOUND, path_of("amplitude.npy"));
+    assert_refused(create_with(from, surface, &sim), TOLIMAN_E_NOT_FOUND, path_of("surface.npy"));
     write_npy("amplitude.npy", "<f8", "(48, 96)", data, sizeof data / 2);
-    assert_fails(create_with(from, amplitude, &sim), TOLIMAN_E_FORMAT,
-                 "amplitude.npy is 48 x 96: must be 96 x 96, as pupil_samples");
+    assert_refused(create_with(from, amplitude, &sim), TOLIMAN_E_FORMAT, "telescope.amplitude.file");
     write_npy("surface.npy", "<f8", "(48, 48)", data, sizeof data / 4);
-    assert_fails(create_with(from, surface, &sim), TOLIMAN_E_FORMAT, "telescope.aberrations.opd_file: ");
+    assert_refused(create_with(from, surface, &sim), TOLIMAN_E_FORMAT, "telescope.aberrations.opd_file");
     write_npy("amplitude.npy", "<f8", "(96, 96)", data, sizeof data);
-    assert_fails(create_with(from, amplitude, &sim), TOLIMAN_E_SCENE, "transmits less than 1e-12 of the light");
+    assert_refused(create_with(from, amplitude, &sim), TOLIMAN_E_SCENE, "telescope.amplitude.file");
     const double bad[] = {NAN, INFINITY, -INFINITY, -1e-9, 1.0000001};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         data[4000] = bad[i];
         write_npy("amplitude.npy", "<f8", "(96, 96)", data, sizeof data);
-        assert_fails(create_with(from, amplitude, &sim), TOLIMAN_E_FORMAT, "amplitude.npy: element 4000 = ");
+        assert_refused(create_with(from, amplitude, &sim), TOLIMAN_E_FORMAT, path_of("amplitude.npy"));
         assert_non_null(strstr(toliman_last_error(), "must be in [0, 1]"));
         data[4000] *= 5; /* nanometres given as metres */
         write_npy("surface.npy", "<f8", "(96, 96)", data, sizeof data);
         if (i != 3)
-            assert_fails(create_with(from, surface, &sim), TOLIMAN_E_FORMAT, "must be in [-0.001, 0.001] m");
+            assert_refused(create_with(from, surface, &sim), TOLIMAN_E_FORMAT, path_of("surface.npy"));
     }
     assert_null(sim);
 }
@@ -505,10 +502,10 @@ static void pipes_are_refused(void **state) {
     unlink(path_of("star.csv"));
     assert_int_equal(mkfifo(path_of("star.csv"), 0600), 0);
     alarm(20);
-    assert_fails(create_with("{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
-                             "{\"kind\": \"table\", \"file\": \"star.csv\"}", &sim),
-                 TOLIMAN_E_NOT_FOUND, "star.csv: not a regular file");
-    assert_fails(toliman_sim_create_file(path_of("star.csv"), NULL, &sim), TOLIMAN_E_NOT_FOUND, "not a regular file");
+    assert_refused(create_with("{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
+                               "{\"kind\": \"table\", \"file\": \"star.csv\"}", &sim),
+                   TOLIMAN_E_NOT_FOUND, path_of("star.csv"));
+    assert_refused(toliman_sim_create_file(path_of("star.csv"), NULL, &sim), TOLIMAN_E_NOT_FOUND, path_of("star.csv"));
     alarm(0);
     assert_null(sim);
     unlink(path_of("star.csv"));
@@ -518,14 +515,14 @@ static void pipes_are_refused(void **state) {
 static void files_are_found_beside_the_scene(void **state) {
     (void)state;
     toliman_sim *sim = NULL;
-    assert_fails(toliman_sim_create_file(path_of("none.json"), NULL, &sim), TOLIMAN_E_NOT_FOUND, "none.json: No such");
-    assert_fails(toliman_sim_create_file(folder, NULL, &sim), TOLIMAN_E_NOT_FOUND, "not a regular file");
-    assert_fails(toliman_sim_create_file(NULL, NULL, &sim), TOLIMAN_E_ARGUMENT, "path is NULL");
+    assert_refused(toliman_sim_create_file(path_of("none.json"), NULL, &sim), TOLIMAN_E_NOT_FOUND,
+                   path_of("none.json"));
+    assert_refused(toliman_sim_create_file(folder, NULL, &sim), TOLIMAN_E_NOT_FOUND, folder);
+    assert_refused(toliman_sim_create_file(NULL, NULL, &sim), TOLIMAN_E_ARGUMENT, "path");
     char *const bad = replaced(kBinaryScene, "\"aperture_m\": 0.125", "\"aperture_m\": -0.125");
     write_file("scene.json", bad, strlen(bad));
     free(bad);
-    assert_fails(toliman_sim_create_file(path_of("scene.json"), NULL, &sim), TOLIMAN_E_SCENE,
-                 "/scene.json: telescope.aperture_m = -0.125: must be in [0.001, 100] m");
+    assert_refused(toliman_sim_create_file(path_of("scene.json"), NULL, &sim), TOLIMAN_E_SCENE, "telescope.aperture_m");
     assert_null(sim);
     char *const good = replaced(kBinaryScene, "{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
                                 "{\"kind\": \"table\", \"file\": \"star.csv\"}");

@@ -42,8 +42,8 @@ static void assert_sample(toliman_series *series, const char *line, double t, do
 }
 
 /* The lines before are valid; the last one has this status and message. */
-static void assert_refused(toliman_series_options options, const char *const *lines, toliman_status status,
-                           const char *message) {
+static void assert_line_refused(toliman_series_options options, const char *const *lines, toliman_status status,
+                                const char *message) {
     toliman_series *series = made(options);
     toliman_series_sample sample;
     int64_t count = 0;
@@ -118,11 +118,12 @@ static void names(void **unused) {
     series = made(kDefault); /* a quoted first line is data */
     assert_sample(series, "\"1\",\"2\"\n", 1, 2, 0);
     toliman_series_destroy(series);
-    assert_refused(columns("t,z"), LINES("t,y,sigma"), TOLIMAN_E_MISMATCH, "rv.csv:1: has no column z among t,y,sigma");
-    assert_refused(kDefault, LINES("# a", "when,what"), TOLIMAN_E_MISMATCH,
-                   "rv.csv:2: has no column t among when,what");
-    assert_refused(columns("t,y"), LINES("1,2"), TOLIMAN_E_MISMATCH,
-                   "rv.csv:1: has no column names: the first line must name t,y");
+    assert_line_refused(columns("t,z"), LINES("t,y,sigma"), TOLIMAN_E_MISMATCH,
+                        "rv.csv:1: has no column z among t,y,sigma");
+    assert_line_refused(kDefault, LINES("# a", "when,what"), TOLIMAN_E_MISMATCH,
+                        "rv.csv:2: has no column t among when,what");
+    assert_line_refused(columns("t,y"), LINES("1,2"), TOLIMAN_E_MISMATCH,
+                        "rv.csv:1: has no column names: the first line must name t,y");
 }
 
 static void objects(void **unused) {
@@ -133,22 +134,24 @@ static void objects(void **unused) {
     assert_int_equal(info_of(series).truncated, 0);
     toliman_series_destroy(series);
     const char *const first = "{\"t\": 1, \"y\": 2, \"sigma\": 3}";
-    assert_refused(kDefault, LINES(first, "3,4"), TOLIMAN_E_FORMAT,
-                   "rv.csv:2: is not a JSON object: the lines before are");
-    assert_refused(kDefault, LINES("1,2", first), TOLIMAN_E_FORMAT,
-                   "rv.csv:2: is a JSON object: the lines before are not");
-    assert_refused(kDefault, LINES(first, "{\"t\": 1, \"y\": 2}"), TOLIMAN_E_FORMAT,
-                   "rv.csv:2: has other keys than the lines before: either all or none must have sigma");
-    assert_refused(kDefault, LINES("{\"t\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: y: must be a number");
-    assert_refused(kDefault, LINES("{\"y\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: t: must be a number");
-    assert_refused(kDefault, LINES("{\"t\": \"1\", \"y\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: t: must be a number");
-    assert_refused(kDefault, LINES("{\"t\": 1, \"y\": \"x\"}"), TOLIMAN_E_FORMAT, "rv.csv:1: y: must be a number");
-    assert_refused(kDefault, LINES("{\"t\": 1, \"y\": 2, \"sigma\": -1}"), TOLIMAN_E_FORMAT,
-                   "rv.csv:1: sigma = -1: must be in [1e-98, 1e98]");
-    assert_refused(kDefault, LINES("{\"t\": 1, \"y\": 2} 3"), TOLIMAN_E_FORMAT,
-                   "rv.csv:1: is not a JSON object: column ");
-    assert_refused(kDefault, LINES("{\"t\": 1, \"y\": 1e999}"), TOLIMAN_E_FORMAT, "rv.csv:1: is not a JSON object");
-    assert_refused(columns("t,v"), LINES("{\"t\": 1, \"y\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: v: must be a number");
+    assert_line_refused(kDefault, LINES(first, "3,4"), TOLIMAN_E_FORMAT,
+                        "rv.csv:2: is not a JSON object: the lines before are");
+    assert_line_refused(kDefault, LINES("1,2", first), TOLIMAN_E_FORMAT,
+                        "rv.csv:2: is a JSON object: the lines before are not");
+    assert_line_refused(kDefault, LINES(first, "{\"t\": 1, \"y\": 2}"), TOLIMAN_E_FORMAT,
+                        "rv.csv:2: has other keys than the lines before: either all or none must have sigma");
+    assert_line_refused(kDefault, LINES("{\"t\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: y: must be a number");
+    assert_line_refused(kDefault, LINES("{\"y\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: t: must be a number");
+    assert_line_refused(kDefault, LINES("{\"t\": \"1\", \"y\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: t: must be a number");
+    assert_line_refused(kDefault, LINES("{\"t\": 1, \"y\": \"x\"}"), TOLIMAN_E_FORMAT, "rv.csv:1: y: must be a number");
+    assert_line_refused(kDefault, LINES("{\"t\": 1, \"y\": 2, \"sigma\": -1}"), TOLIMAN_E_FORMAT,
+                        "rv.csv:1: sigma = -1: must be in [1e-98, 1e98]");
+    assert_line_refused(kDefault, LINES("{\"t\": 1, \"y\": 2} 3"), TOLIMAN_E_FORMAT,
+                        "rv.csv:1: is not a JSON object: column ");
+    assert_line_refused(kDefault, LINES("{\"t\": 1, \"y\": 1e999}"), TOLIMAN_E_FORMAT,
+                        "rv.csv:1: is not a JSON object");
+    assert_line_refused(columns("t,v"), LINES("{\"t\": 1, \"y\": 1}"), TOLIMAN_E_FORMAT,
+                        "rv.csv:1: v: must be a number");
 }
 
 static void malformed(void **unused) {
@@ -175,7 +178,7 @@ static void malformed(void **unused) {
         {{"1,2\n3,4\n"}, "rv.csv:1: y = \"2?3\": must be a finite number"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
-        assert_refused(kDefault, cases[i].lines, TOLIMAN_E_FORMAT, cases[i].message);
+        assert_line_refused(kDefault, cases[i].lines, TOLIMAN_E_FORMAT, cases[i].message);
     toliman_series *series = made(kDefault);
     toliman_series_sample sample = TOLIMAN_SERIES_SAMPLE_INIT;
     assert_int_equal(toliman_series_parse(series, "1,2\0junk", 8, &sample), TOLIMAN_E_FORMAT);
@@ -266,8 +269,8 @@ static void truncated_lines(void **unused) {
     toliman_series_options growing = kDefault;
     growing.flags = TOLIMAN_SERIES_GROWING;
     const char *const message = "rv.csv:2: has no newline at its end and may be truncated";
-    assert_refused(growing, LINES("1,2\n", "2,3"), TOLIMAN_E_FORMAT, message);
-    assert_refused(growing, LINES("# from now on\n", "{\"t\": 1, \"y\": 2}"), TOLIMAN_E_FORMAT, message);
+    assert_line_refused(growing, LINES("1,2\n", "2,3"), TOLIMAN_E_FORMAT, message);
+    assert_line_refused(growing, LINES("# from now on\n", "{\"t\": 1, \"y\": 2}"), TOLIMAN_E_FORMAT, message);
     series = made(growing);
     assert_nothing(series, "# the end");
     toliman_series_destroy(series);
@@ -334,19 +337,20 @@ static void dates_and_days(void **unused) {
 
 static void bad_times(void **unused) {
     (void)unused;
-    assert_refused(kDefault, LINES("2028-03-01,1", "2028-02-30,2"), TOLIMAN_E_FORMAT,
-                   "rv.csv:2: t: text = \"2028-02-30\": must be YYYY-MM-DD");
-    assert_refused(kDefault, LINES("2028-03-01,1", "61832,2"), TOLIMAN_E_FORMAT, "rv.csv:2: t: text = \"61832\": ");
-    assert_refused(kDefault, LINES("61832,1", "2028-03-01,2"), TOLIMAN_E_FORMAT,
-                   "rv.csv:2: t = \"2028-03-01\": must be a finite number");
-    assert_refused(kDefault, LINES("2017-12-31T23:59:60,1"), TOLIMAN_E_FORMAT,
-                   "rv.csv:1: t: text = \"2017-12-31T23:59:60\": that day has no such second");
-    assert_refused(kDefault, LINES("mjd,y", "2460000.5,1"), TOLIMAN_E_FORMAT,
-                   "rv.csv:2: t: text = \"2460000.5\": must be from 1972-01-01");
-    assert_refused(kDefault, LINES("mjd,y", "1e5x,1"), TOLIMAN_E_FORMAT,
-                   "rv.csv:2: t: text = \"1e5x\": must be a Modified Julian Day");
-    assert_refused(kDefault, LINES("{\"t\": \"2028-03-01\", \"y\": 1}", "{\"t\": 5, \"y\": 1}"), TOLIMAN_E_FORMAT,
-                   "rv.csv:2: t: text = \"5\": ");
+    assert_line_refused(kDefault, LINES("2028-03-01,1", "2028-02-30,2"), TOLIMAN_E_FORMAT,
+                        "rv.csv:2: t: text = \"2028-02-30\": must be YYYY-MM-DD");
+    assert_line_refused(kDefault, LINES("2028-03-01,1", "61832,2"), TOLIMAN_E_FORMAT,
+                        "rv.csv:2: t: text = \"61832\": ");
+    assert_line_refused(kDefault, LINES("61832,1", "2028-03-01,2"), TOLIMAN_E_FORMAT,
+                        "rv.csv:2: t = \"2028-03-01\": must be a finite number");
+    assert_line_refused(kDefault, LINES("2017-12-31T23:59:60,1"), TOLIMAN_E_FORMAT,
+                        "rv.csv:1: t: text = \"2017-12-31T23:59:60\": that day has no such second");
+    assert_line_refused(kDefault, LINES("mjd,y", "2460000.5,1"), TOLIMAN_E_FORMAT,
+                        "rv.csv:2: t: text = \"2460000.5\": must be from 1972-01-01");
+    assert_line_refused(kDefault, LINES("mjd,y", "1e5x,1"), TOLIMAN_E_FORMAT,
+                        "rv.csv:2: t: text = \"1e5x\": must be a Modified Julian Day");
+    assert_line_refused(kDefault, LINES("{\"t\": \"2028-03-01\", \"y\": 1}", "{\"t\": 5, \"y\": 1}"), TOLIMAN_E_FORMAT,
+                        "rv.csv:2: t: text = \"5\": ");
     toliman_series *series = made(kDefault);
     toliman_series_sample sample = TOLIMAN_SERIES_SAMPLE_INIT;
     assert_int_equal(toliman_series_parse(series, "2028-03-01\0x,1", 14, &sample), TOLIMAN_E_FORMAT);

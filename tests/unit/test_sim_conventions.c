@@ -197,7 +197,7 @@ static void spectrum_is_a_trapezium(void **state) {
                                 expm1(hc_k / (wavelength[i] * 5790));
         assert_close(a[i] / a[2], end * expected, 1e-13, 0);
     }
-    assert_fails(toliman_sim_get_spectrum(sim, 4, wavelength, a, b, NULL), TOLIMAN_E_ARGUMENT, "count = 4: must be 5");
+    assert_refused(toliman_sim_get_spectrum(sim, 4, wavelength, a, b, NULL), TOLIMAN_E_ARGUMENT, "count");
     toliman_sim_destroy(sim);
 }
 
@@ -266,8 +266,8 @@ static void times_and_displacements(void **state) {
     }
     assert_close(sim_info_of(sim).max_displacement_px, 1e-3, 1e-12, 0);
     assert_close(sim_info_of(sim).min_displacement_px, -1e-3, 1e-12, 0);
-    assert_fails(toliman_sim_get_series(sim, 98, 3, times, NULL), TOLIMAN_E_RANGE, "cadence of 100 frames");
-    assert_fails(toliman_sim_get_series(sim, -1, 1, times, NULL), TOLIMAN_E_RANGE, "first = -1");
+    assert_refused(toliman_sim_get_series(sim, 98, 3, times, NULL), TOLIMAN_E_RANGE, "first");
+    assert_refused(toliman_sim_get_series(sim, -1, 1, times, NULL), TOLIMAN_E_RANGE, "first");
     toliman_sim_destroy(sim);
 }
 

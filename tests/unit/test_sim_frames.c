@@ -146,28 +146,26 @@ static void impossible_calls_are_refused(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
     double image[PIXELS] = {-1};
-    assert_fails(toliman_sim_frame(sim, &(double){0.2}, 1, 0, 1, image), TOLIMAN_E_RANGE, "displacements_px[0] = 0.2");
-    assert_fails(toliman_sim_frame(sim, &(double){NAN}, 1, 0, 1, image), TOLIMAN_E_ARGUMENT, "NaN");
-    assert_fails(toliman_sim_frame(sim, &(double){0}, 1, -1, 1, image), TOLIMAN_E_RANGE, "first = -1");
-    assert_fails(toliman_sim_frame(sim, &(double){0}, 1, 0, 1, NULL), TOLIMAN_E_ARGUMENT, "images is NULL");
-    assert_fails(toliman_sim_frame(NULL, &(double){0}, 1, 0, 1, image), TOLIMAN_E_ARGUMENT, "sim is NULL");
-    assert_fails(toliman_sim_expect(sim, -0.11, image, SIDE), TOLIMAN_E_RANGE, "[-0.1, 0.1] px");
-    assert_fails(toliman_sim_propagate(sim, INFINITY, image, SIDE), TOLIMAN_E_RANGE, "[-100, 100] px");
-    assert_fails(toliman_sim_get_image(sim, 12, image, SIDE), TOLIMAN_E_ARGUMENT,
-                 "kind = 12: must be one of TOLIMAN_SIM_IMAGE_..., 311 to 322");
-    assert_fails(toliman_sim_frame(sim, NULL, 1, 99, 2, image), TOLIMAN_E_RANGE, "cadence of 100 frames");
-    assert_fails(toliman_sim_frame(sim, NULL, 1, 0, SIZE_MAX, image), TOLIMAN_E_RANGE, "cadence");
+    assert_refused(toliman_sim_frame(sim, &(double){0.2}, 1, 0, 1, image), TOLIMAN_E_RANGE, "displacements_px[0]");
+    assert_refused(toliman_sim_frame(sim, &(double){NAN}, 1, 0, 1, image), TOLIMAN_E_ARGUMENT, "displacements_px[0]");
+    assert_refused(toliman_sim_frame(sim, &(double){0}, 1, -1, 1, image), TOLIMAN_E_RANGE, "first");
+    assert_refused(toliman_sim_frame(sim, &(double){0}, 1, 0, 1, NULL), TOLIMAN_E_ARGUMENT, "images");
+    assert_refused(toliman_sim_frame(NULL, &(double){0}, 1, 0, 1, image), TOLIMAN_E_ARGUMENT, "sim");
+    assert_refused(toliman_sim_expect(sim, -0.11, image, SIDE), TOLIMAN_E_RANGE, "displacement_px");
+    assert_refused(toliman_sim_propagate(sim, INFINITY, image, SIDE), TOLIMAN_E_RANGE, "displacement_px");
+    assert_refused(toliman_sim_get_image(sim, 12, image, SIDE), TOLIMAN_E_ARGUMENT, "kind");
+    assert_refused(toliman_sim_frame(sim, NULL, 1, 99, 2, image), TOLIMAN_E_RANGE, "first");
+    assert_refused(toliman_sim_frame(sim, NULL, 1, 0, SIZE_MAX, image), TOLIMAN_E_RANGE, "first");
     const double far_away = -0.3;
-    assert_fails(toliman_sim_frame(sim, &far_away, 1, 0, 1, image), TOLIMAN_E_RANGE, "displacements_px[0] = -0.3");
+    assert_refused(toliman_sim_frame(sim, &far_away, 1, 0, 1, image), TOLIMAN_E_RANGE, "displacements_px[0]");
     assert_close(image[0], -1, 0, 0);
     toliman_sim_info info = {0};
-    assert_fails(toliman_sim_get_info(sim, &info), TOLIMAN_E_ARGUMENT, "out->struct_size = 0");
+    assert_refused(toliman_sim_get_info(sim, &info), TOLIMAN_E_ARGUMENT, "out->struct_size");
     toliman_sim_destroy(sim);
     toliman_sim_destroy(NULL);
 
     toliman_sim *const single = sim_of(kSingleScene);
-    assert_fails(toliman_sim_get_image(single, TOLIMAN_SIM_IMAGE_STAR_B, image, SIDE), TOLIMAN_E_ARGUMENT,
-                 "star A only");
+    assert_refused(toliman_sim_get_image(single, TOLIMAN_SIM_IMAGE_STAR_B, image, SIDE), TOLIMAN_E_ARGUMENT, "kind");
     double offsets[4];
     get_offsets(single, offsets);
     assert_true(isnan(offsets[2]) && isnan(offsets[3]));
@@ -188,8 +186,8 @@ static void progress_may_cancel(void **state) {
     options.progress = count_and_stop;
     options.progress_data = &calls;
     toliman_sim *sim = NULL;
-    assert_fails(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, &options, &sim), TOLIMAN_E_CANCELLED,
-                 "propagate");
+    assert_refused(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, &options, &sim),
+                   TOLIMAN_E_CANCELLED, "");
     assert_int_equal(calls, 2);
     assert_null(sim);
 }
@@ -305,11 +303,11 @@ static void a_signal_that_changes_no_pixel_is_refused(void **state) {
     toliman_sim_bounds bounds = TOLIMAN_SIM_BOUNDS_INIT;
     double count = 0;
     assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, &count, 1));
-    const char *const message = "signal: the motion of star A changes no pixel of the frame";
-    assert_fails(toliman_sim_frame(sim, &(double){0}, 1, 0, 1, &count), TOLIMAN_E_SCENE, message);
-    assert_fails(toliman_sim_expect(sim, 0, &count, 1), TOLIMAN_E_SCENE, message);
-    assert_fails(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_SEPARATION, &count, 1), TOLIMAN_E_SCENE, message);
-    assert_fails(toliman_sim_get_bounds(sim, &bounds), TOLIMAN_E_SCENE, message);
+    const char *const message = "signal";
+    assert_refused(toliman_sim_frame(sim, &(double){0}, 1, 0, 1, &count), TOLIMAN_E_SCENE, message);
+    assert_refused(toliman_sim_expect(sim, 0, &count, 1), TOLIMAN_E_SCENE, message);
+    assert_refused(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_SEPARATION, &count, 1), TOLIMAN_E_SCENE, message);
+    assert_refused(toliman_sim_get_bounds(sim, &bounds), TOLIMAN_E_SCENE, message);
     toliman_sim_destroy(sim);
     free(scene);
 }

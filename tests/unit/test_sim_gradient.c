@@ -160,15 +160,13 @@ static void wrong_arguments(void **state) {
     (void)state;
     static double weights[32 * 40], gradient[64 * 64], again[64 * 64];
     toliman_sim *sim = sim_of(kSingleScene);
-    assert_fails(toliman_sim_get_opd_gradient(NULL, weights, 32, gradient), TOLIMAN_E_ARGUMENT, "sim is NULL");
-    assert_fails(toliman_sim_get_opd_gradient(sim, NULL, 32, gradient), TOLIMAN_E_ARGUMENT, "weights is NULL");
-    assert_fails(toliman_sim_get_opd_gradient(sim, weights, 32, NULL), TOLIMAN_E_ARGUMENT, "gradient is NULL");
-    assert_fails(toliman_sim_get_opd_gradient(sim, weights, 31, gradient), TOLIMAN_E_ARGUMENT,
-                 "stride of weights = 31");
+    assert_refused(toliman_sim_get_opd_gradient(NULL, weights, 32, gradient), TOLIMAN_E_ARGUMENT, "sim");
+    assert_refused(toliman_sim_get_opd_gradient(sim, NULL, 32, gradient), TOLIMAN_E_ARGUMENT, "weights");
+    assert_refused(toliman_sim_get_opd_gradient(sim, weights, 32, NULL), TOLIMAN_E_ARGUMENT, "gradient");
+    assert_refused(toliman_sim_get_opd_gradient(sim, weights, 31, gradient), TOLIMAN_E_ARGUMENT, "stride");
     weights[3 * 40 + 5] = NAN;
     gradient[0] = 7;
-    assert_fails(toliman_sim_get_opd_gradient(sim, weights, 40, gradient), TOLIMAN_E_ARGUMENT,
-                 "weights[3][5] = nan: must be finite");
+    assert_refused(toliman_sim_get_opd_gradient(sim, weights, 40, gradient), TOLIMAN_E_ARGUMENT, "weights[3][5]");
     assert_true(gradient[0] == 7);
     weights[3 * 40 + 5] = 1;
     weights[3 * 40 + 35] = NAN; /* between the rows */
@@ -181,8 +179,7 @@ static void wrong_arguments(void **state) {
     toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     assert_ok(toliman_sim_create_json(kSingleScene, strlen(kSingleScene), NULL, &options, &sim));
-    assert_fails(toliman_sim_get_opd_gradient(sim, weights, 32, gradient), TOLIMAN_E_UNSUPPORTED,
-                 "gradient by the OPD: the padded FFT does not compute it");
+    assert_refused(toliman_sim_get_opd_gradient(sim, weights, 32, gradient), TOLIMAN_E_UNSUPPORTED, "");
     toliman_sim_destroy(sim);
 }
 

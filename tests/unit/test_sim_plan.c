@@ -158,8 +158,8 @@ static void cost_of_stages_is_planned(void **state) {
         pixels += (size_t)(differs && of_a[i].modelled);
     }
     assert_true(count > 10 && pixels == 1);
-    assert_fails(toliman_sim_get_stages(&a, of_a, 2, &count), TOLIMAN_E_CAPACITY, "the number of stages");
-    assert_fails(toliman_sim_get_stages(NULL, of_a, 32, &count), TOLIMAN_E_ARGUMENT, "plan is NULL");
+    assert_refused(toliman_sim_get_stages(&a, of_a, 2, &count), TOLIMAN_E_CAPACITY, "capacity");
+    assert_refused(toliman_sim_get_stages(NULL, of_a, 32, &count), TOLIMAN_E_ARGUMENT, "plan");
     toliman_sim_destroy(whole);
     toliman_sim_destroy(point);
     toliman_sim_destroy(two_lines);
@@ -362,8 +362,8 @@ static void far_signals_are_interpolated(void **state) {
     assert_ok(toliman_sim_frame(propagated, NULL, 1, 5, 1, frame));
     assert_ok(toliman_sim_propagate(propagated, at, exact, 64));
     assert_memory_equal(frame, exact, 64 * 64 * sizeof *frame);
-    assert_fails(toliman_sim_expect(sim, at, frame, 64), TOLIMAN_E_RANGE, "0.1");
-    assert_fails(toliman_sim_frame(sim, &(double){-101}, 1, 0, 1, frame), TOLIMAN_E_RANGE, "100");
+    assert_refused(toliman_sim_expect(sim, at, frame, 64), TOLIMAN_E_RANGE, "displacement_px");
+    assert_refused(toliman_sim_frame(sim, &(double){-101}, 1, 0, 1, frame), TOLIMAN_E_RANGE, "displacements_px[0]");
     free(frame);
     free(exact);
     free(text);
@@ -414,9 +414,9 @@ static void plan_of_a_text(void **state) {
     plan.setup_s = same.setup_s; /* measured */
     plan.frame_s = same.frame_s;
     assert_memory_equal(&same, &plan, sizeof plan);
-    assert_fails(toliman_sim_plan_json(text, size, NULL, NULL, &same), TOLIMAN_E_NOT_FOUND, "g2v.csv");
-    assert_fails(toliman_sim_plan_json(NULL, size, NULL, NULL, &same), TOLIMAN_E_ARGUMENT, "json is NULL");
-    assert_fails(toliman_sim_plan_json(text, size, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_refused(toliman_sim_plan_json(text, size, NULL, NULL, &same), TOLIMAN_E_NOT_FOUND, "./g2v.csv");
+    assert_refused(toliman_sim_plan_json(NULL, size, NULL, NULL, &same), TOLIMAN_E_ARGUMENT, "json");
+    assert_refused(toliman_sim_plan_json(text, size, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "out");
 }
 
 static void bad_plans_are_refused(void **state) {
@@ -427,12 +427,10 @@ static void bad_plans_are_refused(void **state) {
     assert_ok(toliman_sim_plan_file(chapter, &options, &plan));
     assert_true(plan.wavelengths < plan.scene_wavelengths && plan.scene_wavelengths == 51);
     options.reserved = 1;
-    assert_fails(toliman_sim_plan_file(chapter, &options, &plan), TOLIMAN_E_ARGUMENT,
-                 "options->reserved = 1: must be 0");
+    assert_refused(toliman_sim_plan_file(chapter, &options, &plan), TOLIMAN_E_ARGUMENT, "options->reserved");
     options.reserved = 0;
     options.engine = 333;
-    assert_fails(toliman_sim_plan_file(chapter, &options, &plan), TOLIMAN_E_ARGUMENT,
-                 "engine = 333: must be one of TOLIMAN_SIM_ENGINE_..., 331 to 332");
+    assert_refused(toliman_sim_plan_file(chapter, &options, &plan), TOLIMAN_E_ARGUMENT, "options->engine");
     options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     assert_ok(toliman_sim_plan_file(chapter, &options, &plan));
     assert_close(plan.plate_scale_error, 2.3e-3, 0.05, 0); /* the rounding of the chapter's scene: up to 0.26 % */
@@ -440,14 +438,14 @@ static void bad_plans_are_refused(void **state) {
     assert_int_equal(plan.fft_side, 1024);
     assert_int_equal(plan.fft_cells[0], lround(cells / 600e-9));
     assert_int_equal(plan.fft_cells[1], lround(cells / 550e-9));
-    assert_fails(toliman_sim_plan_file("none.json", NULL, &plan), TOLIMAN_E_NOT_FOUND, "none.json");
-    assert_fails(toliman_sim_plan_file(chapter, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_refused(toliman_sim_plan_file("none.json", NULL, &plan), TOLIMAN_E_NOT_FOUND, "none.json");
+    assert_refused(toliman_sim_plan_file(chapter, NULL, NULL), TOLIMAN_E_ARGUMENT, "out");
     plan.struct_size = 4;
-    assert_fails(toliman_sim_plan_file(chapter, NULL, &plan), TOLIMAN_E_ARGUMENT, "struct_size");
+    assert_refused(toliman_sim_plan_file(chapter, NULL, &plan), TOLIMAN_E_ARGUMENT, "out->struct_size");
     toliman_sim *sim = NULL;
     char *const text = replaced(kBinaryScene, "\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 297.5,",
                                 "\"kind\": \"file\", \"file\": \"x.npy\", \"quantity\": \"opd_m\"}}, \"x\": {\"y\": {");
-    assert_fails(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim), TOLIMAN_E_SCENE, "x: unknown key");
+    assert_refused(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim), TOLIMAN_E_SCENE, "x");
     free(text);
 }
 
@@ -469,12 +467,11 @@ static void odd_detectors_are_planned(void **state) {
     options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     toliman_sim *none = NULL;
     char *const coarse = replaced(kSingleScene, "0.2}}", "1.5}}");
-    assert_fails(toliman_sim_create_json(coarse, strlen(coarse), NULL, &options, &none), TOLIMAN_E_SCENE,
-                 "pixel_scale_arcsec = 1.5: must be smaller: the fft engine");
+    assert_refused(toliman_sim_create_json(coarse, strlen(coarse), NULL, &options, &none), TOLIMAN_E_SCENE,
+                   "detector.pixel_scale_arcsec");
     free(coarse);
     char *const far = replaced(kSingleScene, "[0, 0]", "[110, 0]"); /* its next alias is at -18 px */
-    assert_fails(toliman_sim_create_json(far, strlen(far), NULL, &options, &none), TOLIMAN_E_SCENE,
-                 "binary: star A is outside the frame of 32 x 32 by 94 px: must be at most 32 px, or ");
+    assert_refused(toliman_sim_create_json(far, strlen(far), NULL, &options, &none), TOLIMAN_E_SCENE, "binary");
     free(far);
 }
 

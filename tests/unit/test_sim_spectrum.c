@@ -116,25 +116,23 @@ static void refusals(void **state) {
     check_additions(kBinaryScene, "\"temperature_k\": 5790", "\"temperature_k\": 5790, %s", cases,
                     sizeof cases / sizeof *cases);
     const char *const tables[][2] = {
-        {"\"star_temperature_k\": 5770", "stars.A.spectrum.table_temperature_k: is missing"},
-        {"\"table_temperature_k\": 5770", "stars.A.spectrum.star_temperature_k: is missing"},
-        {"\"star_temperature_k\": 99, \"table_temperature_k\": 5770",
-         "stars.A.spectrum.star_temperature_k = 99: must be in [100, 1000000] K"},
-        {"\"temperature_k\": 5770", "stars.A.spectrum.temperature_k: needs kind \"blackbody\""},
+        {"\"star_temperature_k\": 5770", "stars.A.spectrum.table_temperature_k"},
+        {"\"table_temperature_k\": 5770", "stars.A.spectrum.star_temperature_k"},
+        {"\"star_temperature_k\": 99, \"table_temperature_k\": 5770", "stars.A.spectrum.star_temperature_k"},
+        {"\"temperature_k\": 5770", "stars.A.spectrum.temperature_k"},
     };
     for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
         char spectrum[200];
         snprintf(spectrum, sizeof spectrum, "\"kind\": \"table\", \"file\": \"star.csv\", %s", tables[i][0]);
         char *const text = text_with(spectrum);
         toliman_sim *sim = NULL;
-        assert_fails(create_in_folder(text, &sim), TOLIMAN_E_SCENE, tables[i][1]);
+        assert_refused(create_in_folder(text, &sim), TOLIMAN_E_SCENE, tables[i][1]);
         assert_null(sim);
         free(text);
     }
     toliman_sim *sim = NULL;
     char *const text = replaced(kSingleScene, "5790}", "5790, \"modes\": [0.1]}");
-    assert_fails(create_in_folder(text, &sim), TOLIMAN_E_SCENE,
-                 "stars.A.spectrum.modes: needs a band of several wavelengths");
+    assert_refused(create_in_folder(text, &sim), TOLIMAN_E_SCENE, "stars.A.spectrum.modes");
     free(text);
 }
 

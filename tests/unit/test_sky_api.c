@@ -34,32 +34,31 @@ static void bad_options_are_refused(void **state) {
         toliman_sky_options options;
         const char *message;
     } cases[] = {
-        {{.without = 256}, "options->without = 256: must be TOLIMAN_SKY_..., at most 255"},
-        {{.altitude_km = 199}, "options->altitude_km = 199: must be in [200, 2000] km, or 0 for none"},
-        {{.altitude_km = 2001}, "options->altitude_km = 2001: must be in [200, 2000] km, or 0 for none"},
-        {{.altitude_km = -1}, "options->altitude_km = -1: must be in [200, 2000] km, or 0 for none"},
-        {{.altitude_km = NAN}, "options->altitude_km = nan: must be in [200, 2000] km, or 0 for none"},
-        {{.altitude_km = 600, .node_hours = -1}, "options->node_hours = -1: must be in (0, 24] h, or 0 for 18"},
-        {{.altitude_km = 600, .node_hours = NAN}, "options->node_hours = nan: must be in (0, 24] h, or 0 for 18"},
-        {{.node_hours = 6}, "options->node_hours = 6: needs altitude_km"},
-        {{.observer = "none.oem", .altitude_km = 600}, "options->altitude_km = 600: must be 0 with observer"},
-        {{.leap_second_count = 1}, "options->leap_seconds is NULL"},
-        {{.struct_size = 4}, "options->struct_size = 4"},
+        {{.without = 256}, "options->without"},
+        {{.altitude_km = 199}, "options->altitude_km"},
+        {{.altitude_km = 2001}, "options->altitude_km"},
+        {{.altitude_km = -1}, "options->altitude_km"},
+        {{.altitude_km = NAN}, "options->altitude_km"},
+        {{.altitude_km = 600, .node_hours = -1}, "options->node_hours"},
+        {{.altitude_km = 600, .node_hours = NAN}, "options->node_hours"},
+        {{.node_hours = 6}, "options->node_hours"},
+        {{.observer = "none.oem", .altitude_km = 600}, "options->altitude_km"},
+        {{.leap_second_count = 1}, "options->leap_seconds"},
+        {{.struct_size = 4}, "options->struct_size"},
     };
     toliman_sky *made = NULL;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_sky_options options = cases[i].options;
         if (options.struct_size == 0)
             options.struct_size = sizeof options;
-        assert_fails(toliman_sky_create("alpha-cen", &options, &made), TOLIMAN_E_ARGUMENT, cases[i].message);
+        assert_refused(toliman_sky_create("alpha-cen", &options, &made), TOLIMAN_E_ARGUMENT, cases[i].message);
     }
-    assert_fails(toliman_sky_create(NULL, NULL, &made), TOLIMAN_E_ARGUMENT, "system is NULL");
-    assert_fails(toliman_sky_create("alpha-cen", NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    assert_fails(toliman_sky_create("", NULL, &made), TOLIMAN_E_ARGUMENT,
-                 "system = \"\": must be \"alpha-cen\" or a system file");
-    assert_fails(toliman_sky_create("beta-cen", NULL, &made), TOLIMAN_E_NOT_FOUND, "beta-cen: No such file");
+    assert_refused(toliman_sky_create(NULL, NULL, &made), TOLIMAN_E_ARGUMENT, "system");
+    assert_refused(toliman_sky_create("alpha-cen", NULL, NULL), TOLIMAN_E_ARGUMENT, "out");
+    assert_refused(toliman_sky_create("", NULL, &made), TOLIMAN_E_ARGUMENT, "system");
+    assert_refused(toliman_sky_create("beta-cen", NULL, &made), TOLIMAN_E_NOT_FOUND, "beta-cen");
     const toliman_sky_options missing = {.struct_size = sizeof missing, .observer = "none.oem"};
-    assert_fails(toliman_sky_create("alpha-cen", &missing, &made), TOLIMAN_E_NOT_FOUND, "none.oem");
+    assert_refused(toliman_sky_create("alpha-cen", &missing, &made), TOLIMAN_E_NOT_FOUND, "none.oem");
     assert_null(made);
 }
 
@@ -83,10 +82,9 @@ static void a_text_is_the_system(void **state) {
     assert_true(info.parallax_arcsec == 0.75 && info.star_mass[0] == 1.1 && info.star_mass[1] == 0.9);
     toliman_sky_destroy(made);
     made = NULL;
-    assert_fails(toliman_sky_create("{", NULL, &made), TOLIMAN_E_FORMAT, "system: ");
-    assert_fails(toliman_sky_create("{\"schema\": \"toliman-system/1\"}", NULL, &made), TOLIMAN_E_SCENE,
-                 "system: orbit");
-    assert_fails(toliman_sky_create(" alpha-cen", NULL, &made), TOLIMAN_E_NOT_FOUND, " alpha-cen: No such file");
+    assert_refused(toliman_sky_create("{", NULL, &made), TOLIMAN_E_FORMAT, "system");
+    assert_refused(toliman_sky_create("{\"schema\": \"toliman-system/1\"}", NULL, &made), TOLIMAN_E_SCENE, "orbit");
+    assert_refused(toliman_sky_create(" alpha-cen", NULL, &made), TOLIMAN_E_NOT_FOUND, " alpha-cen");
     assert_null(made);
 }
 
@@ -95,35 +93,27 @@ static void bad_arguments_are_refused(void **state) {
     toliman_sky_prediction seen[2] = {TOLIMAN_SKY_PREDICTION_INIT, TOLIMAN_SKY_PREDICTION_INIT}, untouched = seen[0];
     toliman_sky_info info = TOLIMAN_SKY_INFO_INIT;
     const int64_t late[2] = {kStart, INT64_MAX}, backwards[4] = {5, 10, 10, 5};
-    assert_fails(toliman_sky_predict(NULL, times, 1, seen), TOLIMAN_E_ARGUMENT, "sky is NULL");
-    assert_fails(toliman_sky_predict(sky, NULL, 1, seen), TOLIMAN_E_ARGUMENT, "tai_ns is NULL");
-    assert_fails(toliman_sky_predict(sky, times, 1, NULL), TOLIMAN_E_ARGUMENT, "predictions is NULL");
-    assert_fails(toliman_sky_predict(sky, times, SIZE_MAX, seen), TOLIMAN_E_RANGE, "tai_ns");
-    assert_fails(toliman_sky_predict(sky, late, 2, seen), TOLIMAN_E_RANGE,
-                 "time = 9223372036854775807 ns TAI: must be from 1900-01-01T12 to 2099-12-31T12 TT");
+    assert_refused(toliman_sky_predict(NULL, times, 1, seen), TOLIMAN_E_ARGUMENT, "sky");
+    assert_refused(toliman_sky_predict(sky, NULL, 1, seen), TOLIMAN_E_ARGUMENT, "tai_ns");
+    assert_refused(toliman_sky_predict(sky, times, 1, NULL), TOLIMAN_E_ARGUMENT, "predictions");
+    assert_refused(toliman_sky_predict(sky, times, SIZE_MAX, seen), TOLIMAN_E_RANGE, "tai_ns");
+    assert_refused(toliman_sky_predict(sky, late, 2, seen), TOLIMAN_E_RANGE, "time");
     assert_memory_equal(&seen[0], &untouched, sizeof untouched);
-    assert_fails(toliman_sky_predict_mean(sky, NULL, &(size_t){1}, 1, seen), TOLIMAN_E_ARGUMENT, "intervals is NULL");
-    assert_fails(toliman_sky_predict_mean(sky, times, &(size_t){1}, 1, NULL), TOLIMAN_E_ARGUMENT,
-                 "predictions is NULL");
-    assert_fails(toliman_sky_predict_mean(sky, times, &(size_t){0}, 1, seen), TOLIMAN_E_ARGUMENT,
-                 "intervals: must not be empty");
-    assert_fails(toliman_sky_predict_mean(sky, backwards, &(size_t){2}, 1, seen), TOLIMAN_E_ARGUMENT,
-                 "intervals: start 10, end 5 ns TAI: must begin before it ends");
-    assert_fails(toliman_sky_predict_mean(sky, late, &(size_t){1}, 1, seen), TOLIMAN_E_RANGE,
-                 "time = 9223372036854775807 ns TAI");
+    assert_refused(toliman_sky_predict_mean(sky, NULL, &(size_t){1}, 1, seen), TOLIMAN_E_ARGUMENT, "intervals");
+    assert_refused(toliman_sky_predict_mean(sky, times, &(size_t){1}, 1, NULL), TOLIMAN_E_ARGUMENT, "predictions");
+    assert_refused(toliman_sky_predict_mean(sky, times, &(size_t){0}, 1, seen), TOLIMAN_E_ARGUMENT, "intervals");
+    assert_refused(toliman_sky_predict_mean(sky, backwards, &(size_t){2}, 1, seen), TOLIMAN_E_ARGUMENT, "intervals");
+    assert_refused(toliman_sky_predict_mean(sky, late, &(size_t){1}, 1, seen), TOLIMAN_E_RANGE, "time");
     assert_memory_equal(&seen[0], &untouched, sizeof untouched);
-    assert_fails(toliman_sky_get_info(sky, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    assert_fails(toliman_sky_get_info((const toliman_sky *)(const void *)&info, &info), TOLIMAN_E_ARGUMENT,
-                 "sky is not a toliman_sky");
-    assert_fails(toliman_sky_get_element(sky, TOLIMAN_SKY_ELEMENT_EPOCH + 1, NULL, NULL), TOLIMAN_E_RANGE,
-                 "element = 738: must be a constant TOLIMAN_SKY_ELEMENT_...");
-    assert_fails(toliman_sky_get_element(sky, 0, NULL, NULL), TOLIMAN_E_RANGE,
-                 "element = 0: must be a constant TOLIMAN_SKY_ELEMENT_...");
+    assert_refused(toliman_sky_get_info(sky, NULL), TOLIMAN_E_ARGUMENT, "out");
+    assert_refused(toliman_sky_get_info((const toliman_sky *)(const void *)&info, &info), TOLIMAN_E_ARGUMENT, "sky");
+    assert_refused(toliman_sky_get_element(sky, TOLIMAN_SKY_ELEMENT_EPOCH + 1, NULL, NULL), TOLIMAN_E_RANGE, "element");
+    assert_refused(toliman_sky_get_element(sky, 0, NULL, NULL), TOLIMAN_E_RANGE, "element");
     seen[0].struct_size = info.struct_size = 4;
-    assert_fails(toliman_sky_predict(sky, times, 1, seen), TOLIMAN_E_ARGUMENT, "predictions->struct_size = 4");
-    assert_fails(toliman_sky_predict_mean(sky, times, &(size_t){1}, 1, seen), TOLIMAN_E_ARGUMENT,
-                 "predictions->struct_size = 4");
-    assert_fails(toliman_sky_get_info(sky, &info), TOLIMAN_E_ARGUMENT, "out->struct_size = 4");
+    assert_refused(toliman_sky_predict(sky, times, 1, seen), TOLIMAN_E_ARGUMENT, "predictions->struct_size");
+    assert_refused(toliman_sky_predict_mean(sky, times, &(size_t){1}, 1, seen), TOLIMAN_E_ARGUMENT,
+                   "predictions->struct_size");
+    assert_refused(toliman_sky_get_info(sky, &info), TOLIMAN_E_ARGUMENT, "out->struct_size");
     assert_ok(toliman_sky_predict(sky, NULL, 0, NULL));
     toliman_sky_destroy(NULL);
 }
@@ -174,8 +164,8 @@ static void unknown_exposures_are_refused(void **state) {
     assert_true(reduced[0] == 5);
     assert_ok(reduce_of(sky, exposures, ones, measured, MEASURED, reduced, &left));
     exposures[3] = exposures[2];
-    assert_fails(reduce_of(sky, exposures, ones, measured, MEASURED, reduced, &left), TOLIMAN_E_ARGUMENT,
-                 "measurement 1: intervals: zero length: must be start and end of the exposure");
+    assert_refused(reduce_of(sky, exposures, ones, measured, MEASURED, reduced, &left), TOLIMAN_E_ARGUMENT,
+                   "intervals");
     toliman_sky *earth = NULL;
     const toliman_sky_options options = {.struct_size = sizeof options, .without = TOLIMAN_SKY_SPACECRAFT_ABERRATION};
     assert_ok(toliman_sky_create("alpha-cen", &options, &earth));
@@ -195,8 +185,8 @@ static void a_refit_refuses_unknown_exposures(void **state) {
     toliman_sky *fitted = NULL;
     set_exposures(INT64_C(600000000000));
     exposures[5]++;
-    assert_fails(refit_of(sky, exposures, NULL, measured, sigmas, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
-                 "measurement 2: intervals: 600 s: must be on-target intervals above 600 s for an observer in orbit");
+    assert_refused(refit_of(sky, exposures, NULL, measured, sigmas, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
+                   "intervals");
     assert_string_equal(toliman_last_error_field(), "intervals");
     assert_ok(refit_of(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted));
     toliman_sky_destroy(fitted);
@@ -207,12 +197,12 @@ static void a_refit_refuses_unknown_exposures(void **state) {
     set_exposures(INT64_C(60000000000));
     exposures[4] = INT64_MAX - 2;
     exposures[5] = INT64_MAX - 1;
-    assert_fails(refit_of(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted), TOLIMAN_E_RANGE,
-                 "measurement 2: time = ");
+    assert_refused(refit_of(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted), TOLIMAN_E_RANGE,
+                   "time");
     const double far[MEASURED] = {29.4, 29.7, 30.3}, exact[MEASURED] = {1e-4, 1e-4, 1e-4};
     set_exposures(INT64_C(60000000000));
-    assert_fails(refit_of(sky, exposures, ones, far, exact, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
-                 "measured: the fit moves ");
+    assert_refused(refit_of(sky, exposures, ones, far, exact, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
+                   "measured");
     assert_string_equal(toliman_last_error_field(), "measured");
     assert_null(fitted);
 }
@@ -233,19 +223,18 @@ static void bad_diagnoses_are_refused(void **state) {
         measured[i] = seen.separation_arcsec;
         sigmas[i] = 1e-6;
     }
-    assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, NULL, rows), TOLIMAN_E_ARGUMENT,
-                 "result is NULL");
-    assert_fails(diagnose_of(sky, NULL, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
-                 "data->t is NULL");
-    assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 1, &result, rows), TOLIMAN_E_ARGUMENT,
-                 "scale_sigma = 1: must be in [0, 1)");
+    assert_refused(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, NULL, rows), TOLIMAN_E_ARGUMENT, "result");
+    assert_refused(diagnose_of(sky, NULL, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
+                   "data->t");
+    assert_refused(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 1, &result, rows), TOLIMAN_E_ARGUMENT,
+                   "scale_sigma");
     sigmas[3] = 0;
-    assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
-                 "sigma[3] = 0: must be above 0 and at most 1e100");
+    assert_refused(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
+                   "sigma[3]");
     sigmas[3] = 1e-6;
     rows[0].struct_size = 4;
-    assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
-                 "hypotheses->struct_size = 4");
+    assert_refused(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
+                   "hypotheses->struct_size");
     pairs[7] = pairs[6];
     assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, NULL), TOLIMAN_E_ARGUMENT,
                  "measurement 3: intervals: zero length");
@@ -268,22 +257,20 @@ static void bad_measurements_are_refused(void **state) {
     const size_t none = 0;
     const int64_t late[2] = {INT64_MAX - 1, INT64_MAX}, backwards[2] = {INT64_MAX, INT64_MIN};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        assert_fails(reduce_of(sky, exposures, NULL, &bad[i], 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "y[0] = ");
-    assert_fails(reduce_of(sky, exposures, &none, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT,
-                 "data->interval_counts[0] = 0: must be at least 1");
-    assert_fails(reduce_of(sky, late, NULL, &good, 1, &reduced, &left), TOLIMAN_E_RANGE, "measurement 0: time = ");
-    assert_fails(reduce_of(sky, backwards, NULL, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT,
-                 "measurement 0: intervals: start ");
-    assert_fails(reduce_of(sky, NULL, NULL, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "data->t is NULL");
-    assert_fails(reduce_of(sky, exposures, NULL, NULL, 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "data->y is NULL");
-    assert_fails(toliman_sky_reduce(sky, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "measured is NULL");
+        assert_refused(reduce_of(sky, exposures, NULL, &bad[i], 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "y[0]");
+    assert_refused(reduce_of(sky, exposures, &none, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT,
+                   "data->interval_counts[0]");
+    assert_refused(reduce_of(sky, late, NULL, &good, 1, &reduced, &left), TOLIMAN_E_RANGE, "time");
+    assert_refused(reduce_of(sky, backwards, NULL, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "intervals");
+    assert_refused(reduce_of(sky, NULL, NULL, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "data->t");
+    assert_refused(reduce_of(sky, exposures, NULL, NULL, 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "data->y");
+    assert_refused(toliman_sky_reduce(sky, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "measured");
     toliman_measure *const values = measure_of(&good, &good, NULL, 1);
     toliman_measure *made = NULL;
-    assert_fails(toliman_sky_reduce(sky, values, NULL, &made), TOLIMAN_E_ARGUMENT,
-                 "measured: its kind must be TOLIMAN_MEASURE_SEPARATION");
+    assert_refused(toliman_sky_reduce(sky, values, NULL, &made), TOLIMAN_E_ARGUMENT, "measured");
     toliman_sky_prediction seen = {.struct_size = 4};
-    assert_fails(toliman_sky_predict_mean(sky, exposures, NULL, 1, &seen), TOLIMAN_E_ARGUMENT,
-                 "predictions->struct_size = 4");
+    assert_refused(toliman_sky_predict_mean(sky, exposures, NULL, 1, &seen), TOLIMAN_E_ARGUMENT,
+                   "predictions->struct_size");
     toliman_measure_destroy(values);
     assert_null(made);
     assert_true(reduced == 5);
@@ -330,18 +317,14 @@ static void bad_columns_are_refused(void **state) {
     (void)state;
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     int32_t elements[7];
-    assert_fails(toliman_sky_set_columns(NULL, 1, 0, &options, elements), TOLIMAN_E_ARGUMENT, "sky is NULL");
-    assert_fails(toliman_sky_set_columns(sky, 0, 0, &options, elements), TOLIMAN_E_ARGUMENT,
-                 "unit_arcsec = 0: must be above 0 and finite");
-    assert_fails(toliman_sky_set_columns(sky, NAN, 0, &options, elements), TOLIMAN_E_ARGUMENT,
-                 "unit_arcsec = nan: must be above 0 and finite");
-    assert_fails(toliman_sky_set_columns(sky, 1, 1, &options, elements), TOLIMAN_E_ARGUMENT,
-                 "scale_sigma = 1: must be in [0, 1)");
-    assert_fails(toliman_sky_set_columns(sky, 1, 0, NULL, elements), TOLIMAN_E_ARGUMENT, "options is NULL");
-    assert_fails(toliman_sky_set_columns(sky, 1, 0, &options, NULL), TOLIMAN_E_ARGUMENT, "elements is NULL");
+    assert_refused(toliman_sky_set_columns(NULL, 1, 0, &options, elements), TOLIMAN_E_ARGUMENT, "sky");
+    assert_refused(toliman_sky_set_columns(sky, 0, 0, &options, elements), TOLIMAN_E_ARGUMENT, "unit_arcsec");
+    assert_refused(toliman_sky_set_columns(sky, NAN, 0, &options, elements), TOLIMAN_E_ARGUMENT, "unit_arcsec");
+    assert_refused(toliman_sky_set_columns(sky, 1, 1, &options, elements), TOLIMAN_E_ARGUMENT, "scale_sigma");
+    assert_refused(toliman_sky_set_columns(sky, 1, 0, NULL, elements), TOLIMAN_E_ARGUMENT, "options");
+    assert_refused(toliman_sky_set_columns(sky, 1, 0, &options, NULL), TOLIMAN_E_ARGUMENT, "elements");
     options.trend = 9;
-    assert_fails(toliman_sky_set_columns(sky, 1, 0, &options, elements), TOLIMAN_E_ARGUMENT,
-                 "options->trend = 9: must be in [0, 8]");
+    assert_refused(toliman_sky_set_columns(sky, 1, 0, &options, elements), TOLIMAN_E_ARGUMENT, "options->trend");
 }
 
 static void properties_are_those_of_the_options(void **state) {

@@ -287,18 +287,16 @@ static void options_that_do_not_fit_are_refused(void **state) {
     toliman_track *track = NULL;
     toliman_track_options options = options_of(NULL, bank);
     options.estimator.fit = NULL;
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.bank: needs fit, ");
+    assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.bank");
     toliman_fit *other = NULL;
     const toliman_fit_options wider = {.struct_size = sizeof wider, .free = "scale"};
     assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &wider, &other));
     options.estimator.fit = other;
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_MISMATCH,
-                 "options->estimator.bank was made for another fit: ");
+    assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_MISMATCH, "options->estimator.bank");
     toliman_fit_destroy(other);
     options = options_of(NULL, bank);
     strcpy(options.estimator.values, "separation_px,x_px,y_px");
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-                 "must be \"separation_px x_px y_px fit_separation_px\", the values of the estimator");
+    assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.values");
     toliman_bank *const control = untrained(30);
     options = options_of(NULL, control);
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,

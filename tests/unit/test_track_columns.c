@@ -129,8 +129,7 @@ static void columns_hold_the_given_values(void **unused) {
         size_t count = 0, done = 9;
         assert_asks(toliman_track_get_columns(track, NULL, 0, &count));
         assert_int_equal(count, ALL);
-        assert_fails(toliman_track_get_columns(track, columns, ALL - 1, &count), TOLIMAN_E_CAPACITY,
-                     "must be at least 17, the number of columns");
+        assert_refused(toliman_track_get_columns(track, columns, ALL - 1, &count), TOLIMAN_E_CAPACITY, "capacity");
         assert_ok(toliman_track_get_columns(track, columns, ALL, &count));
         for (int i = 0; i < ALL; i++) {
             assert_string_equal(columns[i].name, names[i]);
@@ -141,9 +140,9 @@ static void columns_hold_the_given_values(void **unused) {
         assert_ok(toliman_track_get_column(track, "dx", record_of(track, 10), 2 * FRAMES, values, &done));
         assert_int_equal(done, on_disk ? 2 * (FRAMES - 10) - 1 : FRAMES - 10);
         assert_true(!on_disk || isnan(values[1])); /* a record of intervals has no columns */
-        assert_fails(toliman_track_get_column(track, "dy", 0, 1, values, &done), TOLIMAN_E_NOT_FOUND, "\"dy\"");
-        assert_fails(toliman_track_get_column(track, "dx", -1, 1, values, &done), TOLIMAN_E_RANGE, "first = -1");
-        assert_fails(toliman_track_get_column(track, "dx", 0, 1, NULL, &done), TOLIMAN_E_ARGUMENT, "values");
+        assert_refused(toliman_track_get_column(track, "dy", 0, 1, values, &done), TOLIMAN_E_NOT_FOUND, "name");
+        assert_refused(toliman_track_get_column(track, "dx", -1, 1, values, &done), TOLIMAN_E_RANGE, "first");
+        assert_refused(toliman_track_get_column(track, "dx", 0, 1, NULL, &done), TOLIMAN_E_ARGUMENT, "values");
         double intervals[4] = {0};
         const int64_t number = record_of(track, 10);
         if (on_disk) {
@@ -151,13 +150,11 @@ static void columns_hold_the_given_values(void **unused) {
             assert_int_equal(count, 2);
             assert_ok(toliman_track_get_intervals(track, number, intervals, 2, &count));
             assert_memory_equal(intervals, kIntervals, sizeof intervals);
-            assert_fails(toliman_track_get_intervals(track, number, intervals, 1, &count), TOLIMAN_E_CAPACITY,
-                         "capacity = 1: must be at least 2");
-            assert_fails(toliman_track_get_intervals(track, -1, intervals, 2, &count), TOLIMAN_E_RANGE,
-                         "record = -1: must be in [0, ");
+            assert_refused(toliman_track_get_intervals(track, number, intervals, 1, &count), TOLIMAN_E_CAPACITY,
+                           "capacity");
+            assert_refused(toliman_track_get_intervals(track, -1, intervals, 2, &count), TOLIMAN_E_RANGE, "record");
         } else {
-            assert_fails(toliman_track_get_intervals(track, number, intervals, 2, &count), TOLIMAN_E_STATE,
-                         "in memory");
+            assert_refused(toliman_track_get_intervals(track, number, intervals, 2, &count), TOLIMAN_E_STATE, "track");
         }
         toliman_track_destroy(track);
     }
@@ -277,11 +274,10 @@ static void impossible_exposures_are_refused(void **unused) {
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         strcpy(options.estimator.values, names[i]);
         track = NULL;
-        assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.values");
+        assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.values");
     }
     memset(options.estimator.values, 'a', sizeof options.estimator.values);
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-                 "options->estimator.values: must have at most 175 characters");
+    assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.values");
 }
 
 /* Columns of a folder are merged by name, and none is dropped silently. */

@@ -50,16 +50,15 @@ static void lost_setup_must_be_given_again(void **unused) {
         at < size ? flip_byte(setup, at) : (void)unlink(setup);
         for (uint32_t flags = 0; flags <= TOLIMAN_TRACK_REBUILD; flags++) {
             without.flags = flags;
-            assert_fails(toliman_track_create(&without, &none), TOLIMAN_E_ARGUMENT,
-                         "setup.tlms, which stores the clock");
+            assert_refused(toliman_track_create(&without, &none), TOLIMAN_E_ARGUMENT, "options->clock.pairs");
         }
         without.grid.nf = 0;
-        assert_fails(toliman_track_create(&without, &none), TOLIMAN_E_ARGUMENT, "nf = 0: ");
+        assert_refused(toliman_track_create(&without, &none), TOLIMAN_E_ARGUMENT, "options->grid.nf");
         known.struct_size = sizeof known;
         assert_ok(toliman_track_load_options(folder, &known));
         assert_int_equal(known.grid.nf, 0);
         given.frames.stamp = 0;
-        assert_fails(toliman_track_create(&given, &none), TOLIMAN_E_ARGUMENT, "setup.tlms, which stores the stamp");
+        assert_refused(toliman_track_create(&given, &none), TOLIMAN_E_ARGUMENT, "options->frames.stamp");
         given.frames.stamp = TOLIMAN_FRAME_STAMP_MIDDLE;
         toliman_track *track = make_track(&given);
         assert_filled(track, &options); /* nor is the checkpoint lost */
@@ -82,10 +81,10 @@ static void damaged_ledger_is_distinguished_from_a_torn_one(void **unused) {
     for (off_t at = 0; at < HEADER + 16 * LINE; at += at < HEADER ? 5 : 29) {
         flip_byte(ledger, at);
         const toliman_status expected = at < HEADER ? TOLIMAN_E_FORMAT : TOLIMAN_E_LOST;
-        assert_fails(toliman_track_create(&options, &none), expected, "ledger.tlml: ");
+        assert_refused(toliman_track_create(&options, &none), expected, ledger);
         assert_string_equal(toliman_last_error_field(), ledger);
         options.flags = TOLIMAN_TRACK_READ_ONLY;
-        assert_fails(toliman_track_create(&options, &none), expected, "ledger.tlml: ");
+        assert_refused(toliman_track_create(&options, &none), expected, ledger);
         options.flags = 0;
         flip_byte(ledger, at);
     }
@@ -110,7 +109,7 @@ static void damaged_ledger_is_distinguished_from_a_torn_one(void **unused) {
 
     /* Damage in the last group, which the checkpoint covers: refused, and nothing is truncated. */
     flip_byte(ledger, HEADER + 29 * LINE + 7);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "29 valid records");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_LOST, ledger);
     assert_int_equal(size_of(ledger), HEADER + 30 * LINE);
     flip_byte(ledger, HEADER + 29 * LINE + 7);
 
@@ -119,19 +118,17 @@ static void damaged_ledger_is_distinguished_from_a_torn_one(void **unused) {
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST,
                  "29 valid records, but the checkpoint counts 30");
     options.flags = TOLIMAN_TRACK_REBUILD; /* rebuilding must not hide the loss */
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "records were lost; merge with salvage");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_LOST, ledger);
     options.flags = 0;
     /* A different ledger of the same length is detected, too. */
     flip_byte(checkpoint, 33);
     toliman_track *track_after = make_track(&options);
     toliman_track_destroy(track_after);
     assert_int_equal(unlink(ledger), 0);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT,
-                 "ledger.tlml: is missing although checkpoint.tlmc exists");
-    assert_fails(toliman_track_load_options(folder, &options), TOLIMAN_E_FORMAT,
-                 "ledger.tlml: is missing although checkpoint.tlmc exists");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, ledger);
+    assert_refused(toliman_track_load_options(folder, &options), TOLIMAN_E_FORMAT, ledger);
     assert_int_equal(symlink("/etc/passwd", ledger), 0);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "ledger.tlml: is a symbolic link");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, ledger);
     assert_null(none);
 }
 
@@ -195,7 +192,7 @@ static void damaged_ledger_is_salvaged(void **unused) {
     track = make_track(&elsewhere);
     int64_t lost = -1;
     assert_fails(toliman_track_merge(track, folder, 0, &lost), TOLIMAN_E_LOST, "3 valid records");
-    assert_fails(toliman_track_merge(track, folder, 2, &lost), TOLIMAN_E_ARGUMENT, "flags = 0x2");
+    assert_refused(toliman_track_merge(track, folder, 2, &lost), TOLIMAN_E_ARGUMENT, "flags");
     for (int time = 0; time < 2; time++) {
         assert_ok(toliman_track_merge(track, folder, TOLIMAN_TRACK_SALVAGE, &lost));
         assert_int_equal(info_of(track).accepted + info_of(track).outlier, 37);
@@ -264,10 +261,9 @@ static void full_disk_is_reported(void **unused) {
     assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_WRITE, "ledger.tlml: ");
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &none), 0);
     assert_int_equal(done, 0);
-    assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_WRITE,
-                 "an earlier write failed");
-    assert_fails(toliman_track_commit(track), TOLIMAN_E_WRITE, "an earlier write failed");
-    assert_fails(toliman_track_save(track), TOLIMAN_E_WRITE, "an earlier write failed");
+    assert_refused(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_WRITE, ledger);
+    assert_refused(toliman_track_commit(track), TOLIMAN_E_WRITE, ledger);
+    assert_refused(toliman_track_save(track), TOLIMAN_E_WRITE, ledger);
     assert_int_equal(info_of(track).committed, 8);
     assert_int_equal(info_of(track).received, 11);
     toliman_track_destroy(track);

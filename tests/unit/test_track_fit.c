@@ -215,19 +215,15 @@ static void other_estimators_are_refused(void **state) {
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_MISMATCH, "ledger.tlml: written with ");
     options = options_of(NULL, fit);
     strcpy(options.estimator.values, "dx");
-    assert_fails(
-        toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-        "options->estimator.values = \"dx\": must be \"separation_px x_px y_px\", the values of the estimator");
+    assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.values");
     options = options_of(NULL, fit);
     options.frames.image_rows = 32;
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-                 "image_rows = 32: must be 64, as the estimator requires");
+    assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->frames.image_rows");
     toliman_linear *linear = NULL;
     assert_ok(toliman_linear_create(sim, NULL, &linear));
     options = options_of(NULL, fit);
     options.estimator.linear = linear;
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-                 "options: at most one of cae, linear, fit and estimate may be set");
+    assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options");
     assert_null(track);
     toliman_linear_destroy(linear);
     toliman_fit_destroy(other);

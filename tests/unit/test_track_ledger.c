@@ -88,7 +88,7 @@ static void one_writer_even_if_files_are_removed(void **unused) {
     for (size_t i = 0; i < sizeof other_files / sizeof *other_files; i++) {
         snprintf(path, sizeof path, "%s/%s", folder, other_files[i]);
         unlink(path);
-        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_STATE, "another process is writing to it");
+        assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_STATE, folder);
     }
     push_range(writer, 4, 70);
     assert_ok(toliman_track_save(writer));
@@ -202,7 +202,7 @@ static void writer_of_an_earlier_version_is_excluded(void **unused) {
     assert_int_equal(flock(held, LOCK_EX), 0);
     const toliman_track_options options = small_options(folder);
     toliman_track *none = NULL;
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_STATE, "another process is writing to it");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_STATE, folder);
     close(held);
     toliman_track_destroy(make_track(&options));
 }
@@ -240,7 +240,7 @@ static void partly_created_folder_continues(void **unused) {
             assert_int_equal(rename(ledger, temporary), 0);
         }
         toliman_track_options none = TOLIMAN_TRACK_OPTIONS_INIT;
-        assert_fails(toliman_track_load_options(folder, &none), TOLIMAN_E_NOT_FOUND, "has no ledger of frames");
+        assert_refused(toliman_track_load_options(folder, &none), TOLIMAN_E_NOT_FOUND, folder);
         assert_string_equal(toliman_last_error_field(), folder);
         assert_int_equal(count_warnings(options, 0), 0);
         toliman_track *track = make_track(&options);

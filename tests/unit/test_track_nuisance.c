@@ -247,14 +247,14 @@ static void bad_functions_are_refused(void **unused) {
         int32_t trend;
         double start, end, scale_sigma;
         const char *message;
-    } cases[] = {{9, 0, 0, 0, "options->grid.trend = 9: must be in [-1, 8]"},
-                 {-2, 0, 0, 0, "options->grid.trend = -2: must be in [-1, 8]"},
-                 {0, 0, 1, 0, "options->grid.trend_start = 0, trend_end = 1: must be 0 without a trend"},
-                 {1, 1, 1, 0, "trend_start = 1, trend_end = 1: must be finite, the start before the end"},
-                 {1, 0, NAN, 0, "trend_end = nan: must be finite"},
-                 {0, 0, 0, 0.1, "options->reduction.scale_sigma = 0.1: needs sky"},
-                 {0, 0, 0, 1, "options->reduction.scale_sigma = 1: must be in [0, 1)"},
-                 {0, 0, 0, NAN, "options->reduction.scale_sigma = nan: must be in [0, 1)"}};
+    } cases[] = {{9, 0, 0, 0, "options->grid.trend"},
+                 {-2, 0, 0, 0, "options->grid.trend"},
+                 {0, 0, 1, 0, "options->grid.trend_start"},
+                 {1, 1, 1, 0, "trend_start"},
+                 {1, 0, NAN, 0, "trend_start"},
+                 {0, 0, 0, 0.1, "options->reduction.scale_sigma"},
+                 {0, 0, 0, 1, "options->reduction.scale_sigma"},
+                 {0, 0, 0, NAN, "options->reduction.scale_sigma"}};
     toliman_track *none = NULL;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_track_options options = measured_options(NULL);
@@ -262,11 +262,11 @@ static void bad_functions_are_refused(void **unused) {
         options.grid.trend_start = cases[i].start;
         options.grid.trend_end = cases[i].end;
         options.reduction.scale_sigma = cases[i].scale_sigma;
-        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, cases[i].message);
+        assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, cases[i].message);
     }
     toliman_track_options options = trend_options(NULL, kEnd);
     options.grid.flags = TOLIMAN_PERIOD_FIXED_MEAN;
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "a fixed mean is not supported");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "flags");
 }
 
 /* Every byte of a setup with functions is covered by a check. */

@@ -314,8 +314,8 @@ static void incompatible_shards_are_refused(void **unused) {
     }
     options.folder = NULL;
     track = make_track(&options);
-    assert_fails(toliman_track_merge(track, "/nonexistent/folder", 0, NULL), TOLIMAN_E_NOT_FOUND,
-                 "/nonexistent/folder");
+    assert_refused(toliman_track_merge(track, "/nonexistent/folder", 0, NULL), TOLIMAN_E_NOT_FOUND,
+                   "/nonexistent/folder");
     toliman_track_destroy(track);
     remove_folder(folder);
 }

@@ -94,12 +94,11 @@ static void another_timing_is_refused(void **unused) {
         toliman_track_options other = options;
         other.flags = flags;
         other.frames.stamp = TOLIMAN_FRAME_STAMP_END;
-        assert_fails(toliman_track_create(&other, &none), TOLIMAN_E_MISMATCH,
-                     "has time stamps at the start of exposures of 0.5 s, not at the end of 0.5 s");
+        assert_refused(toliman_track_create(&other, &none), TOLIMAN_E_MISMATCH, setup);
         assert_string_equal(toliman_last_error_field(), setup);
         other.frames.stamp = 0;
         other.frames.exposure_s = 0.25;
-        assert_fails(toliman_track_create(&other, &none), TOLIMAN_E_MISMATCH, "the start of 0.25 s");
+        assert_refused(toliman_track_create(&other, &none), TOLIMAN_E_MISMATCH, setup);
     }
     toliman_track_options rebuilt = options; /* which keeps what it is not given */
     rebuilt.flags = TOLIMAN_TRACK_REBUILD;
@@ -117,11 +116,11 @@ static void bad_values_are_refused(void **unused) {
     toliman_track *none = NULL;
     for (int32_t stamp = 600; stamp <= 604; stamp += 4) {
         const toliman_track_options options = timed_options(stamp, 0);
-        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->frames.stamp");
+        assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->frames.stamp");
     }
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         const toliman_track_options options = timed_options(0, bad[i]);
-        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->frames.exposure_s");
+        assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->frames.exposure_s");
     }
 }
 
@@ -133,8 +132,7 @@ static void merge_needs_the_same_timing(void **unused) {
     toliman_track_options into = small_options(NULL);
     toliman_track *track = make_track(&into);
     for (uint32_t flags = 0; flags <= TOLIMAN_TRACK_SALVAGE; flags += TOLIMAN_TRACK_SALVAGE)
-        assert_fails(toliman_track_merge(track, folder, flags, NULL), TOLIMAN_E_MISMATCH,
-                     "has time stamps at the start");
+        assert_refused(toliman_track_merge(track, folder, flags, NULL), TOLIMAN_E_MISMATCH, setup);
     assert_int_equal(info_of(track).received, 0);
     toliman_track_destroy(track);
     into.frames.stamp = TOLIMAN_FRAME_STAMP_START;
@@ -165,7 +163,7 @@ static void lost_setup_loses_the_timing(void **unused) {
     flip_byte(setup, size - 1);
     toliman_track *none = NULL;
     options.frames.stamp = 0;
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "setup.tlms, which stores the stamp");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->frames.stamp");
     assert_string_equal(toliman_last_error_field(), "options->frames.stamp");
     options.frames.stamp = TOLIMAN_FRAME_STAMP_START;
     toliman_track *track = make_track(&options);
