@@ -29,38 +29,30 @@ static void other_files_are_refused(void **state) {
     (void)state;
     const struct {
         int version;
-        const char *header, *message;
+        const char *header;
     } bad[] = {
-        {0, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96), }",
-         ".npy format version 0: must be in [1, 3]"},
-        {4, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96), }",
-         ".npy format version 4: must be in [1, 3]"},
-        {1, "{'fortran_order': False, 'shape': (96, 96), }", "is not a .npy file: its header has no key descr"},
-        {1, "{'descr': '<f8', 'shape': (96, 96), }", "its header has no key fortran_order"},
-        {1, "{'descr': '<f8', 'fortran_order': False, }", "its header has no key shape"},
-        {1, "{'descr': [('x', '<f8')], 'fortran_order': False, 'shape': (96, 96), }",
-         "unsupported dtype structured: must be little-endian f4, f8, "},
-        {1, "{'descr': '<f8', 'fortran_order': True, 'shape': (96, 96), }",
-         "unsupported Fortran order: must be in C order"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': [96, 96], }", "shape: must be lengths in parentheses"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (), }", "shape: must be two lengths in [1, 1048576]"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96), }", "shape: must be two lengths in [1, 1048576]"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96, 1), }",
-         "shape: must be two lengths in [1, 1048576]"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (0, 96), }",
-         "shape: must be two lengths in [1, 1048576]"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, x), }", "shape: must be lengths in parentheses"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape':", "shape: must be lengths in parentheses"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape':  ", "shape: must be lengths in parentheses"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (1048577, 1), }",
-         "shape: must be two lengths in [1, 1048576]"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (18446744073709551617, 1), }",
-         "shape: must be two lengths"},
+        {0, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96), }"},
+        {4, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96), }"},
+        {1, "{'fortran_order': False, 'shape': (96, 96), }"},
+        {1, "{'descr': '<f8', 'shape': (96, 96), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, }"},
+        {1, "{'descr': [('x', '<f8')], 'fortran_order': False, 'shape': (96, 96), }"},
+        {1, "{'descr': '<f8', 'fortran_order': True, 'shape': (96, 96), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': [96, 96], }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96, 1), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (0, 96), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, x), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape':"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape':  "},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (1048577, 1), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (18446744073709551617, 1), }"},
     };
     toliman_sim *sim = NULL;
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         write_array(bad[i].version, bad[i].header, data, PIXELS);
-        assert_fails(create(&sim), TOLIMAN_E_FORMAT, bad[i].message);
+        assert_refused(create(&sim), TOLIMAN_E_FORMAT, path_of("surface.npy"));
     }
     write_file("surface.npy", "SIMPLE  =                    T", 30);
     assert_refused(create(&sim), TOLIMAN_E_FORMAT, path_of("surface.npy"));

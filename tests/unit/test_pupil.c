@@ -10,12 +10,12 @@ enum { N = 64, SIDE = 32, PIXELS = SIDE * SIDE };
 /* The single star, 1e6 photons at the detector, with `telescope` added to its telescope, at (ox, oy) px. */
 static toliman_sim *star_with(const char *telescope, double ox, double oy) {
     char place[60], optics[400];
-    snprintf(place, sizeof place, "\"A\": [%.17g, %.17g]", ox, oy);
-    snprintf(optics, sizeof optics, "%s\"aperture_m\"", telescope);
-    char *text = replaced(kSingleScene, "\"A\": [0, 0]", place);
-    text = replaced_again(text, "\"aperture_m\"", optics);
-    text = replaced_again(text, "\"peak_photons\": 1e6", "\"exposure_s\": 1");
-    text = replaced_again(text, "5790}}", "5790}, \"photons_per_s\": 1e6}");
+    snprintf(place, sizeof place, "'A': [%.17g, %.17g]", ox, oy);
+    snprintf(optics, sizeof optics, "%s'aperture_m'", telescope);
+    char *text = replaced(kSingleScene, "'A': [0, 0]", place);
+    text = replaced_again(text, "'aperture_m'", optics);
+    text = replaced_again(text, "'peak_photons': 1e6", "'exposure_s': 1");
+    text = replaced_again(text, "5790}}", "5790}, 'photons_per_s': 1e6}");
     toliman_sim *sim = NULL;
     assert_ok(create_in_folder(text, &sim));
     free(text);
@@ -31,7 +31,7 @@ static double *image_with(const char *telescope, double ox, double oy) {
 
 static double *image_with_zernike(int noll, double rms_nm) {
     char telescope[100];
-    snprintf(telescope, sizeof telescope, "\"aberrations\": {\"zernike_rms_nm\": {\"%d\": %.17g}}, ", noll, rms_nm);
+    snprintf(telescope, sizeof telescope, "'aberrations': {'zernike_rms_nm': {'%d': %.17g}}, ", noll, rms_nm);
     return image_with(telescope, 0, 0);
 }
 
@@ -79,7 +79,7 @@ static void defocus_is_symmetric(void **state) {
             assert_close(image[row * SIDE + col], image[(SIDE - 1 - row) * SIDE + col], 1e-12, 1e-9);
         }
     free(image);
-    const char *const defocus = "\"aberrations\": {\"zernike_rms_nm\": {\"4\": 60}}, ";
+    const char *const defocus = "'aberrations': {'zernike_rms_nm': {'4': 60}}, ";
     double *const sharp = image_with("", 0.5, 0.5), *const blurred = image_with(defocus, 0.5, 0.5);
     const int axis = SIDE / 2 * SIDE + SIDE / 2;
     assert_close(blurred[axis] / sharp[axis], sin(x) / x * sin(x) / x, 1e-3, 0);
@@ -95,7 +95,7 @@ static void coefficients_are_rms(void **state) {
     const int axis = SIDE / 2 * SIDE + SIDE / 2;
     for (int noll = 4; noll <= 21; noll++) {
         char telescope[100];
-        snprintf(telescope, sizeof telescope, "\"aberrations\": {\"zernike_rms_nm\": {\"%d\": 4}}, ", noll);
+        snprintf(telescope, sizeof telescope, "'aberrations': {'zernike_rms_nm': {'%d': 4}}, ", noll);
         double *const image = image_with(telescope, 0.5, 0.5);
         const double phase = 2 * M_PI * 4e-9 / kWavelength;
         assert_close(1 - image[axis] / sharp[axis], phase * phase, 0.03, 0);
@@ -128,7 +128,7 @@ static double surface_height(double x, double y) {
     return 40e-9 * sin(7 * x + 1) * cos(5 * y) + 30e-9 * x * x * x;
 }
 
-static const char *const kAmplitude = "\"amplitude\": {\"file\": \"amplitude.npy\"}, ";
+static const char *const kAmplitude = "'amplitude': {'file': 'amplitude.npy'}, ";
 
 /* Intensity is a fraction of the light that passes the pupil, so a uniform loss changes only the pupil. */
 static void even_loss_changes_nothing(void **state) {
@@ -164,10 +164,10 @@ static void everything_adds(void **state) {
     write_map("amplitude.npy", soft);
     write_map("surface.npy", surface_height);
     const char *const optics =
-        "\"amplitude\": {\"file\": \"amplitude.npy\"},"
-        " \"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"height_nm\": 80, \"terms\": [{\"a\": 1, \"m\": 1}]},"
-        " \"aberrations\": {\"zernike_rms_nm\": {\"6\": 25, \"9\": -10, \"11\": 5},"
-        " \"opd_file\": \"surface.npy\"}, ";
+        "'amplitude': {'file': 'amplitude.npy'},"
+        " 'mask': {'kind': 'spiral', 'edges': 'cell', 'height_nm': 80, 'terms': [{'a': 1, 'm': 1}]},"
+        " 'aberrations': {'zernike_rms_nm': {'6': 25, '9': -10, '11': 5},"
+        " 'opd_file': 'surface.npy'}, ";
     toliman_sim *const sim = star_with(optics, -2.5, 1.25), *const plain = star_with("", 0, 0);
     double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
     double sum = 0;
@@ -205,8 +205,8 @@ static void everything_adds(void **state) {
 /* A stepped mirror of height h equals a mask of OPD 2 h. */
 static void mirror_heights_count_twice(void **state) {
     (void)state;
-    const char *const mask = "\"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"%s\": %s, \"terms\": [{\"a\": 1, "
-                             "\"f\": 3, \"m\": 2}]}, ";
+    const char *const mask = "'mask': {'kind': 'spiral', 'edges': 'cell', '%s': %s, 'terms': [{'a': 1, "
+                             "'f': 3, 'm': 2}]}, ";
     char step[200], mirror[200];
     snprintf(step, sizeof step, mask, "opd_nm", "275");
     snprintf(mirror, sizeof mirror, mask, "height_nm", "137.5");

@@ -32,7 +32,7 @@ static char *exact_scene(const char *path) {
     assert_non_null(file);
     text[fread(text, 1, sizeof text - 1, file)] = '\0';
     assert_int_equal(fclose(file), 0);
-    return replaced(text, "\"accuracy\": 1e-9", "\"accuracy\": 1e-15");
+    return replaced(text, "'accuracy': 1e-9", "'accuracy': 1e-15");
 }
 
 static void chapter_against_long_double(void **state) {
@@ -60,7 +60,7 @@ static void chapter_against_long_double(void **state) {
 /* Odd and even numbers of rows and columns, more rows than columns, a pupil with a central sample. */
 static void odd_sizes_against_long_double(void **state) {
     (void)state;
-    char *text = replaced(kBinaryScene, "\"pupil_samples\": 96", "\"pupil_samples\": 65");
+    char *text = replaced(kBinaryScene, "'pupil_samples': 96", "'pupil_samples': 65");
     text = replaced_again(text, "[64, 64]", "[47, 32]");
     toliman_sim *const sim = sim_of(text);
     int columns[16], rows[16];
@@ -85,8 +85,8 @@ static long double product(const double *a, const double *b, size_t n) {
  * axis, where its position in double has an error of 2e-15 px. */
 static void shifts_are_recovered(void **state) {
     (void)state;
-    toliman_sim *const sim = sim_with(kBinaryScene, "\"separation_arcsec\": 4, \"position_angle_deg\": 30",
-                                      "\"offsets_px\": {\"A\": [-3.2, 4.7], \"B\": [19.3, -21.7]}");
+    toliman_sim *const sim = sim_with(kBinaryScene, "'separation_arcsec': 4, 'position_angle_deg': 30",
+                                      "'offsets_px': {'A': [-3.2, 4.7], 'B': [19.3, -21.7]}");
     const size_t n = 64 * 64;
     double *const first = image_of(sim, TOLIMAN_SIM_IMAGE_SEPARATION), *const second =
                                                                            image_of(sim, TOLIMAN_SIM_IMAGE_CURVATURE);
@@ -130,10 +130,10 @@ static void expansion_error_is_as_predicted(void **state) {
     for (size_t i = 0; i < 16; i++) {
         char amplitude[100];
         const double d = displacements[i / 4], accuracy = accuracies[i % 4];
-        snprintf(amplitude, sizeof amplitude, "\"amplitude_px\": %g", d);
-        char *text = replaced(kBinaryScene, "\"amplitude_px\": 1e-3", amplitude);
-        snprintf(amplitude, sizeof amplitude, "\"accuracy\": %g, \"noise\"", accuracy);
-        text = replaced_again(text, "\"noise\"", amplitude);
+        snprintf(amplitude, sizeof amplitude, "'amplitude_px': %g", d);
+        char *text = replaced(kBinaryScene, "'amplitude_px': 1e-3", amplitude);
+        snprintf(amplitude, sizeof amplitude, "'accuracy': %g, 'noise'", accuracy);
+        text = replaced_again(text, "'noise'", amplitude);
         toliman_sim *const sim = sim_of(text);
         double *const derivative = image_of(sim, TOLIMAN_SIM_IMAGE_SEPARATION);
         toliman_sim_plan_info plan = {.struct_size = sizeof plan};
@@ -184,20 +184,20 @@ static void derivatives_are_exact(void **state) {
 /* Common shift images against scenes with slightly shifted stars. */
 static void shift_images_are_exact(void **state) {
     (void)state;
-    const char *const place = "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}";
+    const char *const place = "{'separation_arcsec': 4, 'position_angle_deg': 30}";
     const int32_t kinds[2] = {TOLIMAN_SIM_IMAGE_SHIFT_X, TOLIMAN_SIM_IMAGE_SHIFT_Y};
     const size_t n = 64 * 64;
-    char *const text = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 1");
-    char *const with_a = replaced(text, "\"relative_flux\": 3", "\"photons_per_s\": 3e6");
-    char *const base = replaced(with_a, "\"temperature_k\": 5260}", "\"temperature_k\": 5260}, \"photons_per_s\": 1e6");
+    char *const text = replaced(kBinaryScene, "'peak_photons': 1e5", "'exposure_s': 1");
+    char *const with_a = replaced(text, "'relative_flux': 3", "'photons_per_s': 3e6");
+    char *const base = replaced(with_a, "'temperature_k': 5260}", "'temperature_k': 5260}, 'photons_per_s': 1e6");
     for (int axis = 0; axis < 2; axis++) {
         const double h = 1e-2;
         double *image[5];
         for (int i = 0; i < 5; i++) {
             char offsets[200];
             const double x = axis == 0 ? (i - 2) * h : 0, y = axis == 1 ? (i - 2) * h : 0;
-            snprintf(offsets, sizeof offsets, "{\"offsets_px\": {\"A\": [%.17g, %.17g], \"B\": [%.17g, %.17g]}}",
-                     3.2 + x, -4.1 + y, -6.5 + x, 8.3 + y);
+            snprintf(offsets, sizeof offsets, "{'offsets_px': {'A': [%.17g, %.17g], 'B': [%.17g, %.17g]}}", 3.2 + x,
+                     -4.1 + y, -6.5 + x, 8.3 + y);
             toliman_sim *const sim = sim_with(base, place, offsets);
             image[i] = image_of(sim, i == 2 ? kinds[axis] : TOLIMAN_SIM_IMAGE_BOTH);
             toliman_sim_destroy(sim);
@@ -227,17 +227,17 @@ static double *frame_off_by(int32_t kind, double h) {
         at[2 * star] = stretch * (x[star] * cos(turn) - y[star] * sin(turn));
         at[2 * star + 1] = stretch * (y[star] * cos(turn) + x[star] * sin(turn));
     }
-    snprintf(place, sizeof place, "{\"offsets_px\": {\"A\": [%.17g, %.17g], \"B\": [%.17g, %.17g]}}", at[0], at[1],
-             at[2], at[3]);
-    snprintf(pixel, sizeof pixel, "\"pixel_scale_arcsec\": %.17g", 0.2 / stretch);
-    snprintf(focus, sizeof focus, "\"aberrations\": {\"zernike_rms_nm\": {\"5\": 20, \"4\": %.17g}}, \"mask\"",
+    snprintf(place, sizeof place, "{'offsets_px': {'A': [%.17g, %.17g], 'B': [%.17g, %.17g]}}", at[0], at[1], at[2],
+             at[3]);
+    snprintf(pixel, sizeof pixel, "'pixel_scale_arcsec': %.17g", 0.2 / stretch);
+    snprintf(focus, sizeof focus, "'aberrations': {'zernike_rms_nm': {'5': 20, '4': %.17g}}, 'mask'",
              kind == TOLIMAN_SIM_IMAGE_FOCUS ? h : 0);
-    char *text = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 1");
-    text = replaced_again(text, "\"relative_flux\": 3", "\"photons_per_s\": 3e6");
-    text = replaced_again(text, "\"temperature_k\": 5260}", "\"temperature_k\": 5260}, \"photons_per_s\": 1e6");
-    text = replaced_again(text, "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}", place);
-    text = replaced_again(text, "\"pixel_scale_arcsec\": 0.2", pixel);
-    text = replaced_again(text, "\"mask\"", focus);
+    char *text = replaced(kBinaryScene, "'peak_photons': 1e5", "'exposure_s': 1");
+    text = replaced_again(text, "'relative_flux': 3", "'photons_per_s': 3e6");
+    text = replaced_again(text, "'temperature_k': 5260}", "'temperature_k': 5260}, 'photons_per_s': 1e6");
+    text = replaced_again(text, "{'separation_arcsec': 4, 'position_angle_deg': 30}", place);
+    text = replaced_again(text, "'pixel_scale_arcsec': 0.2", pixel);
+    text = replaced_again(text, "'mask'", focus);
     toliman_sim *const sim = sim_of(text);
     double *const image = image_of(sim, h > 0 || h < 0 ? TOLIMAN_SIM_IMAGE_BOTH : kind);
     toliman_sim_destroy(sim);

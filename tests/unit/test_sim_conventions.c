@@ -15,14 +15,14 @@ static double airy(double aperture_m, double pixel_rad, double wavelength_m, dou
 
 static double airy_error(double pixel_arcsec, double ox, double oy) {
     char scale[60], place[60];
-    snprintf(scale, sizeof scale, "\"pixel_scale_arcsec\": %.17g", pixel_arcsec);
-    snprintf(place, sizeof place, "{\"A\": [%.17g, %.17g]}", ox, oy);
-    char *text = replaced(kSingleScene, "\"pixel_scale_arcsec\": 0.2", scale);
-    text = replaced_again(text, "{\"A\": [0, 0]}", place);
-    text = replaced_again(text, "\"pupil_samples\": 64", "\"pupil_samples\": 256");
+    snprintf(scale, sizeof scale, "'pixel_scale_arcsec': %.17g", pixel_arcsec);
+    snprintf(place, sizeof place, "{'A': [%.17g, %.17g]}", ox, oy);
+    char *text = replaced(kSingleScene, "'pixel_scale_arcsec': 0.2", scale);
+    text = replaced_again(text, "{'A': [0, 0]}", place);
+    text = replaced_again(text, "'pupil_samples': 64", "'pupil_samples': 256");
     text = replaced_again(text, "[32, 32]", "[128, 128]");
-    text = replaced_again(text, "\"peak_photons\": 1e6", "\"exposure_s\": 1");
-    text = replaced_again(text, "5790}}", "5790}, \"photons_per_s\": 1e6}");
+    text = replaced_again(text, "'peak_photons': 1e6", "'exposure_s': 1");
+    text = replaced_again(text, "5790}}", "5790}, 'photons_per_s': 1e6}");
     toliman_sim *const sim = sim_of(text);
     double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
     const double pixel_rad = pixel_arcsec * M_PI / 648000;
@@ -85,7 +85,7 @@ static void offsets_have_signs(void **state) {
 }
 
 static void offsets_with(const char *place, const char *extra_detector, double offset[4]) {
-    char *text = replaced(kBinaryScene, "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}", place);
+    char *text = replaced(kBinaryScene, "{'separation_arcsec': 4, 'position_angle_deg': 30}", place);
     text = replaced_again(text, "[64, 64]", extra_detector);
     toliman_sim *const sim = sim_of(text);
     get_offsets(sim, offset);
@@ -99,30 +99,30 @@ static void offsets_with(const char *place, const char *extra_detector, double o
 static void angles_have_signs(void **state) {
     (void)state;
     double o[4];
-    offsets_with("{\"separation_arcsec\": 4, \"position_angle_deg\": 0}", "[64, 64]", o);
+    offsets_with("{'separation_arcsec': 4, 'position_angle_deg': 0}", "[64, 64]", o);
     assert_close(o[2] - o[0], 0, 0, 1e-13);
     assert_close(o[3] - o[1], 20, 1e-14, 0);
     assert_close(3 * o[1] + o[3], 0, 0, 1e-13);
-    offsets_with("{\"separation_arcsec\": 4, \"position_angle_deg\": 90}", "[64, 64]", o);
+    offsets_with("{'separation_arcsec': 4, 'position_angle_deg': 90}", "[64, 64]", o);
     assert_close(o[2] - o[0], -20, 1e-14, 0);
     assert_close(o[3] - o[1], 0, 0, 1e-13);
-    offsets_with("{\"separation_arcsec\": 4, \"position_angle_deg\": 90, \"centre\": \"A\"}", "[64, 64]", o);
+    offsets_with("{'separation_arcsec': 4, 'position_angle_deg': 90, 'centre': 'A'}", "[64, 64]", o);
     assert_close(o[0], 0, 0, 1e-13);
     assert_close(o[2], -20, 1e-14, 0);
-    offsets_with("{\"separation_arcsec\": 4, \"position_angle_deg\": 90, \"centre\": \"B\"}", "[64, 64]", o);
+    offsets_with("{'separation_arcsec': 4, 'position_angle_deg': 90, 'centre': 'B'}", "[64, 64]", o);
     assert_close(o[0], 20, 1e-14, 0);
     /* With the rows' +y axis at position angle 90, a star at that angle is at +y. */
-    offsets_with("{\"separation_arcsec\": 4, \"position_angle_deg\": 90}", "[64, 64], \"rotation_deg\": 90", o);
+    offsets_with("{'separation_arcsec': 4, 'position_angle_deg': 90}", "[64, 64], 'rotation_deg': 90", o);
     assert_close(o[3] - o[1], 20, 1e-14, 0);
 }
 
 /* A positive displacement moves star A away from B, or B away from A: by whole pixels, so that the image shows it. */
 static void displacement_lengthens_the_separation(void **state) {
     (void)state;
-    const char *const place = "{\"offsets_px\": {\"A\": [-8.5, 0.5], \"B\": [11.5, 0.5]}}";
+    const char *const place = "{'offsets_px': {'A': [-8.5, 0.5], 'B': [11.5, 0.5]}}";
     for (int star = 0; star < 2; star++) {
-        char *text = replaced(kBinaryScene, "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}", place);
-        text = replaced_again(text, "\"star\": \"B\"", star == 0 ? "\"star\": \"A\"" : "\"star\": \"B\"");
+        char *text = replaced(kBinaryScene, "{'separation_arcsec': 4, 'position_angle_deg': 30}", place);
+        text = replaced_again(text, "'star': 'B'", star == 0 ? "'star': 'A'" : "'star': 'B'");
         toliman_sim *const sim = sim_of(text);
         double *const moving = image_of(sim, star == 0 ? TOLIMAN_SIM_IMAGE_STAR_A : TOLIMAN_SIM_IMAGE_STAR_B);
         double *const still = image_of(sim, star == 0 ? TOLIMAN_SIM_IMAGE_STAR_B : TOLIMAN_SIM_IMAGE_STAR_A);
@@ -143,8 +143,8 @@ static void displacement_lengthens_the_separation(void **state) {
 static void energy_is_conserved(void **state) {
     (void)state;
     char *text = replaced(kSingleScene, "[32, 32]", "[256, 256]");
-    text = replaced_again(text, "\"pupil_samples\": 64", "\"pupil_samples\": 128");
-    text = replaced_again(text, "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.4");
+    text = replaced_again(text, "'pupil_samples': 64", "'pupil_samples': 128");
+    text = replaced_again(text, "'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.4");
     toliman_sim *const sim = sim_of(text);
     double wavelength, photons, none;
     assert_ok(toliman_sim_get_spectrum(sim, 1, &wavelength, &photons, &none, NULL));
@@ -161,9 +161,9 @@ static void energy_is_conserved(void **state) {
 /* Photons are counted before the frame is cropped: a smaller frame has the same pixels and less light. */
 static void cropping_removes_light(void **state) {
     (void)state;
-    char *whole = replaced(kBinaryScene, "\"relative_flux\": 3", "\"photons_per_s\": 3e4");
-    whole = replaced_again(whole, "5260}}", "5260}, \"photons_per_s\": 1e4}");
-    whole = replaced_again(whole, "\"peak_photons\": 1e5", "\"exposure_s\": 100");
+    char *whole = replaced(kBinaryScene, "'relative_flux': 3", "'photons_per_s': 3e4");
+    whole = replaced_again(whole, "5260}}", "5260}, 'photons_per_s': 1e4}");
+    whole = replaced_again(whole, "'peak_photons': 1e5", "'exposure_s': 100");
     toliman_sim *const large = sim_of(whole), *const small = sim_with(whole, "[64, 64]", "[32, 32]");
     double *const of_large = image_of(large, TOLIMAN_SIM_IMAGE_BOTH), *const of_small =
                                                                           image_of(small, TOLIMAN_SIM_IMAGE_BOTH);
@@ -204,8 +204,8 @@ static void spectrum_is_a_trapezium(void **state) {
 /* Lines are sampled exactly; together with a band, the samples are those of both. */
 static void lines_are_exact(void **state) {
     (void)state;
-    char *text = replaced(kBinaryScene, "{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
-                          "{\"kind\": \"lines\", \"wavelength_nm\": [589.6, 575, 589.0], \"weight\": [1, 3, 2]}");
+    char *text = replaced(kBinaryScene, "{'kind': 'blackbody', 'temperature_k': 5260}",
+                          "{'kind': 'lines', 'wavelength_nm': [589.6, 575, 589.0], 'weight': [1, 3, 2]}");
     toliman_sim *const sim = sim_of(text);
     assert_int_equal(sim_info_of(sim).wavelengths, 7);
     double wavelength[7], a[7], b[7];
@@ -226,9 +226,8 @@ static void pupil_matches_the_scene(void **state) {
     (void)state;
     enum { N = 96 };
     static double amplitude[N * N], opd[N * N];
-    toliman_sim *const sim =
-        sim_with(kBinaryScene, "\"secondary_m\": 0.01875",
-                 "\"secondary_m\": 0.032, \"struts\": {\"count\": 3, \"width_m\": 0.002, \"angle_deg\": 0}");
+    toliman_sim *const sim = sim_with(kBinaryScene, "'secondary_m': 0.01875",
+                                      "'secondary_m': 0.032, 'struts': {'count': 3, 'width_m': 0.002, 'angle_deg': 0}");
     assert_ok(toliman_sim_get_pupil(sim, amplitude, opd));
     const double cell = 0.125 / N, outer = 0.0625, inner = 0.016;
     double sum = 0, struts = 0;

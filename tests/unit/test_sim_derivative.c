@@ -42,49 +42,49 @@ static void put(char *text, const char *format, ...) {
 }
 
 static void put_star(char *text, const keys *k, int star) {
-    put(text, "\"%c\": {\"photons_per_s\": %.17g, \"spectrum\": ", 'A' + star, k->photons[star]);
+    put(text, "'%c': {'photons_per_s': %.17g, 'spectrum': ", 'A' + star, k->photons[star]);
     if (k->light == LINES)
-        put(text, "{\"kind\": \"lines\", \"wavelength_nm\": [%.17g, %.17g, %.17g], \"weight\": [1, 0.6, %g]}}",
+        put(text, "{'kind': 'lines', 'wavelength_nm': [%.17g, %.17g, %.17g], 'weight': [1, 0.6, %g]}}",
             560 + k->longer_nm, 571 + k->longer_nm, 598 + k->longer_nm, 0.5 + star);
     else
-        put(text, "{\"kind\": \"blackbody\", \"temperature_k\": %.17g", k->kelvin[star]);
+        put(text, "{'kind': 'blackbody', 'temperature_k': %.17g", k->kelvin[star]);
     if (k->light == CONTINUOUS)
         for (int i = 0; i < MODES; i++)
-            put(text, "%s%.17g%s", i == 0 ? ", \"modes\": [" : ", ", k->modes[star][i], i == MODES - 1 ? "]" : "");
+            put(text, "%s%.17g%s", i == 0 ? ", 'modes': [" : ", ", k->modes[star][i], i == MODES - 1 ? "]" : "");
     put(text, k->light == LINES ? "" : "}}");
 }
 
 static toliman_sim *sim_of_keys(const keys *k) {
     char text[6000] =
-        "{\"schema\": \"toliman-scene/1\", \"accuracy\": 1e-11, \"telescope\": {\"aperture_m\": 0.125, \"secondary_m\":"
-        " 0.02, \"struts\": {\"count\": 3, \"width_m\": 0.004}, \"pupil_samples\": 40, \"aberrations\":"
-        " {\"zernike_rms_nm\": {";
+        "{'schema': 'toliman-scene/1', 'accuracy': 1e-11, 'telescope': {'aperture_m': 0.125, 'secondary_m':"
+        " 0.02, 'struts': {'count': 3, 'width_m': 0.004}, 'pupil_samples': 40, 'aberrations':"
+        " {'zernike_rms_nm': {";
     for (int noll = 4; noll <= LAST_ZERNIKE; noll++)
-        put(text, "%s\"%d\": %.17g", noll == 4 ? "" : ", ", noll, k->zernike[noll]);
+        put(text, "%s'%d': %.17g", noll == 4 ? "" : ", ", noll, k->zernike[noll]);
     put(text,
-        "}}, \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 297.5, \"edges\": \"area\", \"rotation_deg\": %.17g,"
-        " \"shift_m\": [%.17g, %.17g],"
-        " \"terms\": [{\"a\": 0.819, \"f\": 2.918, \"m\": -7, \"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}},",
+        "}}, 'mask': {'kind': 'spiral', 'opd_nm': 297.5, 'edges': 'area', 'rotation_deg': %.17g,"
+        " 'shift_m': [%.17g, %.17g],"
+        " 'terms': [{'a': 0.819, 'f': 2.918, 'm': -7, 'p': 4.874}, {'a': 0.93, 'f': 1.829, 'm': 5}]}},",
         k->rotation_deg, k->mask_shift[0], k->mask_shift[1]);
     if (k->light == CONTINUOUS)
-        put(text, "\"band\": {\"min_nm\": 550, \"max_nm\": 600, \"step_nm\": 12.5}, ");
+        put(text, "'band': {'min_nm': 550, 'max_nm': 600, 'step_nm': 12.5}, ");
     if (k->light == SINGLE)
-        put(text, "\"band\": {\"wavelength_nm\": %.17g}, ", 580 + k->longer_nm);
-    put(text, "\"stars\": {");
+        put(text, "'band': {'wavelength_nm': %.17g}, ", 580 + k->longer_nm);
+    put(text, "'stars': {");
     for (int star = 0; star < 2; star++) {
         put_star(text, k, star);
         put(text, star == 0 ? ", " : "}, ");
     }
     if (k->blurred)
-        put(text, "\"systematics\": {\"jitter_covariance_px2\": {\"xx\": %.17g, \"yy\": %.17g, \"xy\": %.17g}}, ",
-            k->jitter[0], k->jitter[1], k->jitter[2]);
-    put(text, "\"binary\": {\"offsets_px\": {\"A\": [%.17g, %.17g], \"B\": [%.17g, %.17g]}}, ", k->offset[0],
-        k->offset[1], k->offset[2], k->offset[3]);
+        put(text, "'systematics': {'jitter_covariance_px2': {'xx': %.17g, 'yy': %.17g, 'xy': %.17g}}, ", k->jitter[0],
+            k->jitter[1], k->jitter[2]);
+    put(text, "'binary': {'offsets_px': {'A': [%.17g, %.17g], 'B': [%.17g, %.17g]}}, ", k->offset[0], k->offset[1],
+        k->offset[2], k->offset[3]);
     put(text,
-        "\"signal\": {\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": 1e-5, \"period_days\": 40},"
-        " \"cadence\": {\"frames\": 2, \"interval_days\": 1, \"exposure_s\": 1},"
-        " \"detector\": {\"shape\": [%d, %d], \"pixel\": \"integrated\", \"pixel_scale_arcsec\": %.17g, \"qe\": %g,"
-        " \"scale_anisotropy\": %.17g, \"shear\": %.17g, \"dark_e_per_s\": %.17g, \"gain_e_per_dn\": 2}}",
+        "'signal': {'kind': 'sinusoid', 'star': 'B', 'amplitude_px': 1e-5, 'period_days': 40},"
+        " 'cadence': {'frames': 2, 'interval_days': 1, 'exposure_s': 1},"
+        " 'detector': {'shape': [%d, %d], 'pixel': 'integrated', 'pixel_scale_arcsec': %.17g, 'qe': %g,"
+        " 'scale_anisotropy': %.17g, 'shear': %.17g, 'dark_e_per_s': %.17g, 'gain_e_per_dn': 2}}",
         SIDE, SIDE, k->pixel_arcsec, k->qe, k->anisotropy, k->shear, k->dark);
     return sim_of(text);
 }
@@ -320,12 +320,12 @@ static void refusals(void **state) {
     for (int i = 0; i < 4; i++)
         check_refusal(kSingleScene, 0, single[i], "the scene has star A only");
     check_refusal(kSingleScene, 0, "temperature_a", "needs a band of several wavelengths");
-    check_refusal(kBinaryScene, 0, "mask_shift_x", "needs a spiral mask with mask.edges = \"area\"");
+    check_refusal(kBinaryScene, 0, "mask_shift_x", "needs a spiral mask with mask.edges = 'area'");
     const char *const computed[] = {"zernike_5", "shear", "jitter_xx", "wavelength"};
     for (int i = 0; i < 4; i++)
         check_refusal(kSingleScene, TOLIMAN_SIM_ENGINE_PADDED_FFT, computed[i], "the padded FFT does not compute it");
-    char *const lines = replaced(kBinaryScene, "\"kind\": \"blackbody\", \"temperature_k\": 5260",
-                                 "\"kind\": \"lines\", \"wavelength_nm\": [560, 570], \"weight\": [1, 2]");
+    char *const lines = replaced(kBinaryScene, "'kind': 'blackbody', 'temperature_k': 5260",
+                                 "'kind': 'lines', 'wavelength_nm': [560, 570], 'weight': [1, 2]");
     check_refusal(lines, 0, "temperature_b", "the spectrum consists of lines");
     free(lines);
 }
@@ -339,9 +339,9 @@ static void wrong_arguments(void **state) {
     assert_fails(toliman_sim_get_derivative(sim, "focus", NULL, 32), TOLIMAN_E_ARGUMENT, "image is NULL");
     assert_fails(toliman_sim_get_derivative(sim, "focus", image, 31), TOLIMAN_E_ARGUMENT, "stride of image = 31");
     assert_fails(toliman_sim_get_derivative(sim, "zernike_4", image, 32), TOLIMAN_E_ARGUMENT,
-                 "name = \"zernike_4\": must be the name of a parameter; did you mean \"zernike_5\"?");
+                 "name = 'zernike_4': must be the name of a parameter; did you mean 'zernike_5'?");
     assert_fails(toliman_sim_get_derivative(sim, "", image, 32), TOLIMAN_E_ARGUMENT,
-                 "name = \"\": must be the name of a parameter");
+                 "name = '': must be the name of a parameter");
     double plain[32 * 32], *const focus = image_of(sim, TOLIMAN_SIM_IMAGE_FOCUS);
     for (int i = 0; i < 32 * 40; i++)
         image[i] = -1;

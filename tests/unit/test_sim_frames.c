@@ -31,7 +31,7 @@ static void counts_have_the_right_mean_and_variance(void **state) {
     toliman_sim *sim = sim_of(kBinaryScene);
     check_statistics(sim, 2.5, 0);
     toliman_sim_destroy(sim);
-    sim = sim_with(kBinaryScene, "\"read_e\": 2.5, ", "");
+    sim = sim_with(kBinaryScene, "'read_e': 2.5, ", "");
     check_statistics(sim, 0, 1);
     toliman_sim_destroy(sim);
     sim = sim_with(kBinaryScene, "1e5", "10"); /* so few photons that read noise dominates */
@@ -43,7 +43,7 @@ static void counts_have_the_right_mean_and_variance(void **state) {
 static void without_noise_frames_are_expectations(void **state) {
     (void)state;
     toliman_sim *const sim =
-        sim_with(kBinaryScene, ", \"noise\": {\"photon\": true, \"read_e\": 2.5, \"seed\": 7}}", ", \"noise\": {}}");
+        sim_with(kBinaryScene, ", 'noise': {'photon': true, 'read_e': 2.5, 'seed': 7}}", ", 'noise': {}}");
     (void)sim;
     double frame[PIXELS], expected[PIXELS];
     assert_ok(toliman_sim_frame(sim, &(double){1e-3}, 5, 3, 1, frame));
@@ -99,7 +99,7 @@ static void images_do_not_depend_on_threads(void **state) {
     (void)state;
     void (*set_blas_threads)(int);
     *(void **)&set_blas_threads = dlsym(RTLD_DEFAULT, "openblas_set_num_threads");
-    char *const text = replaced(kBinaryScene, "\"pupil_samples\": 96", "\"pupil_samples\": 203");
+    char *const text = replaced(kBinaryScene, "'pupil_samples': 96", "'pupil_samples': 203");
     double first[3][PIXELS];
     for (uint32_t threads = 1; threads < 6; threads += 2) {
         if (set_blas_threads != NULL)
@@ -134,10 +134,10 @@ static void info_holds_what_a_header_needs(void **state) {
     assert_true(info.scene_digest == digest);
     toliman_sim_destroy(sim);
 
-    toliman_sim *const counts = sim_with(kBinaryScene, ", \"read_e\": 2.5", "");
+    toliman_sim *const counts = sim_with(kBinaryScene, ", 'read_e': 2.5", "");
     assert_int_equal(sim_info_of(counts).whole_counts, 1);
     toliman_sim_destroy(counts);
-    toliman_sim *const still = sim_with(kBinaryScene, "\"photon\": true, \"read_e\": 2.5", "\"photon\": false");
+    toliman_sim *const still = sim_with(kBinaryScene, "'photon': true, 'read_e': 2.5", "'photon': false");
     assert_int_equal(sim_info_of(still).whole_counts, 0);
     toliman_sim_destroy(still);
 }
@@ -200,8 +200,8 @@ static void record_log(int32_t level, const char *text, void *user_data) {
 /* The sum of both stars' light may exceed the range of the Poisson generator: reported, with the image unchanged. */
 static void too_bright_frames_are_refused(void **state) {
     (void)state;
-    char *text = replaced(kBinaryScene, "\"amplitude_px\": 1e-3", "\"amplitude_px\": 20");
-    text = replaced_again(text, "\"peak_photons\": 1e5", "\"peak_photons\": 9e11");
+    char *text = replaced(kBinaryScene, "'amplitude_px': 1e-3", "'amplitude_px': 20");
+    text = replaced_again(text, "'peak_photons': 1e5", "'peak_photons': 9e11");
     toliman_sim *const sim = sim_of(text);
     free(text);
     static double image[64 * 64];
@@ -224,13 +224,13 @@ static void odd_scenes_are_reported(void **state) {
     assert_ok(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, &options, &sim));
     assert_string_equal(messages, "");
     toliman_sim_destroy(sim);
-    char *text = replaced(kBinaryScene, "\"amplitude_px\": 1e-3", "\"amplitude_px\": 3");
-    text = replaced_again(text, "\"noise\"", "\"accuracy\": 1e-15, \"noise\"");
+    char *text = replaced(kBinaryScene, "'amplitude_px': 1e-3", "'amplitude_px': 3");
+    text = replaced_again(text, "'noise'", "'accuracy': 1e-15, 'noise'");
     assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
     assert_non_null(strstr(messages, "accuracy = 1e-15: every frame is re-propagated: interpolation would exceed"));
     toliman_sim_destroy(sim);
     messages[0] = '\0';
-    char *const outside = replaced(kBinaryScene, "\"separation_arcsec\": 4", "\"separation_arcsec\": 12");
+    char *const outside = replaced(kBinaryScene, "'separation_arcsec': 4", "'separation_arcsec': 12");
     assert_ok(toliman_sim_create_json(outside, strlen(outside), NULL, &options, &sim));
     assert_non_null(strstr(messages, "star B is at (-22.5, 39.0) px, outside the frame of 64 x 64 by 7.0 px"));
     free(outside);
@@ -260,8 +260,8 @@ static void *get_in_thread(void *sim) {
 static void images_do_not_depend_on_what_was_asked_before(void **state) {
     (void)state;
     static all_images expected, images;
-    char *const scene = replaced(kBinaryScene, "\"noise\"",
-                                 "\"systematics\": {\"pointing_rms_px\": 1e-3, \"focus_rms_nm\": 0.1}, \"noise\"");
+    char *const scene =
+        replaced(kBinaryScene, "'noise'", "'systematics': {'pointing_rms_px': 1e-3, 'focus_rms_nm': 0.1}, 'noise'");
     toliman_sim *sim = sim_of(scene);
     const toliman_sim_bounds bounds = sim_bounds_of(sim); /* needs all derivatives at once */
     get_images(sim, 0, expected);
@@ -296,9 +296,9 @@ static void images_do_not_depend_on_what_was_asked_before(void **state) {
 static void a_signal_that_changes_no_pixel_is_refused(void **state) {
     (void)state;
     char *scene = replaced(kSingleScene, "[32, 32]", "[1, 1]");
-    scene = replaced_again(scene, "\"cadence\"",
-                           "\"signal\": {\"kind\": \"sinusoid\", \"amplitude_px\": 1e-3, \"period_days\": 40}, "
-                           "\"cadence\"");
+    scene = replaced_again(scene, "'cadence'",
+                           "'signal': {'kind': 'sinusoid', 'amplitude_px': 1e-3, 'period_days': 40}, "
+                           "'cadence'");
     toliman_sim *const sim = sim_of(scene);
     toliman_sim_bounds bounds = TOLIMAN_SIM_BOUNDS_INIT;
     double count = 0;

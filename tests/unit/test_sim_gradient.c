@@ -14,12 +14,12 @@ typedef struct {
 
 static const variant kVariants[] = {
     {40, 40, 64, "", "", ""},
-    {33, 40, 65, "", "\"edges\": \"area\", ", ""},
-    {33, 33, 64, "\"scale_anisotropy\": 0.02, \"shear\": -0.03, \"qe\": 0.7, \"gain_e_per_dn\": 3, \"bias_dn\": 9, ",
-     "\"edges\": \"area\", ", ""},
-    {32, 47, 63, "\"pixel\": \"integrated\", \"flat_rms\": 0.05, ", "", ""},
-    {31, 30, 96, "\"pixel\": \"integrated\", \"shear\": 0.04, ", "\"edges\": \"area\", ",
-     "\"systematics\": {\"jitter_covariance_px2\": {\"xx\": 0.04, \"yy\": 0.09, \"xy\": -0.03}}, "},
+    {33, 40, 65, "", "'edges': 'area', ", ""},
+    {33, 33, 64, "'scale_anisotropy': 0.02, 'shear': -0.03, 'qe': 0.7, 'gain_e_per_dn': 3, 'bias_dn': 9, ",
+     "'edges': 'area', ", ""},
+    {32, 47, 63, "'pixel': 'integrated', 'flat_rms': 0.05, ", "", ""},
+    {31, 30, 96, "'pixel': 'integrated', 'shear': 0.04, ", "'edges': 'area', ",
+     "'systematics': {'jitter_covariance_px2': {'xx': 0.04, 'yy': 0.09, 'xy': -0.03}}, "},
 };
 enum { VARIANTS = sizeof kVariants / sizeof *kVariants };
 
@@ -27,21 +27,20 @@ enum { VARIANTS = sizeof kVariants / sizeof *kVariants };
  * leaves the image no first-order dependence on even modes. */
 static toliman_sim *sim_of_variant(const variant *v, const char *zernike, const char *file) {
     char keys[300];
-    snprintf(keys, sizeof keys,
-             "\"pupil_samples\": %d, \"aberrations\": {%s\"zernike_rms_nm\": {%s\"4\": 15, \"7\": 20}}", v->samples,
-             file, zernike);
-    char *text = replaced(kBinaryScene, "\"pupil_samples\": 96", keys);
-    snprintf(keys, sizeof keys, "%s\"shape\": [%d, %d]", v->detector, v->rows, v->cols);
-    text = replaced_again(text, "\"shape\": [64, 64]", keys);
+    snprintf(keys, sizeof keys, "'pupil_samples': %d, 'aberrations': {%s'zernike_rms_nm': {%s'4': 15, '7': 20}}",
+             v->samples, file, zernike);
+    char *text = replaced(kBinaryScene, "'pupil_samples': 96", keys);
+    snprintf(keys, sizeof keys, "%s'shape': [%d, %d]", v->detector, v->rows, v->cols);
+    text = replaced_again(text, "'shape': [64, 64]", keys);
     if (strstr(v->mask, "edges") != NULL)
-        text = replaced_again(text, "\"edges\": \"cell\", ", "");
-    snprintf(keys, sizeof keys, "%s\"terms\"", v->mask);
-    text = replaced_again(text, "\"terms\"", keys);
-    snprintf(keys, sizeof keys, "%s\"signal\"", v->systematics);
-    text = replaced_again(text, "\"signal\"", keys);
-    text = replaced_again(text, "\"peak_photons\": 1e5", "\"exposure_s\": 1");
-    text = replaced_again(text, "\"relative_flux\": 3", "\"photons_per_s\": 3e7");
-    text = replaced_again(text, "5260}}}", "5260}, \"photons_per_s\": 1e7}}");
+        text = replaced_again(text, "'edges': 'cell', ", "");
+    snprintf(keys, sizeof keys, "%s'terms'", v->mask);
+    text = replaced_again(text, "'terms'", keys);
+    snprintf(keys, sizeof keys, "%s'signal'", v->systematics);
+    text = replaced_again(text, "'signal'", keys);
+    text = replaced_again(text, "'peak_photons': 1e5", "'exposure_s': 1");
+    text = replaced_again(text, "'relative_flux': 3", "'photons_per_s': 3e7");
+    text = replaced_again(text, "5260}}}", "5260}, 'photons_per_s': 1e7}}");
     toliman_sim *sim = NULL;
     assert_ok(create_in_folder(text, &sim));
     free(text);
@@ -58,7 +57,7 @@ static void random_weights(const variant *v, double *weights) {
 static void mode_of(const variant *v, int noll, double *mode) {
     static double plain[MOST];
     char zernike[80];
-    snprintf(zernike, sizeof zernike, "\"%d\": 1000, ", noll);
+    snprintf(zernike, sizeof zernike, "'%d': 1000, ", noll);
     for (int i = 0; i < 2; i++) {
         toliman_sim *const sim = sim_of_variant(v, i == 0 ? "" : zernike, "");
         assert_ok(toliman_sim_get_pupil(sim, NULL, i == 0 ? plain : mode));
@@ -105,7 +104,7 @@ static double weighted_sum(const variant *v, const double *opd, double h, const 
         scaled[i] = h * opd[i];
     snprintf(shape, sizeof shape, "(%d, %d)", v->samples, v->samples);
     write_npy("surface.npy", "<f8", shape, scaled, (size_t)cells * sizeof *scaled);
-    toliman_sim *const sim = sim_of_variant(v, "", "\"opd_file\": \"surface.npy\", ");
+    toliman_sim *const sim = sim_of_variant(v, "", "'opd_file': 'surface.npy', ");
     assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, image, (size_t)v->cols));
     toliman_sim_destroy(sim);
     double sum = 0;

@@ -30,7 +30,7 @@ static double deviation(double *const *images, size_t count, const double *varia
 static void bounds_match_the_fisher_matrix(void **state) {
     (void)state;
     toliman_sim *const sim =
-        sim_with(kBinaryScene, "\"noise\"", "\"preprocess\": {\"project\": [\"shift_y\", \"flux_b\"]}, \"noise\"");
+        sim_with(kBinaryScene, "'noise'", "'preprocess': {'project': ['shift_y', 'flux_b']}, 'noise'");
     const int32_t kinds[PARAMETERS] = {
         TOLIMAN_SIM_IMAGE_SEPARATION, TOLIMAN_SIM_IMAGE_SHIFT_Y, TOLIMAN_SIM_IMAGE_STAR_B,
         TOLIMAN_SIM_IMAGE_SHIFT_X,    TOLIMAN_SIM_IMAGE_STAR_A,  TOLIMAN_SIM_IMAGE_ROLL,
@@ -55,18 +55,18 @@ static void bounds_match_the_fisher_matrix(void **state) {
 static void bounds_do_not_depend_on_the_accuracy(void **state) {
     (void)state;
     char *const clear = replaced(kBinaryScene,
-                                 ",  \"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 297.5,"
-                                 "   \"terms\": [{\"a\": 0.819, \"f\": 2.918, \"m\": -7, \"p\": 4.874}, "
-                                 "{\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}",
+                                 ",  'mask': {'kind': 'spiral', 'edges': 'cell', 'opd_nm': 297.5,"
+                                 "   'terms': [{'a': 0.819, 'f': 2.918, 'm': -7, 'p': 4.874}, "
+                                 "{'a': 0.93, 'f': 1.829, 'm': 5}]}",
                                  ""),
-                *const wide = replaced(clear, "\"min_nm\": 550, \"max_nm\": 600, \"step_nm\": 12.5",
-                                       "\"min_nm\": 530, \"max_nm\": 640, \"step_nm\": 1");
+                *const wide = replaced(clear, "'min_nm': 550, 'max_nm': 600, 'step_nm': 12.5",
+                                       "'min_nm': 530, 'max_nm': 640, 'step_nm': 1");
     toliman_sim_bounds fine = TOLIMAN_SIM_BOUNDS_INIT;
     const char *const accuracies[] = {"1e-12", "1e-9", "1e-6", "1e-4"};
     for (int i = 0; i < 4; i++) {
         char text[64];
-        snprintf(text, sizeof text, "\"accuracy\": %s, \"noise\"", accuracies[i]);
-        toliman_sim *const sim = sim_with(wide, "\"noise\"", text);
+        snprintf(text, sizeof text, "'accuracy': %s, 'noise'", accuracies[i]);
+        toliman_sim *const sim = sim_with(wide, "'noise'", text);
         const toliman_sim_bounds bounds = sim_bounds_of(sim);
         if (i == 0)
             fine = bounds;
@@ -94,7 +94,7 @@ static void a_single_star_has_no_separation(void **state) {
 /* Photon noise alone: four times the light halves the bound. Read noise increases it. */
 static void bounds_scale_with_light(void **state) {
     (void)state;
-    char *const quiet = replaced(kBinaryScene, "\"read_e\": 2.5, ", "");
+    char *const quiet = replaced(kBinaryScene, "'read_e': 2.5, ", "");
     toliman_sim *const faint = sim_of(quiet), *const bright = sim_with(quiet, "1e5", "4e5"),
                        *const noisy = sim_of(kBinaryScene);
     assert_close(sim_bounds_of(bright).crb_px, sim_bounds_of(faint).crb_px / 2, 1e-10, 0);

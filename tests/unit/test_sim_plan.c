@@ -36,24 +36,23 @@ typedef struct {
 } variation;
 
 static char *scene_of(const variation *v, int samples) {
-    static const char mask[] = ", \"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 297.5, \"terms\": "
-                               "[{\"a\": 0.819, \"f\": 2.918, \"m\": -7, "
-                               "\"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}";
-    char *const text = malloc(4096);
-    assert_non_null(text);
-    snprintf(text, 4096,
-             "{\"schema\": \"toliman-scene/1\", \"telescope\": {\"aperture_m\": 0.125, \"secondary_m\": 0.02,"
-             " \"pupil_samples\": %d%s}, \"band\": {\"min_nm\": %g, \"max_nm\": %g, \"step_nm\": %g},"
-             " \"stars\": {\"A\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5790},"
-             "  \"photons_per_s\": 3e7}, \"B\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5260},"
-             "  \"photons_per_s\": 1e7}}, \"binary\": {\"separation_arcsec\": %g, \"position_angle_deg\": 25},"
-             " \"signal\": {\"kind\": \"sinusoid\", \"amplitude_px\": 1e-3, \"period_days\": 9},"
-             " \"cadence\": {\"frames\": 10, \"exposure_s\": 100},"
-             " \"detector\": {\"shape\": [%d, %d], \"pixel_scale_arcsec\": %g, \"pixel\": \"%s\"},"
-             " \"noise\": {\"photon\": true}, \"accuracy\": %g}",
+    static const char mask[] = ", 'mask': {'kind': 'spiral', 'edges': 'cell', 'opd_nm': 297.5, 'terms': "
+                               "[{'a': 0.819, 'f': 2.918, 'm': -7, "
+                               "'p': 4.874}, {'a': 0.93, 'f': 1.829, 'm': 5}]}";
+    char text[4096];
+    snprintf(text, sizeof text,
+             "{'schema': 'toliman-scene/1', 'telescope': {'aperture_m': 0.125, 'secondary_m': 0.02,"
+             " 'pupil_samples': %d%s}, 'band': {'min_nm': %g, 'max_nm': %g, 'step_nm': %g},"
+             " 'stars': {'A': {'spectrum': {'kind': 'blackbody', 'temperature_k': 5790},"
+             "  'photons_per_s': 3e7}, 'B': {'spectrum': {'kind': 'blackbody', 'temperature_k': 5260},"
+             "  'photons_per_s': 1e7}}, 'binary': {'separation_arcsec': %g, 'position_angle_deg': 25},"
+             " 'signal': {'kind': 'sinusoid', 'amplitude_px': 1e-3, 'period_days': 9},"
+             " 'cadence': {'frames': 10, 'exposure_s': 100},"
+             " 'detector': {'shape': [%d, %d], 'pixel_scale_arcsec': %g, 'pixel': '%s'},"
+             " 'noise': {'photon': true}, 'accuracy': %g}",
              samples, v->mask ? mask : "", v->min_nm, v->max_nm, v->step_nm, 0.2 * v->side * v->pixel_arcsec, v->side,
              v->side, v->pixel_arcsec, v->integrated ? "integrated" : "point", v->accuracy);
-    return text;
+    return quoted(text);
 }
 
 static toliman_sim *varied(const variation *v, int samples) {
@@ -189,17 +188,17 @@ static void pixels_integrate(void **state) {
                                     0.23861918608319690863,  0.66120938646626451366,  0.93246951420315202781};
     static const double weights[6] = {0.17132449237917034504, 0.36076157304813860757, 0.46791393457269104739,
                                       0.46791393457269104739, 0.36076157304813860757, 0.17132449237917034504};
-    char *base = replaced(kSingleScene, "\"peak_photons\": 1e6", "\"exposure_s\": 1");
-    base = replaced_again(base, "5790}}", "5790}, \"photons_per_s\": 1e6}");
-    base = replaced_again(base, "0.2}}", "0.45, \"pixel\": \"integrated\"}, \"accuracy\": 1e-12}");
-    toliman_sim *const sim = sim_with(base, "\"A\": [0, 0]", "\"A\": [1.3, -0.4]");
+    char *base = replaced(kSingleScene, "'peak_photons': 1e6", "'exposure_s': 1");
+    base = replaced_again(base, "5790}}", "5790}, 'photons_per_s': 1e6}");
+    base = replaced_again(base, "0.2}}", "0.45, 'pixel': 'integrated'}, 'accuracy': 1e-12}");
+    toliman_sim *const sim = sim_with(base, "'A': [0, 0]", "'A': [1.3, -0.4]");
     double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH), *const sum = doubles(32 * 32);
     memset(sum, 0, 32 * 32 * sizeof *sum);
-    char *const point = replaced(base, "\"integrated\"", "\"point\"");
+    char *const point = replaced(base, "'integrated'", "'point'");
     for (int i = 0; i < 36; i++) {
         char place[80];
-        snprintf(place, sizeof place, "\"A\": [%.17g, %.17g]", 1.3 + nodes[i % 6] / 2, -0.4 + nodes[i / 6] / 2);
-        toliman_sim *const moved = sim_with(point, "\"A\": [0, 0]", place);
+        snprintf(place, sizeof place, "'A': [%.17g, %.17g]", 1.3 + nodes[i % 6] / 2, -0.4 + nodes[i / 6] / 2);
+        toliman_sim *const moved = sim_with(point, "'A': [0, 0]", place);
         double *const part = image_of(moved, TOLIMAN_SIM_IMAGE_BOTH);
         for (int k = 0; k < 32 * 32; k++)
             sum[k] += weights[i % 6] * weights[i / 6] / 4 * part[k];
@@ -234,8 +233,8 @@ static void engines_agree(void **state) {
     for (int i = 0; i < 2; i++) {
         char *text = replaced(kSingleScene, "0.2}}", "0.35}}");
         text = replaced_again(text, "[32, 32]", shapes[i]);
-        text = replaced_again(text, "\"wavelength_nm\": 550", "\"wavelength_nm\": 424.211970970844"); /* 128 p D / 64 */
-        text = replaced_again(text, "\"A\": [0, 0]", "\"A\": [2.3, -1.7]");
+        text = replaced_again(text, "'wavelength_nm': 550", "'wavelength_nm': 424.211970970844"); /* 128 p D / 64 */
+        text = replaced_again(text, "'A': [0, 0]", "'A': [2.3, -1.7]");
         toliman_sim *const exact = sim_of(text), *const fft = padded(text);
         const toliman_sim_plan_info plan = plan_of(fft);
         assert_at_most(plan.plate_scale_error, 1e-12);
@@ -265,8 +264,8 @@ static void engines_agree(void **state) {
 /* Otherwise the plate scale is off as the plan predicts; tested by the centroid of the light. */
 static void padded_fft_errors_are_as_planned(void **state) {
     (void)state;
-    char *text = replaced(kSingleScene, "\"A\": [0, 0]", "\"A\": [9, 0]");
-    text = replaced_again(text, "\"wavelength_nm\": 550", "\"wavelength_nm\": 565");
+    char *text = replaced(kSingleScene, "'A': [0, 0]", "'A': [9, 0]");
+    text = replaced_again(text, "'wavelength_nm': 550", "'wavelength_nm': 565");
     text = replaced_again(text, "[32, 32]", "[33, 129]");
     toliman_sim *const exact = sim_of(text), *const fft = padded(text);
     double *const a = image_of(exact, TOLIMAN_SIM_IMAGE_BOTH), *const b = image_of(fft, TOLIMAN_SIM_IMAGE_BOTH);
@@ -310,8 +309,8 @@ static void wavelengths_suffice_for_far_signals(void **state) {
     variation v = kVariations[0];
     v.samples = 160;
     char *text = scene_of(&v, v.samples);
-    text = replaced_again(text, "\"amplitude_px\": 1e-3", "\"amplitude_px\": 90");
-    char *const exact = replaced(text, "\"accuracy\": 1e-09", "\"accuracy\": 1e-15");
+    text = replaced_again(text, "'amplitude_px': 1e-3", "'amplitude_px': 90");
+    char *const exact = replaced(text, "'accuracy': 1e-09", "'accuracy': 1e-15");
     toliman_sim *const sim = sim_of(text), *const all = sim_of(exact);
     double *const a = doubles(64 * 64), *const b = doubles(64 * 64);
     double error = 0;
@@ -335,9 +334,9 @@ static void wavelengths_suffice_for_far_signals(void **state) {
 /* A signal of a pixel or more, beyond the expansion: interpolated, also outside the planned range, or propagated. */
 static void far_signals_are_interpolated(void **state) {
     (void)state;
-    char *text = replaced(kBinaryScene, "\"amplitude_px\": 1e-3", "\"amplitude_px\": 1.5");
-    text = replaced_again(text, "\"photon\": true, \"read_e\": 2.5, ", "");
-    char *const finest = replaced(text, "\"cadence\"", "\"accuracy\": 1e-15, \"cadence\"");
+    char *text = replaced(kBinaryScene, "'amplitude_px': 1e-3", "'amplitude_px': 1.5");
+    text = replaced_again(text, "'photon': true, 'read_e': 2.5, ", "");
+    char *const finest = replaced(text, "'cadence'", "'accuracy': 1e-15, 'cadence'");
     toliman_sim *const sim = sim_of(text), *const propagated = sim_of(finest);
     const toliman_sim_plan_info plan = plan_of(sim);
     assert_true(plan.atlas_taps > 0 && plan.exact_frames == 0 && plan.series_error <= 0);
@@ -375,7 +374,7 @@ static void far_signals_are_interpolated(void **state) {
 /* The padded FFT has another plate scale on the grid of an interpolation. */
 static void padded_frames_are_propagated(void **state) {
     (void)state;
-    char *text = replaced(kSingleScene, "\"cadence\"", "\"systematics\": {\"pointing_rms_px\": 0.1}, \"cadence\"");
+    char *text = replaced(kSingleScene, "'cadence'", "'systematics': {'pointing_rms_px': 0.1}, 'cadence'");
     toliman_sim *const exact = sim_of(text), *const fft = padded(text);
     assert_true(plan_of(exact).exact_frames == 0 && plan_of(fft).exact_frames == 1 && plan_of(fft).atlas_taps == 0);
     free(text);
@@ -386,8 +385,8 @@ static void padded_frames_are_propagated(void **state) {
 /* A star so far from the frame that its samples would not fit in memory. */
 static void far_stars_are_propagated(void **state) {
     (void)state;
-    char *text = replaced(kSingleScene, "\"cadence\"", "\"systematics\": {\"pointing_rms_px\": 0.1}, \"cadence\"");
-    text = replaced_again(text, "\"pupil_samples\": 64", "\"pupil_samples\": 2048");
+    char *text = replaced(kSingleScene, "'cadence'", "'systematics': {'pointing_rms_px': 0.1}, 'cadence'");
+    text = replaced_again(text, "'pupil_samples': 64", "'pupil_samples': 2048");
     toliman_sim_plan_info plan = {.struct_size = sizeof plan};
     const char *const places[] = {"[3900, 0]", "[4400, 4400]"};
     for (int i = 0; i < 2; i++) {
@@ -443,8 +442,8 @@ static void bad_plans_are_refused(void **state) {
     plan.struct_size = 4;
     assert_refused(toliman_sim_plan_file(chapter, NULL, &plan), TOLIMAN_E_ARGUMENT, "out->struct_size");
     toliman_sim *sim = NULL;
-    char *const text = replaced(kBinaryScene, "\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 297.5,",
-                                "\"kind\": \"file\", \"file\": \"x.npy\", \"quantity\": \"opd_m\"}}, \"x\": {\"y\": {");
+    char *const text = replaced(kBinaryScene, "'kind': 'spiral', 'edges': 'cell', 'opd_nm': 297.5,",
+                                "'kind': 'file', 'file': 'x.npy', 'quantity': 'opd_m'}}, 'x': {'y': {");
     assert_refused(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim), TOLIMAN_E_SCENE, "x");
     free(text);
 }
@@ -454,8 +453,8 @@ static void odd_detectors_are_planned(void **state) {
     (void)state;
     variation v = kVariations[0];
     char *const text = scene_of(&v, 96);
-    char *const pixel = replaced(text, "\"shape\": [64, 64]", "\"shape\": [1, 1]");
-    char *const exact = replaced(pixel, "\"accuracy\": 1e-09", "\"accuracy\": 1e-15");
+    char *const pixel = replaced(text, "'shape': [64, 64]", "'shape': [1, 1]");
+    char *const exact = replaced(pixel, "'accuracy': 1e-09", "'accuracy': 1e-15");
     toliman_sim *const sim = sim_of(pixel), *const all = sim_of(exact);
     assert_at_most(error_to_peak(sim, all), plan_of(sim).spectrum_error + 1e-13);
     toliman_sim_destroy(sim);
@@ -483,7 +482,7 @@ static void tiny_pixels_need_no_filter(void **state) {
         char pixel[100];
         snprintf(pixel, sizeof pixel, "%s}}", scales[i]);
         char *const point = replaced(kSingleScene, "0.2}}", pixel);
-        snprintf(pixel, sizeof pixel, "%s, \"pixel\": \"integrated\"}}", scales[i]);
+        snprintf(pixel, sizeof pixel, "%s, 'pixel': 'integrated'}}", scales[i]);
         char *const whole = replaced(kSingleScene, "0.2}}", pixel);
         toliman_sim *const a = sim_of(point), *const b = sim_of(whole);
         assert_at_most(error_to_peak(a, b), 1e-5 / pow(100, i)); /* the blur by a pixel's width */

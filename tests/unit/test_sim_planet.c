@@ -4,15 +4,14 @@
 
 #include "scene_text.h"
 
-static const char *const kSinusoid =
-    "{\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": 1e-3, \"period_days\": 40}";
+static const char *const kSinusoid = "{'kind': 'sinusoid', 'star': 'B', 'amplitude_px': 1e-3, 'period_days': 40}";
 
 /* The binary scene at 0.375 arcsec/px and 1.33 pc, with the masses of alpha Centauri. */
 static toliman_sim *sim_with_signal(const char *signal) {
-    char *text = replaced(kBinaryScene, "\"relative_flux\": 3}", "\"relative_flux\": 3, \"mass_sun\": 1.0788}");
-    text = replaced_again(text, "5260}}", "5260}, \"mass_sun\": 0.9092}");
-    text = replaced_again(text, "\"position_angle_deg\": 30", "\"position_angle_deg\": 30, \"distance_pc\": 1.33");
-    text = replaced_again(text, "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.375");
+    char *text = replaced(kBinaryScene, "'relative_flux': 3}", "'relative_flux': 3, 'mass_sun': 1.0788}");
+    text = replaced_again(text, "5260}}", "5260}, 'mass_sun': 0.9092}");
+    text = replaced_again(text, "'position_angle_deg': 30", "'position_angle_deg': 30, 'distance_pc': 1.33");
+    text = replaced_again(text, "'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.375");
     text = replaced_again(text, kSinusoid, signal);
     toliman_sim *const sim = sim_of(text);
     free(text);
@@ -29,9 +28,8 @@ static void earths_of_alpha_centauri(void **state) {
     } cases[] = {{"A", "1.23", 1.31, 2.57, 6.86e-6}, {"B", "0.705", 0.62, 1.75, 4.67e-6}};
     for (int i = 0; i < 2; i++) {
         char signal[200];
-        snprintf(signal, sizeof signal,
-                 "{\"kind\": \"planet\", \"star\": \"%s\", \"mass_earth\": 1, \"semi_major_au\": %s}", cases[i].star,
-                 cases[i].axis);
+        snprintf(signal, sizeof signal, "{'kind': 'planet', 'star': '%s', 'mass_earth': 1, 'semi_major_au': %s}",
+                 cases[i].star, cases[i].axis);
         toliman_sim *const sim = sim_with_signal(signal);
         const toliman_sim_info info = sim_info_of(sim);
         assert_close(info.period_days / 365.25, cases[i].years, 0, 0.005);
@@ -50,15 +48,15 @@ static void earths_of_alpha_centauri(void **state) {
 static void a_circular_orbit_is_a_sinusoid(void **state) {
     (void)state;
     char sinusoid[300];
-    toliman_sim *const circular = sim_with_signal(
-        "{\"kind\": \"planet\", \"star\": \"B\", \"mass_earth\": 300, \"semi_major_au\": 0.3, \"phase_rad\": 0.7}");
+    toliman_sim *const circular =
+        sim_with_signal("{'kind': 'planet', 'star': 'B', 'mass_earth': 300, 'semi_major_au': 0.3, 'phase_rad': 0.7}");
     toliman_sim *const shifted =
-        sim_with_signal("{\"kind\": \"planet\", \"star\": \"B\", \"mass_earth\": 300, \"semi_major_au\": 0.3,"
-                        " \"eccentricity\": 0, \"argument_deg\": 90, \"phase_rad\": 0.7}");
+        sim_with_signal("{'kind': 'planet', 'star': 'B', 'mass_earth': 300, 'semi_major_au': 0.3,"
+                        " 'eccentricity': 0, 'argument_deg': 90, 'phase_rad': 0.7}");
     const toliman_sim_info info = sim_info_of(circular);
     snprintf(sinusoid, sizeof sinusoid,
-             "{\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": %.17g, \"period_days\": %.17g,"
-             " \"phase_rad\": 0.7}",
+             "{'kind': 'sinusoid', 'star': 'B', 'amplitude_px': %.17g, 'period_days': %.17g,"
+             " 'phase_rad': 0.7}",
              info.amplitude_px, info.period_days);
     toliman_sim *const same = sim_with_signal(sinusoid);
     double times[100], of_planet[100], of_shifted[100], of_sinusoid[100];
@@ -80,8 +78,8 @@ static void a_circular_orbit_is_a_sinusoid(void **state) {
 /* For small eccentricities the orbit converges to the circle. */
 static void eccentricity_is_continuous(void **state) {
     (void)state;
-    const char *const form = "{\"kind\": \"planet\", \"mass_earth\": 300, \"semi_major_au\": 0.3, \"eccentricity\": %s,"
-                             " \"argument_deg\": 40, \"phase_rad\": -2}";
+    const char *const form = "{'kind': 'planet', 'mass_earth': 300, 'semi_major_au': 0.3, 'eccentricity': %s,"
+                             " 'argument_deg': 40, 'phase_rad': -2}";
     double circle[100], ellipse[100];
     for (int i = 0; i < 2; i++) {
         char signal[200];
@@ -97,7 +95,7 @@ static void eccentricity_is_continuous(void **state) {
 /* kind none: the same as no signal at all. */
 static void no_signal(void **state) {
     (void)state;
-    toliman_sim *const sim = sim_with_signal("{\"kind\": \"none\"}");
+    toliman_sim *const sim = sim_with_signal("{'kind': 'none'}");
     const toliman_sim_info info = sim_info_of(sim);
     assert_close(info.amplitude_px + info.amplitude_uas + info.period_days, 0, 0, 0);
     assert_close(info.min_displacement_px, 0, 0, 0);
@@ -108,10 +106,10 @@ static void no_signal(void **state) {
 /* A single star may have a planet too; it moves along x. */
 static void a_single_star_has_a_planet(void **state) {
     (void)state;
-    char *text = replaced(kSingleScene, "5790}}", "5790}, \"mass_sun\": 1}");
-    text = replaced_again(text, "{\"A\": [0, 0]}}",
-                          "{\"A\": [0, 0]}, \"distance_pc\": 2},"
-                          " \"signal\": {\"kind\": \"planet\", \"mass_earth\": 1, \"semi_major_au\": 1}");
+    char *text = replaced(kSingleScene, "5790}}", "5790}, 'mass_sun': 1}");
+    text = replaced_again(text, "{'A': [0, 0]}}",
+                          "{'A': [0, 0]}, 'distance_pc': 2},"
+                          " 'signal': {'kind': 'planet', 'mass_earth': 1, 'semi_major_au': 1}");
     toliman_sim *const sim = sim_of(text);
     assert_close(sim_info_of(sim).amplitude_uas, 3.00349 / 2, 1e-5, 0);
     assert_close(sim_info_of(sim).period_days, 365.2563, 1e-6, 0);
