@@ -14,7 +14,7 @@
 
 enum { SAMPLES = 30, GRID = 20 };
 
-static uint64_t storms = 30, draws = 1, not_finite = 0, odd = 0;
+static uint64_t storms = 8, draws = 1, not_finite = 0, odd = 0;
 
 static double from_bits(uint64_t bits) {
     double number;

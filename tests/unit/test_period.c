@@ -246,7 +246,7 @@ static void damaged_state_is_refused(void **unused) {
     for (size_t i = 0; i < size; i += i < 200 ? 1 : 31) {
         memcpy(bytes_b, bytes_a, size);
         bytes_b[i] ^= 0x10;
-        assert_fails(toliman_period_load(bytes_b, size, NULL, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
+        assert_int_equal(toliman_period_load(bytes_b, size, NULL, &loaded), TOLIMAN_E_FORMAT);
     }
     assert_null(loaded);
     assert_refused(toliman_period_load_file("no/such/file", NULL, &loaded), TOLIMAN_E_NOT_FOUND, "no/such/file");
@@ -272,10 +272,10 @@ static void saving_replaces_what_a_link_names_and_no_pipe(void **unused) {
     assert_true(S_ISLNK(attributes.st_mode));
     assert_ok(toliman_period_load_file(state, NULL, &loaded));
     assert_int_equal(count_of(loaded), 1);
-    assert_fails(toliman_period_save_file(period, pipe), TOLIMAN_E_WRITE, "regular file");
+    assert_refused(toliman_period_save_file(period, pipe), TOLIMAN_E_WRITE, pipe);
     assert_int_equal(lstat(pipe, &attributes), 0);
     assert_true(S_ISFIFO(attributes.st_mode));
-    assert_fails(toliman_period_save_file(period, folder), TOLIMAN_E_WRITE, "regular file");
+    assert_refused(toliman_period_save_file(period, folder), TOLIMAN_E_WRITE, folder);
     toliman_period_destroy(loaded);
     toliman_period_destroy(period);
     unlink(pipe), unlink(link), unlink(state);

@@ -361,19 +361,19 @@ static void bad_input_is_refused(void **unused) {
     double power[NF], before[NF];
     memset(power, 0x55, sizeof power);
     memcpy(before, power, sizeof power);
-#define REFUSED(f0, df, nf, n, code, text)                                                                             \
-    assert_fails(toliman_period_batch(f0, df, nf, times, values, sigmas, n, &options, power), TOLIMAN_E_##code, text)
-    REFUSED(-1, 1, NF, N, ARGUMENT, "f0 = -1");
-    REFUSED(NAN, 1, NF, N, ARGUMENT, "f0 = nan");
-    REFUSED(0, 0, NF, N, ARGUMENT, "df = 0");
-    REFUSED(0, 1, 0, N, ARGUMENT, "nf = 0: must be in [1, 67108864]");
-    REFUSED(0, 1, -5, N, ARGUMENT, "nf = -5");
-    REFUSED(0, 1, (int64_t)1 << 40, N, ARGUMENT, "nf = 1099511627776");
-    REFUSED(0, 1, 1, N, ARGUMENT, "the grid must have a frequency above 0");
+#define REFUSED(f0, df, nf, n, code, field)                                                                            \
+    assert_refused(toliman_period_batch(f0, df, nf, times, values, sigmas, n, &options, power), TOLIMAN_E_##code, field)
+    REFUSED(-1, 1, NF, N, ARGUMENT, "f0");
+    REFUSED(NAN, 1, NF, N, ARGUMENT, "f0");
+    REFUSED(0, 0, NF, N, ARGUMENT, "df");
+    REFUSED(0, 1, 0, N, ARGUMENT, "nf");
+    REFUSED(0, 1, -5, N, ARGUMENT, "nf");
+    REFUSED(0, 1, (int64_t)1 << 40, N, ARGUMENT, "nf");
+    REFUSED(0, 1, 1, N, ARGUMENT, "f0");
     REFUSED(0, 1e300, NF, N, RANGE, "t");
-    REFUSED(0.1, 0.1, NF, SIZE_MAX / 8, RANGE, "does not fit in memory");
+    REFUSED(0.1, 0.1, NF, SIZE_MAX / 8, RANGE, "t");
     options.reserved = 1;
-    REFUSED(0.1, 0.1, NF, N, ARGUMENT, "options->reserved = 1: must be 0");
+    REFUSED(0.1, 0.1, NF, N, ARGUMENT, "options->reserved");
     options.reserved = 0;
     static const struct {
         double *array, value;
@@ -392,15 +392,15 @@ static void bad_input_is_refused(void **unused) {
         bad[i].array[9] = good;
     }
     options.flags = 6;
-    REFUSED(0.1, 0.1, NF, N, ARGUMENT, "flags = 0x6");
+    REFUSED(0.1, 0.1, NF, N, ARGUMENT, "options->flags");
     options.flags = 0;
     for (int i = 0; i < 3; i++) {
         options.tolerance = i == 0 ? -1e-9 : i == 1 ? 0.02 : NAN;
-        REFUSED(0.1, 0.1, NF, N, RANGE, "must be in [0, 0.01]");
+        REFUSED(0.1, 0.1, NF, N, RANGE, "tolerance");
     }
     options = options_of(1e-9, 0);
     options.struct_size = 4;
-    REFUSED(0.1, 0.1, NF, N, ARGUMENT, "struct_size");
+    REFUSED(0.1, 0.1, NF, N, ARGUMENT, "options->struct_size");
     options = options_of(1e-9, 0);
     assert_refused(toliman_period_batch(0.1, 0.1, NF, NULL, values, NULL, N, NULL, power), TOLIMAN_E_ARGUMENT, "t");
     assert_refused(toliman_period_batch(0.1, 0.1, NF, times, NULL, NULL, N, NULL, power), TOLIMAN_E_ARGUMENT, "y");
@@ -408,7 +408,7 @@ static void bad_input_is_refused(void **unused) {
     /* Exact sums would be needed, but are not possible. */
     sigmas[7] = sigmas[90] = 3e-9;
     values[90] = values[7];
-    REFUSED(0.1, 0.1, NF, N, RANGE, "the ratio must be at most 1e+08");
+    REFUSED(0.1, 0.1, NF, N, RANGE, "sigma_ceiling");
     assert_memory_equal(power, before, sizeof power);
 }
 

@@ -137,7 +137,7 @@ static void state_has_a_version(void **unused) {
     remove(path);
     for (size_t i = 0; i < 2900; i += 7) { /* every damage is found */
         bytes[i] ^= 1;
-        assert_fails(toliman_period_load(bytes, size, NULL, &loaded), TOLIMAN_E_FORMAT, "periodogram state: ");
+        assert_int_equal(toliman_period_load(bytes, size, NULL, &loaded), TOLIMAN_E_FORMAT);
         bytes[i] ^= 1;
     }
     free(bytes);
@@ -153,25 +153,25 @@ static void state_has_a_version(void **unused) {
 static void bad_options_are_refused(void **unused) {
     (void)unused;
     toliman_period *period = NULL;
-#define REFUSED(change, text)                                                                                          \
+#define REFUSED(change, field)                                                                                         \
     do {                                                                                                               \
         toliman_period_options options = options_for_rows();                                                           \
         change;                                                                                                        \
-        assert_fails(toliman_period_create(0.1, 0.1, 10, &options, &period), TOLIMAN_E_ARGUMENT, text);                \
+        assert_refused(toliman_period_create(0.1, 0.1, 10, &options, &period), TOLIMAN_E_ARGUMENT, field);             \
         assert_null(period);                                                                                           \
     } while (0)
-    REFUSED(options.trend = -1, "trend = -1: must be in [0, 8]");
-    REFUSED(options.trend = 9, "trend = 9: must be in [0, 8]");
-    REFUSED(options.columns = 30, "columns = 30: must be in [0, 29] with trend = 3");
-    REFUSED(options.columns = INT32_MAX, "columns = 2147483647: must be in [0, 29]");
-    REFUSED(options.trend_end = options.trend_start, "must be finite, the start before the end");
-    REFUSED(options.trend_start = NAN, "trend_start = nan");
-    REFUSED(options.trend = 0, "must be 0 without a trend");
-    REFUSED(options.column_bound[1] = -1, "column_bound[1] = -1");
-    REFUSED(options.column_bound[2] = 1, "column_bound[2] = 1: must be 0 with columns = 2");
-    REFUSED(options.prior_precision[0] = INFINITY, "prior_precision[0] = inf");
-    REFUSED(options.prior_precision[6] = 1, "prior_precision[6] = 1: must be 0 with 6 functions");
-    REFUSED(options.flags = TOLIMAN_PERIOD_FIXED_MEAN, "a fixed mean is not supported");
+    REFUSED(options.trend = -1, "trend");
+    REFUSED(options.trend = 9, "trend");
+    REFUSED(options.columns = 30, "columns");
+    REFUSED(options.columns = INT32_MAX, "columns");
+    REFUSED(options.trend_end = options.trend_start, "trend_start");
+    REFUSED(options.trend_start = NAN, "trend_start");
+    REFUSED(options.trend = 0, "trend_start");
+    REFUSED(options.column_bound[1] = -1, "column_bound[1]");
+    REFUSED(options.column_bound[2] = 1, "column_bound[2]");
+    REFUSED(options.prior_precision[0] = INFINITY, "prior_precision[0]");
+    REFUSED(options.prior_precision[6] = 1, "prior_precision[6]");
+    REFUSED(options.flags = TOLIMAN_PERIOD_FIXED_MEAN, "flags");
 #undef REFUSED
 }
 

@@ -6,7 +6,7 @@
 
 enum { MOST_GRID = 24, MOST_SAMPLES = 40, PLANES = 4 };
 
-static uint64_t objects = 20000, draws = 1;
+static uint64_t objects = 5000, draws = 1;
 
 /* A magnitude between 1e-`digits` and 1e`digits`, of either sign. */
 static double any_number(int digits) {
@@ -68,7 +68,7 @@ static void networks(void **unused) {
     uint8_t *blob = saved(cae, &size);
     toliman_cae_destroy(cae);
     float *weights = malloc(kParameters * sizeof *weights), *planes = malloc(PLANES * kPixels * sizeof *planes);
-    const uint64_t count = objects / 10000;
+    const uint64_t count = 1 + objects / 10000;
     for (uint64_t object = 0; object < count; object++) {
         fill(weights, kParameters);
         fill(planes, PLANES * kPixels);
@@ -104,7 +104,7 @@ static void folders(void **unused) {
     enum { CAPACITY = 1 << 16 };
     static unsigned char before[CAPACITY], after[CAPACITY];
     const char *const files[] = {ledger, checkpoint, setup};
-    const uint64_t count = objects / 2000;
+    const uint64_t count = objects / 1000;
     for (uint64_t object = 0; object < count; object++) {
         toliman_track_options options = small_options(folder);
         options.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;

@@ -3,7 +3,7 @@
 
 #include "long_double_sim.h"
 
-/* Largest error over some 200 pixels, relative to the peak. */
+/* Largest error over some pixels, relative to the peak. */
 static double error_to_peak(const toliman_sim *sim, long double aperture_m, long double pixel_arcsec,
                             const int *columns, int count_x, const int *rows, int count_y) {
     const toliman_sim_info info = sim_info_of(sim);
@@ -42,17 +42,17 @@ static void chapter_against_long_double(void **state) {
     free(text);
     double offset[4];
     get_offsets(sim, offset);
-    int columns[14], rows[14];
-    for (int i = 0; i < 3; i++) { /* both cores, then the whole frame with its corners */
+    int columns[8], rows[8];
+    for (int i = 0; i < 2; i++) { /* both cores, then the whole frame with its corners */
         columns[i] = (int)(127.5 + offset[0]) + i;
         rows[i] = (int)(127.5 + offset[1]) + i;
-        columns[3 + i] = (int)(127.5 + offset[2]) + i;
-        rows[3 + i] = (int)(127.5 + offset[3]) + i;
+        columns[2 + i] = (int)(127.5 + offset[2]) + i;
+        rows[2 + i] = (int)(127.5 + offset[3]) + i;
     }
-    for (int i = 0; i < 8; i++)
-        columns[6 + i] = rows[6 + i] = i < 7 ? 36 * i : 255;
-    const double error = error_to_peak(sim, 0.125L, 0.20, columns, 14, rows, 14);
-    print_message("chapter scene, 196 pixels: error/peak %.2g\n", error);
+    for (int i = 0; i < 4; i++)
+        columns[4 + i] = rows[4 + i] = 85 * i;
+    const double error = error_to_peak(sim, 0.125L, 0.20, columns, 8, rows, 8);
+    print_message("chapter scene, 64 pixels: error/peak %.2g\n", error);
     assert_at_most(error, 1e-14);
     toliman_sim_destroy(sim);
 }

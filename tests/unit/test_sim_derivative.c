@@ -6,7 +6,7 @@
 
 #include "scene_text.h"
 
-enum { SIDE = 40, PIXELS = SIDE * SIDE, MODES = 11, LAST_ZERNIKE = 36, MOST = 200 };
+enum { SIDE = 24, PIXELS = SIDE * SIDE, MODES = 11, LAST_ZERNIKE = 36, MOST = 200 };
 
 typedef enum { CONTINUOUS, LINES, SINGLE } light;
 
@@ -20,7 +20,7 @@ typedef struct {
 
 static const keys kKeys = {.qe = 1,
                            .blurred = 1,
-                           .offset = {-6.3, 2.1, 5.2, 7.7},
+                           .offset = {-4.3, 2.1, 3.2, 5.7},
                            .photons = {3e7, 1e7},
                            .dark = 10,
                            .pixel_arcsec = 0.2,
@@ -86,7 +86,10 @@ static toliman_sim *sim_of_keys(const keys *k) {
         " 'detector': {'shape': [%d, %d], 'pixel': 'integrated', 'pixel_scale_arcsec': %.17g, 'qe': %g,"
         " 'scale_anisotropy': %.17g, 'shear': %.17g, 'dark_e_per_s': %.17g, 'gain_e_per_dn': 2}}",
         SIDE, SIDE, k->pixel_arcsec, k->qe, k->anisotropy, k->shear, k->dark);
-    return sim_of(text);
+    char *const scene = quoted(text);
+    toliman_sim *const sim = sim_of(scene);
+    free(scene);
+    return sim;
 }
 
 /* Changes of the keys by h units of a parameter that are not a sum. */
@@ -234,8 +237,8 @@ static void check_derivative(const toliman_sim *sim, const keys *base, const cha
         fail_msg("%s: differs by %g of its largest pixel, %g", name, worst / most, most);
 }
 
-/* Checks all parameters but the wavelength; only the wavelength where the light is lines or a single one. few: of
- * parameters with a number only the first two. */
+/* Checks all parameters but the wavelength; only the wavelength where the light is lines or a single one. Of
+ * parameters with a number the first two, and every fifth unless few. */
 static void check_all(const keys *base, int few) {
     toliman_sim *const sim = sim_of_keys(base);
     toliman_sim_parameter all[MOST] = {TOLIMAN_SIM_PARAMETER_INIT};
@@ -245,9 +248,10 @@ static void check_all(const keys *base, int few) {
         const toliman_sim_parameter parameter = all[i];
         const row *const r = row_of(parameter.name);
         const int jitter = strncmp(parameter.name, "jitter_", 7) == 0; /* has no smaller covariance than 0 */
-        const int later = r->first > 0 && atoi(parameter.name + strlen(r->name)) > r->first + 1;
+        const int number = r->first > 0 ? atoi(parameter.name + strlen(r->name)) : 0;
+        const int later = number > r->first + 1 && (few || (number % 5 != 0 && number != LAST_ZERNIKE));
         if ((strcmp(parameter.name, "wavelength") == 0) == (base->light != CONTINUOUS) && (base->blurred || !jitter) &&
-            !(few && later))
+            !later)
             check_derivative(sim, base, parameter.name);
     }
     toliman_sim_destroy(sim);
@@ -296,37 +300,41 @@ static void parameters_have_names(void **state) {
             assert_int_equal(parameter.scope, TOLIMAN_SIM_SCOPE_FRAME);
         }
     }
-    assert_fails(toliman_sim_get_parameters(all, count - 1, &count), TOLIMAN_E_CAPACITY, "the number of parameters");
-    assert_fails(toliman_sim_get_parameters(NULL, 1, &count), TOLIMAN_E_ARGUMENT, "parameters is NULL");
-}
-
-static void check_refusal(const char *scene, int32_t engine, const char *name, const char *reason) {
-    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
-    options.engine = engine;
-    toliman_sim *sim = NULL;
-    static double image[64 * 64];
-    char message[200];
-    snprintf(message, sizeof message, "derivative by %s: %s", name, reason);
-    image[0] = 7;
-    assert_ok(toliman_sim_create_json(scene, strlen(scene), NULL, &options, &sim));
-    assert_fails(toliman_sim_get_derivative(sim, name, image, 64), TOLIMAN_E_UNSUPPORTED, message);
-    assert_true(image[0] == 7);
-    toliman_sim_destroy(sim);
+    assert_refused(toliman_sim_get_parameters(all, count - 1, &count), TOLIMAN_E_CAPACITY, "capacity");
+    assert_refused(toliman_sim_get_parameters(NULL, 1, &count), TOLIMAN_E_ARGUMENT, "parameters");
 }
 
 static void refusals(void **state) {
     (void)state;
-    const char *const single[] = {"flux_b", "position_angle", "temperature_b", "spectrum_b_3"};
-    for (int i = 0; i < 4; i++)
-        check_refusal(kSingleScene, 0, single[i], "the scene has star A only");
-    check_refusal(kSingleScene, 0, "temperature_a", "needs a band of several wavelengths");
-    check_refusal(kBinaryScene, 0, "mask_shift_x", "needs a spiral mask with mask.edges = 'area'");
-    const char *const computed[] = {"zernike_5", "shear", "jitter_xx", "wavelength"};
-    for (int i = 0; i < 4; i++)
-        check_refusal(kSingleScene, TOLIMAN_SIM_ENGINE_PADDED_FFT, computed[i], "the padded FFT does not compute it");
     char *const lines = replaced(kBinaryScene, "'kind': 'blackbody', 'temperature_k': 5260",
                                  "'kind': 'lines', 'wavelength_nm': [560, 570], 'weight': [1, 2]");
-    check_refusal(lines, 0, "temperature_b", "the spectrum consists of lines");
+    const struct {
+        const char *scene;
+        int32_t engine;
+        const char *name;
+    } cases[] = {
+        {kSingleScene, 0, "flux_b"},
+        {kSingleScene, 0, "position_angle"},
+        {kSingleScene, 0, "temperature_b"},
+        {kSingleScene, 0, "spectrum_b_3"},
+        {kSingleScene, 0, "temperature_a"}, /* a single wavelength */
+        {kBinaryScene, 0, "mask_shift_x"},  /* edges that are not 'area' */
+        {lines, 0, "temperature_b"},
+        {kSingleScene, TOLIMAN_SIM_ENGINE_PADDED_FFT, "zernike_5"},
+        {kSingleScene, TOLIMAN_SIM_ENGINE_PADDED_FFT, "shear"},
+        {kSingleScene, TOLIMAN_SIM_ENGINE_PADDED_FFT, "jitter_xx"},
+        {kSingleScene, TOLIMAN_SIM_ENGINE_PADDED_FFT, "wavelength"},
+    };
+    static double image[64 * 64] = {7};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
+        options.engine = cases[i].engine;
+        toliman_sim *sim = NULL;
+        assert_ok(toliman_sim_create_json(cases[i].scene, strlen(cases[i].scene), NULL, &options, &sim));
+        assert_refused(toliman_sim_get_derivative(sim, cases[i].name, image, 64), TOLIMAN_E_UNSUPPORTED, "");
+        assert_true(image[0] == 7);
+        toliman_sim_destroy(sim);
+    }
     free(lines);
 }
 
@@ -334,14 +342,18 @@ static void wrong_arguments(void **state) {
     (void)state;
     double image[32 * 40];
     toliman_sim *const sim = sim_of(kSingleScene);
-    assert_fails(toliman_sim_get_derivative(NULL, "focus", image, 32), TOLIMAN_E_ARGUMENT, "sim is NULL");
-    assert_fails(toliman_sim_get_derivative(sim, NULL, image, 32), TOLIMAN_E_ARGUMENT, "name is NULL");
-    assert_fails(toliman_sim_get_derivative(sim, "focus", NULL, 32), TOLIMAN_E_ARGUMENT, "image is NULL");
-    assert_fails(toliman_sim_get_derivative(sim, "focus", image, 31), TOLIMAN_E_ARGUMENT, "stride of image = 31");
-    assert_fails(toliman_sim_get_derivative(sim, "zernike_4", image, 32), TOLIMAN_E_ARGUMENT,
-                 "name = 'zernike_4': must be the name of a parameter; did you mean 'zernike_5'?");
-    assert_fails(toliman_sim_get_derivative(sim, "", image, 32), TOLIMAN_E_ARGUMENT,
-                 "name = '': must be the name of a parameter");
+    const struct {
+        const toliman_sim *sim;
+        const char *name;
+        double *image;
+        size_t stride;
+        const char *field;
+    } cases[] = {{NULL, "focus", image, 32, "sim"},     {sim, NULL, image, 32, "name"},
+                 {sim, "focus", NULL, 32, "image"},     {sim, "focus", image, 31, "stride"},
+                 {sim, "zernike_4", image, 32, "name"}, {sim, "", image, 32, "name"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        assert_refused(toliman_sim_get_derivative(cases[i].sim, cases[i].name, cases[i].image, cases[i].stride),
+                       TOLIMAN_E_ARGUMENT, cases[i].field);
     double plain[32 * 32], *const focus = image_of(sim, TOLIMAN_SIM_IMAGE_FOCUS);
     for (int i = 0; i < 32 * 40; i++)
         image[i] = -1;

@@ -110,16 +110,16 @@ static void chapter_scene(void **state) {
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create_file("examples/scenes/chapter.json", NULL, &sim));
     const toliman_sim_info info = sim_info_of(sim);
+    const toliman_sim_bounds bounds = sim_bounds_of(sim);
     assert_string_equal(info.name, "chapter");
-    assert_close(sim_bounds_of(sim).crb_px, 1.239e-6, 0.01,
-                 0); /* from another simulator, whose pupil has no grey edges */
+    assert_close(bounds.crb_px, 1.239e-6, 0.01, 0); /* from another simulator, whose pupil has no grey edges */
     assert_int_equal(info.wavelengths, 51);
     assert_int_equal(info.frames, 1095);
     assert_close(info.peak_photons, 1e9, 1e-15, 0);
     assert_close(info.flux_ratio, 3.12, 1e-14, 0);
     assert_close(info.separation_px, 50, 1e-14, 0);
     assert_close(info.period_days, 365, 0, 0);
-    assert_at_most(sim_bounds_of(sim).truncation, 1e-12);
+    assert_at_most(bounds.truncation, 1e-12);
     toliman_sim_destroy(sim);
 }
 

@@ -381,58 +381,59 @@ static void impossible_frames_and_options_are_refused(void **unused) {
     size_t done = 9;
     make_frame(&frames[0], 1);
     make_frame(&frames[1], 2);
-#define REFUSED(member, wrong, text)                                                                                   \
+#define REFUSED(member, wrong)                                                                                         \
     do {                                                                                                               \
         both[0] = frames[0].frame;                                                                                     \
         both[1] = frames[1].frame;                                                                                     \
         both[1].member = (wrong);                                                                                      \
-        assert_fails(toliman_track_push(track, both, 2, outcomes, &done), TOLIMAN_E_ARGUMENT, text);                   \
+        assert_refused(toliman_track_push(track, both, 2, outcomes, &done), TOLIMAN_E_ARGUMENT, "frames[1]." #member); \
         assert_int_equal(done, 0);                                                                                     \
     } while (0)
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
-        REFUSED(session, bad[i], "session = \"");
-        REFUSED(roi, bad[i], "roi = \"");
+        REFUSED(session, bad[i]);
+        REFUSED(roi, bad[i]);
     }
-    REFUSED(session, NULL, "frames[1].session is NULL");
-    REFUSED(pixels, NULL, "pixels is NULL");
-    REFUSED(pixel, 7, "frames[1].pixel = 7");
-    REFUSED(rows, 0, "frames[1].rows = 0");
-    REFUSED(cols, -1, "frames[1].cols = -1");
-    REFUSED(stride, 7, "frames[1].stride = 7");
-    REFUSED(dropped, -1, "frames[1].dropped = -1");
-    REFUSED(dropped, 65536, "frames[1].dropped = 65536: must be in [0, 65535]");
-    REFUSED(sigma, nextafter(SIGMA, 0), "frames[1].sigma = 0.25: must be 0 or in [0.25, 8]");
-    REFUSED(sigma, 33 * SIGMA, "frames[1].sigma = 8.25");
-    REFUSED(sigma, NAN, "frames[1].sigma = nan");
-    REFUSED(pixels, (const char *)frames[1].pixels + 1, "frames[1].pixels: must be aligned to 2 bytes");
-    REFUSED(struct_size, 8, "struct_size");
+    REFUSED(session, NULL);
+    REFUSED(pixels, NULL);
+    REFUSED(pixel, 7);
+    REFUSED(rows, 0);
+    REFUSED(cols, -1);
+    REFUSED(stride, 7);
+    REFUSED(dropped, -1);
+    REFUSED(dropped, 65536);
+    REFUSED(sigma, nextafter(SIGMA, 0));
+    REFUSED(sigma, 33 * SIGMA);
+    REFUSED(sigma, NAN);
+    REFUSED(pixels, (const char *)frames[1].pixels + 1);
+    REFUSED(struct_size, 8);
     assert_int_equal(info_of(track).received, 0);
     toliman_track_destroy(track);
-#define NOT_MADE(member, wrong, code, text)                                                                            \
+#define NOT_MADE(member, wrong, field)                                                                                 \
+    ;                                                                                                                  \
     do {                                                                                                               \
         options = small_options(NULL);                                                                                 \
         options.member = (wrong);                                                                                      \
         track = NULL;                                                                                                  \
-        assert_fails(toliman_track_create(&options, &track), code, text);                                              \
+        assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, field);                             \
         assert_null(track);                                                                                            \
     } while (0)
-    NOT_MADE(ledger.capacity, -1, TOLIMAN_E_ARGUMENT, "capacity = -1: must be in [1, 2^28], or 0 for 2^20");
-    NOT_MADE(estimator.sigma, 0, TOLIMAN_E_ARGUMENT, "sigma = 0");
-    NOT_MADE(estimator.sigma, -1, TOLIMAN_E_ARGUMENT, "sigma = -1");
-    NOT_MADE(limits.value, NAN, TOLIMAN_E_ARGUMENT, "value_limit = ");
-    NOT_MADE(frames.rows, -1, TOLIMAN_E_ARGUMENT, "rows = -1");
-    NOT_MADE(frames.crop_row, 8, TOLIMAN_E_ARGUMENT, "rows");
-    NOT_MADE(frames.crop_col, 9, TOLIMAN_E_ARGUMENT, "cols");
-    NOT_MADE(frames.bin, 9, TOLIMAN_E_ARGUMENT, "bin = 9");
-    NOT_MADE(frames.image_rows, 9, TOLIMAN_E_ARGUMENT, "does not fit in frames of 8x8");
-    NOT_MADE(frames.bit_depth, 33, TOLIMAN_E_ARGUMENT, "bit_depth = 33");
-    NOT_MADE(grid.nf, 0, TOLIMAN_E_ARGUMENT, "nf = 0");
-    NOT_MADE(grid.flags, 64, TOLIMAN_E_ARGUMENT, "options->grid.flags = 0x40");
-    NOT_MADE(flags, 64, TOLIMAN_E_ARGUMENT, "flags = 0x40");
-    NOT_MADE(flags, TOLIMAN_TRACK_REBUILD, TOLIMAN_E_ARGUMENT, "folder is NULL");
-    NOT_MADE(ledger.sync, 524, TOLIMAN_E_ARGUMENT, "sync = 524");
-    NOT_MADE(ledger.group, 65537, TOLIMAN_E_ARGUMENT, "group = 65537");
-    NOT_MADE(struct_size, 8, TOLIMAN_E_ARGUMENT, "struct_size");
+    NOT_MADE(ledger.capacity, -1, "options->ledger.capacity");
+    NOT_MADE(estimator.sigma, 0, "options->estimator.sigma");
+    NOT_MADE(estimator.sigma, -1, "sigma");
+    NOT_MADE(limits.value, NAN, "value_limit");
+    NOT_MADE(frames.rows, -1, "options->frames.rows");
+    NOT_MADE(frames.crop_row, 8, "options->frames.rows");
+    NOT_MADE(frames.crop_col, 9, "options->frames.cols");
+    NOT_MADE(frames.bin, 9, "options->frames.rows");
+    NOT_MADE(frames.image_rows, 9, "crop_row");
+    NOT_MADE(frames.bit_depth, 33, "bit_depth");
+    NOT_MADE(grid.nf, 0, "options->grid.nf");
+    NOT_MADE(grid.flags, 64, "options->grid.flags");
+    NOT_MADE(flags, 64, "options->flags");
+    NOT_MADE(flags, TOLIMAN_TRACK_REBUILD, "options->folder");
+    NOT_MADE(ledger.sync, 524, "options->ledger.sync");
+    NOT_MADE(ledger.group, 65537, "options->ledger.group");
+    NOT_MADE(struct_size, 8, "options->struct_size");
     assert_refused(toliman_track_create(NULL, &track), TOLIMAN_E_ARGUMENT, "options");
     options = small_options(NULL);
     options.estimator.estimate = NULL;

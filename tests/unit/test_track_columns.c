@@ -249,24 +249,24 @@ static void impossible_exposures_are_refused(void **unused) {
     small_frame frame;
     toliman_track_outcome outcome = TOLIMAN_TRACK_OUTCOME_INIT;
     size_t done;
-#define REFUSED(member, wrong, text)                                                                                   \
+#define REFUSED(member, wrong, field)                                                                                  \
     do {                                                                                                               \
         make_exposed(&frame, 1);                                                                                       \
         frame.frame.member = (wrong);                                                                                  \
-        assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_ARGUMENT, text);           \
+        assert_refused(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_ARGUMENT, field);        \
     } while (0)
-    REFUSED(exposure_s, -1, "frames[0].exposure_s = -1: must be in [0, 1e+09]");
-    REFUSED(exposure_s, NAN, "exposure_s = nan");
-    REFUSED(exposure_s, 2e9, "exposure_s = 2e+09");
-    REFUSED(exposure_s, 1.5, "frames[0].intervals[1] = 1 to 2: must increase, follow the previous interval");
-    REFUSED(exposure_s, 0, "frames[0].intervals[0] = 0.25 to 0.5");
-    REFUSED(intervals, NULL, "intervals is NULL");
-    REFUSED(interval_count, 65537, "interval_count = 65537: must be at most 65536");
-    REFUSED(window_row, ((int64_t)1 << 31) + 1, "window_row = 2147483649");
-    REFUSED(window_col, INT64_MIN, "window_col = -9223372036854775808: must be in [-2^31, 2^31]");
+    REFUSED(exposure_s, -1, "frames[0].exposure_s");
+    REFUSED(exposure_s, NAN, "frames[0].exposure_s");
+    REFUSED(exposure_s, 2e9, "frames[0].exposure_s");
+    REFUSED(exposure_s, 1.5, "frames[0].intervals[1]");
+    REFUSED(exposure_s, 0, "frames[0].intervals[0]");
+    REFUSED(intervals, NULL, "frames[0].intervals");
+    REFUSED(interval_count, 65537, "frames[0].interval_count");
+    REFUSED(window_row, ((int64_t)1 << 31) + 1, "frames[0].window_row");
+    REFUSED(window_col, INT64_MIN, "frames[0].window_col");
     const double bad[][4] = {{-1, 1, 1, 2}, {NAN, 1, 1, 2}, {0, 0, 1, 2}, {0, 1, 0.5, 2}, {0, 1, 1, INFINITY}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        REFUSED(intervals, bad[i], "within the exposure of 3 s");
+        REFUSED(intervals, bad[i], i < 3 ? "frames[0].intervals[0]" : "frames[0].intervals[1]");
     assert_int_equal(info_of(track).received, 0);
     toliman_track_destroy(track);
     static const char *const names[] = {
@@ -283,19 +283,19 @@ static void impossible_exposures_are_refused(void **unused) {
 /* Columns of a folder are merged by name, and none is dropped silently. */
 static void columns_are_merged(void **unused) {
     (void)unused;
-    char shard[300];
+    char shard[300], its_ledger[320];
     snprintf(shard, sizeof shard, "%s/shard", folder);
+    snprintf(its_ledger, sizeof its_ledger, "%s/ledger.tlml", shard);
     toliman_track_options options = rich_options(shard);
     toliman_track *track = make_track(&options), *none = NULL;
     push_exposed(track, 1, FRAMES);
     assert_ok(toliman_track_commit(track));
     toliman_track_destroy(track);
     strcpy(options.estimator.values, "dx");
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH,
-                 "values \"dx flux_2\", this tracker has \"dx\"");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, its_ledger);
     options.folder = NULL;
     track = make_track(&options);
-    assert_fails(toliman_track_merge(track, shard, 0, NULL), TOLIMAN_E_MISMATCH, "the column flux_2");
+    assert_refused(toliman_track_merge(track, shard, 0, NULL), TOLIMAN_E_MISMATCH, its_ledger);
     assert_int_equal(info_of(track).received, 0);
     toliman_track_destroy(track);
     for (int salvage = 0; salvage < 2; salvage++) {
@@ -303,7 +303,7 @@ static void columns_are_merged(void **unused) {
         strcpy(options.estimator.values, salvage ? "dx,flux_2" : "flux_2,dx,more"); /* found by name */
         track = make_track(&options);
         if (!salvage) {
-            assert_fails(toliman_track_merge(track, shard, 0, NULL), TOLIMAN_E_MISMATCH, "the column cov_dx_flux_2");
+            assert_refused(toliman_track_merge(track, shard, 0, NULL), TOLIMAN_E_MISMATCH, its_ledger);
         } else {
             assert_ok(toliman_track_merge(track, shard, TOLIMAN_TRACK_SALVAGE, NULL));
             assert_columns(track, FRAMES);
@@ -370,14 +370,7 @@ static void impossible_columns_are_refused(void **unused) {
     const struct {
         off_t at;
         unsigned char byte;
-        const char *message;
-    } bad[] = {{112, 62, "columns, records of"},
-               {112, 5, "5 columns, records of 144 bytes"},
-               {116, 128, "10 columns, records of"},
-               {120, 0, "column 0: name is invalid or duplicate"},
-               {120, 'C', "column 0: name is invalid or duplicate"},
-               {120 + 56, 2, "column chi_square: type 2, role 1"},
-               {120 + 60, 4, "type 0, role 4"}};
+    } bad[] = {{112, 62}, {112, 5}, {116, 128}, {120, 0}, {120, 'C'}, {120 + 56, 2}, {120 + 60, 4}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         unsigned char header[HEADER];
         const int file = open(ledger, O_RDONLY);
@@ -388,7 +381,7 @@ static void impossible_columns_are_refused(void **unused) {
         uint32_t crc = crc32(0, header, HEADER - 4);
         memcpy(header + HEADER - 4, &crc, 4);
         write_at(ledger, 0, header, HEADER);
-        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, bad[i].message);
+        assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, ledger);
         header[bad[i].at] = good;
         crc = crc32(0, header, HEADER - 4);
         memcpy(header + HEADER - 4, &crc, 4);

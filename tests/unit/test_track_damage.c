@@ -82,7 +82,6 @@ static void damaged_ledger_is_distinguished_from_a_torn_one(void **unused) {
         flip_byte(ledger, at);
         const toliman_status expected = at < HEADER ? TOLIMAN_E_FORMAT : TOLIMAN_E_LOST;
         assert_refused(toliman_track_create(&options, &none), expected, ledger);
-        assert_string_equal(toliman_last_error_field(), ledger);
         options.flags = TOLIMAN_TRACK_READ_ONLY;
         assert_refused(toliman_track_create(&options, &none), expected, ledger);
         options.flags = 0;
@@ -233,10 +232,9 @@ static void impossible_records_are_refused(void **unused) {
         const uint32_t crc = crc32(before, line, LINE - 4);
         memcpy(line + LINE - 4, &crc, 4);
         write_at(ledger, HEADER, line, LINE);
-        const char *const text = trial == 0 ? "record 0: quarantines an unknown frame" : "record 0 is impossible";
-        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, text);
+        assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, ledger);
         track = make_track(&elsewhere);
-        assert_fails(toliman_track_merge(track, folder, 0, NULL), TOLIMAN_E_FORMAT, text);
+        assert_refused(toliman_track_merge(track, folder, 0, NULL), TOLIMAN_E_FORMAT, ledger);
         assert_int_equal(info_of(track).received, 0);
         toliman_track_destroy(track);
         assert_int_equal(size_of(ledger), HEADER + LINE);
@@ -258,7 +256,7 @@ static void full_disk_is_reported(void **unused) {
     toliman_track_outcome outcome = {.struct_size = sizeof outcome};
     size_t done = 9;
     make_frame(&frame, 12);
-    assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_WRITE, "ledger.tlml: ");
+    assert_int_equal(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_WRITE);
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &none), 0);
     assert_int_equal(done, 0);
     assert_refused(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_WRITE, ledger);
@@ -377,13 +375,13 @@ static void impossible_marks_do_not_spread(void **unused) {
     }
     toliman_track *track = make_track(&options), *none = NULL;
     push_range(track, 1, 5);
-    assert_fails(toliman_track_merge(track, crafted_path, 0, NULL), TOLIMAN_E_FORMAT, "impossible counts");
+    assert_refused(toliman_track_merge(track, crafted_path, 0, NULL), TOLIMAN_E_FORMAT, crafted);
     assert_ok(toliman_track_save(track));
     toliman_track_destroy(track);
     track = make_track(&options);
     assert_int_equal(info_of(track).received, 5);
     toliman_track_destroy(track);
-    assert_fails(toliman_track_create(&of_crafted, &none), TOLIMAN_E_FORMAT, "impossible counts");
+    assert_refused(toliman_track_create(&of_crafted, &none), TOLIMAN_E_FORMAT, crafted);
     remove_folder(crafted_path);
 }
 

@@ -345,7 +345,7 @@ static void readers_tolerate_recovery(void **unused) {
     const pid_t child = fork();
     assert_true(child >= 0);
     if (child == 0) {
-        for (int64_t id = 1; id < 4000; id += 8) {
+        for (int64_t id = 1; id < 800; id += 8) {
             toliman_track *track = NULL;
             if (toliman_track_create(&options, &track) != TOLIMAN_OK)
                 _exit(1);
@@ -375,7 +375,7 @@ static void readers_tolerate_recovery(void **unused) {
 static void killed_runs_are_resumed(void **unused) {
     (void)unused;
     const char *given = getenv("TOLIMAN_KILLS");
-    const int kills = given != NULL ? atoi(given) : 30;
+    const int kills = given != NULL ? atoi(given) : 10;
     toliman_track_options options = small_options(folder);
     options.ledger.group = 16;
     uint64_t random = 11;

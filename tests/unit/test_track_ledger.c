@@ -118,8 +118,6 @@ static void damage_ledger(int way) {
 /* The change is detected before anything more is acknowledged; a removed file is never saved to. */
 static void a_ledger_that_changes_stops_its_writer(void **unused) {
     (void)unused;
-    static const char *const words[WAYS] = {"was removed or renamed", "was removed or renamed", "was replaced",
-                                            "was changed", "was changed"};
     for (int way = 0; way < WAYS; way++)
         for (int saving = 0; saving < 2; saving++) {
             toliman_track_options options = small_options(folder);
@@ -139,10 +137,9 @@ static void a_ledger_that_changes_stops_its_writer(void **unused) {
                 status = toliman_track_save(track);
             assert_int_equal(status, TOLIMAN_E_LOST);
             assert_string_equal(toliman_last_error_field(), ledger);
-            assert_non_null(strstr(toliman_last_error(), words[way]));
             assert_int_equal(info_of(track).committed, 8);
-            assert_fails(toliman_track_commit(track), TOLIMAN_E_LOST, words[way]);
-            assert_fails(toliman_track_save(track), TOLIMAN_E_LOST, words[way]);
+            assert_refused(toliman_track_commit(track), TOLIMAN_E_LOST, ledger);
+            assert_refused(toliman_track_save(track), TOLIMAN_E_LOST, ledger);
             toliman_track_destroy(track);
             remove_folder(folder);
             assert_int_equal(mkdir(folder, 0777), 0);
@@ -215,12 +212,10 @@ static void lost_ledger_is_not_a_new_folder(void **unused) {
     reading.flags = TOLIMAN_TRACK_READ_ONLY;
     const char *const left[] = {checkpoint, setup, names};
     toliman_track *none = NULL;
-    char text[60];
     assert_int_equal(unlink(ledger), 0);
     for (int i = 0; i < 3; i++) {
-        snprintf(text, sizeof text, "is missing although %s exists", strrchr(left[i], '/') + 1);
-        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, text);
-        assert_fails(toliman_track_create(&reading, &none), TOLIMAN_E_FORMAT, text);
+        assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, ledger);
+        assert_refused(toliman_track_create(&reading, &none), TOLIMAN_E_FORMAT, ledger);
         assert_int_equal(access(ledger, F_OK), -1);
         assert_int_equal(unlink(left[i]), 0);
     }
@@ -241,7 +236,6 @@ static void partly_created_folder_continues(void **unused) {
         }
         toliman_track_options none = TOLIMAN_TRACK_OPTIONS_INIT;
         assert_refused(toliman_track_load_options(folder, &none), TOLIMAN_E_NOT_FOUND, folder);
-        assert_string_equal(toliman_last_error_field(), folder);
         assert_int_equal(count_warnings(options, 0), 0);
         toliman_track *track = make_track(&options);
         push_range(track, 1, 5);

@@ -122,7 +122,7 @@ static void any_order_gives_the_same_bits(void **unused) {
     static struct pass pass;
     const char *given = getenv("TOLIMAN_SEEDS");
     const toliman_track_options options = small_options(NULL);
-    const uint64_t seeds = given != NULL ? (uint64_t)atoll(given) : 1000;
+    const uint64_t seeds = given != NULL ? (uint64_t)atoll(given) : 300;
     for (uint64_t seed = 0; seed < seeds; seed++) {
         make_pass(&pass, &options, seed);
         uint64_t random = mixed(seed + 1000000);
@@ -212,7 +212,7 @@ static void shards_merge_in_any_order(void **unused) {
     (void)unused;
     static struct pass pass;
     const toliman_track_options options = small_options(NULL);
-    const int counts[] = {1, 2, 7, 64};
+    const int counts[] = {1, 7, 32};
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
         make_pass(&pass, &options, 100 + i);
         merge_shards(&pass, counts[i]);
@@ -287,8 +287,9 @@ static void growing_shards_are_merged_once(void **unused) {
 
 static void incompatible_shards_are_refused(void **unused) {
     (void)unused;
-    char folder[256];
+    char folder[256], ledger[300];
     make_folder(folder, sizeof folder);
+    snprintf(ledger, sizeof ledger, "%s/ledger.tlml", folder);
     toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     push_number(track, 1);
@@ -305,12 +306,12 @@ static void incompatible_shards_are_refused(void **unused) {
     others[5].flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
     for (int i = 0; i < 6; i++) {
         track = make_track(&others[i]);
-        assert_fails(toliman_track_merge(track, folder, 0, NULL), TOLIMAN_E_MISMATCH, "ledger.tlml");
+        assert_refused(toliman_track_merge(track, folder, 0, NULL), TOLIMAN_E_MISMATCH, ledger);
         assert_int_equal(info_of(track).received, 0);
         toliman_track_destroy(track);
         others[i].folder = folder;
         toliman_track *none = NULL;
-        assert_fails(toliman_track_create(&others[i], &none), TOLIMAN_E_MISMATCH, "ledger.tlml");
+        assert_refused(toliman_track_create(&others[i], &none), TOLIMAN_E_MISMATCH, ledger);
     }
     options.folder = NULL;
     track = make_track(&options);

@@ -166,7 +166,7 @@ static void shards_merge_in_any_order(void **unused) {
     assert_ok(toliman_track_save(track));
     toliman_track_destroy(track);
     track = rebuild(other, 0);
-    assert_fails(toliman_track_merge(track, shards[0], 0, NULL), TOLIMAN_E_MISMATCH, "has another system");
+    assert_int_equal(toliman_track_merge(track, shards[0], 0, NULL), TOLIMAN_E_MISMATCH);
     toliman_track_destroy(track);
     for (int i = 0; i < SHARDS; i++) {
         assert_ok(toliman_track_load_options(shards[i], &again));
@@ -222,7 +222,7 @@ static void salvaged_frames_keep_values_without_intervals(void **unused) {
 static void assert_locked(void) {
     const toliman_track_options options = reduced_options(folder, orbit);
     toliman_track *none = NULL;
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_STATE, "another process is writing to it");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_STATE, folder);
     assert_null(none);
 }
 

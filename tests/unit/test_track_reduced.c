@@ -231,17 +231,13 @@ static void another_reference_is_refused(void **unused) {
     toliman_track_options options = measured_options(folder);
     assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->reduction.sky");
     options = reduced_options(folder, other);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, "has another system");
-    assert_string_equal(toliman_last_error_field(), setup);
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, setup);
     options = reduced_options(folder, orbit);
     options.reduction.plate_scale_arcsec = 0.5;
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH,
-                 "has a plate scale of 0.75 arcsec per px, not 0.5");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, setup);
     options = loaded_options(TOLIMAN_TRACK_READ_ONLY);
     options.reduction.plate_scale_arcsec = 0.5;
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH,
-                 "has a plate scale of 0.75 arcsec per px, not 0.5");
-    assert_string_equal(toliman_last_error_field(), setup);
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, setup);
     options = measured_options(NULL);
     options.reduction.sky = orbit;
     assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->reduction.plate_scale_arcsec");
@@ -261,8 +257,7 @@ static void other_observers_and_clocks_are_refused(void **unused) {
     toliman_sky *partial = NULL;
     fill_folder(orbit, 1, LAST);
     toliman_track_options options = reduced_options(folder, earth);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH,
-                 "is reduced for an observer in orbit, this tracker for one at the Earth's centre");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, setup);
     toliman_sky_options without = TOLIMAN_SKY_OPTIONS_INIT;
     without.without = TOLIMAN_SKY_DEFLECTION;
     without.altitude_km = 600;

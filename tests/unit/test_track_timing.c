@@ -95,7 +95,6 @@ static void another_timing_is_refused(void **unused) {
         other.flags = flags;
         other.frames.stamp = TOLIMAN_FRAME_STAMP_END;
         assert_refused(toliman_track_create(&other, &none), TOLIMAN_E_MISMATCH, setup);
-        assert_string_equal(toliman_last_error_field(), setup);
         other.frames.stamp = 0;
         other.frames.exposure_s = 0.25;
         assert_refused(toliman_track_create(&other, &none), TOLIMAN_E_MISMATCH, setup);
@@ -164,7 +163,6 @@ static void lost_setup_loses_the_timing(void **unused) {
     toliman_track *none = NULL;
     options.frames.stamp = 0;
     assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->frames.stamp");
-    assert_string_equal(toliman_last_error_field(), "options->frames.stamp");
     options.frames.stamp = TOLIMAN_FRAME_STAMP_START;
     toliman_track *track = make_track(&options);
     assert_timing(track, TOLIMAN_FRAME_STAMP_START, 0.5);
