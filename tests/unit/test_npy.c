@@ -25,8 +25,7 @@ static void write_array(int version, const char *header, const double *data, siz
 
 static double data[PIXELS];
 
-static void other_files_are_refused(void **state) {
-    (void)state;
+TEST(other_files_are_refused) {
     const struct {
         int version;
         const char *header;
@@ -59,8 +58,7 @@ static void other_files_are_refused(void **state) {
     assert_null(sim);
 }
 
-static void headers_of_all_versions(void **state) {
-    (void)state;
+TEST(headers_of_all_versions) {
     static double opd[PIXELS], bare[PIXELS];
     toliman_sim *sim = sim_of(kBinaryScene);
     assert_ok(toliman_sim_get_pupil(sim, NULL, bare));
@@ -78,8 +76,7 @@ static void headers_of_all_versions(void **state) {
 }
 
 /* Apertures of zeros and ones in every type are the same. */
-static void numbers_of_all_types(void **state) {
-    (void)state;
+TEST(numbers_of_all_types) {
     const char *const types[] = {"|b1", "|u1", "<u2", "<u4", "<u8", "<i2", "<i4", "<i8"};
     static double amplitude[PIXELS], expected[PIXELS];
     unsigned char bytes[8 * PIXELS];
@@ -106,8 +103,7 @@ static void numbers_of_all_types(void **state) {
 }
 
 /* Read by its full path; not supported by the engine that resamples the pupil. */
-static void files_by_their_path(void **state) {
-    (void)state;
+TEST(files_by_their_path) {
     const char *const keys[] = {"\"amplitude\": {\"file\": ", "\"aberrations\": {\"opd_file\": "};
     for (int key = 0; key < 2; key++) {
         char text[200];
@@ -128,11 +124,8 @@ static void files_by_their_path(void **state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(other_files_are_refused),
-        cmocka_unit_test(headers_of_all_versions),
-        cmocka_unit_test(numbers_of_all_types),
-        cmocka_unit_test(files_by_their_path),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(other_files_are_refused),
+                                       cmocka_unit_test(headers_of_all_versions),
+                                       cmocka_unit_test(numbers_of_all_types), cmocka_unit_test(files_by_their_path)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

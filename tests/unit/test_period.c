@@ -31,8 +31,7 @@ static void save_into(const toliman_period *period, unsigned char *bytes, size_t
 static unsigned char bytes_a[1 << 20], bytes_b[1 << 20];
 
 /* More samples than the sums accept between two folds, so that carries are tested; saved and loaded in between. */
-static void long_streams_survive_saving(void **unused) {
-    (void)unused;
+TEST(long_streams_survive_saving) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.sigma_ceiling = 1e6;
     toliman_period *whole = make(0.01, 0.001, 70, &options), *part = make(0.01, 0.001, 70, &options);
@@ -59,8 +58,7 @@ static void long_streams_survive_saving(void **unused) {
 }
 
 /* The first row of the chapter's table: three cycles of a pure sine in unit span, 1095 samples. */
-static void pure_signal_row(void **unused) {
-    (void)unused;
+TEST(pure_signal_row) {
     const size_t n = 1095;
     for (size_t i = 0; i < n; i++) {
         times[i] = (double)i / (double)n;
@@ -98,8 +96,7 @@ static void pure_signal_row(void **unused) {
     toliman_period_destroy(period);
 }
 
-static void fit_recovers_parameters(void **unused) {
-    (void)unused;
+TEST(fit_recovers_parameters) {
     const size_t n = 1095;
     uint64_t state = 77;
     for (size_t i = 0; i < n; i++) {
@@ -126,8 +123,7 @@ static void fit_recovers_parameters(void **unused) {
 }
 
 /* Two brown dwarfs around nu Ophiuchi; the inner one has a period of about 530 days. */
-static void nu_ophiuchi(void **unused) {
-    (void)unused;
+TEST(nu_ophiuchi) {
     FILE *file = fopen("examples/data/nu_oph_rv.csv", "r");
     assert_non_null(file);
     char line[256];
@@ -150,8 +146,7 @@ static void nu_ophiuchi(void **unused) {
     toliman_period_destroy(period);
 }
 
-static void defined_where_others_give_nan(void **unused) {
-    (void)unused;
+TEST(defined_where_others_give_nan) {
     double power[64];
     const double same[6] = {7.25, 7.25, 7.25, 7.25, 7.25, 7.25}, t[6] = {0, 1, 2.5, 3, 4.5, 6};
     toliman_period_peak peak = {.struct_size = sizeof peak};
@@ -194,8 +189,7 @@ static void defined_where_others_give_nan(void **unused) {
     toliman_period_destroy(period);
 }
 
-static void refusals_name_the_argument(void **unused) {
-    (void)unused;
+TEST(refusals_name_the_argument) {
     toliman_period *period = NULL;
     toliman_period_options options;
     assert_refused(toliman_period_create(-1, 1, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "f0");
@@ -233,8 +227,7 @@ static void refusals_name_the_argument(void **unused) {
     toliman_period_destroy(NULL);
 }
 
-static void damaged_state_is_refused(void **unused) {
-    (void)unused;
+TEST(damaged_state_is_refused) {
     toliman_period *period = make(0.1, 0.1, 10, NULL), *loaded = NULL;
     for (int i = 0; i < 9; i++)
         assert_ok(toliman_period_push(period, i, i % 3, 1));
@@ -254,8 +247,7 @@ static void damaged_state_is_refused(void **unused) {
     toliman_period_destroy(period);
 }
 
-static void saving_replaces_what_a_link_names_and_no_pipe(void **unused) {
-    (void)unused;
+TEST(saving_replaces_what_a_link_names_and_no_pipe) {
     char folder[] = "saving.XXXXXX", state[64], link[64], pipe[64];
     assert_non_null(mkdtemp(folder));
     snprintf(state, sizeof state, "%s/state", folder);
@@ -282,16 +274,7 @@ static void saving_replaces_what_a_link_names_and_no_pipe(void **unused) {
     assert_int_equal(rmdir(folder), 0); // no other file was left in the folder
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(long_streams_survive_saving),
-        cmocka_unit_test(pure_signal_row),
-        cmocka_unit_test(fit_recovers_parameters),
-        cmocka_unit_test(nu_ophiuchi),
-        cmocka_unit_test(defined_where_others_give_nan),
-        cmocka_unit_test(refusals_name_the_argument),
-        cmocka_unit_test(damaged_state_is_refused),
-        cmocka_unit_test(saving_replaces_what_a_link_names_and_no_pipe),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(long_streams_survive_saving), cmocka_unit_test(pure_signal_row),
+          cmocka_unit_test(fit_recovers_parameters), cmocka_unit_test(nu_ophiuchi),
+          cmocka_unit_test(defined_where_others_give_nan), cmocka_unit_test(refusals_name_the_argument),
+          cmocka_unit_test(damaged_state_is_refused), cmocka_unit_test(saving_replaces_what_a_link_names_and_no_pipe))

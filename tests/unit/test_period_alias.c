@@ -67,8 +67,7 @@ static const struct {
              {"slow change", 0.99726957, 0.1, 366, 0, 2e-5, 2.5, 86400e9, 0, TOLIMAN_PERIOD_INTERVAL_SIDEREAL_DAY,
               0.99726957, 0}};
 
-static void choice_and_list(void **state) {
-    (void)state;
+TEST(choice_and_list) {
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
         const int n = sample(cases[c].step, cases[c].scatter, cases[c].season, cases[c].period, cases[c].slope);
         toliman_period *period = pushed(n, cases[c].last, cases[c].unit_ns);
@@ -102,8 +101,7 @@ static void choice_and_list(void **state) {
 }
 
 /* Neither order nor shards change the choice. */
-static void choice_does_not_depend_on_order(void **state) {
-    (void)state;
+TEST(choice_does_not_depend_on_order) {
     const int n = sample(3, 0.02, 366, 300, 0);
     toliman_period *whole = pushed(n, 0.5, 86400e9), *half = pushed(n / 2, 0.5, 86400e9), *other = NULL;
     for (int i = 0; i < n / 2; i++) { /* in reverse order */
@@ -132,8 +130,7 @@ static void choice_does_not_depend_on_order(void **state) {
     toliman_period_destroy(other);
 }
 
-static void invalid_arguments_are_refused(void **state) {
-    (void)state;
+TEST(invalid_arguments_are_refused) {
     toliman_period *period = pushed(sample(3, 0.02, 366, 300, 0), 0.5, 86400e9);
     toliman_period_alias aliases[2] = {TOLIMAN_PERIOD_ALIAS_INIT};
     size_t count = 9;
@@ -147,11 +144,5 @@ static void invalid_arguments_are_refused(void **state) {
     toliman_period_destroy(period);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(choice_and_list),
-        cmocka_unit_test(choice_does_not_depend_on_order),
-        cmocka_unit_test(invalid_arguments_are_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(choice_and_list), cmocka_unit_test(choice_does_not_depend_on_order),
+          cmocka_unit_test(invalid_arguments_are_refused))

@@ -52,8 +52,7 @@ static void compare_with_113_bits(const char *name, const toliman_period_options
 
 /* Floor and ceiling up to a factor 1e8 apart: all samples at the ceiling, one or two far below the others, all
  * magnitudes, one far above. */
-static void sigma_ratios_match_113_bits(void **unused) {
-    (void)unused;
+TEST(sigma_ratios_match_113_bits) {
     static const char *const names[] = {"all light", "one heavy", "two heavy", "all sizes", "one light"};
     static const double ratios[] = {30, 33, 1e3, 1e6, 1e8};
     for (uint32_t flags = 0; flags < 2; flags++)
@@ -81,8 +80,7 @@ static void sigma_ratios_match_113_bits(void **unused) {
             }
 }
 
-static void sigmas_out_of_range_are_refused(void **unused) {
-    (void)unused;
+TEST(sigmas_out_of_range_are_refused) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     toliman_period *period = make(&options), *none = NULL;
     assert_ok(toliman_period_push(period, 1, 1, 32));
@@ -101,8 +99,7 @@ static void sigmas_out_of_range_are_refused(void **unused) {
     assert_null(none);
 }
 
-static void impossible_grids_are_refused(void **unused) {
-    (void)unused;
+TEST(impossible_grids_are_refused) {
     toliman_period_options options;
     toliman_period *none = NULL;
     assert_refused(toliman_period_create(1e308, 1e308, 2, NULL, &none), TOLIMAN_E_ARGUMENT, "f0");
@@ -127,8 +124,7 @@ static void impossible_grids_are_refused(void **unused) {
     REFUSED(unit_ns, 1e31);
 }
 
-static void small_values_keep_their_digits_or_are_refused(void **unused) {
-    (void)unused;
+TEST(small_values_keep_their_digits_or_are_refused) {
     static const struct {
         double scale, bound, ceiling;
         int refused;
@@ -165,8 +161,7 @@ static void small_values_keep_their_digits_or_are_refused(void **unused) {
 }
 
 /* At the Nyquist frequency of even times the sine is 0 at every sample: only +-1 is fitted. */
-static void nyquist_frequency_is_fitted(void **unused) {
-    (void)unused;
+TEST(nyquist_frequency_is_fitted) {
     for (int noisy = 0; noisy < 2; noisy++)
         for (int past = 0; past < 2; past++)
             for (uint32_t flags = 0; flags < 2; flags++) {
@@ -209,8 +204,7 @@ static void nyquist_frequency_is_fitted(void **unused) {
 }
 
 /* A fit without residual: 1 - power is treated as 1e-4900, and nothing is infinite or NaN. */
-static void perfect_fit_has_a_probability(void **unused) {
-    (void)unused;
+TEST(perfect_fit_has_a_probability) {
     for (uint32_t flags = 0; flags < 2; flags++) {
         toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
         options.flags = flags;
@@ -263,8 +257,7 @@ static void perfect_fit_has_a_probability(void **unused) {
     }
 }
 
-static void times_have_a_limit(void **unused) {
-    (void)unused;
+TEST(times_have_a_limit) {
     toliman_period *period = NULL;
     assert_ok(toliman_period_create(0, 1e-300, 10, NULL, &period));
     assert_refused(toliman_period_push(period, 1e200, 1, 1), TOLIMAN_E_RANGE, "t");
@@ -290,8 +283,7 @@ static uint32_t crc32(const unsigned char *bytes, size_t size) {
 }
 
 /* States with a correct checksum and impossible content; offsets as in tools/docs/formats.md. */
-static void crafted_state_is_refused(void **unused) {
-    (void)unused;
+TEST(crafted_state_is_refused) {
     enum { COUNT = 104, PAIRS = 112, DIGITS = 148, SUMS = 2948, EXACT = 560 };
     static const struct {
         size_t at;
@@ -359,8 +351,7 @@ static void crafted_state_is_refused(void **unused) {
 }
 
 /* The header determines the size before anything else is read: 8 GiB of another file cost nothing. */
-static void large_foreign_file_is_not_read(void **unused) {
-    (void)unused;
+TEST(large_foreign_file_is_not_read) {
     char path[] = "large.XXXXXX";
     const int file = mkstemp(path);
     assert_true(file >= 0);
@@ -391,8 +382,7 @@ static size_t allocated_bytes(void) {
     return usage.uordblks + usage.hblkhd;
 }
 
-static void memory_is_allocated_at_creation(void **unused) {
-    (void)unused;
+TEST(memory_is_allocated_at_creation) {
     enum { MANY = 1 << 20 };
     for (int double_limb = 0; double_limb < 2; double_limb++) {
         toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
@@ -418,8 +408,7 @@ static void memory_is_allocated_at_creation(void **unused) {
 }
 
 /* A window sliding over many samples, with occasional queries: no allocation. */
-static void pushes_allocate_nothing(void **unused) {
-    (void)unused;
+TEST(pushes_allocate_nothing) {
     enum { WINDOW = 1000, PUSHES = 100000 };
     toliman_period *period = make(NULL);
     double power[NF];
@@ -441,19 +430,14 @@ static void pushes_allocate_nothing(void **unused) {
     toliman_period_destroy(period);
 }
 #else
-static void memory_is_allocated_at_creation(void **unused) {
-    (void)unused;
-}
+TEST(memory_is_allocated_at_creation) {}
 
-static void pushes_allocate_nothing(void **unused) {
-    (void)unused;
-}
+TEST(pushes_allocate_nothing) {}
 #endif
 
 /* A signal of half a cycle more than the series holds: the power rises beyond the first frequency, and no peak is
  * reported there. */
-static void peak_at_the_edge_is_flagged(void **unused) {
-    (void)unused;
+TEST(peak_at_the_edge_is_flagged) {
     for (int i = 0; i < N; i++) {
         times[i] = i;
         values[i] = sin(2 * M_PI * i / 310);
@@ -489,8 +473,7 @@ static void peak_at_the_edge_is_flagged(void **unused) {
 }
 
 /* Pure sines between grid points: a parabola through the powers would exceed the sine's power, even 1. */
-static void peak_power_is_not_overestimated(void **unused) {
-    (void)unused;
+TEST(peak_power_is_not_overestimated) {
     for (int quarter = 0; quarter < 4; quarter++) {
         const double frequency = 0.01 + 0.25 * quarter / (10.0 * N);
         for (int i = 0; i < N; i++) {
@@ -516,21 +499,11 @@ static void peak_power_is_not_overestimated(void **unused) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(peak_power_is_not_overestimated),
-        cmocka_unit_test(sigma_ratios_match_113_bits),
-        cmocka_unit_test(sigmas_out_of_range_are_refused),
-        cmocka_unit_test(small_values_keep_their_digits_or_are_refused),
-        cmocka_unit_test(nyquist_frequency_is_fitted),
-        cmocka_unit_test(perfect_fit_has_a_probability),
-        cmocka_unit_test(times_have_a_limit),
-        cmocka_unit_test(peak_at_the_edge_is_flagged),
-        cmocka_unit_test(crafted_state_is_refused),
-        cmocka_unit_test(impossible_grids_are_refused),
-        cmocka_unit_test(large_foreign_file_is_not_read),
-        cmocka_unit_test(memory_is_allocated_at_creation),
-        cmocka_unit_test(pushes_allocate_nothing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(peak_power_is_not_overestimated), cmocka_unit_test(sigma_ratios_match_113_bits),
+          cmocka_unit_test(sigmas_out_of_range_are_refused),
+          cmocka_unit_test(small_values_keep_their_digits_or_are_refused),
+          cmocka_unit_test(nyquist_frequency_is_fitted), cmocka_unit_test(perfect_fit_has_a_probability),
+          cmocka_unit_test(times_have_a_limit), cmocka_unit_test(peak_at_the_edge_is_flagged),
+          cmocka_unit_test(crafted_state_is_refused), cmocka_unit_test(impossible_grids_are_refused),
+          cmocka_unit_test(large_foreign_file_is_not_read), cmocka_unit_test(memory_is_allocated_at_creation),
+          cmocka_unit_test(pushes_allocate_nothing))

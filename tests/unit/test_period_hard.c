@@ -81,8 +81,7 @@ static toliman_period_options fill(const hard_case *c, int fixed_mean) {
 }
 
 /* Compares the two lowest frequencies and eight others across the grid. */
-static void power_matches_113_bits(void **unused) {
-    (void)unused;
+TEST(power_matches_113_bits) {
     for (int i = 0; i < 2 * kCases; i++) {
         const hard_case *c = &cases[i / 2];
         const int fixed_mean = i % 2;
@@ -129,8 +128,7 @@ static void saved_and_loaded(toliman_period **period) {
 
 /* The samples are shuffled; pushed to 64 shards that are merged; mixed with as many samples that are retracted; saved
  * and loaded in between. */
-static void state_does_not_depend_on_the_order(void **unused) {
-    (void)unused;
+TEST(state_does_not_depend_on_the_order) {
     for (int which = 0; which < kCases; which++) {
         const hard_case *c = &cases[which];
         const toliman_period_options options = fill(c, 0);
@@ -200,8 +198,7 @@ static double loss_of(size_t n, double f) {
 /* Few and many samples, equal sigmas and sigmas up to the ceiling, short nights, even times near their aliases, values
  * far from the offset: the error is within the header's bound, and where it exceeds 1e-9 the sampling diagnostics flag
  * it. */
-static void power_is_within_the_documented_bound(void **unused) {
-    (void)unused;
+TEST(power_is_within_the_documented_bound) {
     uint64_t state = 77;
     for (int draw = 0; draw < 600; draw++) {
         static const size_t sizes[] = {5, 8, 20, 100};
@@ -242,8 +239,7 @@ static void power_is_within_the_documented_bound(void **unused) {
 }
 
 /* A million samples against sums in long double with exact phases. */
-static void million_samples(void **unused) {
-    (void)unused;
+TEST(million_samples) {
     enum { kMany = 1000000, kFrequencies = 12 };
     const double f0 = 1e-3, df = 0.045;
     toliman_period *period = NULL;
@@ -277,12 +273,5 @@ static void million_samples(void **unused) {
     toliman_period_destroy(period);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(power_matches_113_bits),
-        cmocka_unit_test(state_does_not_depend_on_the_order),
-        cmocka_unit_test(power_is_within_the_documented_bound),
-        cmocka_unit_test(million_samples),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(power_matches_113_bits), cmocka_unit_test(state_does_not_depend_on_the_order),
+          cmocka_unit_test(power_is_within_the_documented_bound), cmocka_unit_test(million_samples))

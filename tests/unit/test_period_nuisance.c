@@ -72,8 +72,7 @@ static void push(toliman_period *period, int i) {
     assert_ok(toliman_period_push_samples(period, &samples[i], rows[i], 1));
 }
 
-static void any_order_gives_the_same_bits(void **unused) {
-    (void)unused;
+TEST(any_order_gives_the_same_bits) {
     fill();
     const toliman_period_options options = options_for_rows();
     toliman_period *all = make(&options), *backward = make(&options), *half = make(&options), *none = make(&options);
@@ -94,8 +93,7 @@ static void any_order_gives_the_same_bits(void **unused) {
     toliman_period_destroy(none);
 }
 
-static void shards_and_saved_states_give_the_same_bits(void **unused) {
-    (void)unused;
+TEST(shards_and_saved_states_give_the_same_bits) {
     fill();
     const toliman_period_options options = options_for_rows();
     toliman_period *whole = make(&options), *merged = make(&options), *shards[kShards], *loaded = NULL;
@@ -120,8 +118,7 @@ static void shards_and_saved_states_give_the_same_bits(void **unused) {
 }
 
 /* Without nuisance functions the bytes are those of version 3; a file is loaded by the size in its header. */
-static void state_has_a_version(void **unused) {
-    (void)unused;
+TEST(state_has_a_version) {
     fill();
     toliman_period_options options = options_for_rows();
     toliman_period *period = make(&options), *loaded = NULL;
@@ -150,8 +147,7 @@ static void state_has_a_version(void **unused) {
     toliman_period_destroy(period);
 }
 
-static void bad_options_are_refused(void **unused) {
-    (void)unused;
+TEST(bad_options_are_refused) {
     toliman_period *period = NULL;
 #define REFUSED(change, field)                                                                                         \
     do {                                                                                                               \
@@ -175,8 +171,7 @@ static void bad_options_are_refused(void **unused) {
 #undef REFUSED
 }
 
-static void bad_samples_are_refused(void **unused) {
-    (void)unused;
+TEST(bad_samples_are_refused) {
     fill();
     toliman_period_options options = options_for_rows();
     toliman_period *period = make(&options), *other = NULL;
@@ -226,8 +221,7 @@ static toliman_period_info info_of(const toliman_period *period) {
 
 /* A trend of order 6: as many functions as different times, and with times close together only as many as 2^-40
  * distinguishes; a function with a prior is always in use. */
-static void functions_in_use_grow_with_the_samples(void **unused) {
-    (void)unused;
+TEST(functions_in_use_grow_with_the_samples) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.trend = 6;
     options.trend_end = 1000;
@@ -260,8 +254,7 @@ static void functions_in_use_grow_with_the_samples(void **unused) {
 }
 
 /* Times in nanoseconds have the position in the span of the trend of the same times as doubles. */
-static void times_in_nanoseconds_have_a_trend(void **unused) {
-    (void)unused;
+TEST(times_in_nanoseconds_have_a_trend) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.trend = 4;
     options.trend_end = 1 << 20;
@@ -281,8 +274,7 @@ static void times_in_nanoseconds_have_a_trend(void **unused) {
 }
 
 /* Values that the functions describe have no power; a trend alone is not an alarm. */
-static void trend_has_no_power(void **unused) {
-    (void)unused;
+TEST(trend_has_no_power) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.trend = 3;
     options.trend_end = 1000;
@@ -305,16 +297,7 @@ static void trend_has_no_power(void **unused) {
     toliman_period_destroy(period);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_order_gives_the_same_bits),
-        cmocka_unit_test(shards_and_saved_states_give_the_same_bits),
-        cmocka_unit_test(state_has_a_version),
-        cmocka_unit_test(bad_options_are_refused),
-        cmocka_unit_test(bad_samples_are_refused),
-        cmocka_unit_test(functions_in_use_grow_with_the_samples),
-        cmocka_unit_test(times_in_nanoseconds_have_a_trend),
-        cmocka_unit_test(trend_has_no_power),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(any_order_gives_the_same_bits), cmocka_unit_test(shards_and_saved_states_give_the_same_bits),
+          cmocka_unit_test(state_has_a_version), cmocka_unit_test(bad_options_are_refused),
+          cmocka_unit_test(bad_samples_are_refused), cmocka_unit_test(functions_in_use_grow_with_the_samples),
+          cmocka_unit_test(times_in_nanoseconds_have_a_trend), cmocka_unit_test(trend_has_no_power))

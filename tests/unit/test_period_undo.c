@@ -60,8 +60,7 @@ static void assert_same_bytes(const toliman_period *a, const toliman_period *b) 
 }
 
 /* More than 4096 pushes, so that sums are folded in between; retracted in another order. */
-static void test_retract_undoes_push(void **unused) {
-    (void)unused;
+TEST(test_retract_undoes_push) {
     for (int double_limb = 0; double_limb < 2; double_limb++) {
         fill(double_limb);
         const toliman_period_options options = options_for(double_limb);
@@ -84,8 +83,7 @@ static void test_retract_undoes_push(void **unused) {
     }
 }
 
-static void test_retract_many_is_all_or_none(void **unused) {
-    (void)unused;
+TEST(test_retract_many_is_all_or_none) {
     fill(0);
     const toliman_period_options options = options_for(0);
     toliman_period *period = make(&options), *other = make(&options);
@@ -106,8 +104,7 @@ static void test_retract_many_is_all_or_none(void **unused) {
     toliman_period_destroy(period), toliman_period_destroy(other);
 }
 
-static void test_shards_merge_to_the_same_bits(void **unused) {
-    (void)unused;
+TEST(test_shards_merge_to_the_same_bits) {
     for (int double_limb = 0; double_limb < 2; double_limb++) {
         fill(double_limb);
         const toliman_period_options options = options_for(double_limb);
@@ -129,8 +126,7 @@ static void test_shards_merge_to_the_same_bits(void **unused) {
     }
 }
 
-static void test_window_slides(void **unused) {
-    (void)unused;
+TEST(test_window_slides) {
     enum { kWindow = 50 };
     fill(0);
     const toliman_period_options options = options_for(0);
@@ -146,8 +142,7 @@ static void test_window_slides(void **unused) {
     toliman_period_destroy(sliding), toliman_period_destroy(fresh);
 }
 
-static void test_copies_are_independent(void **unused) {
-    (void)unused;
+TEST(test_copies_are_independent) {
     fill(0);
     const toliman_period_options options = options_for(0);
     toliman_period *one = make(&options), *copy = NULL;
@@ -161,8 +156,7 @@ static void test_copies_are_independent(void **unused) {
 }
 
 /* Shards with different references: after re-referencing to the first one's, the power agrees with 113-bit sums. */
-static void test_merge_of_other_references(void **unused) {
-    (void)unused;
+TEST(test_merge_of_other_references) {
     for (int double_limb = 0; double_limb < 2; double_limb++) {
         fill(double_limb);
         toliman_period_options options = options_for(double_limb), other = options;
@@ -190,8 +184,7 @@ static void test_merge_of_other_references(void **unused) {
 }
 
 /* Two nights, each with its own suitable options: value offset by its first value, sigmas about its own. */
-static void test_merge_of_two_nights(void **unused) {
-    (void)unused;
+TEST(test_merge_of_two_nights) {
     fill(0);
     toliman_period *nights[2];
     for (int night = 0; night < 2; night++) {
@@ -223,8 +216,7 @@ static void test_merge_of_two_nights(void **unused) {
     toliman_period_destroy(nights[0]), toliman_period_destroy(nights[1]);
 }
 
-static void test_merge_refuses(void **unused) {
-    (void)unused;
+TEST(test_merge_refuses) {
     const toliman_period_options options = options_for(0);
     toliman_period_options other = options;
     toliman_period *period = make(&options), *odd = NULL;
@@ -275,8 +267,7 @@ static void test_merge_refuses(void **unused) {
 }
 
 /* Camera times of 1.7e18 ns, in days; the same times as pairs of doubles; both against 113-bit sums. */
-static void test_times_in_nanoseconds_and_pairs(void **unused) {
-    (void)unused;
+TEST(test_times_in_nanoseconds_and_pairs) {
     enum { kCount = 300 };
     fill(0);
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
@@ -326,8 +317,7 @@ static void test_times_in_nanoseconds_and_pairs(void **unused) {
 
 /* Sums that no samples can produce are reported when they are saved, not only when they are loaded; the previous file
  * is kept. */
-static void unloadable_state_is_not_saved(void **unused) {
-    (void)unused;
+TEST(unloadable_state_is_not_saved) {
     unsigned char bytes[8192];
     char folder[256], path[300];
     size_t size;
@@ -367,17 +357,15 @@ static void unloadable_state_is_not_saved(void **unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_retract_undoes_push),
-        cmocka_unit_test(test_retract_many_is_all_or_none),
-        cmocka_unit_test(test_shards_merge_to_the_same_bits),
-        cmocka_unit_test(test_window_slides),
-        cmocka_unit_test(test_copies_are_independent),
-        cmocka_unit_test(test_merge_of_other_references),
-        cmocka_unit_test(test_merge_of_two_nights),
-        cmocka_unit_test(test_merge_refuses),
-        cmocka_unit_test(test_times_in_nanoseconds_and_pairs),
-        cmocka_unit_test(unloadable_state_is_not_saved),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_retract_undoes_push),
+                                       cmocka_unit_test(test_retract_many_is_all_or_none),
+                                       cmocka_unit_test(test_shards_merge_to_the_same_bits),
+                                       cmocka_unit_test(test_window_slides),
+                                       cmocka_unit_test(test_copies_are_independent),
+                                       cmocka_unit_test(test_merge_of_other_references),
+                                       cmocka_unit_test(test_merge_of_two_nights),
+                                       cmocka_unit_test(test_merge_refuses),
+                                       cmocka_unit_test(test_times_in_nanoseconds_and_pairs),
+                                       cmocka_unit_test(unloadable_state_is_not_saved)};
     return cmocka_run_group_tests_name("period_undo", tests, NULL, NULL);
 }

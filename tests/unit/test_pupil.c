@@ -47,8 +47,7 @@ static void assert_same(double *image, double *expected, double rtol_of_peak) {
 
 /* Noll 2 of rms a is OPD = 2 a x/(D/2) = (4 a/D) x; a star ox px to higher columns has OPD = ox p x. So ox = 4 a/(D p):
  * positive a moves to higher columns. Noll 3 is the same for rows. */
-static void tilt_moves_the_image(void **state) {
-    (void)state;
+TEST(tilt_moves_the_image) {
     const double rms_nm = 90.9, px = 4 * rms_nm * 1e-9 / (kAperture * kPixel);
     assert_close(px, 3, 1e-3, 0);
     assert_same(image_with_zernike(2, rms_nm), image_with("", px, 0), 1e-12);
@@ -68,8 +67,7 @@ static void tilt_moves_the_image(void **state) {
 
 /* A defocus of either sign gives the same symmetric image. With u = r^2 the axis keeps (sin x/x)^2 of its light, x = 2
  * pi sqrt(3) a/lambda: OPD = sqrt(3) a (2u - 1). */
-static void defocus_is_symmetric(void **state) {
-    (void)state;
+TEST(defocus_is_symmetric) {
     const double rms_nm = 60, x = 2 * M_PI * sqrt(3) * rms_nm * 1e-9 / kWavelength;
     assert_same(image_with_zernike(4, rms_nm), image_with_zernike(4, -rms_nm), 1e-13);
     double *const image = image_with_zernike(4, rms_nm);
@@ -89,8 +87,7 @@ static void defocus_is_symmetric(void **state) {
 
 /* A weak aberration reduces the peak by the fraction (2 pi a/lambda)^2, whichever Zernike term it is (Marechal): the
  * coefficients are rms values. */
-static void coefficients_are_rms(void **state) {
-    (void)state;
+TEST(coefficients_are_rms) {
     double *const sharp = image_with("", 0.5, 0.5);
     const int axis = SIDE / 2 * SIDE + SIDE / 2;
     for (int noll = 4; noll <= 21; noll++) {
@@ -131,8 +128,7 @@ static double surface_height(double x, double y) {
 static const char *const kAmplitude = "'amplitude': {'file': 'amplitude.npy'}, ";
 
 /* Intensity is a fraction of the light that passes the pupil, so a uniform loss changes only the pupil. */
-static void even_loss_changes_nothing(void **state) {
-    (void)state;
+TEST(even_loss_changes_nothing) {
     static double open[N * N], grey[N * N];
     write_map("amplitude.npy", half);
     toliman_sim *const lossy = star_with(kAmplitude, 1, 2), *const clear = star_with("", 1, 2);
@@ -147,8 +143,7 @@ static void even_loss_changes_nothing(void **state) {
 }
 
 /* A soft pupil edge has no far wings, so nearly all light falls in the frame and the intensities sum to 1. */
-static void light_sums_to_one(void **state) {
-    (void)state;
+TEST(light_sums_to_one) {
     write_map("amplitude.npy", soft);
     toliman_sim *const sim = star_with(kAmplitude, 0, 0), *const hard = star_with("", 0, 0);
     assert_close(sim_info_of(sim).total_photons, 1e6, 3e-3, 0);
@@ -158,8 +153,7 @@ static void light_sums_to_one(void **state) {
 }
 
 /* The formula of sim.h, summed directly in long double: mask, Zernike polynomials and both files together. */
-static void everything_adds(void **state) {
-    (void)state;
+TEST(everything_adds) {
     static double amplitude[N * N], opd[N * N], clear[N * N];
     write_map("amplitude.npy", soft);
     write_map("surface.npy", surface_height);
@@ -203,8 +197,7 @@ static void everything_adds(void **state) {
 }
 
 /* A stepped mirror of height h equals a mask of OPD 2 h. */
-static void mirror_heights_count_twice(void **state) {
-    (void)state;
+TEST(mirror_heights_count_twice) {
     const char *const mask = "'mask': {'kind': 'spiral', 'edges': 'cell', '%s': %s, 'terms': [{'a': 1, "
                              "'f': 3, 'm': 2}]}, ";
     char step[200], mirror[200];
@@ -215,10 +208,9 @@ static void mirror_heights_count_twice(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(tilt_moves_the_image),       cmocka_unit_test(defocus_is_symmetric),
-        cmocka_unit_test(coefficients_are_rms),       cmocka_unit_test(even_loss_changes_nothing),
-        cmocka_unit_test(light_sums_to_one),          cmocka_unit_test(everything_adds),
-        cmocka_unit_test(mirror_heights_count_twice),
-    };
+        cmocka_unit_test(tilt_moves_the_image),      cmocka_unit_test(defocus_is_symmetric),
+        cmocka_unit_test(coefficients_are_rms),      cmocka_unit_test(even_loss_changes_nothing),
+        cmocka_unit_test(light_sums_to_one),         cmocka_unit_test(everything_adds),
+        cmocka_unit_test(mirror_heights_count_twice)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

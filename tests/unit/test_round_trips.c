@@ -31,8 +31,7 @@ static toliman_period *any_period(void) {
     return period;
 }
 
-static void periodograms(void **unused) {
-    (void)unused;
+TEST(periodograms) {
     static unsigned char bytes[STATE_CAPACITY], again[STATE_CAPACITY];
     int64_t samples = 0;
     for (uint64_t object = 0; object < objects; object++) {
@@ -59,8 +58,7 @@ static void fill(float *numbers, size_t count) {
     }
 }
 
-static void networks(void **unused) {
-    (void)unused;
+TEST(networks) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     toliman_cae *cae = make_cae(sim, 1, 0, NULL);
     toliman_sim_destroy(sim);
@@ -99,8 +97,7 @@ static size_t contents(const char *path, unsigned char *bytes, size_t capacity) 
 }
 
 /* A folder that is opened and saved: no byte of its three files changes. */
-static void folders(void **unused) {
-    (void)unused;
+TEST(folders) {
     enum { CAPACITY = 1 << 16 };
     static unsigned char before[CAPACITY], after[CAPACITY];
     const char *const files[] = {ledger, checkpoint, setup};
@@ -136,10 +133,6 @@ static void folders(void **unused) {
 int main(void) {
     const char *given = getenv("TOLIMAN_OBJECTS");
     objects = given != NULL ? (uint64_t)atoll(given) : objects;
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(periodograms),
-        cmocka_unit_test(networks),
-        cmocka_unit_test_setup_teardown(folders, set_up, tear_down),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(periodograms), cmocka_unit_test(networks), in_folder(folders)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

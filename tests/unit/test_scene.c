@@ -7,8 +7,7 @@ static void refused(const char *json, size_t size, toliman_status code, const ch
     assert_null(sim);
 }
 
-static void impossible_values(void **state) {
-    (void)state;
+TEST(impossible_values) {
     const refusal changes[] = {
         {"'aperture_m': 0.125", "'aperture_m': -0.125", "telescope.aperture_m"},
         {"'aperture_m': 0.125", "'aperture_m': 0", "telescope.aperture_m"},
@@ -70,8 +69,7 @@ static void impossible_values(void **state) {
     CHECK_REFUSALS(kBinaryScene, TOLIMAN_E_SCENE, changes);
 }
 
-static void unknown_keys(void **state) {
-    (void)state;
+TEST(unknown_keys) {
     const refusal changes[] = {
         {"'aperture_m'", "'apertur_m'", "telescope.apertur_m"},
         {"'telescope'", "'Telescope'", "Telescope"},
@@ -82,8 +80,7 @@ static void unknown_keys(void **state) {
     CHECK_REFUSALS(kBinaryScene, TOLIMAN_E_SCENE, changes);
 }
 
-static void zernikes_have_an_index(void **state) {
-    (void)state;
+TEST(zernikes_have_an_index) {
     const char *const bad[] = {"0", "232", "04", "+4", "-4", "4 ", "4.0", "0x4", "", "99999999999", "defocus"};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         char key[80], field[80];
@@ -94,8 +91,7 @@ static void zernikes_have_an_index(void **state) {
     }
 }
 
-static void unsupported_features(void **state) {
-    (void)state;
+TEST(unsupported_features) {
     const refusal changes[] = {
         {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'bin': 2", "detector.bin"},
         {"'noise'", "'systematics': {'jitter_sigma_px': {'rms': 1, 'drift_per_day': 1e-3}}, 'noise'",
@@ -109,8 +105,7 @@ static const char *const kElements =
     "{'period_years': 80, 'semi_major_arcsec': 10, 'eccentricity': 0.5, 'inclination_deg': 30,"
     " 'node_deg': 40, 'periastron_deg': 50, 'epoch': 1955}";
 
-static void impossible_orbits(void **state) {
-    (void)state;
+TEST(impossible_orbits) {
     const refusal changes[] = {
         {"'date': 2027, ", "", "binary.date"},
         {"'date': 2027", "'date': 1e5", "binary.date"},
@@ -135,8 +130,7 @@ static void impossible_orbits(void **state) {
     free(scene);
 }
 
-static void impossible_planets(void **state) {
-    (void)state;
+TEST(impossible_planets) {
     const refusal changes[] = {
         {", 'mass_sun': 0.9", "", "signal.kind"},
         {", 'distance_pc': 1.33", "", "signal.kind"},
@@ -162,8 +156,7 @@ static void impossible_planets(void **state) {
     free(scene);
 }
 
-static void text_that_is_not_json(void **state) {
-    (void)state;
+TEST(text_that_is_not_json) {
     const refusal changes[] = {
         {"'aperture_m': 0.125", "'aperture_m': 1e999", "scene"},
         {"'aperture_m': 0.125", "'aperture_m': NaN", "scene"},
@@ -210,8 +203,7 @@ static void text_that_is_not_json(void **state) {
 }
 
 /* A name becomes a folder name: paths are refused, and no name is truncated. */
-static void names_are_not_paths(void **state) {
-    (void)state;
+TEST(names_are_not_paths) {
     const char *const bad[] = {"../escaped", "/escaped",
                                ".",          "..",
                                ".hidden",    "a/b",
@@ -232,8 +224,7 @@ static void names_are_not_paths(void **state) {
 }
 
 /* Numbers so small that images or bounds would underflow to NaN are refused; the smallest allowed numbers work. */
-static void extremely_small_numbers(void **state) {
-    (void)state;
+TEST(extremely_small_numbers) {
     const refusal changes[] = {
         {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 1e-150", "detector.pixel_scale_arcsec"},
         {"'peak_photons': 1e5", "'peak_photons': 5e-324", "cadence.peak_photons"},
@@ -287,8 +278,7 @@ static void check_mask(const char *mask, double scale) {
     toliman_sim_destroy(sim);
 }
 
-static void masks_are_read(void **state) {
-    (void)state;
+TEST(masks_are_read) {
     static double f8[96 * 96];
     static float f4[96 * 96];
     static unsigned char u1[96 * 96];
@@ -308,8 +298,7 @@ static void masks_are_read(void **state) {
     check_mask("{'kind': 'file', 'file': 'mask.npy', 'quantity': 'phase_rad', 'reference_nm': 585}", 292.5e-9);
 }
 
-static void masks_are_refused(void **state) {
-    (void)state;
+TEST(masks_are_refused) {
     static const char *const opd = "{'kind': 'file', 'file': 'mask.npy', 'quantity': 'opd_m'}";
     static const char *const phase =
         "{'kind': 'file', 'file': 'mask.npy', 'quantity': 'phase_rad', 'reference_nm': 585}";
@@ -345,8 +334,7 @@ static void masks_are_refused(void **state) {
     assert_null(sim);
 }
 
-static void amplitudes_and_surfaces_are_refused(void **state) {
-    (void)state;
+TEST(amplitudes_and_surfaces_are_refused) {
     const char *const from = "'aperture_m'";
     const char *const amplitude = "'amplitude': {'file': 'amplitude.npy'}, 'aperture_m'";
     const char *const surface = "'aberrations': {'opd_file': 'surface.npy'}, 'aperture_m'";
@@ -375,8 +363,7 @@ static void amplitudes_and_surfaces_are_refused(void **state) {
 }
 
 /* 308.9 + (1772.7 - 308.9) rounds above 1772.7: the last sample must be the end of band and table. */
-static void the_band_ends_at_its_limit(void **state) {
-    (void)state;
+TEST(the_band_ends_at_its_limit) {
     char *text =
         replaced(kSingleScene, "{'wavelength_nm': 550}", "{'min_nm': 308.9, 'max_nm': 1772.7, 'step_nm': 1463.8}");
     text =
@@ -393,8 +380,7 @@ static void the_band_ends_at_its_limit(void **state) {
 }
 
 /* Listed times, in the scene or in a file. */
-static void times_are_listed(void **state) {
-    (void)state;
+TEST(times_are_listed) {
     const char *const cadence = "'frames': 100, 'interval_days': 2";
     double times[3];
     for (int i = 0; i < 2; i++) {
@@ -431,8 +417,7 @@ static void times_are_listed(void **state) {
 }
 
 /* Opening a pipe without a writer would block: it is refused. */
-static void pipes_are_refused(void **state) {
-    (void)state;
+TEST(pipes_are_refused) {
     toliman_sim *sim = NULL;
     unlink(path_of("star.csv"));
     assert_int_equal(mkfifo(path_of("star.csv"), 0600), 0);
@@ -447,8 +432,7 @@ static void pipes_are_refused(void **state) {
 }
 
 /* Messages name a scene file as it was given, and its files are found relative to its folder. */
-static void files_are_found_beside_the_scene(void **state) {
-    (void)state;
+TEST(files_are_found_beside_the_scene) {
     toliman_sim *sim = NULL;
     assert_refused(toliman_sim_create_file(path_of("none.json"), NULL, &sim), TOLIMAN_E_NOT_FOUND,
                    path_of("none.json"));
@@ -478,7 +462,6 @@ int main(void) {
         cmocka_unit_test(masks_are_refused),          cmocka_unit_test(amplitudes_and_surfaces_are_refused),
 
         cmocka_unit_test(the_band_ends_at_its_limit), cmocka_unit_test(times_are_listed),
-        cmocka_unit_test(pipes_are_refused),          cmocka_unit_test(files_are_found_beside_the_scene),
-    };
+        cmocka_unit_test(pipes_are_refused),          cmocka_unit_test(files_are_found_beside_the_scene)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

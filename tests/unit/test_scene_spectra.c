@@ -1,8 +1,7 @@
 /* Tests spectra in tables: their numbers, units and refusals. */
 #include "scene_files.h"
 
-static void tables_are_read_and_refused(void **state) {
-    (void)state;
+TEST(tables_are_read_and_refused) {
     const char *const body = "{'kind': 'blackbody', 'temperature_k': 5260}";
     const char *const table = "{'kind': 'table', 'file': 'star.csv'}";
     const struct {
@@ -51,8 +50,7 @@ static void tables_are_read_and_refused(void **state) {
 }
 
 /* The same spectrum in other units: photons per wavelength 1, 2.5 and 3 at 500, 575 and 600 nm. */
-static void spectra_in_other_units(void **state) {
-    (void)state;
+TEST(spectra_in_other_units) {
     static const struct {
         const char *header;
         double nm, power;
@@ -90,9 +88,7 @@ static void spectra_in_other_units(void **state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(tables_are_read_and_refused),
-        cmocka_unit_test(spectra_in_other_units),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(tables_are_read_and_refused),
+                                       cmocka_unit_test(spectra_in_other_units)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -3,8 +3,7 @@
 
 #include "scene_text.h"
 
-static void keys_of_other_variants(void **state) {
-    (void)state;
+TEST(keys_of_other_variants) {
     const char *const places = "'separation_arcsec': 4, 'position_angle_deg': 30";
     const char *const kelvin = "'kind': 'blackbody', 'temperature_k': 5790";
     const refusal cases[] = {
@@ -44,16 +43,14 @@ static toliman_sim_info info_of(toliman_sim *sim) {
 }
 
 /* 10 um at 10 m are 1e-6 rad. */
-static void pixels_by_focal_length(void **state) {
-    (void)state;
+TEST(pixels_by_focal_length) {
     const toliman_sim_info info =
         info_of(sim_with(kBinaryScene, "'pixel_scale_arcsec': 0.2", "'focal_length_m': 10, 'pixel_um': 10"));
     assert_close(info.pixel_scale_arcsec, 0.20626480624709636, 1e-15, 0);
 }
 
 /* Five magnitudes are a factor of 100. */
-static void fluxes_by_magnitude(void **state) {
-    (void)state;
+TEST(fluxes_by_magnitude) {
     char *text = replaced(kBinaryScene, "'relative_flux': 3", "'magnitude': 1, 'zero_point_photons_per_s': 2e7");
     text = replaced_again(text, "5260}", "5260}, 'magnitude': 6, 'zero_point_photons_per_s': 1.5e7");
     const toliman_sim_info info = info_of(sim_of(text));
@@ -61,8 +58,7 @@ static void fluxes_by_magnitude(void **state) {
     assert_close(info.flux_ratio, 400.0 / 3, 1e-12, 0);
 }
 
-static void values_of_other_kinds(void **state) {
-    (void)state;
+TEST(values_of_other_kinds) {
     const refusal cases[] = {
         {"'aperture_m': 0.125", "'aperture_m': true", "telescope.aperture_m"},
         {"'aperture_m': 0.125", "'aperture_m': false", "telescope.aperture_m"},
@@ -77,8 +73,7 @@ static void values_of_other_kinds(void **state) {
 #define FOUR_NAMES "'flux_a', 'flux_a', 'flux_a', 'flux_a', "
 #define EIGHT_NAMES FOUR_NAMES FOUR_NAMES
 
-static void other_impossible_values(void **state) {
-    (void)state;
+TEST(other_impossible_values) {
     const refusal cases[] = {
         {"[64, 64]", "[64, 64.5]", "detector.shape"},
         {"'step_nm': 12.5", "'step_nm': 100", "band.step_nm"},
@@ -111,8 +106,7 @@ static bool is_utf8(const unsigned char *bytes, size_t count) {
            point <= 0x10ffff && (point < 0xd800 || point > 0xdfff);
 }
 
-static void texts_are_utf8(void **state) {
-    (void)state;
+TEST(texts_are_utf8) {
     static const unsigned char edges[] = {0x7f, 0x80, 0x8f, 0x90, 0x9f, 0xa0, 0xbf, 0xc0};
     const char *const head = "{\"name\": \"", *const tail = "\"}";
     for (unsigned first = 0x80; first < 0x100; first++)
@@ -134,8 +128,7 @@ static void texts_are_utf8(void **state) {
     assert_refused(toliman_sim_create_json("{\"\xf0\x9f\x98", 5, NULL, NULL, &sim), TOLIMAN_E_FORMAT, "scene");
 }
 
-static void a_single_star_has_no_second_star(void **state) {
-    (void)state;
+TEST(a_single_star_has_no_second_star) {
     const refusal cases[] = {
         {"'cadence'", "'preprocess': {'project': ['flux_b']}, 'cadence'", "preprocess.project"},
         {"'offsets_px': {'A': [0, 0]}", "'separation_arcsec': 4", "binary"},
@@ -148,8 +141,7 @@ static void a_single_star_has_no_second_star(void **state) {
     CHECK_REFUSALS(kSingleScene, TOLIMAN_E_SCENE, cases);
 }
 
-static void emission_lines_need_no_band(void **state) {
-    (void)state;
+TEST(emission_lines_need_no_band) {
     const char *const kelvin = "'kind': 'blackbody', 'temperature_k': 5790";
     const refusal cases[] = {
         {kelvin, "'kind': 'lines', 'wavelength_nm': [550, 560], 'weight': [1]", "stars.A.spectrum.weight"},
@@ -160,8 +152,7 @@ static void emission_lines_need_no_band(void **state) {
 }
 
 /* An orbit so small that it is a point. */
-static void coincident_stars(void **state) {
-    (void)state;
+TEST(coincident_stars) {
     const refusal cases[] = {
         {"'separation_arcsec': 4, 'position_angle_deg': 30",
          "'date': 2000, 'orbit': {'period_years': 80, 'semi_major_arcsec': 5e-324, 'eccentricity': 0.9,"
@@ -187,8 +178,7 @@ static void assert_same_images(const char *json, const char *from, const char *t
     toliman_sim_destroy(other);
 }
 
-static void equivalent_scenes_give_equal_bytes(void **state) {
-    (void)state;
+TEST(equivalent_scenes_give_equal_bytes) {
     assert_same_images(kBinaryScene, "'step_nm': 12.5", "'step_nm': 125E-1");
     assert_same_images(kBinaryScene, "'step_nm': 12.5", "'step_nm': 0.125e+2");
     assert_same_images(kBinaryScene, "'amplitude_px': 1e-3", "'amplitude_uas': 200"); /* at 0.2 arcsec per pixel */
@@ -200,18 +190,8 @@ static void equivalent_scenes_give_equal_bytes(void **state) {
     CHECK_REFUSALS(kSingleScene, TOLIMAN_E_SCENE, cases);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(keys_of_other_variants),
-        cmocka_unit_test(pixels_by_focal_length),
-        cmocka_unit_test(fluxes_by_magnitude),
-        cmocka_unit_test(values_of_other_kinds),
-        cmocka_unit_test(a_single_star_has_no_second_star),
-        cmocka_unit_test(emission_lines_need_no_band),
-        cmocka_unit_test(coincident_stars),
-        cmocka_unit_test(equivalent_scenes_give_equal_bytes),
-        cmocka_unit_test(other_impossible_values),
-        cmocka_unit_test(texts_are_utf8),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(keys_of_other_variants), cmocka_unit_test(pixels_by_focal_length),
+          cmocka_unit_test(fluxes_by_magnitude), cmocka_unit_test(values_of_other_kinds),
+          cmocka_unit_test(a_single_star_has_no_second_star), cmocka_unit_test(emission_lines_need_no_band),
+          cmocka_unit_test(coincident_stars), cmocka_unit_test(equivalent_scenes_give_equal_bytes),
+          cmocka_unit_test(other_impossible_values), cmocka_unit_test(texts_are_utf8))

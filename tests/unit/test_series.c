@@ -77,8 +77,7 @@ static toliman_series_options times(int32_t format, int32_t scale) {
     return options;
 }
 
-static void separators(void **unused) {
-    (void)unused;
+TEST(separators) {
     const char *const between[] = {",", ";", " ", "\t", "  \t ", ", ", " ; "};
     for (size_t k = 0; k < 2 * sizeof between / sizeof *between; k++) {
         char line[80];
@@ -105,8 +104,7 @@ static void separators(void **unused) {
     }
 }
 
-static void names(void **unused) {
-    (void)unused;
+TEST(names) {
     toliman_series *series = made(columns("BJD, RV ,err"));
     assert_nothing(series, "\xef\xbb\xbf"
                            "RV,note,err,BJD\n");
@@ -126,8 +124,7 @@ static void names(void **unused) {
                         "rv.csv:1: has no column names: the first line must name t,y");
 }
 
-static void objects(void **unused) {
-    (void)unused;
+TEST(objects) {
     toliman_series *series = made(kDefault);
     assert_sample(series, " {\"t\": 1, \"frame\": [7], \"y\": 2, \"sigma\": 3}\n", 1, 2, 3);
     assert_sample(series, "{\"sigma\": 1e98, \"y\": -1e98, \"t\": 1e-300}", 1e-300, -1e98, 1e98);
@@ -154,8 +151,7 @@ static void objects(void **unused) {
                         "rv.csv:1: v: must be a number");
 }
 
-static void malformed(void **unused) {
-    (void)unused;
+TEST(malformed) {
     const struct {
         const char *lines[3], *message;
     } cases[] = {
@@ -188,8 +184,7 @@ static void malformed(void **unused) {
     toliman_series_destroy(series);
 }
 
-static void numbers(void **unused) {
-    (void)unused;
+TEST(numbers) {
     toliman_series *series = made(kDefault);
     assert_sample(series, "0x1.8p3,-0X1p-2,+0x1p+1", 12, -0.25, 2);
     assert_sample(series, "1e-400,-1e-310,+1.5e+1", 0, -1e-310, 15);
@@ -202,8 +197,7 @@ static void numbers(void **unused) {
 }
 
 /* Far beyond the range of double, as strtod reads them: with an exponent of either sign behind many digits. */
-static void numbers_of_any_length(void **unused) {
-    (void)unused;
+TEST(numbers_of_any_length) {
     static const struct {
         const char *before, digit, *after;
     } kinds[] = {
@@ -240,8 +234,7 @@ static void numbers_of_any_length(void **unused) {
         }
 }
 
-static void lengths(void **unused) {
-    (void)unused;
+TEST(lengths) {
     static char line[65539];
     toliman_series *series = NULL;
     toliman_series_sample sample = TOLIMAN_SERIES_SAMPLE_INIT;
@@ -258,8 +251,7 @@ static void lengths(void **unused) {
     toliman_series_destroy(series);
 }
 
-static void truncated_lines(void **unused) {
-    (void)unused;
+TEST(truncated_lines) {
     toliman_series *series = made(kDefault);
     assert_sample(series, "1,2\n", 1, 2, 0);
     assert_int_equal(info_of(series).truncated, 0);
@@ -286,8 +278,7 @@ enum {
 };
 
 /* Time(text, scale="utc").tai.mjd of astropy 5.2; the other scales remain. */
-static void dates_and_days(void **unused) {
-    (void)unused;
+TEST(dates_and_days) {
     const struct {
         toliman_series_options options;
         const char *names, *line;
@@ -335,8 +326,7 @@ static void dates_and_days(void **unused) {
     toliman_series_destroy(series);
 }
 
-static void bad_times(void **unused) {
-    (void)unused;
+TEST(bad_times) {
     assert_line_refused(kDefault, LINES("2028-03-01,1", "2028-02-30,2"), TOLIMAN_E_FORMAT,
                         "rv.csv:2: t: text = \"2028-02-30\": must be YYYY-MM-DD");
     assert_line_refused(kDefault, LINES("2028-03-01,1", "61832,2"), TOLIMAN_E_FORMAT,
@@ -368,8 +358,7 @@ static void assert_option(toliman_series_options options, const char *message) {
     assert_int_equal(strncmp(message, toliman_last_error_field(), strlen(toliman_last_error_field())), 0);
 }
 
-static void options_are_checked(void **unused) {
-    (void)unused;
+TEST(options_are_checked) {
     const char *const bad[] = {"", "t", "t,", ",y", "t,y,sigma,x"};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
         assert_option(columns(bad[i]), "options->columns = \"");
@@ -388,19 +377,7 @@ static void options_are_checked(void **unused) {
     assert_option(options, "options->leap_seconds[0]: MJD 41317, 11 s: must be 10 s on MJD 41317");
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(separators),
-        cmocka_unit_test(names),
-        cmocka_unit_test(objects),
-        cmocka_unit_test(malformed),
-        cmocka_unit_test(numbers),
-        cmocka_unit_test(numbers_of_any_length),
-        cmocka_unit_test(lengths),
-        cmocka_unit_test(truncated_lines),
-        cmocka_unit_test(dates_and_days),
-        cmocka_unit_test(bad_times),
-        cmocka_unit_test(options_are_checked),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(separators), cmocka_unit_test(names), cmocka_unit_test(objects), cmocka_unit_test(malformed),
+          cmocka_unit_test(numbers), cmocka_unit_test(numbers_of_any_length), cmocka_unit_test(lengths),
+          cmocka_unit_test(truncated_lines), cmocka_unit_test(dates_and_days), cmocka_unit_test(bad_times),
+          cmocka_unit_test(options_are_checked))

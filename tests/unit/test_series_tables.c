@@ -236,8 +236,7 @@ static void assert_lines(const table *is) {
     toliman_series_destroy(series);
 }
 
-static void tables_are_read(void **state) {
-    (void)state;
+TEST(tables_are_read) {
     for (size_t i = 0; i < sizeof kTables / sizeof *kTables; i++) {
         print_message("%.60s\n", kTables[i].text); /* of the last one, if it fails */
         assert_whole(&kTables[i]);
@@ -248,8 +247,7 @@ static void tables_are_read(void **state) {
 
 #define GOOD "1,2,1\n2,3,1\n3,2,1\n4,3,1\n5,2,1\n6,3,1\n"
 
-static void others_are_refused(void **state) {
-    (void)state;
+TEST(others_are_refused) {
     const struct {
         const char *text, *columns;
         toliman_status status;
@@ -320,8 +318,7 @@ static void others_are_refused(void **state) {
 }
 
 /* Nines among numbers that reach as far are numbers. */
-static void nines_may_be_values(void **state) {
-    (void)state;
+TEST(nines_may_be_values) {
     static const char text[] = "1,100,1\n2,99.9,1\n3,-80,1\n4,999,99\n5,700,80\n6,500,120\n7,50,70\n8,10,70\n9,9,70\n";
     toliman_measure *measure = NULL;
     assert_ok(toliman_measure_load(text, sizeof text - 1, NULL, NULL, &measure));
@@ -329,8 +326,7 @@ static void nines_may_be_values(void **state) {
 }
 
 /* A unit of the table is that of the measurements, and must not be contradicted. */
-static void units_give_kinds(void **state) {
-    (void)state;
+TEST(units_give_kinds) {
     const struct {
         const char *unit;
         int32_t kind;
@@ -370,8 +366,7 @@ static void units_give_kinds(void **state) {
     }
 }
 
-static void instruments_are_numbered(void **state) {
-    (void)state;
+TEST(instruments_are_numbered) {
     const char *const lines[] = {"t,y,spectrograph,note\n", "1,2,A,x\n", "2,3,B,x\n", "3,4,,y\n", "4,5,A,x\n"};
     const int64_t expected[] = {-1, 0, 1, -1, 0};
     for (int named = 0; named < 3; named++) {
@@ -399,11 +394,6 @@ static void instruments_are_numbered(void **state) {
     toliman_series_destroy(series);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(tables_are_read),          cmocka_unit_test(others_are_refused),
-        cmocka_unit_test(nines_may_be_values),      cmocka_unit_test(units_give_kinds),
-        cmocka_unit_test(instruments_are_numbered),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(tables_are_read), cmocka_unit_test(others_are_refused),
+          cmocka_unit_test(nines_may_be_values), cmocka_unit_test(units_give_kinds),
+          cmocka_unit_test(instruments_are_numbered))

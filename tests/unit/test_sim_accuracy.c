@@ -35,8 +35,7 @@ static char *exact_scene(const char *path) {
     return replaced(text, "'accuracy': 1e-9", "'accuracy': 1e-15");
 }
 
-static void chapter_against_long_double(void **state) {
-    (void)state;
+TEST(chapter_against_long_double) {
     char *const text = exact_scene("examples/scenes/chapter.json");
     toliman_sim *const sim = sim_of(text);
     free(text);
@@ -58,8 +57,7 @@ static void chapter_against_long_double(void **state) {
 }
 
 /* Odd and even numbers of rows and columns, more rows than columns, a pupil with a central sample. */
-static void odd_sizes_against_long_double(void **state) {
-    (void)state;
+TEST(odd_sizes_against_long_double) {
     char *text = replaced(kBinaryScene, "'pupil_samples': 96", "'pupil_samples': 65");
     text = replaced_again(text, "[64, 64]", "[47, 32]");
     toliman_sim *const sim = sim_of(text);
@@ -83,8 +81,7 @@ static long double product(const double *a, const double *b, size_t n) {
 
 /* Recovers a displacement from two images by least squares on the derivative images. The moving star is far from the
  * axis, where its position in double has an error of 2e-15 px. */
-static void shifts_are_recovered(void **state) {
-    (void)state;
+TEST(shifts_are_recovered) {
     toliman_sim *const sim = sim_with(kBinaryScene, "'separation_arcsec': 4, 'position_angle_deg': 30",
                                       "'offsets_px': {'A': [-3.2, 4.7], 'B': [19.3, -21.7]}");
     const size_t n = 64 * 64;
@@ -124,8 +121,7 @@ static double series_error(const toliman_sim *sim, const double *derivative, dou
 
 /* The scene's accuracy determines the expansion order: the error is as the info reports, and below the requested
  * accuracy. */
-static void expansion_error_is_as_predicted(void **state) {
-    (void)state;
+TEST(expansion_error_is_as_predicted) {
     const double displacements[] = {1e-1, 1e-2, 1e-4, 1e-6}, accuracies[] = {1e-2, 1e-4, 1e-6, 1e-9};
     for (size_t i = 0; i < 16; i++) {
         char amplitude[100];
@@ -153,8 +149,7 @@ static void expansion_error_is_as_predicted(void **state) {
 }
 
 /* All derivative images against differences of propagated images: along the separation, and common shifts. */
-static void derivatives_are_exact(void **state) {
-    (void)state;
+TEST(derivatives_are_exact) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     const size_t n = 64 * 64;
     double *const first = image_of(sim, TOLIMAN_SIM_IMAGE_SEPARATION), *const second =
@@ -182,8 +177,7 @@ static void derivatives_are_exact(void **state) {
 }
 
 /* Common shift images against scenes with slightly shifted stars. */
-static void shift_images_are_exact(void **state) {
-    (void)state;
+TEST(shift_images_are_exact) {
     const char *const place = "{'separation_arcsec': 4, 'position_angle_deg': 30}";
     const int32_t kinds[2] = {TOLIMAN_SIM_IMAGE_SHIFT_X, TOLIMAN_SIM_IMAGE_SHIFT_Y};
     const size_t n = 64 * 64;
@@ -246,8 +240,7 @@ static double *frame_off_by(int32_t kind, double h) {
 }
 
 /* Roll, scale and focus against five-point differences of rotated, scaled and defocused scenes. */
-static void nuisance_images_are_exact(void **state) {
-    (void)state;
+TEST(nuisance_images_are_exact) {
     const struct {
         int32_t kind;
         double h;
@@ -269,12 +262,7 @@ static void nuisance_images_are_exact(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(chapter_against_long_double), cmocka_unit_test(odd_sizes_against_long_double),
-        cmocka_unit_test(shifts_are_recovered),        cmocka_unit_test(expansion_error_is_as_predicted),
-        cmocka_unit_test(derivatives_are_exact),       cmocka_unit_test(shift_images_are_exact),
-        cmocka_unit_test(nuisance_images_are_exact),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(chapter_against_long_double), cmocka_unit_test(odd_sizes_against_long_double),
+          cmocka_unit_test(shifts_are_recovered), cmocka_unit_test(expansion_error_is_as_predicted),
+          cmocka_unit_test(derivatives_are_exact), cmocka_unit_test(shift_images_are_exact),
+          cmocka_unit_test(nuisance_images_are_exact))

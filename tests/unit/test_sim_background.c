@@ -37,8 +37,7 @@ static double background_of(const toliman_sim *sim, const toliman_sim *other, in
 
 /* Interpolated frames of static stars and on an orbit, and a frame that is re-propagated. The other systematics
  * draw the same numbers with and without the background. */
-static void background_adds_uniform_light(void **state) {
-    (void)state;
+TEST(background_adds_uniform_light) {
     static const char *const cases[][3] = {
         {"'separation_arcsec': 4, 'position_angle_deg': 30", "'flux_rms': 1e-3", "1e-9"},
         {"'date': 2027, 'orbit': 'alpha-cen', 'moving': true", "'flux_rms': 1e-3", "1e-9"},
@@ -56,8 +55,7 @@ static void background_adds_uniform_light(void **state) {
     }
 }
 
-static void rms_and_seed(void **state) {
-    (void)state;
+TEST(rms_and_seed) {
     toliman_sim *const sim = simulator(kPlace, "'background_rms_photons': 6", "1e-12");
     toliman_sim *const other = simulator(kPlace, "", "1e-12");
     double sum = 0, squares = 0;
@@ -74,8 +72,7 @@ static void rms_and_seed(void **state) {
 }
 
 /* Estimators are made for the scene without it. */
-static void the_reference_does_not_know_it(void **state) {
-    (void)state;
+TEST(the_reference_does_not_know_it) {
     toliman_sim *const sim = simulator(kPlace, "'background_rms_photons': 6", "1e-12");
     toliman_sim *const other = simulator(kPlace, "", "1e-12");
     const int32_t kinds[] = {TOLIMAN_SIM_IMAGE_BOTH, TOLIMAN_SIM_IMAGE_VARIANCE, TOLIMAN_SIM_IMAGE_SEPARATION};
@@ -89,8 +86,7 @@ static void the_reference_does_not_know_it(void **state) {
     toliman_sim_destroy(other);
 }
 
-static void refusals(void **state) {
-    (void)state;
+TEST(refusals) {
     const refusal cases[] = {
         {"'noise'", "'systematics': {'background_rms_photons': -1}, 'noise'", "systematics.background_rms_photons"},
         {"'noise'", "'systematics': {'background_rms_photons': '1'}, 'noise'", "systematics.background_rms_photons"},
@@ -100,12 +96,5 @@ static void refusals(void **state) {
     CHECK_REFUSALS(kBinaryScene, TOLIMAN_E_SCENE, cases);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(background_adds_uniform_light),
-        cmocka_unit_test(rms_and_seed),
-        cmocka_unit_test(the_reference_does_not_know_it),
-        cmocka_unit_test(refusals),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(background_adds_uniform_light), cmocka_unit_test(rms_and_seed),
+          cmocka_unit_test(the_reference_does_not_know_it), cmocka_unit_test(refusals))

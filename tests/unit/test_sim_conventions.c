@@ -38,8 +38,7 @@ static double airy_error(double pixel_arcsec, double ox, double oy) {
     return error / (1e6 * airy(0.125, pixel_rad, 550e-9, 0));
 }
 
-static void airy_pattern(void **state) {
-    (void)state;
+TEST(airy_pattern) {
     const double scales[] = {0.05, 0.2, 0.375};
     for (int i = 0; i < 3; i++) {
         const double centred = airy_error(scales[i], 0, 0), aside = airy_error(scales[i], 7.3, -11.9);
@@ -58,8 +57,7 @@ static void brightest(const double *image, int n, int *row, int *col) {
 }
 
 /* A star at (+x, +y) is at higher column and row; the axis is the corner between the four central pixels. */
-static void offsets_have_signs(void **state) {
-    (void)state;
+TEST(offsets_have_signs) {
     const struct {
         const char *offset;
         int row, col;
@@ -96,8 +94,7 @@ static void offsets_with(const char *place, const char *extra_detector, double o
 }
 
 /* Position angle 0 is +y, 90 is -x; the barycentre of the light is on the axis unless a star is. */
-static void angles_have_signs(void **state) {
-    (void)state;
+TEST(angles_have_signs) {
     double o[4];
     offsets_with("{'separation_arcsec': 4, 'position_angle_deg': 0}", "[64, 64]", o);
     assert_close(o[2] - o[0], 0, 0, 1e-13);
@@ -117,8 +114,7 @@ static void angles_have_signs(void **state) {
 }
 
 /* A positive displacement moves star A away from B, or B away from A: by whole pixels, so that the image shows it. */
-static void displacement_lengthens_the_separation(void **state) {
-    (void)state;
+TEST(displacement_lengthens_the_separation) {
     const char *const place = "{'offsets_px': {'A': [-8.5, 0.5], 'B': [11.5, 0.5]}}";
     for (int star = 0; star < 2; star++) {
         char *text = replaced(kBinaryScene, "{'separation_arcsec': 4, 'position_angle_deg': 30}", place);
@@ -140,8 +136,7 @@ static void displacement_lengthens_the_separation(void **state) {
 }
 
 /* Nearly all light of a star falls in a large frame, with any mask: the sum approaches the star's photons. */
-static void energy_is_conserved(void **state) {
-    (void)state;
+TEST(energy_is_conserved) {
     char *text = replaced(kSingleScene, "[32, 32]", "[256, 256]");
     text = replaced_again(text, "'pupil_samples': 64", "'pupil_samples': 128");
     text = replaced_again(text, "'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.4");
@@ -159,8 +154,7 @@ static void energy_is_conserved(void **state) {
 }
 
 /* Photons are counted before the frame is cropped: a smaller frame has the same pixels and less light. */
-static void cropping_removes_light(void **state) {
-    (void)state;
+TEST(cropping_removes_light) {
     char *whole = replaced(kBinaryScene, "'relative_flux': 3", "'photons_per_s': 3e4");
     whole = replaced_again(whole, "5260}}", "5260}, 'photons_per_s': 1e4}");
     whole = replaced_again(whole, "'peak_photons': 1e5", "'exposure_s': 100");
@@ -185,8 +179,7 @@ static void cropping_removes_light(void **state) {
 }
 
 /* Uniform steps with half weights at the ends, photons of a black body, and the flux ratio over the band. */
-static void spectrum_is_a_trapezium(void **state) {
-    (void)state;
+TEST(spectrum_is_a_trapezium) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     double wavelength[5], a[5], b[5];
     assert_ok(toliman_sim_get_spectrum(sim, 5, wavelength, a, b, NULL));
@@ -202,8 +195,7 @@ static void spectrum_is_a_trapezium(void **state) {
 }
 
 /* Lines are sampled exactly; together with a band, the samples are those of both. */
-static void lines_are_exact(void **state) {
-    (void)state;
+TEST(lines_are_exact) {
     char *text = replaced(kBinaryScene, "{'kind': 'blackbody', 'temperature_k': 5260}",
                           "{'kind': 'lines', 'wavelength_nm': [589.6, 575, 589.0], 'weight': [1, 3, 2]}");
     toliman_sim *const sim = sim_of(text);
@@ -222,8 +214,7 @@ static void lines_are_exact(void **state) {
 
 /* Grey edges: the sum of the amplitudes is the open area. The first strut points to +x; the opposite side of the pupil
  * is open. */
-static void pupil_matches_the_scene(void **state) {
-    (void)state;
+TEST(pupil_matches_the_scene) {
     enum { N = 96 };
     static double amplitude[N * N], opd[N * N];
     toliman_sim *const sim = sim_with(kBinaryScene, "'secondary_m': 0.01875",
@@ -254,8 +245,7 @@ static void pupil_matches_the_scene(void **state) {
     toliman_sim_destroy(sim);
 }
 
-static void times_and_displacements(void **state) {
-    (void)state;
+TEST(times_and_displacements) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     double times[3], displacements[3];
     assert_ok(toliman_sim_get_series(sim, 97, 3, times, displacements));
@@ -270,18 +260,8 @@ static void times_and_displacements(void **state) {
     toliman_sim_destroy(sim);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(airy_pattern),
-        cmocka_unit_test(offsets_have_signs),
-        cmocka_unit_test(angles_have_signs),
-        cmocka_unit_test(displacement_lengthens_the_separation),
-        cmocka_unit_test(energy_is_conserved),
-        cmocka_unit_test(spectrum_is_a_trapezium),
-        cmocka_unit_test(lines_are_exact),
-        cmocka_unit_test(pupil_matches_the_scene),
-        cmocka_unit_test(times_and_displacements),
-        cmocka_unit_test(cropping_removes_light),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(airy_pattern), cmocka_unit_test(offsets_have_signs), cmocka_unit_test(angles_have_signs),
+          cmocka_unit_test(displacement_lengthens_the_separation), cmocka_unit_test(energy_is_conserved),
+          cmocka_unit_test(spectrum_is_a_trapezium), cmocka_unit_test(lines_are_exact),
+          cmocka_unit_test(pupil_matches_the_scene), cmocka_unit_test(times_and_displacements),
+          cmocka_unit_test(cropping_removes_light))

@@ -257,21 +257,18 @@ static void check_all(const keys *base, int few) {
     toliman_sim_destroy(sim);
 }
 
-static void derivatives_are_those_of_scenes(void **state) {
-    (void)state;
+TEST(derivatives_are_those_of_scenes) {
     check_all(&kKeys, 0);
 }
 
-static void without_jitter(void **state) {
-    (void)state;
+TEST(without_jitter) {
     keys base = kKeys;
     base.blurred = 0;
     base.qe = 0.8;
     check_all(&base, 1);
 }
 
-static void wavelengths_increase(void **state) {
-    (void)state;
+TEST(wavelengths_increase) {
     const light lights[] = {LINES, SINGLE};
     for (int i = 0; i < 2; i++) {
         keys base = kKeys;
@@ -280,8 +277,7 @@ static void wavelengths_increase(void **state) {
     }
 }
 
-static void parameters_have_names(void **state) {
-    (void)state;
+TEST(parameters_have_names) {
     toliman_sim_parameter all[MOST] = {TOLIMAN_SIM_PARAMETER_INIT};
     size_t count = 0;
     assert_asks(toliman_sim_get_parameters(NULL, 0, &count));
@@ -304,8 +300,7 @@ static void parameters_have_names(void **state) {
     assert_refused(toliman_sim_get_parameters(NULL, 1, &count), TOLIMAN_E_ARGUMENT, "parameters");
 }
 
-static void refusals(void **state) {
-    (void)state;
+TEST(refusals) {
     char *const lines = replaced(kBinaryScene, "'kind': 'blackbody', 'temperature_k': 5260",
                                  "'kind': 'lines', 'wavelength_nm': [560, 570], 'weight': [1, 2]");
     const struct {
@@ -338,8 +333,7 @@ static void refusals(void **state) {
     free(lines);
 }
 
-static void wrong_arguments(void **state) {
-    (void)state;
+TEST(wrong_arguments) {
     double image[32 * 40];
     toliman_sim *const sim = sim_of(kSingleScene);
     const struct {
@@ -366,14 +360,6 @@ static void wrong_arguments(void **state) {
     toliman_sim_destroy(sim);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(derivatives_are_those_of_scenes),
-        cmocka_unit_test(without_jitter),
-        cmocka_unit_test(wavelengths_increase),
-        cmocka_unit_test(parameters_have_names),
-        cmocka_unit_test(refusals),
-        cmocka_unit_test(wrong_arguments),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(derivatives_are_those_of_scenes), cmocka_unit_test(without_jitter),
+          cmocka_unit_test(wavelengths_increase), cmocka_unit_test(parameters_have_names), cmocka_unit_test(refusals),
+          cmocka_unit_test(wrong_arguments))

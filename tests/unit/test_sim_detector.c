@@ -87,8 +87,7 @@ static void check_stage(const char *stages, const char *noise, double factor, do
     toliman_sim_destroy(sim);
 }
 
-static void stages_have_their_mean_and_variance(void **state) {
-    (void)state;
+TEST(stages_have_their_mean_and_variance) {
     check_stage("", kPhotons, 1, 0, 0, 1, 1);
     check_stage("'qe': 0.6", kPhotons, 0.6, 0, 0, 1, 1);
     check_stage("'dark_e_per_s': 4", kPhotons, 1, 40, 0, 1, 1);
@@ -101,8 +100,7 @@ static void stages_have_their_mean_and_variance(void **state) {
 }
 
 /* Photons are counted before the detector, counts after it. */
-static void info_distinguishes_photons_from_counts(void **state) {
-    (void)state;
+TEST(info_distinguishes_photons_from_counts) {
     toliman_sim *const bare = make("", kPhotons), *const sim = make("'qe': 0.25", kPhotons);
     const toliman_sim_info less = sim_info_of(sim), info = sim_info_of(bare);
     assert_close(less.peak_photons, info.peak_photons, 0, 0);
@@ -135,8 +133,7 @@ static void info_distinguishes_photons_from_counts(void **state) {
 }
 
 /* Gains of the pixels: Gaussian of the given rms, from the scene's seed, independent of the frame's seed. */
-static void flat_is_a_fixed_pattern(void **state) {
-    (void)state;
+TEST(flat_is_a_fixed_pattern) {
     double *const bare = image_with("", kNoise, TOLIMAN_SIM_IMAGE_BOTH);
     double *const flat = image_with("'flat_rms': 0.02", kNoise, TOLIMAN_SIM_IMAGE_BOTH);
     double *const other = image_with("'flat_rms': 0.02", "'seed': 8", TOLIMAN_SIM_IMAGE_BOTH);
@@ -171,8 +168,7 @@ static void flat_is_a_fixed_pattern(void **state) {
 }
 
 /* Frames computed here stage by stage, from frames with fewer stages. */
-static void stages_come_in_order(void **state) {
-    (void)state;
+TEST(stages_come_in_order) {
     const char *const light = "'qe': 0.9, 'flat_rms': 0.05, 'dark_e_per_s': 3";
     char stages[300];
     double *const electrons = frame(light, "'photon': true, 'seed': 7");
@@ -198,8 +194,7 @@ static void stages_come_in_order(void **state) {
 }
 
 /* At two electrons per DN every other count is a half. */
-static void halves_are_rounded_to_even(void **state) {
-    (void)state;
+TEST(halves_are_rounded_to_even) {
     double *const counts = frame("", kPhotons), *const dn = frame("'gain_e_per_dn': 2, 'bit_depth': 20", kPhotons);
     size_t down = 0, up = 0;
     for (size_t i = 0; i < PIXELS; i++) {
@@ -214,8 +209,7 @@ static void halves_are_rounded_to_even(void **state) {
     free(dn);
 }
 
-static void negative_counts_are_clipped_to_zero(void **state) {
-    (void)state;
+TEST(negative_counts_are_clipped_to_zero) {
     double *const dn = frame("'bit_depth': 20, 'qe': 1e-6", kNoise);
     size_t zeros = 0;
     for (size_t i = 0; i < PIXELS; i++) {
@@ -228,8 +222,7 @@ static void negative_counts_are_clipped_to_zero(void **state) {
     free(dn);
 }
 
-static void limits_are_reported(void **state) {
-    (void)state;
+TEST(limits_are_reported) {
     double *const bare = image_with("", "", TOLIMAN_SIM_IMAGE_BOTH);
     double largest = 0;
     size_t saturated = 0, overflown = 0;
@@ -258,8 +251,7 @@ static void limits_are_reported(void **state) {
 }
 
 /* Neutral stages leave every byte as without them. */
-static void neutral_stages_change_no_byte(void **state) {
-    (void)state;
+TEST(neutral_stages_change_no_byte) {
     double *const bare = frame("", kNoise);
     double *const neutral = frame("'qe': 1, 'coadds': 1, 'flat_rms': 0, 'dark_e_per_s': 0, 'gain_e_per_dn': 1,"
                                   "'bias_dn': 0",
@@ -270,8 +262,7 @@ static void neutral_stages_change_no_byte(void **state) {
 }
 
 /* With every stage on, the template estimator reaches the bound in frames of DN; the error of its scatter is 1.4 %. */
-static void the_template_reaches_the_bound(void **state) {
-    (void)state;
+TEST(the_template_reaches_the_bound) {
     enum { frames = 2500 };
     toliman_sim *const sim = make("'qe': 0.8, 'flat_rms': 0.03, 'dark_e_per_s': 10, 'coadds': 4, 'full_well_e': 1e5,"
                                   "'gain_e_per_dn': 20, 'bias_dn': 64, 'bit_depth': 14",
@@ -296,8 +287,7 @@ static void the_template_reaches_the_bound(void **state) {
 }
 
 /* Bias and dark current fill the frame uniformly, but the network's crop must be centred on the stars. */
-static void the_crop_is_centred_on_the_light(void **state) {
-    (void)state;
+TEST(the_crop_is_centred_on_the_light) {
     const char *const stages[] = {"", "'bias_dn': 1000, 'dark_e_per_s': 50"};
     toliman_cae_info info[2];
     for (size_t i = 0; i < 2; i++) {
@@ -318,8 +308,7 @@ static void the_crop_is_centred_on_the_light(void **state) {
     assert_int_equal(info[1].crop_row, info[0].crop_row);
 }
 
-static void impossible_detectors(void **state) {
-    (void)state;
+TEST(impossible_detectors) {
     const refusal cases[] = {
         {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'qe': 0", "detector.qe"},
         {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'qe': 1.1", "detector.qe"},
@@ -337,19 +326,9 @@ static void impossible_detectors(void **state) {
     CHECK_REFUSALS(kBinaryScene, TOLIMAN_E_SCENE, cases);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(stages_have_their_mean_and_variance),
-        cmocka_unit_test(info_distinguishes_photons_from_counts),
-        cmocka_unit_test(flat_is_a_fixed_pattern),
-        cmocka_unit_test(stages_come_in_order),
-        cmocka_unit_test(halves_are_rounded_to_even),
-        cmocka_unit_test(negative_counts_are_clipped_to_zero),
-        cmocka_unit_test(limits_are_reported),
-        cmocka_unit_test(neutral_stages_change_no_byte),
-        cmocka_unit_test(the_template_reaches_the_bound),
-        cmocka_unit_test(the_crop_is_centred_on_the_light),
-        cmocka_unit_test(impossible_detectors),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(stages_have_their_mean_and_variance),
+          cmocka_unit_test(info_distinguishes_photons_from_counts), cmocka_unit_test(flat_is_a_fixed_pattern),
+          cmocka_unit_test(stages_come_in_order), cmocka_unit_test(halves_are_rounded_to_even),
+          cmocka_unit_test(negative_counts_are_clipped_to_zero), cmocka_unit_test(limits_are_reported),
+          cmocka_unit_test(neutral_stages_change_no_byte), cmocka_unit_test(the_template_reaches_the_bound),
+          cmocka_unit_test(the_crop_is_centred_on_the_light), cmocka_unit_test(impossible_detectors))

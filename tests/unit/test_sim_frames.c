@@ -26,8 +26,7 @@ static void check_statistics(const toliman_sim *sim, double read_e, int whole_co
     free(variance);
 }
 
-static void counts_have_the_right_mean_and_variance(void **state) {
-    (void)state;
+TEST(counts_have_the_right_mean_and_variance) {
     toliman_sim *sim = sim_of(kBinaryScene);
     check_statistics(sim, 2.5, 0);
     toliman_sim_destroy(sim);
@@ -40,8 +39,7 @@ static void counts_have_the_right_mean_and_variance(void **state) {
 }
 
 /* A stage that the scene does not name is not computed. */
-static void without_noise_frames_are_expectations(void **state) {
-    (void)state;
+TEST(without_noise_frames_are_expectations) {
     toliman_sim *const sim =
         sim_with(kBinaryScene, ", 'noise': {'photon': true, 'read_e': 2.5, 'seed': 7}}", ", 'noise': {}}");
     (void)sim;
@@ -52,8 +50,7 @@ static void without_noise_frames_are_expectations(void **state) {
     toliman_sim_destroy(sim);
 }
 
-static void frames_do_not_depend_on_threads_or_order(void **state) {
-    (void)state;
+TEST(frames_do_not_depend_on_threads_or_order) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     double *const one = frames_of(sim, 7, 20, 13);
     for (uint32_t threads = 1; threads <= 64; threads += threads < 8 ? 1 : 56) {
@@ -79,8 +76,7 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
     toliman_sim_destroy(sim);
 }
 
-static void seeds_and_numbers_make_different_frames(void **state) {
-    (void)state;
+TEST(seeds_and_numbers_make_different_frames) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     double *const frames = frames_of(sim, 7, 0, 2), *const others = frames_of(sim, 8, 0, 2);
     size_t equal = 0;
@@ -95,8 +91,7 @@ static void seeds_and_numbers_make_different_frames(void **state) {
 }
 
 /* The image has the same bits with any number of library workers and of BLAS threads. */
-static void images_do_not_depend_on_threads(void **state) {
-    (void)state;
+TEST(images_do_not_depend_on_threads) {
     void (*set_blas_threads)(int);
     *(void **)&set_blas_threads = dlsym(RTLD_DEFAULT, "openblas_set_num_threads");
     char *const text = replaced(kBinaryScene, "'pupil_samples': 96", "'pupil_samples': 203");
@@ -121,8 +116,7 @@ static void images_do_not_depend_on_threads(void **state) {
     free(text);
 }
 
-static void info_holds_what_a_header_needs(void **state) {
-    (void)state;
+TEST(info_holds_what_a_header_needs) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     toliman_sim_info info = sim_info_of(sim);
     assert_close(info.aperture_m, 0.125, 0, 0);
@@ -142,8 +136,7 @@ static void info_holds_what_a_header_needs(void **state) {
     toliman_sim_destroy(still);
 }
 
-static void impossible_calls_are_refused(void **state) {
-    (void)state;
+TEST(impossible_calls_are_refused) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     double image[PIXELS] = {-1};
     assert_refused(toliman_sim_frame(sim, &(double){0.2}, 1, 0, 1, image), TOLIMAN_E_RANGE, "displacements_px[0]");
@@ -179,8 +172,7 @@ static int32_t count_and_stop(const char *stage, double fraction, void *user_dat
     return ++*(int *)user_data == 2;
 }
 
-static void progress_may_cancel(void **state) {
-    (void)state;
+TEST(progress_may_cancel) {
     int calls = 0;
     toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.progress = count_and_stop;
@@ -198,8 +190,7 @@ static void record_log(int32_t level, const char *text, void *user_data) {
 }
 
 /* The sum of both stars' light may exceed the range of the Poisson generator: reported, with the image unchanged. */
-static void too_bright_frames_are_refused(void **state) {
-    (void)state;
+TEST(too_bright_frames_are_refused) {
     char *text = replaced(kBinaryScene, "'amplitude_px': 1e-3", "'amplitude_px': 20");
     text = replaced_again(text, "'peak_photons': 1e5", "'peak_photons': 9e11");
     toliman_sim *const sim = sim_of(text);
@@ -214,8 +205,7 @@ static void too_bright_frames_are_refused(void **state) {
 }
 
 /* A large signal at an accuracy beyond interpolation and a star outside the frame are reported. */
-static void odd_scenes_are_reported(void **state) {
-    (void)state;
+TEST(odd_scenes_are_reported) {
     char messages[512] = "";
     toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.log = record_log;
@@ -257,8 +247,7 @@ static void *get_in_thread(void *sim) {
 }
 
 /* Derivatives are computed when first needed: alone, together, or while another thread asks for them. */
-static void images_do_not_depend_on_what_was_asked_before(void **state) {
-    (void)state;
+TEST(images_do_not_depend_on_what_was_asked_before) {
     static all_images expected, images;
     char *const scene =
         replaced(kBinaryScene, "'noise'", "'systematics': {'pointing_rms_px': 1e-3, 'focus_rms_nm': 0.1}, 'noise'");
@@ -293,8 +282,7 @@ static void images_do_not_depend_on_what_was_asked_before(void **state) {
 }
 
 /* One pixel at the centre of a star: its light does not change to first order. Its image needs no derivative. */
-static void a_signal_that_changes_no_pixel_is_refused(void **state) {
-    (void)state;
+TEST(a_signal_that_changes_no_pixel_is_refused) {
     char *scene = replaced(kSingleScene, "[32, 32]", "[1, 1]");
     scene = replaced_again(scene, "'cadence'",
                            "'signal': {'kind': 'sinusoid', 'amplitude_px': 1e-3, 'period_days': 40}, "
@@ -312,8 +300,7 @@ static void a_signal_that_changes_no_pixel_is_refused(void **state) {
     free(scene);
 }
 
-static void images_have_names(void **state) {
-    (void)state;
+TEST(images_have_names) {
     for (int32_t kind = TOLIMAN_SIM_IMAGE_BOTH; kind <= TOLIMAN_SIM_IMAGE_BACKGROUND; kind++)
         for (int32_t other = TOLIMAN_SIM_IMAGE_BOTH; other < kind; other++)
             assert_string_not_equal(toliman_constant_name(kind), toliman_constant_name(other));
@@ -325,21 +312,11 @@ static void images_have_names(void **state) {
     assert_string_equal(toliman_constant_name(TOLIMAN_SIM_IMAGE_BACKGROUND + 1), "?");
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(images_have_names),
-        cmocka_unit_test(counts_have_the_right_mean_and_variance),
-        cmocka_unit_test(without_noise_frames_are_expectations),
-        cmocka_unit_test(frames_do_not_depend_on_threads_or_order),
-        cmocka_unit_test(seeds_and_numbers_make_different_frames),
-        cmocka_unit_test(images_do_not_depend_on_threads),
-        cmocka_unit_test(images_do_not_depend_on_what_was_asked_before),
-        cmocka_unit_test(info_holds_what_a_header_needs),
-        cmocka_unit_test(impossible_calls_are_refused),
-        cmocka_unit_test(a_signal_that_changes_no_pixel_is_refused),
-        cmocka_unit_test(progress_may_cancel),
-        cmocka_unit_test(too_bright_frames_are_refused),
-        cmocka_unit_test(odd_scenes_are_reported),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(images_have_names), cmocka_unit_test(counts_have_the_right_mean_and_variance),
+          cmocka_unit_test(without_noise_frames_are_expectations),
+          cmocka_unit_test(frames_do_not_depend_on_threads_or_order),
+          cmocka_unit_test(seeds_and_numbers_make_different_frames), cmocka_unit_test(images_do_not_depend_on_threads),
+          cmocka_unit_test(images_do_not_depend_on_what_was_asked_before),
+          cmocka_unit_test(info_holds_what_a_header_needs), cmocka_unit_test(impossible_calls_are_refused),
+          cmocka_unit_test(a_signal_that_changes_no_pixel_is_refused), cmocka_unit_test(progress_may_cancel),
+          cmocka_unit_test(too_bright_frames_are_refused), cmocka_unit_test(odd_scenes_are_reported))

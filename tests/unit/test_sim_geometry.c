@@ -45,15 +45,13 @@ static void check_image(int rows, int cols, int n) {
     toliman_sim_destroy(sim);
 }
 
-static void images_are_sums_at_the_angles_of_pixels(void **state) {
-    (void)state;
+TEST(images_are_sums_at_the_angles_of_pixels) {
     check_image(64, 64, 96);
     check_image(33, 40, 65);
 }
 
 /* 4 arcsec at a position angle of 30 deg, mapped to pixels. */
-static void positions_follow_the_map(void **state) {
-    (void)state;
+TEST(positions_follow_the_map) {
     char *const text = text_of(64, 64, 96, "point");
     toliman_sim *const sim = sim_of(text);
     double at[4];
@@ -67,8 +65,7 @@ static void positions_follow_the_map(void **state) {
 }
 
 /* An amplitude in microarcsec is as many pixels as that angle along the binary spans, for either way to place it. */
-static void amplitudes_follow_the_map(void **state) {
-    (void)state;
+TEST(amplitudes_follow_the_map) {
     const double u = -sin(30 * M_PI / 180), v = cos(30 * M_PI / 180),
                  px = 150e-6 / kScale * hypot((1 + kAnisotropy) * u, kShear * u + (1 - kAnisotropy) * v);
     char *text = text_of(64, 64, 96, "point");
@@ -102,8 +99,7 @@ static void assert_slope(const double *ahead, const double *behind, double step,
 
 /* Derivatives by the displacement and by a shift of both stars are per pixel, also of integrated pixels: they equal
  * differences of propagated images. */
-static void derivatives_are_per_pixel(void **state) {
-    (void)state;
+TEST(derivatives_are_per_pixel) {
     static double image[2][PIXELS];
     const double step = 1e-3;
     double at[4];
@@ -134,8 +130,7 @@ static void derivatives_are_per_pixel(void **state) {
 }
 
 /* Zeros are square pixels, bit for bit. */
-static void defaults_change_nothing(void **state) {
-    (void)state;
+TEST(defaults_change_nothing) {
     toliman_sim *const plain = sim_of(kBinaryScene), *const named =
                                                          sim_with(kBinaryScene, "[64, 64]",
                                                                   "[64, 64], 'scale_anisotropy': 0, 'shear': 0");
@@ -147,8 +142,7 @@ static void defaults_change_nothing(void **state) {
     toliman_sim_destroy(named);
 }
 
-static void refusals(void **state) {
-    (void)state;
+TEST(refusals) {
     const refusal cases[] = {
         {"'shape'", "'scale_anisotropy': 0.2, 'shape'", "detector.scale_anisotropy"},
         {"'shape'", "'shear': -1e300, 'shape'", "detector.shear"},
@@ -165,14 +159,6 @@ static void refusals(void **state) {
     free(text);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(images_are_sums_at_the_angles_of_pixels),
-        cmocka_unit_test(positions_follow_the_map),
-        cmocka_unit_test(amplitudes_follow_the_map),
-        cmocka_unit_test(derivatives_are_per_pixel),
-        cmocka_unit_test(defaults_change_nothing),
-        cmocka_unit_test(refusals),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(images_are_sums_at_the_angles_of_pixels), cmocka_unit_test(positions_follow_the_map),
+          cmocka_unit_test(amplitudes_follow_the_map), cmocka_unit_test(derivatives_are_per_pixel),
+          cmocka_unit_test(defaults_change_nothing), cmocka_unit_test(refusals))

@@ -67,8 +67,7 @@ static void mode_of(const variant *v, int noll, double *mode) {
         mode[i] = (mode[i] - plain[i]) / 1000;
 }
 
-static void gradient_transposes_derivatives(void **state) {
-    (void)state;
+TEST(gradient_transposes_derivatives) {
     static double weights[MOST], gradient[MOST], derivative[MOST], mode[MOST];
     const int nolls[] = {5, 8, 22, 36};
     for (int variation = 0; variation < VARIANTS; variation++) {
@@ -113,8 +112,7 @@ static double weighted_sum(const variant *v, const double *opd, double h, const 
     return sum;
 }
 
-static void gradient_predicts_scenes(void **state) {
-    (void)state;
+TEST(gradient_predicts_scenes) {
     static double weights[MOST], gradient[MOST], opd[MOST], amplitude[MOST];
     for (int variation = 0; variation < VARIANTS; variation++) {
         const variant *const v = &kVariants[variation];
@@ -139,8 +137,7 @@ static void gradient_predicts_scenes(void **state) {
     }
 }
 
-static void threads_change_no_bit(void **state) {
-    (void)state;
+TEST(threads_change_no_bit) {
     static double weights[64 * 64], gradient[2][96 * 96];
     const variant shape = {.rows = 64, .cols = 64};
     random_weights(&shape, weights);
@@ -155,8 +152,7 @@ static void threads_change_no_bit(void **state) {
     assert_memory_equal(gradient[0], gradient[1], sizeof gradient[0]);
 }
 
-static void wrong_arguments(void **state) {
-    (void)state;
+TEST(wrong_arguments) {
     static double weights[32 * 40], gradient[64 * 64], again[64 * 64];
     toliman_sim *sim = sim_of(kSingleScene);
     assert_refused(toliman_sim_get_opd_gradient(NULL, weights, 32, gradient), TOLIMAN_E_ARGUMENT, "sim");
@@ -183,11 +179,8 @@ static void wrong_arguments(void **state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gradient_transposes_derivatives),
-        cmocka_unit_test(gradient_predicts_scenes),
-        cmocka_unit_test(threads_change_no_bit),
-        cmocka_unit_test(wrong_arguments),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(gradient_transposes_derivatives),
+                                       cmocka_unit_test(gradient_predicts_scenes),
+                                       cmocka_unit_test(threads_change_no_bit), cmocka_unit_test(wrong_arguments)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -27,8 +27,7 @@ static double deviation(double *const *images, size_t count, const double *varia
     return (double)sqrtl(fisher[0][count]);
 }
 
-static void bounds_match_the_fisher_matrix(void **state) {
-    (void)state;
+TEST(bounds_match_the_fisher_matrix) {
     toliman_sim *const sim =
         sim_with(kBinaryScene, "'noise'", "'preprocess': {'project': ['shift_y', 'flux_b']}, 'noise'");
     const int32_t kinds[PARAMETERS] = {
@@ -52,8 +51,7 @@ static void bounds_match_the_fisher_matrix(void **state) {
 }
 
 /* Bounds of a coarse scene are those of a fine one, although its own images would give 0.6 times the marginal bound. */
-static void bounds_do_not_depend_on_the_accuracy(void **state) {
-    (void)state;
+TEST(bounds_do_not_depend_on_the_accuracy) {
     char *const clear = replaced(kBinaryScene,
                                  ",  'mask': {'kind': 'spiral', 'edges': 'cell', 'opd_nm': 297.5,"
                                  "   'terms': [{'a': 0.819, 'f': 2.918, 'm': -7, 'p': 4.874}, "
@@ -80,8 +78,7 @@ static void bounds_do_not_depend_on_the_accuracy(void **state) {
 }
 
 /* The position of a single star cannot be distinguished from a common shift. */
-static void a_single_star_has_no_separation(void **state) {
-    (void)state;
+TEST(a_single_star_has_no_separation) {
     toliman_sim *const sim = sim_of(kSingleScene);
     const toliman_sim_bounds bounds = sim_bounds_of(sim);
     assert_true(bounds.crb_px > 0 && isfinite(bounds.crb_px));
@@ -92,8 +89,7 @@ static void a_single_star_has_no_separation(void **state) {
 }
 
 /* Photon noise alone: four times the light halves the bound. Read noise increases it. */
-static void bounds_scale_with_light(void **state) {
-    (void)state;
+TEST(bounds_scale_with_light) {
     char *const quiet = replaced(kBinaryScene, "'read_e': 2.5, ", "");
     toliman_sim *const faint = sim_of(quiet), *const bright = sim_with(quiet, "1e5", "4e5"),
                        *const noisy = sim_of(kBinaryScene);
@@ -105,8 +101,7 @@ static void bounds_scale_with_light(void **state) {
     free(quiet);
 }
 
-static void chapter_scene(void **state) {
-    (void)state;
+TEST(chapter_scene) {
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create_file("examples/scenes/chapter.json", NULL, &sim));
     const toliman_sim_info info = sim_info_of(sim);
@@ -123,8 +118,7 @@ static void chapter_scene(void **state) {
     toliman_sim_destroy(sim);
 }
 
-static void mission_scene(void **state) {
-    (void)state;
+TEST(mission_scene) {
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create_file("examples/scenes/mission.json", NULL, &sim));
     const toliman_sim_info info = sim_info_of(sim);
@@ -144,14 +138,6 @@ static void mission_scene(void **state) {
     toliman_sim_destroy(sim);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bounds_match_the_fisher_matrix),
-        cmocka_unit_test(bounds_do_not_depend_on_the_accuracy),
-        cmocka_unit_test(a_single_star_has_no_separation),
-        cmocka_unit_test(bounds_scale_with_light),
-        cmocka_unit_test(chapter_scene),
-        cmocka_unit_test(mission_scene),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(bounds_match_the_fisher_matrix), cmocka_unit_test(bounds_do_not_depend_on_the_accuracy),
+          cmocka_unit_test(a_single_star_has_no_separation), cmocka_unit_test(bounds_scale_with_light),
+          cmocka_unit_test(chapter_scene), cmocka_unit_test(mission_scene))

@@ -51,16 +51,14 @@ static void check_blur(double xx, double yy, double xy, const char *pixel) {
         assert_close(image[k], expected[k] / weights, 0, 2e-9 * peak);
 }
 
-static void blurs_are_means_of_shifted_images(void **state) {
-    (void)state;
+TEST(blurs_are_means_of_shifted_images) {
     check_blur(0.09, 0.04, 0.03, "point");
     check_blur(0.16, 0.04, -0.08, "integrated"); /* along a line */
     check_blur(4, 1, 2, "point");
 }
 
 /* Equal variances without covariance are the one-dimensional key, bit for bit. */
-static void equal_variances_are_a_sigma(void **state) {
-    (void)state;
+TEST(equal_variances_are_a_sigma) {
     double one[PIXELS], two[PIXELS];
     image_of_star(0, 0, "integrated", "'jitter_sigma_px': 0.2", one);
     image_of_star(0, 0, "integrated", "'jitter_covariance_px2': {'xx': 0.04000000000000001, 'yy': 0.04000000000000001}",
@@ -69,8 +67,7 @@ static void equal_variances_are_a_sigma(void **state) {
     assert_memory_equal(one, two, sizeof one);
 }
 
-static void refusals(void **state) {
-    (void)state;
+TEST(refusals) {
     const refusal cases[] = {
         {"'cadence'", "'systematics': {'jitter_sigma_px': 0.1, 'jitter_covariance_px2': {'xx': 1, 'yy': 1}}, 'cadence'",
          "systematics.jitter_sigma_px"},
@@ -89,11 +86,5 @@ static void refusals(void **state) {
     CHECK_REFUSALS(kSingleScene, TOLIMAN_E_SCENE, cases);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(blurs_are_means_of_shifted_images),
-        cmocka_unit_test(equal_variances_are_a_sigma),
-        cmocka_unit_test(refusals),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(blurs_are_means_of_shifted_images), cmocka_unit_test(equal_variances_are_a_sigma),
+          cmocka_unit_test(refusals))

@@ -50,8 +50,7 @@ static double error_of(const toliman_sim *sim, int64_t k, double days) {
     return error;
 }
 
-static void frames_follow_the_orbit(void **state) {
-    (void)state;
+TEST(frames_follow_the_orbit) {
     const struct {
         const char *cadence, *accuracy;
         double interval;
@@ -83,8 +82,7 @@ static void frames_follow_the_orbit(void **state) {
 }
 
 /* From periastron to apoastron the farther star needs ever more wavelengths; the last frame must have enough, too. */
-static void wavelengths_suffice_everywhere(void **state) {
-    (void)state;
+TEST(wavelengths_suffice_everywhere) {
     const char *const orbit = "{'period_years': 80, 'semi_major_arcsec': 8, 'eccentricity': 0.8,"
                               " 'inclination_deg': 0, 'node_deg': 30, 'periastron_deg': 0, 'epoch': 2027}";
     const char *const fine = "'step_nm': 0.5", *const coarse = "'step_nm': 12.5";
@@ -108,8 +106,7 @@ static void wavelengths_suffice_everywhere(void **state) {
 }
 
 /* An orbit far shorter than the cadence must not be undersampled. */
-static void short_orbits_are_followed(void **state) {
-    (void)state;
+TEST(short_orbits_are_followed) {
     const char *const orbit = "{'period_years': 0.04, 'semi_major_arcsec': 0.1, 'eccentricity': 0.2,"
                               " 'inclination_deg': 0, 'node_deg': 30, 'periastron_deg': 0, 'epoch': 2027}";
     char *text = orbit_at(orbit, 2027, ", 'moving': true, 'centre': 'A'", "'frames': 1000000, 'interval_days': 0.01",
@@ -132,8 +129,7 @@ static void short_orbits_are_followed(void **state) {
 }
 
 /* Scale and focus act about the current positions of the stars. */
-static void shapes_follow_the_orbit(void **state) {
-    (void)state;
+TEST(shapes_follow_the_orbit) {
     const char *const cadence = "'frames': 5, 'interval_days': 200";
     const char *const more = "'systematics': {'focus_rms_nm': 0.01, 'scale_rms': 1e-6}, 'accuracy': 1e-9";
     static double frame[PIXELS], there[PIXELS];
@@ -166,8 +162,7 @@ static double difference_of(const toliman_sim *a, const toliman_sim *b, double d
 }
 
 /* Interpolated frames against propagated ones, with every effect at once, and with listed times. */
-static void interpolated_frames_equal_propagated_ones(void **state) {
-    (void)state;
+TEST(interpolated_frames_equal_propagated_ones) {
     enum { FRAMES = 600 };
     const char *const effects =
         "'systematics': {'pointing_rms_px': 0.3, 'roll_rms_deg': 0.01, 'scale_rms': 1e-3, 'focus_rms_nm': 5,"
@@ -203,8 +198,7 @@ static void interpolated_frames_equal_propagated_ones(void **state) {
 }
 
 /* A frame outside the atlas is propagated; one of 1e-10 px is not lost. */
-static void displacements_of_any_size(void **state) {
-    (void)state;
+TEST(displacements_of_any_size) {
     static double at_0[PIXELS], moved[PIXELS], there[PIXELS];
     char *const text = scene_at(2027, ", 'moving': true", "'frames': 5, 'interval_days': 1", "'accuracy': 1e-9");
     char *const finest = scene_at(2027, ", 'moving': true", "'frames': 5, 'interval_days': 1", "'accuracy': 1e-13");
@@ -237,8 +231,7 @@ static void displacements_of_any_size(void **state) {
 }
 
 /* In any order and with any number of threads: the same bytes. */
-static void frames_are_computed_in_any_order(void **state) {
-    (void)state;
+TEST(frames_are_computed_in_any_order) {
     enum { FRAMES = 12 };
     char *const text = scene_at(2027, ", 'moving': true", "'frames': 12000, 'interval_days': 0.1",
                                 "'noise': {'photon': true, 'seed': 3}, 'accuracy': 1e-9");
@@ -258,15 +251,7 @@ static void frames_are_computed_in_any_order(void **state) {
     free(text);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(frames_follow_the_orbit),
-        cmocka_unit_test(wavelengths_suffice_everywhere),
-        cmocka_unit_test(short_orbits_are_followed),
-        cmocka_unit_test(shapes_follow_the_orbit),
-        cmocka_unit_test(interpolated_frames_equal_propagated_ones),
-        cmocka_unit_test(displacements_of_any_size),
-        cmocka_unit_test(frames_are_computed_in_any_order),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(frames_follow_the_orbit), cmocka_unit_test(wavelengths_suffice_everywhere),
+          cmocka_unit_test(short_orbits_are_followed), cmocka_unit_test(shapes_follow_the_orbit),
+          cmocka_unit_test(interpolated_frames_equal_propagated_ones), cmocka_unit_test(displacements_of_any_size),
+          cmocka_unit_test(frames_are_computed_in_any_order))

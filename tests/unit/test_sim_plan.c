@@ -73,8 +73,7 @@ static const variation kVariations[] = {
 };
 
 /* Against every wavelength and a pixel filter at double precision. */
-static void predictions_hold(void **state) {
-    (void)state;
+TEST(predictions_hold) {
     for (size_t i = 0; i < sizeof kVariations / sizeof *kVariations; i++) {
         variation v = kVariations[i];
         toliman_sim *const sim = varied(&v, v.samples);
@@ -96,8 +95,7 @@ static void predictions_hold(void **state) {
 }
 
 /* From 256 samples on, half of them predict the errors that the whole pupil predicts. */
-static void coarse_predictions_agree(void **state) {
-    (void)state;
+TEST(coarse_predictions_agree) {
     const double accuracies[] = {1e-3, 1e-7, 1e-11};
     for (size_t i = 0; i < sizeof accuracies / sizeof *accuracies; i++)
         for (int mask = 0; mask < 2; mask++) {
@@ -116,8 +114,7 @@ static void coarse_predictions_agree(void **state) {
 }
 
 /* Against a pupil with four times the samples. */
-static void pupil_errors_hold(void **state) {
-    (void)state;
+TEST(pupil_errors_hold) {
     const size_t chosen[] = {0, 4, 5, 9};
     for (size_t i = 0; i < sizeof chosen / sizeof *chosen; i++) {
         variation v = kVariations[chosen[i]];
@@ -134,8 +131,7 @@ static void pupil_errors_hold(void **state) {
 }
 
 /* A stage that the scene does not name costs nothing. */
-static void cost_of_stages_is_planned(void **state) {
-    (void)state;
+TEST(cost_of_stages_is_planned) {
     variation v = kVariations[6];
     toliman_sim *const whole = varied(&v, v.samples);
     v.integrated = false;
@@ -165,8 +161,7 @@ static void cost_of_stages_is_planned(void **state) {
 }
 
 /* Each of up to eight workers holds at least one complex field of the pupil per image. */
-static void memory_includes_all_workers(void **state) {
-    (void)state;
+TEST(memory_includes_all_workers) {
     toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     toliman_sim_plan_info plans[3];
     const uint32_t threads[] = {1, 8, 9};
@@ -182,8 +177,7 @@ static void memory_includes_all_workers(void **state) {
 }
 
 /* A pixel's light is the mean over its area: Gauss-Legendre quadrature over images with shifted stars. */
-static void pixels_integrate(void **state) {
-    (void)state;
+TEST(pixels_integrate) {
     static const double nodes[6] = {-0.93246951420315202781, -0.66120938646626451366, -0.23861918608319690863,
                                     0.23861918608319690863,  0.66120938646626451366,  0.93246951420315202781};
     static const double weights[6] = {0.17132449237917034504, 0.36076157304813860757, 0.46791393457269104739,
@@ -227,8 +221,7 @@ static toliman_sim *padded(const char *json) {
 }
 
 /* Where N_E = N_out p D / lambda is an integer and equals the pupil samples, both engines agree; odd and even sizes. */
-static void engines_agree(void **state) {
-    (void)state;
+TEST(engines_agree) {
     const char *const shapes[] = {"[32, 32]", "[31, 29]"};
     for (int i = 0; i < 2; i++) {
         char *text = replaced(kSingleScene, "0.2}}", "0.35}}");
@@ -262,8 +255,7 @@ static void engines_agree(void **state) {
 }
 
 /* Otherwise the plate scale is off as the plan predicts; tested by the centroid of the light. */
-static void padded_fft_errors_are_as_planned(void **state) {
-    (void)state;
+TEST(padded_fft_errors_are_as_planned) {
     char *text = replaced(kSingleScene, "'A': [0, 0]", "'A': [9, 0]");
     text = replaced_again(text, "'wavelength_nm': 550", "'wavelength_nm': 565");
     text = replaced_again(text, "[32, 32]", "[33, 129]");
@@ -287,8 +279,7 @@ static void padded_fft_errors_are_as_planned(void **state) {
 }
 
 /* Each wavelength has its own rounding: N_E = N_out p D / lambda. */
-static void plate_scales_by_wavelength(void **state) {
-    (void)state;
+TEST(plate_scales_by_wavelength) {
     toliman_sim *const exact = sim_of(kBinaryScene), *const fft = padded(kBinaryScene);
     double wavelength[5], error[5];
     assert_ok(toliman_sim_get_spectrum(fft, 5, wavelength, NULL, NULL, error));
@@ -304,8 +295,7 @@ static void plate_scales_by_wavelength(void **state) {
 }
 
 /* The same for the wavelengths that a signal needs: 90 px to either side of a star at the centre. */
-static void wavelengths_suffice_for_far_signals(void **state) {
-    (void)state;
+TEST(wavelengths_suffice_for_far_signals) {
     variation v = kVariations[0];
     v.samples = 160;
     char *text = scene_of(&v, v.samples);
@@ -332,8 +322,7 @@ static void wavelengths_suffice_for_far_signals(void **state) {
 }
 
 /* A signal of a pixel or more, beyond the expansion: interpolated, also outside the planned range, or propagated. */
-static void far_signals_are_interpolated(void **state) {
-    (void)state;
+TEST(far_signals_are_interpolated) {
     char *text = replaced(kBinaryScene, "'amplitude_px': 1e-3", "'amplitude_px': 1.5");
     text = replaced_again(text, "'photon': true, 'read_e': 2.5, ", "");
     char *const finest = replaced(text, "'cadence'", "'accuracy': 1e-15, 'cadence'");
@@ -372,8 +361,7 @@ static void far_signals_are_interpolated(void **state) {
 }
 
 /* The padded FFT has another plate scale on the grid of an interpolation. */
-static void padded_frames_are_propagated(void **state) {
-    (void)state;
+TEST(padded_frames_are_propagated) {
     char *text = replaced(kSingleScene, "'cadence'", "'systematics': {'pointing_rms_px': 0.1}, 'cadence'");
     toliman_sim *const exact = sim_of(text), *const fft = padded(text);
     assert_true(plan_of(exact).exact_frames == 0 && plan_of(fft).exact_frames == 1 && plan_of(fft).atlas_taps == 0);
@@ -383,8 +371,7 @@ static void padded_frames_are_propagated(void **state) {
 }
 
 /* A star so far from the frame that its samples would not fit in memory. */
-static void far_stars_are_propagated(void **state) {
-    (void)state;
+TEST(far_stars_are_propagated) {
     char *text = replaced(kSingleScene, "'cadence'", "'systematics': {'pointing_rms_px': 0.1}, 'cadence'");
     text = replaced_again(text, "'pupil_samples': 64", "'pupil_samples': 2048");
     toliman_sim_plan_info plan = {.struct_size = sizeof plan};
@@ -399,8 +386,7 @@ static void far_stars_are_propagated(void **state) {
 }
 
 /* The text of a file is planned like the file. */
-static void plan_of_a_text(void **state) {
-    (void)state;
+TEST(plan_of_a_text) {
     const char *const mission = "examples/scenes/mission.json";
     toliman_sim_plan_info plan = {.struct_size = sizeof plan}, same = plan;
     char text[4096];
@@ -418,8 +404,7 @@ static void plan_of_a_text(void **state) {
     assert_refused(toliman_sim_plan_json(text, size, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "out");
 }
 
-static void bad_plans_are_refused(void **state) {
-    (void)state;
+TEST(bad_plans_are_refused) {
     toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     toliman_sim_plan_info plan = {.struct_size = sizeof plan};
     const char *const chapter = "examples/scenes/chapter.json";
@@ -449,8 +434,7 @@ static void bad_plans_are_refused(void **state) {
 }
 
 /* A single pixel, and pixels too large for the fft engine to sample. */
-static void odd_detectors_are_planned(void **state) {
-    (void)state;
+TEST(odd_detectors_are_planned) {
     variation v = kVariations[0];
     char *const text = scene_of(&v, 96);
     char *const pixel = replaced(text, "'shape': [64, 64]", "'shape': [1, 1]");
@@ -475,8 +459,7 @@ static void odd_detectors_are_planned(void **state) {
 }
 
 /* Filters of pixels far smaller than any detail change nothing. */
-static void tiny_pixels_need_no_filter(void **state) {
-    (void)state;
+TEST(tiny_pixels_need_no_filter) {
     const char *const scales[] = {"1e-2", "1e-4", "1e-6"};
     for (int i = 0; i < 3; i++) {
         char pixel[100];
@@ -494,25 +477,12 @@ static void tiny_pixels_need_no_filter(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(predictions_hold),
-        cmocka_unit_test(coarse_predictions_agree),
-        cmocka_unit_test(pupil_errors_hold),
-        cmocka_unit_test(cost_of_stages_is_planned),
-        cmocka_unit_test(memory_includes_all_workers),
-        cmocka_unit_test(pixels_integrate),
-        cmocka_unit_test(plate_scales_by_wavelength),
-        cmocka_unit_test(odd_detectors_are_planned),
-        cmocka_unit_test(tiny_pixels_need_no_filter),
-        cmocka_unit_test(engines_agree),
-        cmocka_unit_test(padded_fft_errors_are_as_planned),
-        cmocka_unit_test(far_signals_are_interpolated),
-        cmocka_unit_test(padded_frames_are_propagated),
-        cmocka_unit_test(far_stars_are_propagated),
-        cmocka_unit_test(wavelengths_suffice_for_far_signals),
-        cmocka_unit_test(plan_of_a_text),
-        cmocka_unit_test(bad_plans_are_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(predictions_hold), cmocka_unit_test(coarse_predictions_agree),
+          cmocka_unit_test(pupil_errors_hold), cmocka_unit_test(cost_of_stages_is_planned),
+          cmocka_unit_test(memory_includes_all_workers), cmocka_unit_test(pixels_integrate),
+          cmocka_unit_test(plate_scales_by_wavelength), cmocka_unit_test(odd_detectors_are_planned),
+          cmocka_unit_test(tiny_pixels_need_no_filter), cmocka_unit_test(engines_agree),
+          cmocka_unit_test(padded_fft_errors_are_as_planned), cmocka_unit_test(far_signals_are_interpolated),
+          cmocka_unit_test(padded_frames_are_propagated), cmocka_unit_test(far_stars_are_propagated),
+          cmocka_unit_test(wavelengths_suffice_for_far_signals), cmocka_unit_test(plan_of_a_text),
+          cmocka_unit_test(bad_plans_are_refused))

@@ -20,8 +20,7 @@ static toliman_sim *sim_with_signal(const char *signal) {
 
 /* An Earth in the habitable zone of either star. The published axes are rounded to 0.01 au (0.4 % and 0.7 %), and so
  * are the amplitudes; 0.705 au reproduces B's. */
-static void earths_of_alpha_centauri(void **state) {
-    (void)state;
+TEST(earths_of_alpha_centauri) {
     const struct {
         const char *star, *axis;
         double years, uas, px;
@@ -45,8 +44,7 @@ static void earths_of_alpha_centauri(void **state) {
 }
 
 /* On a circular orbit phase and argument of periastron add up to the sinusoid's phase; everything else is equal. */
-static void a_circular_orbit_is_a_sinusoid(void **state) {
-    (void)state;
+TEST(a_circular_orbit_is_a_sinusoid) {
     char sinusoid[300];
     toliman_sim *const circular =
         sim_with_signal("{'kind': 'planet', 'star': 'B', 'mass_earth': 300, 'semi_major_au': 0.3, 'phase_rad': 0.7}");
@@ -76,8 +74,7 @@ static void a_circular_orbit_is_a_sinusoid(void **state) {
 }
 
 /* For small eccentricities the orbit converges to the circle. */
-static void eccentricity_is_continuous(void **state) {
-    (void)state;
+TEST(eccentricity_is_continuous) {
     const char *const form = "{'kind': 'planet', 'mass_earth': 300, 'semi_major_au': 0.3, 'eccentricity': %s,"
                              " 'argument_deg': 40, 'phase_rad': -2}";
     double circle[100], ellipse[100];
@@ -93,8 +90,7 @@ static void eccentricity_is_continuous(void **state) {
 }
 
 /* kind none: the same as no signal at all. */
-static void no_signal(void **state) {
-    (void)state;
+TEST(no_signal) {
     toliman_sim *const sim = sim_with_signal("{'kind': 'none'}");
     const toliman_sim_info info = sim_info_of(sim);
     assert_close(info.amplitude_px + info.amplitude_uas + info.period_days, 0, 0, 0);
@@ -104,8 +100,7 @@ static void no_signal(void **state) {
 }
 
 /* A single star may have a planet too; it moves along x. */
-static void a_single_star_has_a_planet(void **state) {
-    (void)state;
+TEST(a_single_star_has_a_planet) {
     char *text = replaced(kSingleScene, "5790}}", "5790}, 'mass_sun': 1}");
     text = replaced_again(text, "{'A': [0, 0]}}",
                           "{'A': [0, 0]}, 'distance_pc': 2},"
@@ -118,11 +113,6 @@ static void a_single_star_has_a_planet(void **state) {
 }
 
 /* A caller whose struct ends before amplitude_uas. */
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(earths_of_alpha_centauri),   cmocka_unit_test(a_circular_orbit_is_a_sinusoid),
-        cmocka_unit_test(eccentricity_is_continuous), cmocka_unit_test(no_signal),
-        cmocka_unit_test(a_single_star_has_a_planet),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(earths_of_alpha_centauri), cmocka_unit_test(a_circular_orbit_is_a_sinusoid),
+          cmocka_unit_test(eccentricity_is_continuous), cmocka_unit_test(no_signal),
+          cmocka_unit_test(a_single_star_has_a_planet))

@@ -45,8 +45,7 @@ static void check_spectrum(const char *spectrum, const double *expected) {
     free(text);
 }
 
-static void temperatures_multiply_tables(void **state) {
-    (void)state;
+TEST(temperatures_multiply_tables) {
     double expected[WAVELENGTHS];
     for (int i = 0; i < WAVELENGTHS; i++)
         expected[i] = kTable[i] * planck(kWavelength[i], 5900) / planck(kWavelength[i], 5770);
@@ -57,8 +56,7 @@ static void temperatures_multiply_tables(void **state) {
 }
 
 /* P_1 = x, P_2 = (3 x^2 - 1)/2, P_3 = (5 x^3 - 3 x)/2, P_4 = (35 x^4 - 30 x^2 + 3)/8 of x = -1 ... 1. */
-static void modes_are_legendre_polynomials(void **state) {
-    (void)state;
+TEST(modes_are_legendre_polynomials) {
     double black[WAVELENGTHS], table[WAVELENGTHS];
     for (int i = 0; i < WAVELENGTHS; i++) {
         const double x = (i - 2) / 2.0, p2 = (3 * x * x - 1) / 2, p3 = (5 * x * x - 3) * x / 2,
@@ -78,8 +76,7 @@ static void modes_are_legendre_polynomials(void **state) {
 
 /* P_k(1) = 1 and P_k(-1) = (-1)^k for all eleven; in the middle the odd ones are 0 and the even ones (-1)^(k/2) (k -
  * 1)!!/k!!. */
-static void eleven_modes(void **state) {
-    (void)state;
+TEST(eleven_modes) {
     for (int mode = 5; mode <= 11; mode++) {
         char spectrum[200] = "'kind': 'blackbody', 'temperature_k': 5790, 'modes': [";
         for (int k = 1; k <= mode; k++)
@@ -99,8 +96,7 @@ static void eleven_modes(void **state) {
     }
 }
 
-static void refusals(void **state) {
-    (void)state;
+TEST(refusals) {
     const refusal cases[] = {
         {"'temperature_k': 5790", "'temperature_k': 5790, 'table_temperature_k': 5770",
          "stars.A.spectrum.table_temperature_k"},
@@ -132,11 +128,8 @@ static void refusals(void **state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(temperatures_multiply_tables),
-        cmocka_unit_test(modes_are_legendre_polynomials),
-        cmocka_unit_test(eleven_modes),
-        cmocka_unit_test(refusals),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(temperatures_multiply_tables),
+                                       cmocka_unit_test(modes_are_legendre_polynomials), cmocka_unit_test(eleven_modes),
+                                       cmocka_unit_test(refusals)};
     return cmocka_run_group_tests(tests, make_files, remove_folder);
 }

@@ -96,8 +96,7 @@ static toliman_sim_plan_info plan_of(const char *systematics) {
 }
 
 /* Systematics are interpolated; without them, or at an accuracy beyond an interpolation, there is none. */
-static void the_plan_reports_the_places(void **state) {
-    (void)state;
+TEST(the_plan_reports_the_places) {
     const toliman_sim_plan_info none = plan_of(""), little = plan_of("'systematics': {'pointing_rms_px': 1e-5}");
     const toliman_sim_plan_info more = plan_of("'systematics': {'pointing_rms_px': 1e-5, 'focus_rms_nm': 1}");
     const toliman_sim_plan_info far = plan_of("'systematics': {'pointing_rms_px': 1}");
@@ -123,8 +122,7 @@ static void check_shift(double drift, int64_t k) {
 }
 
 /* One star, in more wavelengths than are computed, against itself at the other position in each wavelength. */
-static void pointing_moves_a_single_star(void **state) {
-    (void)state;
+TEST(pointing_moves_a_single_star) {
     static double moved[32 * 32], there[32 * 32];
     char *text = replaced(kSingleScene, "{'wavelength_nm': 550}", "{'min_nm': 550, 'max_nm': 600, 'step_nm': 1}");
     text = replaced_again(text, "'cadence'",
@@ -153,8 +151,7 @@ static void pointing_moves_a_single_star(void **state) {
     toliman_sim_destroy(other);
 }
 
-static void pointing_moves_both_stars(void **state) {
-    (void)state;
+TEST(pointing_moves_both_stars) {
     check_shift(1e-4, 99);
     check_shift(1e-4, 1);
     check_shift(-0.02, 70);
@@ -169,15 +166,13 @@ static void check_roll(double drift_deg, int64_t k) {
     check_places(extra, k, places);
 }
 
-static void roll_rotates_the_stars_not_their_patterns(void **state) {
-    (void)state;
+TEST(roll_rotates_the_stars_not_their_patterns) {
     check_roll(1e-3, 99);
     check_roll(0.04, 90);
 }
 
 /* The alias of a moving star must not enter the frame. */
-static void aliases_are_refused(void **state) {
-    (void)state;
+TEST(aliases_are_refused) {
     toliman_sim *sim = NULL;
     const char *const systematics[] = {"", "'systematics': {'pointing_rms_px': 10}"};
     for (size_t i = 0; i < 2; i++) {
@@ -195,8 +190,7 @@ static void aliases_are_refused(void **state) {
 }
 
 /* Also the star of the signal, for frames outside the cadence. */
-static void fluxes_multiply(void **state) {
-    (void)state;
+TEST(fluxes_multiply) {
     toliman_sim *const sim =
         make(kStars, "'systematics': {'flux_rms': {'rms': 0, 'drift_per_day': -1e-4}}, 'accuracy': 1e-12");
     double image[PIXELS], expected[PIXELS];
@@ -231,8 +225,7 @@ static void check_against_log(const char *systematics, char *disturbed, double l
     toliman_sim_destroy(other);
 }
 
-static void focus_and_scale_errors_are_as_logged(void **state) {
-    (void)state;
+TEST(focus_and_scale_errors_are_as_logged) {
     char *focused = text_with(kStars, "");
     focused = replaced_again(focused, "'aperture_m'", "'aberrations': {'zernike_rms_nm': {'4': 0.99}}, 'aperture_m'");
     check_against_log("'systematics': {'focus_rms_nm': {'rms': 0, 'drift_per_day': 0.005}}", focused, 1e-3);
@@ -277,8 +270,7 @@ static void solve(size_t n, double *a, size_t count, double *b) {
 
 /* Recovers the random draws from frames without noise by least squares on the effect of each disturbance: seven
  * independent sequences of mean 0 and the requested rms. Common drifts, which provide the effects, are tested above. */
-static void draws_follow_their_distribution(void **state) {
-    (void)state;
+TEST(draws_follow_their_distribution) {
     enum { kinds = 7, frames = 400 };
     static const char *const names[] = {"roll_rms_deg", "scale_rms", "focus_rms_nm"};
     static const double rms[kinds] = {1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-6, 1e-3}; /* px, px, 1, 1, deg, 1, nm */
@@ -333,8 +325,7 @@ static void draws_follow_their_distribution(void **state) {
 }
 
 /* A blur equals the mean of shifted scenes: Gauss-Hermite quadrature with 5 x 5 shifts, accurate to 1e-9 here. */
-static void jitter_blurs(void **state) {
-    (void)state;
+TEST(jitter_blurs) {
     const double sigma = 0.2,
                  node[5] = {-2.0201828704560856, -0.9585724646138185, 0, 0.9585724646138185, 2.0201828704560856};
     const double weight[5] = {0.019953242059045913, 0.39361932315224116, 0.9453087204829419, 0.39361932315224116,
@@ -375,8 +366,7 @@ static char *noisy_text(const char *extra) {
                           "'bit_depth': 24");
 }
 
-static void frames_do_not_depend_on_threads_or_order(void **state) {
-    (void)state;
+TEST(frames_do_not_depend_on_threads_or_order) {
     enum { count = 17 };
     toliman_sim *const sim = made(noisy_text(kAll));
     static double one[count][PIXELS], many[count][PIXELS], alone[PIXELS];
@@ -400,8 +390,7 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
 }
 
 /* Apart from noise, the draws depend on seed and frame number; after the cadence, drifts restart. */
-static void draws_depend_on_seed_and_number(void **state) {
-    (void)state;
+TEST(draws_depend_on_seed_and_number) {
     double a[PIXELS], b[PIXELS];
     toliman_sim *const random = make(kStars, "'systematics': {'pointing_rms_px': 1e-3}");
     assert_ok(toliman_sim_frame(random, &(double){0}, 1, 3, 1, a));
@@ -417,8 +406,7 @@ static void draws_depend_on_seed_and_number(void **state) {
     toliman_sim_destroy(drift);
 }
 
-static void zero_systematics_change_no_byte(void **state) {
-    (void)state;
+TEST(zero_systematics_change_no_byte) {
     const char *const nothing[] = {"", "'systematics': {}",
                                    "'systematics': {'pointing_rms_px': 0, 'jitter_sigma_px': 0, 'flux_rms':"
                                    " {'rms': 0, 'drift_per_day': 0}}"};
@@ -453,14 +441,12 @@ static double rms_bias(const char *project) {
     return sqrt(squares);
 }
 
-static void projection_makes_estimators_blind(void **state) {
-    (void)state;
+TEST(projection_makes_estimators_blind) {
     assert_at_most(1e-4, rms_bias(""));
     assert_at_most(rms_bias(kProject), 5e-7);
 }
 
-static void impossible_systematics(void **state) {
-    (void)state;
+TEST(impossible_systematics) {
     const refusal cases[] = {
         {"'noise'", "'systematics': {'pointing_rms_px': -1}, 'noise'", "systematics.pointing_rms_px"},
         {"'noise'", "'systematics': {'roll_rms_deg': 11}, 'noise'", "systematics.roll_rms_deg"},
@@ -483,22 +469,10 @@ static void impossible_systematics(void **state) {
     free(bright);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_plan_reports_the_places),
-        cmocka_unit_test(pointing_moves_both_stars),
-        cmocka_unit_test(pointing_moves_a_single_star),
-        cmocka_unit_test(roll_rotates_the_stars_not_their_patterns),
-        cmocka_unit_test(aliases_are_refused),
-        cmocka_unit_test(fluxes_multiply),
-        cmocka_unit_test(focus_and_scale_errors_are_as_logged),
-        cmocka_unit_test(draws_follow_their_distribution),
-        cmocka_unit_test(jitter_blurs),
-        cmocka_unit_test(frames_do_not_depend_on_threads_or_order),
-        cmocka_unit_test(draws_depend_on_seed_and_number),
-        cmocka_unit_test(zero_systematics_change_no_byte),
-        cmocka_unit_test(projection_makes_estimators_blind),
-        cmocka_unit_test(impossible_systematics),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(the_plan_reports_the_places), cmocka_unit_test(pointing_moves_both_stars),
+          cmocka_unit_test(pointing_moves_a_single_star), cmocka_unit_test(roll_rotates_the_stars_not_their_patterns),
+          cmocka_unit_test(aliases_are_refused), cmocka_unit_test(fluxes_multiply),
+          cmocka_unit_test(focus_and_scale_errors_are_as_logged), cmocka_unit_test(draws_follow_their_distribution),
+          cmocka_unit_test(jitter_blurs), cmocka_unit_test(frames_do_not_depend_on_threads_or_order),
+          cmocka_unit_test(draws_depend_on_seed_and_number), cmocka_unit_test(zero_systematics_change_no_byte),
+          cmocka_unit_test(projection_makes_estimators_blind), cmocka_unit_test(impossible_systematics))

@@ -28,8 +28,7 @@ static int tear_down(void **unused) {
     return 0;
 }
 
-static void bad_options_are_refused(void **state) {
-    (void)state;
+TEST(bad_options_are_refused) {
     const struct {
         toliman_sky_options options;
         const char *message;
@@ -69,8 +68,7 @@ static const char kJson[] =
     "-3640, \"pm_dec_mas_yr\": 700, \"parallax_mas\": 750, \"radial_velocity_km_s\": -22, \"radial_velocity_kind\": "
     "\"kinematic\"}, \"masses\": {\"A\": 1.1, \"B\": 0.9}}";
 
-static void a_text_is_the_system(void **state) {
-    (void)state;
+TEST(a_text_is_the_system) {
     toliman_sky *made = NULL;
     toliman_sky_info info = TOLIMAN_SKY_INFO_INIT;
     double period = 0;
@@ -88,8 +86,7 @@ static void a_text_is_the_system(void **state) {
     assert_null(made);
 }
 
-static void bad_arguments_are_refused(void **state) {
-    (void)state;
+TEST(bad_arguments_are_refused) {
     toliman_sky_prediction seen[2] = {TOLIMAN_SKY_PREDICTION_INIT, TOLIMAN_SKY_PREDICTION_INIT}, untouched = seen[0];
     toliman_sky_info info = TOLIMAN_SKY_INFO_INIT;
     const int64_t late[2] = {kStart, INT64_MAX}, backwards[4] = {5, 10, 10, 5};
@@ -130,8 +127,7 @@ static void set_exposures(int64_t length_ns) {
 }
 
 /* The definition, with the means of predict_mean, to the last bit. */
-static void reduced_is_measured_over_factor_minus_geometric(void **state) {
-    (void)state;
+TEST(reduced_is_measured_over_factor_minus_geometric) {
     set_exposures(INT64_C(1800000000000));
     const double measured[MEASURED] = {9.8, 9.9, 10.1};
     double reduced[MEASURED];
@@ -149,8 +145,7 @@ static void reduced_is_measured_over_factor_minus_geometric(void **state) {
 }
 
 /* An exposure in orbit must be known: neither its middle nor a whole that is longer than 600 s is enough. */
-static void unknown_exposures_are_refused(void **state) {
-    (void)state;
+TEST(unknown_exposures_are_refused) {
     const double measured[MEASURED] = {9.8, 9.9, 10.1};
     const size_t ones[MEASURED] = {1, 1, 1};
     double reduced[MEASURED] = {5, 5, 5};
@@ -177,8 +172,7 @@ static void unknown_exposures_are_refused(void **state) {
 }
 
 /* A refit refuses what a reduction refuses, and what the observer file does not cover. */
-static void a_refit_refuses_unknown_exposures(void **state) {
-    (void)state;
+TEST(a_refit_refuses_unknown_exposures) {
     const double measured[MEASURED] = {9.8, 9.9, 10.1}, sigmas[MEASURED] = {1, 1, 1};
     const size_t ones[MEASURED] = {1, 1, 1};
     toliman_sky_refit_result result = TOLIMAN_SKY_REFIT_RESULT_INIT;
@@ -208,8 +202,7 @@ static void a_refit_refuses_unknown_exposures(void **state) {
 }
 
 /* The 30 measurements that a diagnosis needs at least. */
-static void bad_diagnoses_are_refused(void **state) {
-    (void)state;
+TEST(bad_diagnoses_are_refused) {
     enum { LEAST = 30 };
     int64_t pairs[2 * LEAST];
     double measured[LEAST], sigmas[LEAST];
@@ -248,8 +241,7 @@ static void bad_diagnoses_are_refused(void **state) {
     assert_string_equal(toliman_constant_name(TOLIMAN_SKY_CAUSE_CENTRE + 1), "?");
 }
 
-static void bad_measurements_are_refused(void **state) {
-    (void)state;
+TEST(bad_measurements_are_refused) {
     set_exposures(INT64_C(60000000000));
     double reduced = 5;
     size_t left = 7;
@@ -277,8 +269,7 @@ static void bad_measurements_are_refused(void **state) {
 }
 
 /* Against the elements and the partial derivatives themselves, 1900 to 2100. */
-static void columns_are_the_partials_of_uncertain_elements(void **state) {
-    (void)state;
+TEST(columns_are_the_partials_of_uncertain_elements) {
     static const int32_t known[7] = {0, 1, 2, 3, 4, 5, 6};
     const double scale = 0.05, scale_sigma = 1e-3;
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
@@ -313,8 +304,7 @@ static void columns_are_the_partials_of_uncertain_elements(void **state) {
     }
 }
 
-static void bad_columns_are_refused(void **state) {
-    (void)state;
+TEST(bad_columns_are_refused) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     int32_t elements[7];
     assert_refused(toliman_sky_set_columns(NULL, 1, 0, &options, elements), TOLIMAN_E_ARGUMENT, "sky");
@@ -327,8 +317,7 @@ static void bad_columns_are_refused(void **state) {
     assert_refused(toliman_sky_set_columns(sky, 1, 0, &options, elements), TOLIMAN_E_ARGUMENT, "options->trend");
 }
 
-static void properties_are_those_of_the_options(void **state) {
-    (void)state;
+TEST(properties_are_those_of_the_options) {
     toliman_sky_info info = TOLIMAN_SKY_INFO_INIT;
     assert_ok(toliman_sky_get_info(sky, &info));
     assert_int_equal(info.observer, TOLIMAN_SKY_OBSERVER_CIRCULAR);
@@ -355,8 +344,7 @@ static void keep_text(int32_t level, const char *text, void *data) {
     snprintf(data, 400, "%s", text);
 }
 
-static void the_centre_of_the_earth_is_a_warning(void **state) {
-    (void)state;
+TEST(the_centre_of_the_earth_is_a_warning) {
     char text[400] = "";
     toliman_sky_options options = {.struct_size = sizeof options, .log = keep_text, .log_data = text};
     toliman_sky *made = NULL;
@@ -371,8 +359,7 @@ static void the_centre_of_the_earth_is_a_warning(void **state) {
 }
 
 /* A caller with a shorter struct gets the members that it knows. */
-static void rows_have_the_caller_s_size(void **state) {
-    (void)state;
+TEST(rows_have_the_caller_s_size) {
     toliman_sky_prediction whole = TOLIMAN_SKY_PREDICTION_INIT;
     assert_ok(toliman_sky_predict(sky, times, 1, &whole));
     assert_close(whole.separation_arcsec / whole.geometric_arcsec, whole.factor, 0, 0);
@@ -410,8 +397,7 @@ static void *predict_in_order(void *given) {
     return NULL;
 }
 
-static void threads_give_the_bits_of_one(void **state) {
-    (void)state;
+TEST(threads_give_the_bits_of_one) {
     static job alone, jobs[THREADS];
     const toliman_sky_options options = {.struct_size = sizeof options, .altitude_km = 600};
     toliman_sky *shared = NULL;
@@ -441,21 +427,19 @@ static void threads_give_the_bits_of_one(void **state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bad_options_are_refused),
-        cmocka_unit_test(a_text_is_the_system),
-        cmocka_unit_test(bad_arguments_are_refused),
-        cmocka_unit_test(reduced_is_measured_over_factor_minus_geometric),
-        cmocka_unit_test(unknown_exposures_are_refused),
-        cmocka_unit_test(a_refit_refuses_unknown_exposures),
-        cmocka_unit_test(bad_diagnoses_are_refused),
-        cmocka_unit_test(bad_measurements_are_refused),
-        cmocka_unit_test(columns_are_the_partials_of_uncertain_elements),
-        cmocka_unit_test(bad_columns_are_refused),
-        cmocka_unit_test(properties_are_those_of_the_options),
-        cmocka_unit_test(the_centre_of_the_earth_is_a_warning),
-        cmocka_unit_test(rows_have_the_caller_s_size),
-        cmocka_unit_test(threads_give_the_bits_of_one),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(bad_options_are_refused),
+                                       cmocka_unit_test(a_text_is_the_system),
+                                       cmocka_unit_test(bad_arguments_are_refused),
+                                       cmocka_unit_test(reduced_is_measured_over_factor_minus_geometric),
+                                       cmocka_unit_test(unknown_exposures_are_refused),
+                                       cmocka_unit_test(a_refit_refuses_unknown_exposures),
+                                       cmocka_unit_test(bad_diagnoses_are_refused),
+                                       cmocka_unit_test(bad_measurements_are_refused),
+                                       cmocka_unit_test(columns_are_the_partials_of_uncertain_elements),
+                                       cmocka_unit_test(bad_columns_are_refused),
+                                       cmocka_unit_test(properties_are_those_of_the_options),
+                                       cmocka_unit_test(the_centre_of_the_earth_is_a_warning),
+                                       cmocka_unit_test(rows_have_the_caller_s_size),
+                                       cmocka_unit_test(threads_give_the_bits_of_one)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -66,8 +66,7 @@ static int begin_writing(int number) {
     return file;
 }
 
-static void existing_names(void **state) {
-    (void)state;
+TEST(existing_names) {
     enum { NAMES = 100, DIED = 7 };
     int writers[NAMES];
     for (int number = 0; number < 3; number++)
@@ -98,8 +97,7 @@ static mode_t mode_of(const char *name) {
     return attributes.st_mode & 07777;
 }
 
-static void permissions(void **state) {
-    (void)state;
+TEST(permissions) {
     unlink(path);
     const mode_t mask = umask(027);
     assert_ok(toliman_period_save_file(first, path));
@@ -133,8 +131,7 @@ static int save_where_the_folder_cannot_be_opened(void) {
 
 /* A folder that accepts files but cannot be opened for reading cannot be synced: reported before the old file is
  * replaced. */
-static void a_folder_that_cannot_be_opened(void **state) {
-    (void)state;
+TEST(a_folder_that_cannot_be_opened) {
     assert_ok(toliman_period_save_file(first, path));
     assert_int_equal(chmod(path, 0644), 0);
     assert_int_equal(chmod(folder, 0333), 0);
@@ -159,8 +156,7 @@ static int make_frames_without_threads(void) {
 }
 
 /* With fewer threads than requested, even with none, the frames are the same. */
-static void threads_that_cannot_be_created(void **state) {
-    (void)state;
+TEST(threads_that_cannot_be_created) {
     char *const text =
         replaced(kSingleScene, "\"peak_photons\": 1e6}", "\"peak_photons\": 1e6}, \"noise\": {\"photon\": true}");
     sim = sim_on_threads(text, 8);
@@ -175,11 +171,8 @@ static void threads_that_cannot_be_created(void **state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(existing_names),
-        cmocka_unit_test(permissions),
-        cmocka_unit_test(a_folder_that_cannot_be_opened),
-        cmocka_unit_test(threads_that_cannot_be_created),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(existing_names), cmocka_unit_test(permissions),
+                                       cmocka_unit_test(a_folder_that_cannot_be_opened),
+                                       cmocka_unit_test(threads_that_cannot_be_created)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

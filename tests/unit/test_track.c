@@ -15,8 +15,7 @@ static int32_t reason_of(toliman_track *track, const toliman_frame *frame, int64
     return outcome.reason;
 }
 
-static void every_verdict_is_counted(void **unused) {
-    (void)unused;
+TEST(every_verdict_is_counted) {
     const toliman_track_options options = small_options(NULL);
     toliman_track *track = make_track(&options);
     small_frame frame;
@@ -65,8 +64,7 @@ static void every_verdict_is_counted(void **unused) {
     toliman_track_destroy(NULL);
 }
 
-static void every_reason_names_its_pixel(void **unused) {
-    (void)unused;
+TEST(every_reason_names_its_pixel) {
     toliman_track_options options = small_options(NULL);
     toliman_track *track = make_track(&options);
     small_frame frame;
@@ -123,8 +121,7 @@ static int32_t refuse(const toliman_estimate_input *input, toliman_estimate *mad
     return *(int32_t *)data;
 }
 
-static void estimators_may_refuse(void **unused) {
-    (void)unused;
+TEST(estimators_may_refuse) {
     int32_t answer = 1;
     toliman_track_options options = small_options(NULL);
     options.estimator.estimate = refuse;
@@ -180,8 +177,7 @@ static void reverse_bytes(unsigned char *pixel, int width) {
 }
 
 /* A window of frames [10][stride 13] of every pixel type, cropped and binned, against plain loops. */
-static void pixels_of_all_kinds_are_cropped_and_binned(void **unused) {
-    (void)unused;
+TEST(pixels_of_all_kinds_are_cropped_and_binned) {
     enum { ROWS = 10, COLS = 11, STRIDE = 13 };
     static unsigned char bytes[ROWS * STRIDE * 8];
     for (int32_t kind = TOLIMAN_PIXEL_U8; kind <= TOLIMAN_PIXEL_F32BE; kind++)
@@ -253,8 +249,7 @@ static void pixels_of_all_kinds_are_cropped_and_binned(void **unused) {
 }
 
 /* The largest pixel below 2^depth is valid, 2^depth is not, in every pixel type. */
-static void bit_depth_limit_is_exact(void **unused) {
-    (void)unused;
+TEST(bit_depth_limit_is_exact) {
     static double doubles[PIXELS];
     static float floats[PIXELS];
     static uint32_t words[PIXELS];
@@ -289,8 +284,7 @@ static void bit_depth_limit_is_exact(void **unused) {
 }
 
 /* A frame of lower weight; its sigma is part of the frame's content. */
-static void frames_can_have_their_own_sigma(void **unused) {
-    (void)unused;
+TEST(frames_can_have_their_own_sigma) {
     const toliman_track_options options = small_options(NULL);
     toliman_track *track = make_track(&options);
     toliman_period *clean = clean_period(&options);
@@ -311,8 +305,7 @@ static void frames_can_have_their_own_sigma(void **unused) {
 }
 
 /* The fit must equal that of a periodogram with the accepted values; the order of arrival changes no bit. */
-static void fit_includes_accepted_frames(void **unused) {
-    (void)unused;
+TEST(fit_includes_accepted_frames) {
     enum { N = 300 };
     const toliman_track_options options = small_options(NULL);
     double t[N], y[N];
@@ -351,8 +344,7 @@ static void fit_includes_accepted_frames(void **unused) {
 }
 
 /* The gaps between rows are not part of a frame. */
-static void gaps_between_rows_are_ignored(void **unused) {
-    (void)unused;
+TEST(gaps_between_rows_are_ignored) {
     const toliman_track_options options = small_options(NULL);
     toliman_track *track = make_track(&options);
     small_frame packed;
@@ -368,8 +360,7 @@ static void gaps_between_rows_are_ignored(void **unused) {
     toliman_track_destroy(track);
 }
 
-static void impossible_frames_and_options_are_refused(void **unused) {
-    (void)unused;
+TEST(impossible_frames_and_options_are_refused) {
     static const char *const bad[] = {
         "",    ".hidden", "../up",       "a/b",
         "a b", "a\n",     "caf\xc3\xa9", "0123456789012345678901234567890123456789012345678901234567890123456789"};
@@ -442,8 +433,7 @@ static void impossible_frames_and_options_are_refused(void **unused) {
     toliman_track_destroy(track);
 }
 
-static void full_tracker_keeps_its_frames(void **unused) {
-    (void)unused;
+TEST(full_tracker_keeps_its_frames) {
     enum { CAPACITY = 500 };
     toliman_track_options options = small_options(NULL);
     options.ledger.capacity = CAPACITY;
@@ -467,8 +457,7 @@ static void full_tracker_keeps_its_frames(void **unused) {
 }
 
 /* A batch equals one push after the other, for any split and number of threads. */
-static void threads_and_batches_change_no_bit(void **unused) {
-    (void)unused;
+TEST(threads_and_batches_change_no_bit) {
     enum { N = 700 };
     static small_frame frames[N];
     static toliman_frame all[N];
@@ -518,8 +507,7 @@ static long touched_pages(void) {
 /* Memory: 1.5 slots of 18 bytes and a bit per frame in the index, 131 kB for the distribution of chi-squares; without a
  * folder, 64 more and 8 for each of 10 columns. Creation touches no page of the index (28 MB are 6900), and a push
  * allocates nothing, whatever its verdict. */
-static void memory_is_allocated_at_creation(void **unused) {
-    (void)unused;
+TEST(memory_is_allocated_at_creation) {
     enum { MANY = 1 << 20 };
     static const int64_t clock[2] = {0, 1000};
     char folder[256];
@@ -556,19 +544,12 @@ static void memory_is_allocated_at_creation(void **unused) {
     remove_folder(folder);
 }
 #else
-static void memory_is_allocated_at_creation(void **unused) {
-    (void)unused;
-}
+TEST(memory_is_allocated_at_creation) {}
 #endif
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_verdict_is_counted),        cmocka_unit_test(every_reason_names_its_pixel),
-        cmocka_unit_test(estimators_may_refuse),           cmocka_unit_test(pixels_of_all_kinds_are_cropped_and_binned),
-        cmocka_unit_test(gaps_between_rows_are_ignored),   cmocka_unit_test(impossible_frames_and_options_are_refused),
-        cmocka_unit_test(full_tracker_keeps_its_frames),   cmocka_unit_test(threads_and_batches_change_no_bit),
-        cmocka_unit_test(memory_is_allocated_at_creation), cmocka_unit_test(bit_depth_limit_is_exact),
-        cmocka_unit_test(frames_can_have_their_own_sigma), cmocka_unit_test(fit_includes_accepted_frames),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(every_verdict_is_counted), cmocka_unit_test(every_reason_names_its_pixel),
+          cmocka_unit_test(estimators_may_refuse), cmocka_unit_test(pixels_of_all_kinds_are_cropped_and_binned),
+          cmocka_unit_test(gaps_between_rows_are_ignored), cmocka_unit_test(impossible_frames_and_options_are_refused),
+          cmocka_unit_test(full_tracker_keeps_its_frames), cmocka_unit_test(threads_and_batches_change_no_bit),
+          cmocka_unit_test(memory_is_allocated_at_creation), cmocka_unit_test(bit_depth_limit_is_exact),
+          cmocka_unit_test(frames_can_have_their_own_sigma), cmocka_unit_test(fit_includes_accepted_frames))

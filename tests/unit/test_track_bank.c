@@ -140,8 +140,7 @@ static toliman_track_record record_of(const toliman_track *track, int64_t number
     return record;
 }
 
-static void values_are_those_of_the_bank_at_the_frames_times(void **state) {
-    (void)state;
+TEST(values_are_those_of_the_bank_at_the_frames_times) {
     const toliman_track_options options = options_of(NULL, weak);
     toliman_track *const track = opened(&options);
     for (int i = 0; i < SOME; i++) { /* the last one after the dates of the bank */
@@ -192,8 +191,7 @@ static void values_are_those_of_the_bank_at_the_frames_times(void **state) {
 
 /* An efficient estimate has the same covariance with itself as with any other unbiased one, so that their difference
  * has the difference of the variances. */
-static void the_covariances_predict_how_network_and_fit_differ(void **state) {
-    (void)state;
+TEST(the_covariances_predict_how_network_and_fit_differ) {
     const toliman_track_options options = options_of(NULL, weak);
     toliman_track *const track = opened(&options);
     double sum = 0;
@@ -209,8 +207,7 @@ static void the_covariances_predict_how_network_and_fit_differ(void **state) {
     toliman_track_destroy(track);
 }
 
-static void order_threads_restarts_and_merges_change_no_bit(void **state) {
-    (void)state;
+TEST(order_threads_restarts_and_merges_change_no_bit) {
     const int orders[][SOME] = {{0, 1, 2, 3, 4, 5}, {5, 2, 0, 4, 1, 3}};
     double expected[NF], found[NF];
     toliman_track_outcome outcomes[SOME];
@@ -246,8 +243,7 @@ static void order_threads_restarts_and_merges_change_no_bit(void **state) {
     assert_memory_equal(found, expected, sizeof found);
 }
 
-static void a_frame_without_a_fit_is_rejected(void **state) {
-    (void)state;
+TEST(a_frame_without_a_fit_is_rejected) {
     static double empty[PIXELS];
     const toliman_track_options options = options_of(NULL, bank);
     toliman_track *const track = opened(&options);
@@ -263,8 +259,7 @@ static void a_frame_without_a_fit_is_rejected(void **state) {
     toliman_track_destroy(track);
 }
 
-static void other_estimators_are_refused(void **state) {
-    (void)state;
+TEST(other_estimators_are_refused) {
     toliman_track_outcome outcome;
     toliman_track_options options = options_of(folder, bank);
     toliman_track *track = opened(&options), *refused = NULL;
@@ -282,8 +277,7 @@ static void other_estimators_are_refused(void **state) {
     assert_null(refused);
 }
 
-static void options_that_do_not_fit_are_refused(void **state) {
-    (void)state;
+TEST(options_that_do_not_fit_are_refused) {
     toliman_track *track = NULL;
     toliman_track_options options = options_of(NULL, bank);
     options.estimator.fit = NULL;
@@ -313,7 +307,6 @@ int main(void) {
         cmocka_unit_test_setup_teardown(order_threads_restarts_and_merges_change_no_bit, make_places, remove_places),
         cmocka_unit_test(a_frame_without_a_fit_is_rejected),
         cmocka_unit_test_setup_teardown(other_estimators_are_refused, make_places, remove_places),
-        cmocka_unit_test(options_that_do_not_fit_are_refused),
-    };
+        cmocka_unit_test(options_that_do_not_fit_are_refused)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

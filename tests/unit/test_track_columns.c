@@ -100,8 +100,7 @@ static void assert_columns(const toliman_track *track, int64_t frames) {
     }
 }
 
-static void columns_hold_the_given_values(void **unused) {
-    (void)unused;
+TEST(columns_hold_the_given_values) {
     for (int on_disk = 0; on_disk < 2; on_disk++) {
         toliman_track_options options = rich_options(on_disk ? folder : NULL);
         toliman_track *track = make_track(&options);
@@ -173,8 +172,7 @@ static void columns_hold_the_given_values(void **unused) {
 }
 
 /* The window's origin is that of the cropped frame on the detector. */
-static void estimators_receive_the_known_values(void **unused) {
-    (void)unused;
+TEST(estimators_receive_the_known_values) {
     toliman_track_options options = rich_options(NULL);
     const int64_t clock[] = {0, 500};
     options.clock.pairs = clock;
@@ -222,8 +220,7 @@ static void estimators_receive_the_known_values(void **unused) {
 }
 
 /* The estimator's inputs are part of a frame's content: a copy must have the same. */
-static void other_exposures_are_other_contents(void **unused) {
-    (void)unused;
+TEST(other_exposures_are_other_contents) {
     for (int trial = 0; trial < 6; trial++) {
         toliman_track_options options = rich_options(NULL);
         toliman_track *track = make_track(&options);
@@ -242,8 +239,7 @@ static void other_exposures_are_other_contents(void **unused) {
     }
 }
 
-static void impossible_exposures_are_refused(void **unused) {
-    (void)unused;
+TEST(impossible_exposures_are_refused) {
     toliman_track_options options = rich_options(NULL);
     toliman_track *track = make_track(&options);
     small_frame frame;
@@ -281,8 +277,7 @@ static void impossible_exposures_are_refused(void **unused) {
 }
 
 /* Columns of a folder are merged by name, and none is dropped silently. */
-static void columns_are_merged(void **unused) {
-    (void)unused;
+TEST(columns_are_merged) {
     char shard[300], its_ledger[320];
     snprintf(shard, sizeof shard, "%s/shard", folder);
     snprintf(its_ledger, sizeof its_ledger, "%s/ledger.tlml", shard);
@@ -321,8 +316,7 @@ static void columns_are_merged(void **unused) {
 }
 
 /* A ledger with a column that this version does not fill keeps it: a later version may have created it. */
-static void unknown_columns_are_left_empty(void **unused) {
-    (void)unused;
+TEST(unknown_columns_are_left_empty) {
     enum { MADE = COLUMNS + 2, HEAD = 124 + 64 * MADE };
     toliman_track_options options = small_options(folder);
     strcpy(options.estimator.values,
@@ -349,8 +343,7 @@ static void unknown_columns_are_left_empty(void **unused) {
     toliman_track_destroy(track);
 }
 
-static void old_ledgers_are_refused(void **unused) {
-    (void)unused;
+TEST(old_ledgers_are_refused) {
     const toliman_track_options options = filled_folder();
     toliman_track *none = NULL;
     const uint32_t one = 1, three = 3;
@@ -362,8 +355,7 @@ static void old_ledgers_are_refused(void **unused) {
 }
 
 /* Headers with correct checksums and impossible columns. */
-static void impossible_columns_are_refused(void **unused) {
-    (void)unused;
+TEST(impossible_columns_are_refused) {
     const toliman_track_options options = small_options(folder);
     toliman_track *none = NULL;
     toliman_track_destroy(make_track(&options));
@@ -391,8 +383,7 @@ static void impossible_columns_are_refused(void **unused) {
 }
 
 /* Zeros are replaced by defaults, and the options in force are reported. */
-static void options_in_force(void **unused) {
-    (void)unused;
+TEST(options_in_force) {
     toliman_track_options zeros = TOLIMAN_TRACK_OPTIONS_INIT, made;
     made = (toliman_track_options)TOLIMAN_TRACK_OPTIONS_INIT;
     assert_memory_equal(&zeros, &made, sizeof made);
@@ -448,17 +439,7 @@ static void options_in_force(void **unused) {
     toliman_track_destroy(make_track(&reported));
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(columns_hold_the_given_values, set_up, tear_down),
-        cmocka_unit_test(estimators_receive_the_known_values),
-        cmocka_unit_test(other_exposures_are_other_contents),
-        cmocka_unit_test(impossible_exposures_are_refused),
-        cmocka_unit_test_setup_teardown(columns_are_merged, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(unknown_columns_are_left_empty, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(old_ledgers_are_refused, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(impossible_columns_are_refused, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(options_in_force, set_up, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(in_folder(columns_hold_the_given_values), cmocka_unit_test(estimators_receive_the_known_values),
+          cmocka_unit_test(other_exposures_are_other_contents), cmocka_unit_test(impossible_exposures_are_refused),
+          in_folder(columns_are_merged), in_folder(unknown_columns_are_left_empty), in_folder(old_ledgers_are_refused),
+          in_folder(impossible_columns_are_refused), in_folder(options_in_force))

@@ -26,8 +26,7 @@ static toliman_track_options cropped_options(void) {
     return options;
 }
 
-static void other_options_are_refused(void **unused) {
-    (void)unused;
+TEST(other_options_are_refused) {
     const toliman_track_options options = cropped_options();
     toliman_track_destroy(make_track(&options));
 #define REFUSED(member, value)                                                                                         \
@@ -50,8 +49,7 @@ static void other_options_are_refused(void **unused) {
     REFUSED(estimator.id, 78);
 }
 
-static void impossible_terms_are_refused(void **unused) {
-    (void)unused;
+TEST(impossible_terms_are_refused) {
     enum { TERMS = 16 };
     const toliman_track_options options = cropped_options();
     toliman_track_destroy(make_track(&options));
@@ -97,8 +95,7 @@ static uint32_t add_line(unsigned char *line, off_t number, uint32_t chain) {
     return chain;
 }
 
-static void contradictory_records_are_refused(void **unused) {
-    (void)unused;
+TEST(contradictory_records_are_refused) {
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     push_number(track, 1);
@@ -140,8 +137,7 @@ static void contradictory_records_are_refused(void **unused) {
 }
 
 /* Records damaged on disk while the tracker is open are refused; the others can be read. */
-static void damage_while_open(void **unused) {
-    (void)unused;
+TEST(damage_while_open) {
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     push_range(track, 1, 6);
@@ -161,8 +157,7 @@ static void damage_while_open(void **unused) {
 }
 
 /* An impossible checkpoint or setup is ignored. */
-static void impossible_checkpoints_and_setups(void **unused) {
-    (void)unused;
+TEST(impossible_checkpoints_and_setups) {
     enum { POINTS = 8, REPEATS = 24 };
     toliman_track_options options = filled_folder();
     options.frames.stamp = TOLIMAN_FRAME_STAMP_MIDDLE;
@@ -197,8 +192,7 @@ static void impossible_checkpoints_and_setups(void **unused) {
 }
 
 /* Lines of names that are truncated, invalid, with a wrong digest or of no frame are ignored. */
-static void invalid_names(void **unused) {
-    (void)unused;
+TEST(invalid_names) {
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     push_number(track, 1);
@@ -237,8 +231,7 @@ static void invalid_names(void **unused) {
 }
 
 /* The table of sessions and regions holds 65536 entries, regardless of the number of frames. */
-static void number_of_sessions_is_limited(void **unused) {
-    (void)unused;
+TEST(number_of_sessions_is_limited) {
     enum { SESSIONS = 65536 };
     toliman_track_options options = small_options(NULL);
     options.ledger.capacity = 100000;
@@ -261,8 +254,7 @@ static void number_of_sessions_is_limited(void **unused) {
     toliman_track_destroy(track);
 }
 
-static void empty_requests(void **unused) {
-    (void)unused;
+TEST(empty_requests) {
     const toliman_track_options options = small_options(NULL);
     toliman_track *track = make_track(&options);
     toliman_track_record lines[2] = {{.struct_size = sizeof *lines}};
@@ -287,16 +279,7 @@ static void empty_requests(void **unused) {
     toliman_track_destroy(track);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(other_options_are_refused, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(impossible_terms_are_refused, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(contradictory_records_are_refused, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(damage_while_open, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(impossible_checkpoints_and_setups, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(invalid_names, set_up, tear_down),
-        cmocka_unit_test(number_of_sessions_is_limited),
-        cmocka_unit_test(empty_requests),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(in_folder(other_options_are_refused), in_folder(impossible_terms_are_refused),
+          in_folder(contradictory_records_are_refused), in_folder(damage_while_open),
+          in_folder(impossible_checkpoints_and_setups), in_folder(invalid_names),
+          cmocka_unit_test(number_of_sessions_is_limited), cmocka_unit_test(empty_requests))

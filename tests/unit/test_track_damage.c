@@ -7,8 +7,7 @@
 #include "track_folder.h"
 
 /* With each byte of the checkpoint flipped, the file truncated or missing, the sums are recomputed from the ledger. */
-static void lost_checkpoint_costs_only_time(void **unused) {
-    (void)unused;
+TEST(lost_checkpoint_costs_only_time) {
     toliman_track_options options = filled_folder();
     const off_t size = size_of(checkpoint);
     for (off_t at = 0; at < size; at += at < 64 ? 1 : 401) {
@@ -36,8 +35,7 @@ static void lost_checkpoint_costs_only_time(void **unused) {
 
 /* With each byte of the setup (grid and clock) flipped, the file truncated or missing: neither is guessed, both can be
  * given again. */
-static void lost_setup_must_be_given_again(void **unused) {
-    (void)unused;
+TEST(lost_setup_must_be_given_again) {
     const toliman_track_options options = filled_folder();
     const int64_t camera[2] = {0, 0};
     toliman_track_options given = options, known;
@@ -69,8 +67,7 @@ static void lost_setup_must_be_given_again(void **unused) {
 }
 
 /* Damage to a synced record is never mistaken for a crash; a torn tail is truncated. */
-static void damaged_ledger_is_distinguished_from_a_torn_one(void **unused) {
-    (void)unused;
+TEST(damaged_ledger_is_distinguished_from_a_torn_one) {
     toliman_track_options options = small_options(folder);
     options.ledger.group = 8;
     toliman_track *track = make_track(&options), *none = NULL;
@@ -133,8 +130,7 @@ static void damaged_ledger_is_distinguished_from_a_torn_one(void **unused) {
 
 /* Frames whose times the grid or clock cannot represent stay in the ledger, and enter the sums with another grid or
  * clock. */
-static void times_out_of_range_lose_no_frame(void **unused) {
-    (void)unused;
+TEST(times_out_of_range_lose_no_frame) {
     toliman_track_options options = filled_folder(), other = options;
     const int64_t late[2] = {0, INT64_MAX - 30 * DAY_NS}, camera[2] = {0, 0};
     other.flags = TOLIMAN_TRACK_REBUILD;
@@ -172,8 +168,7 @@ static void times_out_of_range_lose_no_frame(void **unused) {
 }
 
 /* Undamaged records of a damaged ledger are merged to a new folder; the lost ones are counted. */
-static void damaged_ledger_is_salvaged(void **unused) {
-    (void)unused;
+TEST(damaged_ledger_is_salvaged) {
     toliman_track_options options = small_options(folder), elsewhere = small_options(NULL);
     toliman_track *track = make_track(&options);
     small_frame frame;
@@ -208,8 +203,7 @@ static void damaged_ledger_is_salvaged(void **unused) {
 }
 
 /* Impossible records with correct checksums are refused, and never mistaken for torn ones. */
-static void impossible_records_are_refused(void **unused) {
-    (void)unused;
+TEST(impossible_records_are_refused) {
     toliman_track_options options = small_options(folder), elsewhere = small_options(NULL);
     toliman_track *track = make_track(&options), *none = NULL;
     push_number(track, 1);
@@ -243,8 +237,7 @@ static void impossible_records_are_refused(void **unused) {
 
 /* A full disk: the error is reported, no more frames are accepted, and acknowledged frames are there once space is
  * available. */
-static void full_disk_is_reported(void **unused) {
-    (void)unused;
+TEST(full_disk_is_reported) {
     toliman_track_options options = small_options(folder);
     options.ledger.group = 4;
     toliman_track *track = make_track(&options);
@@ -275,8 +268,7 @@ static void full_disk_is_reported(void **unused) {
 }
 
 /* After one salvage, a folder can be merged as before, and its later records are not skipped. */
-static void salvage_hides_nothing(void **unused) {
-    (void)unused;
+TEST(salvage_hides_nothing) {
     char region_path[300];
     snprintf(region_path, sizeof region_path, "%s/region", folder);
     toliman_track_options options = small_options(folder), of_region = options, elsewhere = small_options(NULL);
@@ -317,8 +309,7 @@ static void salvage_hides_nothing(void **unused) {
 }
 
 /* The frame of a lost record stays quarantined, whether another folder with that frame is merged before or after. */
-static void salvaged_quarantines_hold_in_any_order(void **unused) {
-    (void)unused;
+TEST(salvaged_quarantines_hold_in_any_order) {
     char other_path[300];
     snprintf(other_path, sizeof other_path, "%s/other", folder);
     toliman_track_options options = small_options(folder), of_other = options, elsewhere = small_options(NULL);
@@ -352,8 +343,7 @@ static void salvaged_quarantines_hold_in_any_order(void **unused) {
 }
 
 /* Impossible counts of a folder are refused before any of them is merged. */
-static void impossible_marks_do_not_spread(void **unused) {
-    (void)unused;
+TEST(impossible_marks_do_not_spread) {
     char crafted_path[300], crafted[320];
     snprintf(crafted_path, sizeof crafted_path, "%s/crafted", folder);
     snprintf(crafted, sizeof crafted, "%s/ledger.tlml", crafted_path);
@@ -385,18 +375,8 @@ static void impossible_marks_do_not_spread(void **unused) {
     remove_folder(crafted_path);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(lost_checkpoint_costs_only_time, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(damaged_ledger_is_distinguished_from_a_torn_one, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(impossible_records_are_refused, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(full_disk_is_reported, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(lost_setup_must_be_given_again, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(times_out_of_range_lose_no_frame, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(damaged_ledger_is_salvaged, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(salvage_hides_nothing, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(salvaged_quarantines_hold_in_any_order, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(impossible_marks_do_not_spread, set_up, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(in_folder(lost_checkpoint_costs_only_time), in_folder(damaged_ledger_is_distinguished_from_a_torn_one),
+          in_folder(impossible_records_are_refused), in_folder(full_disk_is_reported),
+          in_folder(lost_setup_must_be_given_again), in_folder(times_out_of_range_lose_no_frame),
+          in_folder(damaged_ledger_is_salvaged), in_folder(salvage_hides_nothing),
+          in_folder(salvaged_quarantines_hold_in_any_order), in_folder(impossible_marks_do_not_spread))

@@ -47,8 +47,7 @@ static toliman_frame frame_of(int64_t id, const uint32_t *pixels) {
                            .cols = COLS};
 }
 
-static void values_match_the_estimators(void **unused) {
-    (void)unused;
+TEST(values_match_the_estimators) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "\"flux_a\", \"flux_b\"");
     toliman_cae *cae = make_cae(sim, 1, 60, NULL);
     toliman_linear *linear = NULL;
@@ -104,8 +103,7 @@ static uint64_t id_of(const toliman_track_options *options) {
     return info.estimator_id;
 }
 
-static void estimators_are_distinguished(void **unused) {
-    (void)unused;
+TEST(estimators_are_distinguished) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, ""), *other_sim = make_sim(kSide, kSide, 0, "\"flux_a\"");
     toliman_cae *cae = make_cae(sim, 1, 0, NULL), *again = make_cae(sim, 1, 0, NULL),
                 *other = make_cae(sim, 2, 0, NULL);
@@ -145,8 +143,7 @@ static void estimators_are_distinguished(void **unused) {
 
 /* Counts for which a network gives no finite value: the frame is rejected, without an error. The template's value is
  * finite, but too large. */
-static void counts_without_an_estimate(void **unused) {
-    (void)unused;
+TEST(counts_without_an_estimate) {
     static double pixels[kPixels];
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     toliman_cae *cae = make_cae(sim, 1, 0, NULL);
@@ -174,11 +171,5 @@ static void counts_without_an_estimate(void **unused) {
     toliman_sim_destroy(sim);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(values_match_the_estimators),
-        cmocka_unit_test(estimators_are_distinguished),
-        cmocka_unit_test(counts_without_an_estimate),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(values_match_the_estimators), cmocka_unit_test(estimators_are_distinguished),
+          cmocka_unit_test(counts_without_an_estimate))

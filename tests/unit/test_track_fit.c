@@ -107,8 +107,7 @@ static double cell(const toliman_track *track, const char *name, int64_t record)
     return value;
 }
 
-static void values_are_those_of_fits_at_the_frames_times(void **state) {
-    (void)state;
+TEST(values_are_those_of_fits_at_the_frames_times) {
     const toliman_track_options options = options_of(NULL, fit);
     toliman_track *const track = opened(&options);
     for (int i = 0; i < FRAMES; i++) {
@@ -149,8 +148,7 @@ static void values_are_those_of_fits_at_the_frames_times(void **state) {
     toliman_track_destroy(track);
 }
 
-static void order_threads_and_restarts_change_no_bit(void **state) {
-    (void)state;
+TEST(order_threads_and_restarts_change_no_bit) {
     const int orders[][FRAMES] = {{0, 1, 2, 3, 4, 5}, {5, 2, 0, 4, 1, 3}};
     double expected[20], found[20];
     toliman_track_outcome outcomes[FRAMES];
@@ -185,8 +183,7 @@ static void order_threads_and_restarts_change_no_bit(void **state) {
     assert_memory_equal(found, expected, sizeof found);
 }
 
-static void a_frame_without_a_fit_is_rejected(void **state) {
-    (void)state;
+TEST(a_frame_without_a_fit_is_rejected) {
     static double empty[PIXELS];
     const toliman_track_options options = options_of(NULL, fit);
     toliman_track *const track = opened(&options);
@@ -202,8 +199,7 @@ static void a_frame_without_a_fit_is_rejected(void **state) {
     toliman_track_destroy(track);
 }
 
-static void other_estimators_are_refused(void **state) {
-    (void)state;
+TEST(other_estimators_are_refused) {
     toliman_track_options options = options_of(folder, fit);
     toliman_track *track = opened(&options);
     toliman_track_destroy(track);
@@ -234,7 +230,6 @@ int main(void) {
         cmocka_unit_test(values_are_those_of_fits_at_the_frames_times),
         cmocka_unit_test_setup_teardown(order_threads_and_restarts_change_no_bit, make_place, remove_place),
         cmocka_unit_test(a_frame_without_a_fit_is_rejected),
-        cmocka_unit_test_setup_teardown(other_estimators_are_refused, make_place, remove_place),
-    };
+        cmocka_unit_test_setup_teardown(other_estimators_are_refused, make_place, remove_place)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

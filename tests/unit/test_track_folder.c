@@ -4,8 +4,7 @@
 
 #include "track_folder.h"
 
-static void committed_frames_are_resumed(void **unused) {
-    (void)unused;
+TEST(committed_frames_are_resumed) {
     toliman_track_options options = filled_folder();
     for (int time = 0; time < 2; time++) {
         toliman_track *track = make_track(&options);
@@ -29,8 +28,7 @@ static void committed_frames_are_resumed(void **unused) {
     assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_CAPACITY, "");
 }
 
-static void one_writer_and_many_readers(void **unused) {
-    (void)unused;
+TEST(one_writer_and_many_readers) {
     toliman_track_options options = small_options(folder), looking;
     toliman_track *writer = make_track(&options), *none = NULL;
     assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_STATE, folder);
@@ -70,8 +68,7 @@ static void one_writer_and_many_readers(void **unused) {
 }
 
 /* A new clock changes every time, a new grid the frequencies: the result is as if all frames arrived under them. */
-static void another_grid_and_clock_without_frames(void **unused) {
-    (void)unused;
+TEST(another_grid_and_clock_without_frames) {
     toliman_track_options options = filled_folder();
     const int64_t clock[] = {0, 5000, 30 * DAY_NS, 31 * DAY_NS, 50 * DAY_NS, 50 * DAY_NS + 77};
     toliman_track_options other = options;
@@ -116,8 +113,7 @@ static void another_grid_and_clock_without_frames(void **unused) {
     toliman_track_destroy(expected);
 }
 
-static void records_can_be_read(void **unused) {
-    (void)unused;
+TEST(records_can_be_read) {
     const toliman_track_options options = filled_folder();
     toliman_track *track = make_track(&options);
     static toliman_track_record lines[100];
@@ -172,8 +168,7 @@ static void records_can_be_read(void **unused) {
     toliman_track_destroy(track);
 }
 
-static void bad_options_leave_no_folder(void **unused) {
-    (void)unused;
+TEST(bad_options_leave_no_folder) {
     char path[300];
     snprintf(path, sizeof path, "%s/none", folder);
     const int64_t falling[4] = {0, 0, 5, -5};
@@ -200,8 +195,7 @@ static uint64_t fnv1a(const char *text, size_t size) {
 }
 
 /* Offsets as in tools/docs/formats.md; also with another clock, and after a merge. */
-static void ledger_matches_its_format(void **unused) {
-    (void)unused;
+TEST(ledger_matches_its_format) {
     toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     small_frame frame;
@@ -280,8 +274,7 @@ static void ledger_matches_its_format(void **unused) {
 }
 
 /* Records wait for their group at most a second, as long as frames arrive. */
-static void records_wait_at_most_a_second(void **unused) {
-    (void)unused;
+TEST(records_wait_at_most_a_second) {
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     push_number(track, 1);
@@ -337,8 +330,7 @@ static void read_during_write(const toliman_track_options *options, int64_t comm
 }
 
 /* Readers never see damage while a writer is repeatedly stopped and truncates a torn tail. */
-static void readers_tolerate_recovery(void **unused) {
-    (void)unused;
+TEST(readers_tolerate_recovery) {
     toliman_track_options options = small_options(folder), looking = options;
     options.ledger.sync = TOLIMAN_TRACK_SYNC_FRAME;
     toliman_track_destroy(make_track(&options));
@@ -372,8 +364,7 @@ static void readers_tolerate_recovery(void **unused) {
     assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0 && reads > 10);
 }
 
-static void killed_runs_are_resumed(void **unused) {
-    (void)unused;
+TEST(killed_runs_are_resumed) {
     const char *given = getenv("TOLIMAN_KILLS");
     const int kills = given != NULL ? atoi(given) : 10;
     toliman_track_options options = small_options(folder);
@@ -416,8 +407,7 @@ static void killed_runs_are_resumed(void **unused) {
 }
 
 /* Names, ids and missing frames of each session and region; a lost name loses no frame. */
-static void sessions_are_named(void **unused) {
-    (void)unused;
+TEST(sessions_are_named) {
     toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     static const char *const sessions[] = {"night-2", "day.1", "night-2"}, *const rois[] = {"core", "core", "wing"};
@@ -491,8 +481,7 @@ static void sessions_are_named(void **unused) {
 }
 
 /* A checkpoint is valid only for the ledger, grid and clock that it was made of. */
-static void foreign_checkpoint_is_ignored(void **unused) {
-    (void)unused;
+TEST(foreign_checkpoint_is_ignored) {
     toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options), *none = NULL;
     push_range(track, 1, 20);
@@ -540,8 +529,7 @@ static void foreign_checkpoint_is_ignored(void **unused) {
 }
 
 /* The setup of a folder with another sigma, whose sums could not hold these values. */
-static void foreign_setup_is_ignored(void **unused) {
-    (void)unused;
+TEST(foreign_setup_is_ignored) {
     char copy[300], command[700];
     toliman_track_options options = small_options(folder), other = options;
     toliman_track *none = NULL;
@@ -557,20 +545,9 @@ static void foreign_setup_is_ignored(void **unused) {
     remove_folder(copy);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(committed_frames_are_resumed, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(one_writer_and_many_readers, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(another_grid_and_clock_without_frames, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(ledger_matches_its_format, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(records_wait_at_most_a_second, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(records_can_be_read, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(bad_options_leave_no_folder, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(readers_tolerate_recovery, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(killed_runs_are_resumed, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(sessions_are_named, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(foreign_checkpoint_is_ignored, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(foreign_setup_is_ignored, set_up, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(in_folder(committed_frames_are_resumed), in_folder(one_writer_and_many_readers),
+          in_folder(another_grid_and_clock_without_frames), in_folder(ledger_matches_its_format),
+          in_folder(records_wait_at_most_a_second), in_folder(records_can_be_read),
+          in_folder(bad_options_leave_no_folder), in_folder(readers_tolerate_recovery),
+          in_folder(killed_runs_are_resumed), in_folder(sessions_are_named), in_folder(foreign_checkpoint_is_ignored),
+          in_folder(foreign_setup_is_ignored))

@@ -42,8 +42,7 @@ static void assert_warned(const toliman_track_options *options, const char *text
     assert_int_equal(count_warnings(*options, 0), !repaired);
 }
 
-static void damage_is_reported_once(void **unused) {
-    (void)unused;
+TEST(damage_is_reported_once) {
     const toliman_track_options options = filled_folder();
     char copy[300];
     snprintf(copy, sizeof copy, "%s/copy", folder);
@@ -77,8 +76,7 @@ static void damage_is_reported_once(void **unused) {
     remove_folder(copy);
 }
 
-static void one_writer_even_if_files_are_removed(void **unused) {
-    (void)unused;
+TEST(one_writer_even_if_files_are_removed) {
     char path[330];
     static const char *const other_files[] = {"lock", "checkpoint.tlmc", "setup.tlms", "streams.txt",
                                               "ledger.tlml.tmp"};
@@ -116,8 +114,7 @@ static void damage_ledger(int way) {
 }
 
 /* The change is detected before anything more is acknowledged; a removed file is never saved to. */
-static void a_ledger_that_changes_stops_its_writer(void **unused) {
-    (void)unused;
+TEST(a_ledger_that_changes_stops_its_writer) {
     for (int way = 0; way < WAYS; way++)
         for (int saving = 0; saving < 2; saving++) {
             toliman_track_options options = small_options(folder);
@@ -167,8 +164,7 @@ static int write_some(int writer) {
 }
 
 /* Writers that race to create a folder: each writes alone or is refused, and no acknowledged frame is lost. */
-static void race_to_create_a_folder(void **unused) {
-    (void)unused;
+TEST(race_to_create_a_folder) {
     const toliman_track_options options = small_options(folder);
     for (int round = 0; round < ROUNDS; round++) {
         pid_t children[WRITERS];
@@ -191,8 +187,7 @@ static void race_to_create_a_folder(void **unused) {
 }
 
 /* A writer of an earlier version locks the file `lock`. */
-static void writer_of_an_earlier_version_is_excluded(void **unused) {
-    (void)unused;
+TEST(writer_of_an_earlier_version_is_excluded) {
     char path[330];
     snprintf(path, sizeof path, "%s/lock", folder);
     const int held = open(path, O_RDWR | O_CREAT, 0666);
@@ -205,8 +200,7 @@ static void writer_of_an_earlier_version_is_excluded(void **unused) {
 }
 
 /* If files other than the ledger exist, the folder is not new, and no new ledger is created. */
-static void lost_ledger_is_not_a_new_folder(void **unused) {
-    (void)unused;
+TEST(lost_ledger_is_not_a_new_folder) {
     const toliman_track_options options = filled_folder();
     toliman_track_options reading = options;
     reading.flags = TOLIMAN_TRACK_READ_ONLY;
@@ -223,8 +217,7 @@ static void lost_ledger_is_not_a_new_folder(void **unused) {
 }
 
 /* As after a crash that left only the first file. */
-static void partly_created_folder_continues(void **unused) {
-    (void)unused;
+TEST(partly_created_folder_continues) {
     toliman_track_options options = small_options(folder);
     for (int left = 0; left < 2; left++) {
         toliman_track_destroy(make_track(&options));
@@ -248,8 +241,7 @@ static void partly_created_folder_continues(void **unused) {
 }
 
 /* Arrivals are counted once, without a save and without the checkpoint. */
-static void repeats_are_kept_by_commit(void **unused) {
-    (void)unused;
+TEST(repeats_are_kept_by_commit) {
     const toliman_track_options options = small_options(folder);
     for (int pass = 1; pass <= 4; pass++) {
         toliman_track *track = make_track(&options);
@@ -275,8 +267,7 @@ static void repeats_are_kept_by_commit(void **unused) {
 
 /* A checkpoint of an earlier version, which held these counts alone: they count once, also after the ledger has
  * them. */
-static void repeats_of_an_older_checkpoint_count_once(void **unused) {
-    (void)unused;
+TEST(repeats_of_an_older_checkpoint_count_once) {
     enum { REPEATS = 24 };
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
@@ -305,17 +296,12 @@ static void repeats_of_an_older_checkpoint_count_once(void **unused) {
     toliman_track_destroy(track);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(damage_is_reported_once, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(one_writer_even_if_files_are_removed, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(a_ledger_that_changes_stops_its_writer, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(race_to_create_a_folder, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(writer_of_an_earlier_version_is_excluded, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(lost_ledger_is_not_a_new_folder, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(partly_created_folder_continues, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(repeats_are_kept_by_commit, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(repeats_of_an_older_checkpoint_count_once, prepare, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test_setup_teardown(damage_is_reported_once, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(one_writer_even_if_files_are_removed, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(a_ledger_that_changes_stops_its_writer, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(race_to_create_a_folder, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(writer_of_an_earlier_version_is_excluded, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(lost_ledger_is_not_a_new_folder, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(partly_created_folder_continues, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(repeats_are_kept_by_commit, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(repeats_of_an_older_checkpoint_count_once, prepare, tear_down))

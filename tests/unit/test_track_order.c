@@ -117,8 +117,7 @@ static void assert_counts(const toliman_track *track, const struct pass *pass) {
     assert_int_equal(info->missing, expected->missing);
 }
 
-static void any_order_gives_the_same_bits(void **unused) {
-    (void)unused;
+TEST(any_order_gives_the_same_bits) {
     static struct pass pass;
     const char *given = getenv("TOLIMAN_SEEDS");
     const toliman_track_options options = small_options(NULL);
@@ -136,8 +135,7 @@ static void any_order_gives_the_same_bits(void **unused) {
 }
 
 /* A pass that is replayed, before and after reopening: only the count of repeats changes. */
-static void replays_change_nothing(void **unused) {
-    (void)unused;
+TEST(replays_change_nothing) {
     static struct pass pass;
     char folder[256];
     make_folder(folder, sizeof folder);
@@ -208,8 +206,7 @@ static void merge_shards(const struct pass *pass, int shards) {
     remove_folder(above);
 }
 
-static void shards_merge_in_any_order(void **unused) {
-    (void)unused;
+TEST(shards_merge_in_any_order) {
     static struct pass pass;
     const toliman_track_options options = small_options(NULL);
     const int counts[] = {1, 7, 32};
@@ -222,8 +219,7 @@ static void shards_merge_in_any_order(void **unused) {
 
 /* A growing folder that is merged repeatedly, directly and through another folder: every frame is included once, and
  * the counts are those of all folders together, in any order of the merges. */
-static void growing_shards_are_merged_once(void **unused) {
-    (void)unused;
+TEST(growing_shards_are_merged_once) {
     char paths[3][256];
     toliman_track *tracks[3];
     toliman_track_options options = small_options(NULL);
@@ -285,8 +281,7 @@ static void growing_shards_are_merged_once(void **unused) {
         remove_folder(paths[i]);
 }
 
-static void incompatible_shards_are_refused(void **unused) {
-    (void)unused;
+TEST(incompatible_shards_are_refused) {
     char folder[256], ledger[300];
     make_folder(folder, sizeof folder);
     snprintf(ledger, sizeof ledger, "%s/ledger.tlml", folder);
@@ -321,11 +316,6 @@ static void incompatible_shards_are_refused(void **unused) {
     remove_folder(folder);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_order_gives_the_same_bits),   cmocka_unit_test(replays_change_nothing),
-        cmocka_unit_test(shards_merge_in_any_order),       cmocka_unit_test(growing_shards_are_merged_once),
-        cmocka_unit_test(incompatible_shards_are_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(any_order_gives_the_same_bits), cmocka_unit_test(replays_change_nothing),
+          cmocka_unit_test(shards_merge_in_any_order), cmocka_unit_test(growing_shards_are_merged_once),
+          cmocka_unit_test(incompatible_shards_are_refused))

@@ -13,8 +13,7 @@ static toliman_track_options options_without_setup(void) {
 }
 
 /* The setup is lost, or is that of another ledger: either would give values of another reference. */
-static void lost_setup_needs_the_sky(void **unused) {
-    (void)unused;
+TEST(lost_setup_needs_the_sky) {
     for (int is_predicted = 0; is_predicted < 2; is_predicted++) {
         fill_folder(is_predicted ? predicted : orbit, is_predicted ? COVERED + 2 : 1, LAST);
         assert_int_equal(unlink(setup), 0);
@@ -31,8 +30,7 @@ static void lost_setup_needs_the_sky(void **unused) {
     }
 }
 
-static void setup_of_another_ledger_is_not_used(void **unused) {
-    (void)unused;
+TEST(setup_of_another_ledger_is_not_used) {
     char command[700];
     fill_folder(orbit, 1, LAST);
     snprintf(command, sizeof command, "cp %s %s.old", setup, setup);
@@ -73,8 +71,7 @@ static void assert_same_counts(toliman_track_info a, toliman_track_info b) {
 }
 
 /* Also with a torn record, which is removed. */
-static void rebuild_reduces_a_plain_folder(void **unused) {
-    (void)unused;
+TEST(rebuild_reduces_a_plain_folder) {
     char first[300];
     snprintf(first, sizeof first, "%s/first", folder);
     const toliman_track_options plain = measured_options(folder), reduced = reduced_options(first, orbit);
@@ -98,8 +95,7 @@ static void rebuild_reduces_a_plain_folder(void **unused) {
 }
 
 /* Nothing is rewritten if the ledger has no separations. */
-static void rebuild_needs_separations(void **unused) {
-    (void)unused;
+TEST(rebuild_needs_separations) {
     toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     push_range(track, 1, 20);
@@ -117,8 +113,7 @@ static void rebuild_needs_separations(void **unused) {
 }
 
 /* Frames that a file does not cover keep their reduction if the system is the same, with any plate scale. */
-static void rebuild_keeps_reductions_of_the_system(void **unused) {
-    (void)unused;
+TEST(rebuild_keeps_reductions_of_the_system) {
     fill_folder(orbit, 1, LAST);
     toliman_track_destroy(rebuild(predicted, 0));
     toliman_track *track = rebuild(predicted, 2 * SCALE);
@@ -140,8 +135,7 @@ static void rebuild_keeps_reductions_of_the_system(void **unused) {
     toliman_track_destroy(track);
 }
 
-static void shards_merge_in_any_order(void **unused) {
-    (void)unused;
+TEST(shards_merge_in_any_order) {
     enum { SHARDS = 3, EACH = LAST / SHARDS };
     char shards[SHARDS][300];
     for (int i = 0; i < SHARDS; i++) {
@@ -188,8 +182,7 @@ static void shards_merge_in_any_order(void **unused) {
 }
 
 /* The first interval record, of frame 1, is damaged. */
-static void salvaged_frames_keep_values_without_intervals(void **unused) {
-    (void)unused;
+TEST(salvaged_frames_keep_values_without_intervals) {
     char damaged[300];
     snprintf(damaged, sizeof damaged, "%s/damaged", folder);
     const toliman_track_options there = reduced_options(damaged, orbit), here = reduced_options(folder, orbit);
@@ -234,8 +227,7 @@ static void try_to_write(int32_t level, const char *message, void *calls) {
 }
 
 /* Warnings arrive before the ledger is replaced (the torn record), and after it (the lost names). */
-static void lock_moves_to_the_new_ledger(void **unused) {
-    (void)unused;
+TEST(lock_moves_to_the_new_ledger) {
     char names[300];
     snprintf(names, sizeof names, "%s/streams.txt", folder);
     fill_folder(orbit, 1, LAST);
@@ -276,8 +268,7 @@ static void rebuild_often(const toliman_sky *sky) {
     }
 }
 
-static void processes_rebuild_in_turn(void **unused) {
-    (void)unused;
+TEST(processes_rebuild_in_turn) {
     fill_folder(orbit, 1, LAST);
     const pid_t child = fork();
     if (child == 0) {
@@ -301,16 +292,14 @@ static void processes_rebuild_in_turn(void **unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(lost_setup_needs_the_sky, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(setup_of_another_ledger_is_not_used, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(rebuild_reduces_a_plain_folder, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(rebuild_needs_separations, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(rebuild_keeps_reductions_of_the_system, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(shards_merge_in_any_order, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(salvaged_frames_keep_values_without_intervals, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(lock_moves_to_the_new_ledger, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(processes_rebuild_in_turn, set_up, tear_down),
-    };
+    const struct CMUnitTest tests[] = {in_folder(lost_setup_needs_the_sky),
+                                       in_folder(setup_of_another_ledger_is_not_used),
+                                       in_folder(rebuild_reduces_a_plain_folder),
+                                       in_folder(rebuild_needs_separations),
+                                       in_folder(rebuild_keeps_reductions_of_the_system),
+                                       in_folder(shards_merge_in_any_order),
+                                       in_folder(salvaged_frames_keep_values_without_intervals),
+                                       in_folder(lock_moves_to_the_new_ledger),
+                                       in_folder(processes_rebuild_in_turn)};
     return cmocka_run_group_tests(tests, make_skies, destroy_skies);
 }

@@ -35,8 +35,7 @@ static size_t read_whole(const char *path, unsigned char *bytes, size_t most) {
 }
 
 /* tools/docs/formats.md, "TLMS". */
-static void setup_file_has_version_2_only_with_a_timing(void **unused) {
-    (void)unused;
+TEST(setup_file_has_version_2_only_with_a_timing) {
     unsigned char plain[1000], timed[1000];
     const toliman_track_options without = small_options(folder), with = timed_options(TOLIMAN_FRAME_STAMP_END, 0.75);
     make_frames(&without);
@@ -53,8 +52,7 @@ static void setup_file_has_version_2_only_with_a_timing(void **unused) {
 }
 
 /* Values of another kind of option would be a change of format, so each pair is compared with what the file says. */
-static void folder_keeps_its_timing(void **unused) {
-    (void)unused;
+TEST(folder_keeps_its_timing) {
     static const struct {
         int32_t stamp, kept;
         double exposure_s;
@@ -85,8 +83,7 @@ static void folder_keeps_its_timing(void **unused) {
     mkdir(folder, 0777);
 }
 
-static void another_timing_is_refused(void **unused) {
-    (void)unused;
+TEST(another_timing_is_refused) {
     const toliman_track_options options = timed_options(TOLIMAN_FRAME_STAMP_START, 0.5);
     make_frames(&options);
     toliman_track *none = NULL;
@@ -109,8 +106,7 @@ static void another_timing_is_refused(void **unused) {
     toliman_track_destroy(track);
 }
 
-static void bad_values_are_refused(void **unused) {
-    (void)unused;
+TEST(bad_values_are_refused) {
     static const double bad[] = {-1, 1.1e9, NAN, INFINITY};
     toliman_track *none = NULL;
     for (int32_t stamp = 600; stamp <= 604; stamp += 4) {
@@ -124,8 +120,7 @@ static void bad_values_are_refused(void **unused) {
 }
 
 /* Frames of both folders were given times by different rules. */
-static void merge_needs_the_same_timing(void **unused) {
-    (void)unused;
+TEST(merge_needs_the_same_timing) {
     const toliman_track_options options = timed_options(TOLIMAN_FRAME_STAMP_START, 0.5);
     make_frames(&options);
     toliman_track_options into = small_options(NULL);
@@ -145,8 +140,7 @@ static void merge_needs_the_same_timing(void **unused) {
 }
 
 /* With each byte of the file flipped, it is lost, and timing, grid and clock must be given again. */
-static void lost_setup_loses_the_timing(void **unused) {
-    (void)unused;
+TEST(lost_setup_loses_the_timing) {
     const int64_t camera[2] = {0, 0};
     toliman_track_options options = timed_options(TOLIMAN_FRAME_STAMP_START, 0.5), known = TOLIMAN_TRACK_OPTIONS_INIT;
     make_frames(&options);
@@ -169,14 +163,6 @@ static void lost_setup_loses_the_timing(void **unused) {
     toliman_track_destroy(track);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(setup_file_has_version_2_only_with_a_timing, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(folder_keeps_its_timing, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(another_timing_is_refused, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(bad_values_are_refused, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(merge_needs_the_same_timing, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(lost_setup_loses_the_timing, set_up, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(in_folder(setup_file_has_version_2_only_with_a_timing), in_folder(folder_keeps_its_timing),
+          in_folder(another_timing_is_refused), in_folder(bad_values_are_refused),
+          in_folder(merge_needs_the_same_timing), in_folder(lost_setup_loses_the_timing))
