@@ -267,11 +267,8 @@ TEST(pixels) {
     toliman_components_info info = {.struct_size = sizeof info};
     assert_ok(toliman_components_get_info(components, &info));
     assert_int_equal(info.frames, 0);
-    free(good), free(frame), free(image);
-    toliman_components_destroy(components);
-    toliman_linear_destroy(linear);
-    toliman_cae_destroy(cae);
-    toliman_sim_destroy(sim);
+    free(good), free(frame), free(image), toliman_components_destroy(components), toliman_linear_destroy(linear);
+    toliman_cae_destroy(cae), toliman_sim_destroy(sim);
 }
 
 /* Weights and planes with numbers that are not finite or subnormal, and a correct checksum. */
@@ -295,9 +292,7 @@ TEST(weights) {
         refused(spoilt, spoilt_size, planes ? "planes[" : "weights[");
         free(spoilt);
     }
-    free(numbers), free(blob);
-    toliman_cae_destroy(cae);
-    toliman_sim_destroy(sim);
+    free(numbers), free(blob), toliman_cae_destroy(cae), toliman_sim_destroy(sim);
 }
 
 TEST(frames_of_a_pass) {

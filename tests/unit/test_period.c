@@ -53,8 +53,7 @@ TEST(long_streams_survive_saving) {
     assert_int_equal(size_a, size_b);
     assert_memory_equal(bytes_a, bytes_b, size_a);
     assert_int_equal(count_of(part), 20000);
-    toliman_period_destroy(whole);
-    toliman_period_destroy(part);
+    toliman_period_destroy(whole), toliman_period_destroy(part);
 }
 
 /* The first row of the chapter's table: three cycles of a pure sine in unit span, 1095 samples. */
@@ -223,8 +222,7 @@ TEST(refusals_name_the_argument) {
                    "first");
     assert_refused(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, 0.5, &power), TOLIMAN_E_ARGUMENT,
                    "log10_residual");
-    toliman_period_destroy(period);
-    toliman_period_destroy(NULL);
+    toliman_period_destroy(period), toliman_period_destroy(NULL);
 }
 
 TEST(damaged_state_is_refused) {
@@ -268,8 +266,7 @@ TEST(saving_replaces_what_a_link_names_and_no_pipe) {
     assert_int_equal(lstat(pipe, &attributes), 0);
     assert_true(S_ISFIFO(attributes.st_mode));
     assert_refused(toliman_period_save_file(period, folder), TOLIMAN_E_WRITE, folder);
-    toliman_period_destroy(loaded);
-    toliman_period_destroy(period);
+    toliman_period_destroy(loaded), toliman_period_destroy(period);
     unlink(pipe), unlink(link), unlink(state);
     assert_int_equal(rmdir(folder), 0); // no other file was left in the folder
 }

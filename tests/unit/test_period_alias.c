@@ -125,9 +125,7 @@ TEST(choice_does_not_depend_on_order) {
     assert_true(count == 5 && peaks[0].frequency == one.frequency && (peaks[0].flags & TOLIMAN_PERIOD_ALIAS) == 0);
     for (size_t i = 1; i < 3; i++)
         assert_true((peaks[i].flags & TOLIMAN_PERIOD_ALIAS) != 0 && peaks[i].power > 0.9 * peaks[0].power);
-    toliman_period_destroy(whole);
-    toliman_period_destroy(half);
-    toliman_period_destroy(other);
+    toliman_period_destroy(whole), toliman_period_destroy(half), toliman_period_destroy(other);
 }
 
 TEST(invalid_arguments_are_refused) {

@@ -99,8 +99,7 @@ TEST(power_matches_113_bits) {
                 fail_msg("%s, %s mean, frequency %d: power %.17g is wrong by %.2e", c->name,
                          fixed_mean ? "fixed" : "floating", (int)k, expected, error);
         }
-        free(power);
-        toliman_period_destroy(period);
+        free(power), toliman_period_destroy(period);
     }
 }
 

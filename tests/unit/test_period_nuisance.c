@@ -108,8 +108,7 @@ TEST(shards_and_saved_states_give_the_same_bits) {
         uint8_t *bytes = bytes_of(shards[(s * 29 + 3) % kShards], &size);
         assert_ok(toliman_period_load(bytes, size, NULL, &loaded));
         assert_ok(toliman_period_merge(merged, loaded));
-        toliman_period_destroy(loaded);
-        free(bytes);
+        toliman_period_destroy(loaded), free(bytes);
     }
     assert_same(merged, whole);
     for (int s = 0; s < kShards; s++)
@@ -137,14 +136,12 @@ TEST(state_has_a_version) {
         assert_int_equal(toliman_period_load(bytes, size, NULL, &loaded), TOLIMAN_E_FORMAT);
         bytes[i] ^= 1;
     }
-    free(bytes);
-    toliman_period_destroy(period);
+    free(bytes), toliman_period_destroy(period);
     options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;
     period = make(&options);
     bytes = bytes_of(period, &size);
     assert_int_equal(bytes[4], 3);
-    free(bytes);
-    toliman_period_destroy(period);
+    free(bytes), toliman_period_destroy(period);
 }
 
 TEST(bad_options_are_refused) {

@@ -297,9 +297,7 @@ TEST(re_referenced_sums_survive_saving) {
         assert_ok(toliman_period_query_power(here, TOLIMAN_PERIOD_POWER_STANDARD, 0, 180, power[0]));
         assert_ok(toliman_period_query_power(again, TOLIMAN_PERIOD_POWER_STANDARD, 0, 180, power[1]));
         assert_memory_equal(power[0], power[1], sizeof power[0]);
-        toliman_period_destroy(there);
-        toliman_period_destroy(here);
-        toliman_period_destroy(again);
+        toliman_period_destroy(there), toliman_period_destroy(here), toliman_period_destroy(again);
     }
 }
 

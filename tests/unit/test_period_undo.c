@@ -11,7 +11,7 @@
 
 #include <toliman/period.h>
 
-enum { kMost = 6000, kShards = 64 };
+enum { kMost = 6000 };
 static double times[kMost], values[kMost], sigmas[kMost];
 
 static uint64_t state = 11;
@@ -102,28 +102,6 @@ TEST(test_retract_many_is_all_or_none) {
     assert_ok(toliman_period_push_many(other, times, values, sigmas, 40));
     assert_same_bytes(period, other);
     toliman_period_destroy(period), toliman_period_destroy(other);
-}
-
-TEST(test_shards_merge_to_the_same_bits) {
-    for (int double_limb = 0; double_limb < 2; double_limb++) {
-        fill(double_limb);
-        const toliman_period_options options = options_for(double_limb);
-        toliman_period *whole = make(&options), *shards[kShards], *merged = NULL;
-        for (int s = 0; s < kShards; s++)
-            shards[s] = make(&options);
-        for (int i = 0; i < kMost; i++) {
-            push(whole, i);
-            push(shards[(size_t)(uniform(&state) * kShards)], i);
-        }
-        assert_ok(toliman_period_copy(shards[17], &merged));
-        for (int s = 0; s < kShards; s++)
-            if ((s * 29 + 3) % kShards != 17)
-                assert_ok(toliman_period_merge(merged, shards[(s * 29 + 3) % kShards]));
-        assert_same_bytes(merged, whole);
-        for (int s = 0; s < kShards; s++)
-            toliman_period_destroy(shards[s]);
-        toliman_period_destroy(whole), toliman_period_destroy(merged);
-    }
 }
 
 TEST(test_window_slides) {
@@ -262,8 +240,7 @@ TEST(test_merge_refuses) {
     other.unit_ns = 86400e9;
     odd = make(&other);
     assert_refused(toliman_period_merge(period, odd), TOLIMAN_E_MISMATCH, "time_offset_ns");
-    toliman_period_destroy(odd);
-    toliman_period_destroy(period);
+    toliman_period_destroy(odd), toliman_period_destroy(period);
 }
 
 /* Camera times of 1.7e18 ns, in days; the same times as pairs of doubles; both against 113-bit sums. */
@@ -350,16 +327,13 @@ TEST(unloadable_state_is_not_saved) {
     assert_refused(toliman_period_save_file(period, path), TOLIMAN_E_STATE, "count");
     assert_ok(toliman_period_load_file(path, NULL, &loaded));
     assert_int_equal(count_of(loaded), 1);
-    toliman_period_destroy(loaded);
-    toliman_period_destroy(period);
-    toliman_period_destroy(other);
+    toliman_period_destroy(loaded), toliman_period_destroy(period), toliman_period_destroy(other);
     remove_folder(folder);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_retract_undoes_push),
                                        cmocka_unit_test(test_retract_many_is_all_or_none),
-                                       cmocka_unit_test(test_shards_merge_to_the_same_bits),
                                        cmocka_unit_test(test_window_slides),
                                        cmocka_unit_test(test_copies_are_independent),
                                        cmocka_unit_test(test_merge_of_other_references),

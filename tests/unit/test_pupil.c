@@ -41,8 +41,7 @@ static void assert_same(double *image, double *expected, double rtol_of_peak) {
         peak = fmax(peak, expected[i]);
     for (int i = 0; i < PIXELS; i++)
         assert_close(image[i], expected[i], 0, rtol_of_peak * peak);
-    free(image);
-    free(expected);
+    free(image), free(expected);
 }
 
 /* Noll 2 of rms a is OPD = 2 a x/(D/2) = (4 a/D) x; a star ox px to higher columns has OPD = ox p x. So ox = 4 a/(D p):
@@ -61,8 +60,7 @@ TEST(tilt_moves_the_image) {
             centre += (moved[(row + 3) * SIDE + col] - still[row * SIDE + col]);
         }
     assert_close(centre / light, 0, 0, 1e-3); /* up by three rows */
-    free(moved);
-    free(still);
+    free(moved), free(still);
 }
 
 /* A defocus of either sign gives the same symmetric image. With u = r^2 the axis keeps (sin x/x)^2 of its light, x = 2
@@ -81,8 +79,7 @@ TEST(defocus_is_symmetric) {
     double *const sharp = image_with("", 0.5, 0.5), *const blurred = image_with(defocus, 0.5, 0.5);
     const int axis = SIDE / 2 * SIDE + SIDE / 2;
     assert_close(blurred[axis] / sharp[axis], sin(x) / x * sin(x) / x, 1e-3, 0);
-    free(sharp);
-    free(blurred);
+    free(sharp), free(blurred);
 }
 
 /* A weak aberration reduces the peak by the fraction (2 pi a/lambda)^2, whichever Zernike term it is (Marechal): the
@@ -138,8 +135,7 @@ TEST(even_loss_changes_nothing) {
         assert_close(grey[i], 0.5 * open[i], 0, 0);
     assert_same(image_of(lossy, TOLIMAN_SIM_IMAGE_BOTH), image_of(clear, TOLIMAN_SIM_IMAGE_BOTH), 1e-14);
     assert_close(sim_bounds_of(lossy).crb_px, sim_bounds_of(clear).crb_px, 1e-12, 0);
-    toliman_sim_destroy(lossy);
-    toliman_sim_destroy(clear);
+    toliman_sim_destroy(lossy), toliman_sim_destroy(clear);
 }
 
 /* A soft pupil edge has no far wings, so nearly all light falls in the frame and the intensities sum to 1. */
@@ -148,8 +144,7 @@ TEST(light_sums_to_one) {
     toliman_sim *const sim = star_with(kAmplitude, 0, 0), *const hard = star_with("", 0, 0);
     assert_close(sim_info_of(sim).total_photons, 1e6, 3e-3, 0);
     assert_true(sim_info_of(hard).total_photons < 0.97e6); /* the wings of a hard edge extend further */
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(hard);
+    toliman_sim_destroy(sim), toliman_sim_destroy(hard);
 }
 
 /* The formula of sim.h, summed directly in long double: mask, Zernike polynomials and both files together. */
@@ -191,9 +186,7 @@ TEST(everything_adds) {
             1e6 * scale * scale / sum * (double)(creall(field) * creall(field) + cimagl(field) * cimagl(field));
         assert_close(image[pixel], expected, 0, 1e-10 * 1e6 * scale * scale * sum);
     }
-    free(image);
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(plain);
+    free(image), toliman_sim_destroy(sim), toliman_sim_destroy(plain);
 }
 
 /* A stepped mirror of height h equals a mask of OPD 2 h. */

@@ -43,8 +43,7 @@ TEST(periodograms) {
         assert_int_equal(size, size_again);
         assert_memory_equal(bytes, again, size);
         samples += count_of(period);
-        toliman_period_destroy(period);
-        toliman_period_destroy(loaded);
+        toliman_period_destroy(period), toliman_period_destroy(loaded);
     }
     assert_true(samples > (int64_t)objects);
     print_message("%llu periodograms of %lld samples\n", (unsigned long long)objects, (long long)samples);

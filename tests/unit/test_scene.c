@@ -240,8 +240,7 @@ TEST(extremely_small_numbers) {
     char *still = replaced(kSingleScene, "[32, 32]", "[1, 1]");
     toliman_sim *const silent = sim_of(still);
     assert_true(isinf(sim_bounds_of(silent).crb_px));
-    toliman_sim_destroy(silent);
-    free(still);
+    toliman_sim_destroy(silent), free(still);
 
     const struct {
         const char *from, *to;
@@ -375,8 +374,7 @@ TEST(the_band_ends_at_its_limit) {
     assert_ok(toliman_sim_get_spectrum(sim, 2, wavelength, a, NULL, NULL));
     assert_true(wavelength[1] == 1772.7 * 1e-9);
     assert_close(a[1] / a[0], 3, 1e-14, 0);
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 /* Listed times, in the scene or in a file. */

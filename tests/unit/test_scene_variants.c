@@ -172,10 +172,7 @@ static void assert_same_images(const char *json, const char *from, const char *t
     assert_ok(toliman_sim_get_series(one, 3, 1, NULL, &displacement));
     assert_ok(toliman_sim_get_series(other, 3, 1, NULL, &its));
     assert_close(its, displacement, 1e-14, 0);
-    free(image);
-    free(same);
-    toliman_sim_destroy(one);
-    toliman_sim_destroy(other);
+    free(image), free(same), toliman_sim_destroy(one), toliman_sim_destroy(other);
 }
 
 TEST(equivalent_scenes_give_equal_bytes) {

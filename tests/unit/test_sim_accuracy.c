@@ -67,8 +67,7 @@ TEST(odd_sizes_against_long_double) {
         rows[i] = 3 * i + (i == 15);
     }
     assert_at_most(error_to_peak(sim, 0.125L, 0.2, columns, 16, rows, 16), 1e-14);
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 /* sum a_i b_i */
@@ -97,11 +96,7 @@ TEST(shifts_are_recovered) {
         print_message("shift %g px recovered with error %.2g px\n", d, error);
         assert_at_most(fabs(error), 3e-16);
     }
-    free(first);
-    free(second);
-    free(still);
-    free(moved);
-    toliman_sim_destroy(sim);
+    free(first), free(second), free(still), free(moved), toliman_sim_destroy(sim);
 }
 
 /* Largest error of the Taylor expansion against exact propagation, relative to the largest pixel of the signal d I1. */
@@ -114,8 +109,7 @@ static double series_error(const toliman_sim *sim, const double *derivative, dou
         error = fmax(error, fabs(series[i] - exact[i]));
         signal = fmax(signal, fabs(d * derivative[i]));
     }
-    free(exact);
-    free(series);
+    free(exact), free(series);
     return error / signal;
 }
 
@@ -142,9 +136,7 @@ TEST(expansion_error_is_as_predicted) {
         assert_at_most(plan.series_error, 20 * error);
         if (error > 10 * rounding) /* below this, rounding exceeds the truncation error */
             assert_close(sim_bounds_of(sim).truncation, error, 0.2, 0);
-        free(derivative);
-        toliman_sim_destroy(sim);
-        free(text);
+        free(derivative), toliman_sim_destroy(sim), free(text);
     }
 }
 
@@ -171,9 +163,7 @@ TEST(derivatives_are_exact) {
     assert_at_most(error_second / largest_second, 1e-8);
     for (int i = 0; i < 5; i++)
         free(at[i]);
-    free(first);
-    free(second);
-    toliman_sim_destroy(sim);
+    free(first), free(second), toliman_sim_destroy(sim);
 }
 
 /* Common shift images against scenes with slightly shifted stars. */
@@ -206,9 +196,7 @@ TEST(shift_images_are_exact) {
         for (int i = 0; i < 5; i++)
             free(image[i]);
     }
-    free(text);
-    free(with_a);
-    free(base);
+    free(text), free(with_a), free(base);
 }
 
 /* Light of the frame with one quantity changed by h: the binary scene with fixed photons and positions. */
@@ -234,8 +222,7 @@ static double *frame_off_by(int32_t kind, double h) {
     text = replaced_again(text, "'mask'", focus);
     toliman_sim *const sim = sim_of(text);
     double *const image = image_of(sim, h > 0 || h < 0 ? TOLIMAN_SIM_IMAGE_BOTH : kind);
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
     return image;
 }
 

@@ -50,8 +50,7 @@ TEST(background_adds_uniform_light) {
         toliman_sim *const other = simulator(cases[i][0], cases[i][1], cases[i][2]);
         assert_close(background_of(sim, other, 0), 0, 0, 0);
         assert_close(background_of(sim, other, 7), -0.5 * 14, 0, 1e-6); /* frames are 2 days apart */
-        toliman_sim_destroy(sim);
-        toliman_sim_destroy(other);
+        toliman_sim_destroy(sim), toliman_sim_destroy(other);
     }
 }
 
@@ -67,8 +66,7 @@ TEST(rms_and_seed) {
     assert_close(sum / FRAMES, 0, 0, 4 * 6 / sqrt(FRAMES));
     assert_close(squares / FRAMES, 36, 4 * sqrt(2.0 / FRAMES), 0);
     assert_true(kDark > 4 * 6); /* no pixel is clipped at 0 */
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(other);
+    toliman_sim_destroy(sim), toliman_sim_destroy(other);
 }
 
 /* Estimators are made for the scene without it. */
@@ -79,11 +77,9 @@ TEST(the_reference_does_not_know_it) {
     for (size_t i = 0; i < 3; i++) {
         double *const with = image_of(sim, kinds[i]), *const without = image_of(other, kinds[i]);
         assert_memory_equal(with, without, PIXELS * sizeof *with);
-        free(with);
-        free(without);
+        free(with), free(without);
     }
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(other);
+    toliman_sim_destroy(sim), toliman_sim_destroy(other);
 }
 
 TEST(refusals) {

@@ -32,9 +32,7 @@ static double airy_error(double pixel_arcsec, double ox, double oy) {
             const double expected = 1e6 * airy(0.125, pixel_rad, 550e-9, hypot(col - 63.5 - ox, row - 63.5 - oy));
             error = fmax(error, fabs(image[row * 128 + col] - expected));
         }
-    free(image);
-    toliman_sim_destroy(sim);
-    free(text);
+    free(image), toliman_sim_destroy(sim), free(text);
     return error / (1e6 * airy(0.125, pixel_rad, 550e-9, 0));
 }
 
@@ -69,8 +67,7 @@ TEST(offsets_have_signs) {
         brightest(image, 32, &row, &col);
         assert_int_equal(row, cases[i].row);
         assert_int_equal(col, cases[i].col);
-        free(image);
-        toliman_sim_destroy(sim);
+        free(image), toliman_sim_destroy(sim);
     }
     toliman_sim *const sim = sim_of(kSingleScene); /* on the axis: symmetric under rotation by 180 degrees */
     double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
@@ -78,8 +75,7 @@ TEST(offsets_have_signs) {
         assert_close(image[i], image[1023 - i], 0, 1e-9 * 1e6);
     assert_close(image[15 * 32 + 15], 1e6, 1e-12, 0);
     assert_close(image[16 * 32 + 15], 1e6, 1e-12, 0);
-    free(image);
-    toliman_sim_destroy(sim);
+    free(image), toliman_sim_destroy(sim);
 }
 
 static void offsets_with(const char *place, const char *extra_detector, double offset[4]) {
@@ -89,8 +85,7 @@ static void offsets_with(const char *place, const char *extra_detector, double o
     get_offsets(sim, offset);
     assert_close(sim_info_of(sim).separation_px, hypot(offset[2] - offset[0], offset[3] - offset[1]), 1e-14, 0);
     assert_close(sim_info_of(sim).flux_ratio, 3, 1e-14, 0);
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 /* Position angle 0 is +y, 90 is -x; the barycentre of the light is on the axis unless a star is. */
@@ -128,10 +123,7 @@ TEST(displacement_lengthens_the_separation) {
         for (int row = 0; row < 64; row++)
             for (int col = 3; col < 61; col++)
                 assert_close(image[row * 64 + col] - still[row * 64 + col], moving[row * 64 + col - shift], 0, 1e-7);
-        free(moving);
-        free(still);
-        toliman_sim_destroy(sim);
-        free(text);
+        free(moving), free(still), toliman_sim_destroy(sim), free(text);
     }
 }
 
@@ -149,8 +141,7 @@ TEST(energy_is_conserved) {
     const double v = M_PI * 0.125 * 128 * 0.4 * M_PI / 648000 / 550e-9;
     assert_close(sim_info_of(sim).total_photons / photons, 1 - j0(v) * j0(v) - j1(v) * j1(v), 2e-3, 0);
     assert_true(sim_info_of(sim).total_photons < photons);
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 /* Photons are counted before the frame is cropped: a smaller frame has the same pixels and less light. */
@@ -171,11 +162,7 @@ TEST(cropping_removes_light) {
     assert_close(photons, 4e4 * 100, 1e-14, 0);
     assert_true(sim_info_of(small).total_photons < sim_info_of(large).total_photons);
     assert_true(sim_info_of(large).total_photons < photons);
-    free(of_large);
-    free(of_small);
-    toliman_sim_destroy(large);
-    toliman_sim_destroy(small);
-    free(whole);
+    free(of_large), free(of_small), toliman_sim_destroy(large), toliman_sim_destroy(small), free(whole);
 }
 
 /* Uniform steps with half weights at the ends, photons of a black body, and the flux ratio over the band. */
@@ -208,8 +195,7 @@ TEST(lines_are_exact) {
     assert_close(b[4] / b[5], 2, 1e-14, 0);
     assert_close(b[2] / b[5], 3, 1e-14, 0);
     assert_close(b[3], 0, 0, 0);
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 /* Grey edges: the sum of the amplitudes is the open area. The first strut points to +x; the opposite side of the pupil

@@ -356,8 +356,7 @@ TEST(wrong_arguments) {
     assert_memory_equal(plain, focus, sizeof plain);
     for (int i = 0; i < 32 * 40; i++)
         assert_true(image[i] == (i % 40 < 32 ? plain[i / 40 * 32 + i % 40] : -1));
-    free(focus);
-    toliman_sim_destroy(sim);
+    free(focus), toliman_sim_destroy(sim);
 }
 
 RUN_TESTS(cmocka_unit_test(derivatives_are_those_of_scenes), cmocka_unit_test(without_jitter),

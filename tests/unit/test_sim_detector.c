@@ -79,12 +79,7 @@ static void check_stage(const char *stages, const char *noise, double factor, do
     }
     check_frames(sim, mean, variance, 0.5, whole);
     assert_int_equal(sim_info_of(sim).whole_counts, whole);
-    free(bare);
-    free(slope);
-    free(mean);
-    free(variance);
-    free(moved);
-    toliman_sim_destroy(sim);
+    free(bare), free(slope), free(mean), free(variance), free(moved), toliman_sim_destroy(sim);
 }
 
 TEST(stages_have_their_mean_and_variance) {
@@ -109,8 +104,7 @@ TEST(info_distinguishes_photons_from_counts) {
     assert_close(info.peak_counts, info.peak_photons, 0, 0);
     const double crb_px = sim_bounds_of(sim).crb_px;
     assert_close(crb_px, 2 * sim_bounds_of(bare).crb_px, 1e-12, 0); /* a quarter of the photons */
-    toliman_sim_destroy(bare);
-    toliman_sim_destroy(sim);
+    toliman_sim_destroy(bare), toliman_sim_destroy(sim);
     toliman_sim *const units = make("'qe': 0.25, 'gain_e_per_dn': 7, 'bias_dn': 50", kPhotons);
     const toliman_sim_info dn = sim_info_of(units);
     assert_close(dn.peak_counts, less.peak_counts / 7 + 50, 1e-15, 0);
@@ -128,8 +122,7 @@ TEST(info_distinguishes_photons_from_counts) {
     assert_ok(toliman_sim_propagate(units, 0, still, SIDE));
     for (size_t i = 0; i < PIXELS; i++)
         assert_close(still[i], both[i], 1e-12, 0);
-    free(both);
-    toliman_sim_destroy(units);
+    free(both), toliman_sim_destroy(units);
 }
 
 /* Gains of the pixels: Gaussian of the given rms, from the scene's seed, independent of the frame's seed. */
@@ -161,10 +154,7 @@ TEST(flat_is_a_fixed_pattern) {
     assert_ok(toliman_sim_frame(sim, &(double){0}, 2, 9, 1, second));
     assert_memory_equal(first, second, sizeof first);
     assert_memory_equal(first, flat, sizeof first);
-    toliman_sim_destroy(sim);
-    free(bare);
-    free(flat);
-    free(other);
+    toliman_sim_destroy(sim), free(bare), free(flat), free(other);
 }
 
 /* Frames computed here stage by stage, from frames with fewer stages. */
@@ -186,11 +176,7 @@ TEST(stages_come_in_order) {
         assert_true(digital[i] == fmin(rint(analogue[i]), 511));
     }
     assert_true(full > 3 && cut > full);
-    free(electrons);
-    free(still);
-    free(reading);
-    free(analogue);
-    free(digital);
+    free(electrons), free(still), free(reading), free(analogue), free(digital);
 }
 
 /* At two electrons per DN every other count is a half. */
@@ -205,8 +191,7 @@ TEST(halves_are_rounded_to_even) {
         down += half && !odd;
     }
     assert_true(up > PIXELS / 8 && down > PIXELS / 8);
-    free(counts);
-    free(dn);
+    free(counts), free(dn);
 }
 
 TEST(negative_counts_are_clipped_to_zero) {
@@ -257,8 +242,7 @@ TEST(neutral_stages_change_no_byte) {
                                   "'bias_dn': 0",
                                   kNoise);
     assert_memory_equal(bare, neutral, PIXELS * sizeof *bare);
-    free(bare);
-    free(neutral);
+    free(bare), free(neutral);
 }
 
 /* With every stage on, the template estimator reaches the bound in frames of DN; the error of its scatter is 1.4 %. */
@@ -282,8 +266,7 @@ TEST(the_template_reaches_the_bound) {
     }
     assert_close(sum / frames, 0, 0, 4 * sigma / sqrt(frames));
     assert_close(sqrt(squares / frames), sigma, 0.05, 0);
-    toliman_linear_destroy(linear);
-    toliman_sim_destroy(sim);
+    toliman_linear_destroy(linear), toliman_sim_destroy(sim);
 }
 
 /* Bias and dark current fill the frame uniformly, but the network's crop must be centred on the stars. */
@@ -299,9 +282,7 @@ TEST(the_crop_is_centred_on_the_light) {
         assert_ok(toliman_cae_create(sim, 1, NULL, &cae));
         info[i].struct_size = sizeof info[i];
         assert_ok(toliman_cae_get_info(cae, NULL, &info[i]));
-        toliman_cae_destroy(cae);
-        toliman_sim_destroy(sim);
-        free(text);
+        toliman_cae_destroy(cae), toliman_sim_destroy(sim), free(text);
     }
     assert_true(info[0].crop_col > 22 + 8 && info[0].crop_row > 7 + 2);
     assert_int_equal(info[1].crop_col, info[0].crop_col);

@@ -22,8 +22,7 @@ static void check_statistics(const toliman_sim *sim, double read_e, int whole_co
     for (size_t i = 0; i < PIXELS; i++)
         assert_close(variance[i], mean[i] + read_e * read_e, 1e-14, 0);
     check_frames(sim, mean, variance, 0.3, whole_counts); /* means are above 1/0.3 or below the read noise */
-    free(mean);
-    free(variance);
+    free(mean), free(variance);
 }
 
 TEST(counts_have_the_right_mean_and_variance) {
@@ -57,8 +56,7 @@ TEST(frames_do_not_depend_on_threads_or_order) {
         toliman_sim *const other = sim_on_threads(kBinaryScene, threads);
         double *const many = frames_of(other, 7, 20, 13);
         assert_memory_equal(one, many, 13 * PIXELS * sizeof *one);
-        free(many);
-        toliman_sim_destroy(other);
+        free(many), toliman_sim_destroy(other);
     }
     static double image[PIXELS], two[2 * PIXELS];
     for (int64_t k = 32; k >= 20; k -= 4) { /* one by one, backwards */
@@ -85,9 +83,7 @@ TEST(seeds_and_numbers_make_different_frames) {
         equal += frames[i] == frames[PIXELS + i];
     }
     assert_true(equal < PIXELS / 100);
-    free(frames);
-    free(others);
-    toliman_sim_destroy(sim);
+    free(frames), free(others), toliman_sim_destroy(sim);
 }
 
 /* The image has the same bits with any number of library workers and of BLAS threads. */
@@ -154,8 +150,7 @@ TEST(impossible_calls_are_refused) {
     assert_close(image[0], -1, 0, 0);
     toliman_sim_info info = {0};
     assert_refused(toliman_sim_get_info(sim, &info), TOLIMAN_E_ARGUMENT, "out->struct_size");
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(NULL);
+    toliman_sim_destroy(sim), toliman_sim_destroy(NULL);
 
     toliman_sim *const single = sim_of(kSingleScene);
     assert_refused(toliman_sim_get_image(single, TOLIMAN_SIM_IMAGE_STAR_B, image, SIDE), TOLIMAN_E_ARGUMENT, "kind");
@@ -223,9 +218,7 @@ TEST(odd_scenes_are_reported) {
     char *const outside = replaced(kBinaryScene, "'separation_arcsec': 4", "'separation_arcsec': 12");
     assert_ok(toliman_sim_create_json(outside, strlen(outside), NULL, &options, &sim));
     assert_non_null(strstr(messages, "star B is at (-22.5, 39.0) px, outside the frame of 64 x 64 by 7.0 px"));
-    free(outside);
-    toliman_sim_destroy(sim);
-    free(text);
+    free(outside), toliman_sim_destroy(sim), free(text);
 }
 
 enum { KINDS = TOLIMAN_SIM_IMAGE_BACKGROUND - TOLIMAN_SIM_IMAGE_BOTH + 1 };
@@ -276,9 +269,7 @@ TEST(images_do_not_depend_on_what_was_asked_before) {
         assert_int_equal(pthread_join(threads[i], &result), 0);
         assert_memory_equal(result, expected, sizeof expected);
     }
-    toliman_sim_destroy(sim);
-    free(frame);
-    free(scene);
+    toliman_sim_destroy(sim), free(frame), free(scene);
 }
 
 /* One pixel at the centre of a star: its light does not change to first order. Its image needs no derivative. */
@@ -296,8 +287,7 @@ TEST(a_signal_that_changes_no_pixel_is_refused) {
     assert_refused(toliman_sim_expect(sim, 0, &count, 1), TOLIMAN_E_SCENE, message);
     assert_refused(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_SEPARATION, &count, 1), TOLIMAN_E_SCENE, message);
     assert_refused(toliman_sim_get_bounds(sim, &bounds), TOLIMAN_E_SCENE, message);
-    toliman_sim_destroy(sim);
-    free(scene);
+    toliman_sim_destroy(sim), free(scene);
 }
 
 TEST(images_have_names) {

@@ -40,9 +40,7 @@ static void check_image(int rows, int cols, int n) {
         assert_close(image[pixel], (double)(area * sum), 0, 1e-12 * peak);
     }
     release(&r);
-    free(image);
-    free(text);
-    toliman_sim_destroy(sim);
+    free(image), free(text), toliman_sim_destroy(sim);
 }
 
 TEST(images_are_sums_at_the_angles_of_pixels) {
@@ -60,8 +58,7 @@ TEST(positions_follow_the_map) {
     assert_close(at[2] - at[0], (1 + kAnisotropy) * u, 1e-13, 0);
     assert_close(at[3] - at[1], kShear * u + (1 - kAnisotropy) * v, 1e-13, 0);
     assert_close(sim_info_of(sim).separation_px, hypot(at[2] - at[0], at[3] - at[1]), 1e-13, 0);
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 /* An amplitude in microarcsec is as many pixels as that angle along the binary spans, for either way to place it. */
@@ -82,8 +79,7 @@ TEST(amplitudes_follow_the_map) {
     text = replaced_again(text, "'separation_arcsec': 4, 'position_angle_deg': 30", places);
     sim = sim_of(text);
     assert_close(sim_info_of(sim).amplitude_px, px, 1e-12, 0);
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
@@ -125,8 +121,7 @@ TEST(derivatives_are_per_pixel) {
         assert_slope(image[1], image[0], step,
                      image_of(sim, axis == 0 ? TOLIMAN_SIM_IMAGE_SHIFT_X : TOLIMAN_SIM_IMAGE_SHIFT_Y));
     }
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 /* Zeros are square pixels, bit for bit. */
@@ -136,10 +131,7 @@ TEST(defaults_change_nothing) {
                                                                   "[64, 64], 'scale_anisotropy': 0, 'shear': 0");
     double *const a = image_of(plain, TOLIMAN_SIM_IMAGE_BOTH), *const b = image_of(named, TOLIMAN_SIM_IMAGE_BOTH);
     assert_memory_equal(a, b, 64 * 64 * sizeof *a);
-    free(a);
-    free(b);
-    toliman_sim_destroy(plain);
-    toliman_sim_destroy(named);
+    free(a), free(b), toliman_sim_destroy(plain), toliman_sim_destroy(named);
 }
 
 TEST(refusals) {

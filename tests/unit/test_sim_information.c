@@ -46,8 +46,7 @@ TEST(bounds_match_the_fisher_matrix) {
     assert_true(bounds.crb_px < bounds.crb_projected_px && bounds.crb_projected_px < bounds.crb_flux_shift_px);
     for (int i = 0; i < PARAMETERS; i++)
         free(images[i]);
-    free(variance);
-    toliman_sim_destroy(sim);
+    free(variance), toliman_sim_destroy(sim);
 }
 
 /* Bounds of a coarse scene are those of a fine one, although its own images would give 0.6 times the marginal bound. */
@@ -73,8 +72,7 @@ TEST(bounds_do_not_depend_on_the_accuracy) {
         assert_close(bounds.crb_marginal_px, fine.crb_marginal_px, 1e-3, 0);
         toliman_sim_destroy(sim);
     }
-    free(clear);
-    free(wide);
+    free(clear), free(wide);
 }
 
 /* The position of a single star cannot be distinguished from a common shift. */
@@ -95,10 +93,7 @@ TEST(bounds_scale_with_light) {
                        *const noisy = sim_of(kBinaryScene);
     assert_close(sim_bounds_of(bright).crb_px, sim_bounds_of(faint).crb_px / 2, 1e-10, 0);
     assert_true(sim_bounds_of(noisy).crb_px > sim_bounds_of(faint).crb_px);
-    toliman_sim_destroy(faint);
-    toliman_sim_destroy(bright);
-    toliman_sim_destroy(noisy);
-    free(quiet);
+    toliman_sim_destroy(faint), toliman_sim_destroy(bright), toliman_sim_destroy(noisy), free(quiet);
 }
 
 TEST(chapter_scene) {

@@ -20,8 +20,7 @@ static void image_of_star(double x, double y, const char *pixel, const char *sys
     text = replaced_again(text, "'cadence'", extra);
     toliman_sim *const sim = sim_of(text);
     assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, image, SIDE));
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 /* The blurred image is the mean of shifted images. The trapezoidal rule over the Gaussian converges faster than any

@@ -76,8 +76,7 @@ TEST(frames_follow_the_orbit) {
         assert_true((plan.atlas_taps > 0) == (c < 3));
         assert_at_most(plan.atlas_error, plan.accuracy);
         assert_at_most(worst, plan.atlas_error + 1e-13);
-        toliman_sim_destroy(sim);
-        free(text);
+        toliman_sim_destroy(sim), free(text);
     }
 }
 
@@ -146,8 +145,7 @@ TEST(shapes_follow_the_orbit) {
     for (int i = 0; i < PIXELS; i++)
         worst = fmax(worst, fabs(frame[i] - there[i]));
     assert_at_most(worst / sim_info_of(still).peak_photons, 1e-9);
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(still);
+    toliman_sim_destroy(sim), toliman_sim_destroy(still);
 }
 
 /* Largest difference over the peak of frame k between two simulators. */
@@ -192,9 +190,7 @@ TEST(interpolated_frames_equal_propagated_ones) {
         print_message("frame %d: error/peak %.2g, planned %.2g\n", (int)k, error, plan.atlas_error);
         assert_at_most(error, plan.atlas_error + 1e-13);
     }
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(even);
-    toliman_sim_destroy(propagated);
+    toliman_sim_destroy(sim), toliman_sim_destroy(even), toliman_sim_destroy(propagated);
 }
 
 /* A frame outside the atlas is propagated; one of 1e-10 px is not lost. */
@@ -223,11 +219,7 @@ TEST(displacements_of_any_size) {
     print_message("signal of 1e-10 px: %.2g of the peak, error %.2g of the peak\n", largest / peak, worst / peak);
     assert_true(largest / peak > 1e-12);
     assert_at_most(worst / peak, 1e-14);
-    free(slope);
-    free(text);
-    free(finest);
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(fine);
+    free(slope), free(text), free(finest), toliman_sim_destroy(sim), toliman_sim_destroy(fine);
 }
 
 /* In any order and with any number of threads: the same bytes. */
@@ -244,11 +236,7 @@ TEST(frames_are_computed_in_any_order) {
         assert_ok(toliman_sim_frame(other, NULL, 3, 5000 + i, 1, again));
         assert_memory_equal(again, frames + i * PIXELS, PIXELS * sizeof *again);
     }
-    free(frames);
-    free(again);
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(other);
-    free(text);
+    free(frames), free(again), toliman_sim_destroy(sim), toliman_sim_destroy(other), free(text);
 }
 
 RUN_TESTS(cmocka_unit_test(frames_follow_the_orbit), cmocka_unit_test(wavelengths_suffice_everywhere),

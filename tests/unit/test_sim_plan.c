@@ -23,8 +23,7 @@ static double error_to_peak(const toliman_sim *sim, const toliman_sim *other) {
     double error = 0;
     for (int64_t i = 0; i < info.rows * info.cols; i++)
         error = fmax(error, fabs(a[i] - b[i]));
-    free(a);
-    free(b);
+    free(a), free(b);
     return error / info.peak_photons;
 }
 
@@ -89,8 +88,7 @@ TEST(predictions_hold) {
         assert_at_most(error, predicted);
         if (predicted > 1e-12)
             assert_at_most(predicted, 1000 * error);
-        toliman_sim_destroy(exact);
-        toliman_sim_destroy(sim);
+        toliman_sim_destroy(exact), toliman_sim_destroy(sim);
     }
 }
 
@@ -108,8 +106,7 @@ TEST(coarse_predictions_agree) {
             assert_int_equal(a.wavelengths, b.wavelengths);
             assert_close(b.spectrum_error, a.spectrum_error, 0.3, 0);
             assert_close(b.pupil_error, a.pupil_error, 0.1, 0); /* inversely as the square root of the peak */
-            toliman_sim_destroy(whole);
-            toliman_sim_destroy(coarse);
+            toliman_sim_destroy(whole), toliman_sim_destroy(coarse);
         }
 }
 
@@ -125,8 +122,7 @@ TEST(pupil_errors_hold) {
                       predicted);
         assert_at_most(error, predicted);
         assert_at_most(predicted, 30 * error);
-        toliman_sim_destroy(sim);
-        toliman_sim_destroy(finer);
+        toliman_sim_destroy(sim), toliman_sim_destroy(finer);
     }
 }
 
@@ -155,9 +151,7 @@ TEST(cost_of_stages_is_planned) {
     assert_true(count > 10 && pixels == 1);
     assert_refused(toliman_sim_get_stages(&a, of_a, 2, &count), TOLIMAN_E_CAPACITY, "capacity");
     assert_refused(toliman_sim_get_stages(NULL, of_a, 32, &count), TOLIMAN_E_ARGUMENT, "plan");
-    toliman_sim_destroy(whole);
-    toliman_sim_destroy(point);
-    toliman_sim_destroy(two_lines);
+    toliman_sim_destroy(whole), toliman_sim_destroy(point), toliman_sim_destroy(two_lines);
 }
 
 /* Each of up to eight workers holds at least one complex field of the pupil per image. */
@@ -196,8 +190,7 @@ TEST(pixels_integrate) {
         double *const part = image_of(moved, TOLIMAN_SIM_IMAGE_BOTH);
         for (int k = 0; k < 32 * 32; k++)
             sum[k] += weights[i % 6] * weights[i / 6] / 4 * part[k];
-        free(part);
-        toliman_sim_destroy(moved);
+        free(part), toliman_sim_destroy(moved);
     }
     const double peak = sim_info_of(sim).peak_photons;
     double error = 0;
@@ -205,11 +198,7 @@ TEST(pixels_integrate) {
         error = fmax(error, fabs(image[k] - sum[k]) / peak);
     print_message("pixels of 0.45 arcsec: error/peak %.2g\n", error);
     assert_at_most(error, 2e-10); /* the quadrature's own error over 1 px of up to 0.5 cycles */
-    free(image);
-    free(sum);
-    free(base);
-    free(point);
-    toliman_sim_destroy(sim);
+    free(image), free(sum), free(base), free(point), toliman_sim_destroy(sim);
 }
 
 static toliman_sim *padded(const char *json) {
@@ -245,12 +234,9 @@ TEST(engines_agree) {
                 largest = fmax(largest, fabs(a[k]));
             }
             assert_at_most(error, 1e-10 * largest + 1e-9); /* a clear pupil has no first-order change with focus */
-            free(a);
-            free(b);
+            free(a), free(b);
         }
-        toliman_sim_destroy(exact);
-        toliman_sim_destroy(fft);
-        free(text);
+        toliman_sim_destroy(exact), toliman_sim_destroy(fft), free(text);
     }
 }
 
@@ -270,12 +256,7 @@ TEST(padded_fft_errors_are_as_planned) {
     print_message("plate scale off by %.3g, planned %.3g\n", off, planned);
     assert_close(fabs(off), planned, 0.03, 0);
     assert_true(planned > 3e-4);
-    free(a);
-    free(b);
-    free(slope);
-    free(text);
-    toliman_sim_destroy(exact);
-    toliman_sim_destroy(fft);
+    free(a), free(b), free(slope), free(text), toliman_sim_destroy(exact), toliman_sim_destroy(fft);
 }
 
 /* Each wavelength has its own rounding: N_E = N_out p D / lambda. */
@@ -290,8 +271,7 @@ TEST(plate_scales_by_wavelength) {
     assert_ok(toliman_sim_get_spectrum(exact, 5, NULL, NULL, NULL, error));
     for (int i = 0; i < 5; i++)
         assert_close(error[i], 0, 0, 0);
-    toliman_sim_destroy(exact);
-    toliman_sim_destroy(fft);
+    toliman_sim_destroy(exact), toliman_sim_destroy(fft);
 }
 
 /* The same for the wavelengths that a signal needs: 90 px to either side of a star at the centre. */
@@ -313,12 +293,7 @@ TEST(wavelengths_suffice_for_far_signals) {
     print_message("%d nodes, 90 px away: error/peak %.2g, planned %.2g\n", plan_of(sim).wavelengths, error,
                   plan_of(sim).spectrum_error);
     assert_at_most(error, 1e-9);
-    free(a);
-    free(b);
-    free(text);
-    free(exact);
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(all);
+    free(a), free(b), free(text), free(exact), toliman_sim_destroy(sim), toliman_sim_destroy(all);
 }
 
 /* A signal of a pixel or more, beyond the expansion: interpolated, also outside the planned range, or propagated. */
@@ -352,12 +327,7 @@ TEST(far_signals_are_interpolated) {
     assert_memory_equal(frame, exact, 64 * 64 * sizeof *frame);
     assert_refused(toliman_sim_expect(sim, at, frame, 64), TOLIMAN_E_RANGE, "displacement_px");
     assert_refused(toliman_sim_frame(sim, &(double){-101}, 1, 0, 1, frame), TOLIMAN_E_RANGE, "displacements_px[0]");
-    free(frame);
-    free(exact);
-    free(text);
-    free(finest);
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(propagated);
+    free(frame), free(exact), free(text), free(finest), toliman_sim_destroy(sim), toliman_sim_destroy(propagated);
 }
 
 /* The padded FFT has another plate scale on the grid of an interpolation. */
@@ -365,9 +335,7 @@ TEST(padded_frames_are_propagated) {
     char *text = replaced(kSingleScene, "'cadence'", "'systematics': {'pointing_rms_px': 0.1}, 'cadence'");
     toliman_sim *const exact = sim_of(text), *const fft = padded(text);
     assert_true(plan_of(exact).exact_frames == 0 && plan_of(fft).exact_frames == 1 && plan_of(fft).atlas_taps == 0);
-    free(text);
-    toliman_sim_destroy(exact);
-    toliman_sim_destroy(fft);
+    free(text), toliman_sim_destroy(exact), toliman_sim_destroy(fft);
 }
 
 /* A star so far from the frame that its samples would not fit in memory. */
@@ -441,11 +409,7 @@ TEST(odd_detectors_are_planned) {
     char *const exact = replaced(pixel, "'accuracy': 1e-09", "'accuracy': 1e-15");
     toliman_sim *const sim = sim_of(pixel), *const all = sim_of(exact);
     assert_at_most(error_to_peak(sim, all), plan_of(sim).spectrum_error + 1e-13);
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(all);
-    free(pixel);
-    free(exact);
-    free(text);
+    toliman_sim_destroy(sim), toliman_sim_destroy(all), free(pixel), free(exact), free(text);
     toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     toliman_sim *none = NULL;
@@ -470,10 +434,7 @@ TEST(tiny_pixels_need_no_filter) {
         toliman_sim *const a = sim_of(point), *const b = sim_of(whole);
         assert_at_most(error_to_peak(a, b), 1e-5 / pow(100, i)); /* the blur by a pixel's width */
         assert_at_most(plan_of(b).pixel_error, 1e-9);
-        toliman_sim_destroy(a);
-        toliman_sim_destroy(b);
-        free(point);
-        free(whole);
+        toliman_sim_destroy(a), toliman_sim_destroy(b), free(point), free(whole);
     }
 }
 

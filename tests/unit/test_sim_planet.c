@@ -68,9 +68,7 @@ TEST(a_circular_orbit_is_a_sinusoid) {
         assert_close(of_shifted[i], info.amplitude_px * cos(mean), 0, 1e-14 * info.amplitude_px);
     }
     assert_close(sim_info_of(same).amplitude_uas, info.amplitude_uas, 1e-14, 0);
-    toliman_sim_destroy(circular);
-    toliman_sim_destroy(shifted);
-    toliman_sim_destroy(same);
+    toliman_sim_destroy(circular), toliman_sim_destroy(shifted), toliman_sim_destroy(same);
 }
 
 /* For small eccentricities the orbit converges to the circle. */
@@ -108,8 +106,7 @@ TEST(a_single_star_has_a_planet) {
     toliman_sim *const sim = sim_of(text);
     assert_close(sim_info_of(sim).amplitude_uas, 3.00349 / 2, 1e-5, 0);
     assert_close(sim_info_of(sim).period_days, 365.2563, 1e-6, 0);
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 /* A caller whose struct ends before amplitude_uas. */

@@ -41,8 +41,7 @@ static void check_spectrum(const char *spectrum, const double *expected) {
         assert_close(wavelength[i], 1e-9 * kWavelength[i], 1e-15, 0);
         assert_close(a[i], kPhotons * expected[i] * (i % (WAVELENGTHS - 1) == 0 ? 0.5 : 1) / sum, 1e-12, 0);
     }
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 TEST(temperatures_multiply_tables) {
@@ -91,8 +90,7 @@ TEST(eleven_modes) {
         const double blue = a[0] / planck(550, 5790), red = a[4] / planck(600, 5790);
         assert_close(blue / red, (mode % 2 == 0 ? 1.5 : 0.5) / 1.5, 1e-12, 0);
         assert_close(a[2] / planck(575, 5790) / (2 * red), (1 + 0.5 * middle) / 1.5, 1e-12, 0);
-        toliman_sim_destroy(sim);
-        free(text);
+        toliman_sim_destroy(sim), free(text);
     }
 }
 

@@ -82,8 +82,7 @@ static void check_places(const char *systematics, int64_t k, const double places
     assert_true(ratio > 0);
     assert_at_most(difference(image, expected), 1e-9 + 1e-11);
     assert_at_most(1e-3, difference(still, image)); /* the disturbance is visible */
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(other);
+    toliman_sim_destroy(sim), toliman_sim_destroy(other);
 }
 
 /* What the plan reports for a scene with these systematic effects. */
@@ -147,8 +146,7 @@ TEST(pointing_moves_a_single_star) {
         peak = fmax(peak, there[i]);
     }
     assert_at_most(worst / peak, 1e-9);
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(other);
+    toliman_sim_destroy(sim), toliman_sim_destroy(other);
 }
 
 TEST(pointing_moves_both_stars) {
@@ -208,8 +206,7 @@ static void check_against_log(const char *systematics, char *disturbed, double l
     toliman_sim *const sim = make(kStars, systematics), *const undisturbed = make(kStars, "");
     toliman_sim *const other = made(disturbed);
     frame_of(undisturbed, 0, 99, bare);
-    toliman_sim_destroy(undisturbed);
-    toliman_sim_destroy(make(kStars, systematics));
+    toliman_sim_destroy(undisturbed), toliman_sim_destroy(make(kStars, systematics));
     const char *const at = strstr(heard, "may reach ");
     assert_non_null(at);
     assert_int_equal(sscanf(at, "may reach %lf of the peak", &said), 1);
@@ -220,9 +217,7 @@ static void check_against_log(const char *systematics, char *disturbed, double l
     assert_at_most(error, 0.02 * effect);
     assert_at_most(error, said);
     assert_at_most(said, 300 * error); /* an upper bound, but not an excessive one */
-    free(expected);
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(other);
+    free(expected), toliman_sim_destroy(sim), toliman_sim_destroy(other);
 }
 
 TEST(focus_and_scale_errors_are_as_logged) {
@@ -307,8 +302,7 @@ TEST(draws_follow_their_distribution) {
             for (size_t i = 0; i < PIXELS; i++)
                 values[k][j] += rms[j] * effect[j][i] * (image[i] - both[i]);
     }
-    toliman_sim_destroy(sim);
-    free(both);
+    toliman_sim_destroy(sim), free(both);
     solve(kinds, normal, frames, values[0]);
     for (size_t j = 0; j < kinds; j++) {
         for (size_t l = 0; l <= j; l++) {
@@ -338,8 +332,7 @@ TEST(jitter_blurs) {
         double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
         for (size_t i = 0; i < PIXELS; i++)
             expected[i] += weight[j % 5] * weight[j / 5] / acos(-1) * image[i];
-        free(image);
-        toliman_sim_destroy(sim);
+        free(image), toliman_sim_destroy(sim);
     }
     toliman_sim *const sharp = make(kStars, ""), *const sim = make(kStars, "'systematics': {'jitter_sigma_px': 0.2}");
     double *const bare = image_of(sharp, TOLIMAN_SIM_IMAGE_BOTH), *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
@@ -348,10 +341,7 @@ TEST(jitter_blurs) {
     assert_at_most(difference(image, expected), 2e-9);
     frame_of(sim, 0, 3, frame); /* the same blur in all frames */
     assert_memory_equal(frame, image, sizeof frame);
-    free(bare);
-    free(image);
-    toliman_sim_destroy(sharp);
-    toliman_sim_destroy(sim);
+    free(bare), free(image), toliman_sim_destroy(sharp), toliman_sim_destroy(sim);
 }
 
 static const char *const kAll = "'systematics': {'pointing_rms_px': {'rms': 1e-3, 'drift_per_day': 1e-5},"
@@ -377,8 +367,7 @@ TEST(frames_do_not_depend_on_threads_or_order) {
         toliman_sim *const other = sim_on_threads(text, workers[i]);
         assert_ok(toliman_sim_frame(other, NULL, 7, 20, count, many[0]));
         assert_memory_equal(one, many, sizeof one);
-        toliman_sim_destroy(other);
-        free(text);
+        toliman_sim_destroy(other), free(text);
     }
     for (int64_t k = 36; k >= 20; k -= 4) {
         double displacement;
@@ -436,8 +425,7 @@ static double rms_bias(const char *project) {
         assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(image), 1, &value, NULL));
         squares += (value - 1e-6) * (value - 1e-6) / frames;
     }
-    toliman_linear_destroy(linear);
-    toliman_sim_destroy(sim);
+    toliman_linear_destroy(linear), toliman_sim_destroy(sim);
     return sqrt(squares);
 }
 

@@ -181,7 +181,6 @@ TEST(a_refit_refuses_unknown_exposures) {
     exposures[5]++;
     assert_refused(refit_of(sky, exposures, NULL, measured, sigmas, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
                    "intervals");
-    assert_string_equal(toliman_last_error_field(), "intervals");
     assert_ok(refit_of(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted));
     toliman_sky_destroy(fitted);
     fitted = NULL;
@@ -197,7 +196,6 @@ TEST(a_refit_refuses_unknown_exposures) {
     set_exposures(INT64_C(60000000000));
     assert_refused(refit_of(sky, exposures, ones, far, exact, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
                    "measured");
-    assert_string_equal(toliman_last_error_field(), "measured");
     assert_null(fitted);
 }
 

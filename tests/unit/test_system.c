@@ -27,8 +27,7 @@ static int set_up(void **state) {
 
 static int tear_down(void **state) {
     (void)state;
-    toliman_period_destroy(first);
-    toliman_period_destroy(second);
+    toliman_period_destroy(first), toliman_period_destroy(second);
     unlink(path);
     return rmdir(folder);
 }
@@ -166,8 +165,7 @@ TEST(threads_that_cannot_be_created) {
     sim = sim_on_threads(text, 1);
     assert_ok(toliman_sim_frame(sim, displacements, 7, 0, kFrames, frames));
     assert_memory_equal(frames, expected, sizeof frames);
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 int main(void) {

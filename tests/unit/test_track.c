@@ -60,8 +60,7 @@ TEST(every_verdict_is_counted) {
     assert_int_equal(info.missing, 4);
     assert_int_equal(info.dropped, 3);
     assert_int_equal(count_of(period_of(track)), 2);
-    toliman_track_destroy(track);
-    toliman_track_destroy(NULL);
+    toliman_track_destroy(track), toliman_track_destroy(NULL);
 }
 
 TEST(every_reason_names_its_pixel) {
@@ -300,8 +299,7 @@ TEST(frames_can_have_their_own_sigma) {
     assert_same_periods(period_of(track), clean);
     frame.frame.sigma = SIGMA;
     assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_QUARANTINED);
-    toliman_period_destroy(clean);
-    toliman_track_destroy(track);
+    toliman_period_destroy(clean), toliman_track_destroy(track);
 }
 
 /* The fit must equal that of a periodogram with the accepted values; the order of arrival changes no bit. */

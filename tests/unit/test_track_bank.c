@@ -52,10 +52,7 @@ static int set_up(void **unused) {
 
 static int tear_down(void **unused) {
     (void)unused;
-    toliman_bank_destroy(weak);
-    toliman_bank_destroy(bank);
-    toliman_fit_destroy(fit);
-    toliman_sim_destroy(sim);
+    toliman_bank_destroy(weak), toliman_bank_destroy(bank), toliman_fit_destroy(fit), toliman_sim_destroy(sim);
     return 0;
 }
 

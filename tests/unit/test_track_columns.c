@@ -323,9 +323,7 @@ TEST(unknown_columns_are_left_empty) {
            "later"); /* renamed to belong to the library: a later column, and its two covariances */
     toliman_track_destroy(make_track(&options));
     unsigned char header[HEAD + 64];
-    const int file = open(ledger, O_RDONLY);
-    assert_int_equal(read(file, header, sizeof header), HEAD + 64);
-    close(file);
+    read_at(ledger, 0, header, HEAD + 64);
     for (int i = COLUMNS; i <= MADE; i++)
         header[120 + 64 * i + 60] = 1;
     const uint32_t crc = crc32(0, header, HEAD + 60);
@@ -365,9 +363,7 @@ TEST(impossible_columns_are_refused) {
     } bad[] = {{112, 62}, {112, 5}, {116, 128}, {120, 0}, {120, 'C'}, {120 + 56, 2}, {120 + 60, 4}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         unsigned char header[HEADER];
-        const int file = open(ledger, O_RDONLY);
-        assert_int_equal(read(file, header, HEADER), HEADER);
-        close(file);
+        read_at(ledger, 0, header, HEADER);
         const unsigned char good = header[bad[i].at];
         header[bad[i].at] = bad[i].byte;
         uint32_t crc = crc32(0, header, HEADER - 4);

@@ -157,8 +157,7 @@ TEST(times_out_of_range_lose_no_frame) {
         frame.pixels[1]++;
         assert_int_equal(push_one(merged, &frame.frame).reason, TOLIMAN_TRACK_REASON_CLOCK);
         assert_int_equal(info_of(merged).outlier, info.outlier);
-        toliman_track_destroy(merged);
-        toliman_track_destroy(track);
+        toliman_track_destroy(merged), toliman_track_destroy(track);
     }
     other.clock.pairs = camera;
     other.grid.df = options.grid.df;
@@ -198,8 +197,7 @@ TEST(damaged_ledger_is_salvaged) {
         if (id != 4 && id != 18 && id != 19)
             push_clean(clean, id);
     assert_same_periods(period_of(track), clean);
-    toliman_period_destroy(clean);
-    toliman_track_destroy(track);
+    toliman_period_destroy(clean), toliman_track_destroy(track);
 }
 
 /* Impossible records with correct checksums are refused, and never mistaken for torn ones. */
@@ -211,9 +209,7 @@ TEST(impossible_records_are_refused) {
     toliman_track_destroy(track);
     unsigned char good[LINE], line[LINE];
     const uint32_t before = (uint32_t)number_at(ledger, HEADER - 4, 4);
-    const int file = open(ledger, O_RDONLY);
-    assert_int_equal(pread(file, good, LINE, HEADER), LINE);
-    close(file);
+    read_at(ledger, HEADER, good, LINE);
     const double wrong[] = {NAN, 2 * VALUE_LIMIT, SIGMA / 2, 33 * SIGMA};
     for (int trial = 0; trial < 8; trial++) {
         memcpy(line, good, LINE);
@@ -303,8 +299,7 @@ TEST(salvage_hides_nothing) {
     assert_ok(toliman_track_save(shard));
     assert_ok(toliman_track_merge(mission, folder, 0, NULL));
     assert_holds(mission, &options, 1, 100);
-    toliman_track_destroy(shard);
-    toliman_track_destroy(mission);
+    toliman_track_destroy(shard), toliman_track_destroy(mission);
     remove_folder(region_path);
 }
 

@@ -88,10 +88,7 @@ TEST(values_match_the_estimators) {
         assert_true(info.value_limit == 1e4 * info.sigma);
         toliman_track_destroy(track);
     }
-    free(counts);
-    toliman_linear_destroy(linear);
-    toliman_cae_destroy(cae);
-    toliman_sim_destroy(sim);
+    free(counts), toliman_linear_destroy(linear), toliman_cae_destroy(cae), toliman_sim_destroy(sim);
 }
 
 static uint64_t id_of(const toliman_track_options *options) {
@@ -132,13 +129,11 @@ TEST(estimators_are_distinguished) {
     both = options_of(cae, NULL);
     both.frames.image_rows = 128;
     assert_refused(toliman_track_create(&both, &track), TOLIMAN_E_ARGUMENT, "options->frames.image_rows");
-    toliman_linear_destroy(linear);
-    toliman_linear_destroy(other_linear);
+    toliman_linear_destroy(linear), toliman_linear_destroy(other_linear);
     toliman_cae *const made[] = {cae, again, loaded, other, projected};
     for (int i = 0; i < 5; i++)
         toliman_cae_destroy(made[i]);
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(other_sim);
+    toliman_sim_destroy(sim), toliman_sim_destroy(other_sim);
 }
 
 /* Counts for which a network gives no finite value: the frame is rejected, without an error. The template's value is
@@ -166,9 +161,7 @@ TEST(counts_without_an_estimate) {
         assert_int_equal(outcome.reason, which ? TOLIMAN_TRACK_REASON_ESTIMATE : TOLIMAN_TRACK_REASON_NONE);
         toliman_track_destroy(track);
     }
-    toliman_linear_destroy(linear);
-    toliman_cae_destroy(cae);
-    toliman_sim_destroy(sim);
+    toliman_linear_destroy(linear), toliman_cae_destroy(cae), toliman_sim_destroy(sim);
 }
 
 RUN_TESTS(cmocka_unit_test(values_match_the_estimators), cmocka_unit_test(estimators_are_distinguished),

@@ -33,8 +33,7 @@ static int set_up(void **unused) {
 
 static int tear_down(void **unused) {
     (void)unused;
-    toliman_fit_destroy(fit);
-    toliman_sim_destroy(sim);
+    toliman_fit_destroy(fit), toliman_sim_destroy(sim);
     return 0;
 }
 
@@ -221,8 +220,7 @@ TEST(other_estimators_are_refused) {
     options.estimator.linear = linear;
     assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options");
     assert_null(track);
-    toliman_linear_destroy(linear);
-    toliman_fit_destroy(other);
+    toliman_linear_destroy(linear), toliman_fit_destroy(other);
 }
 
 int main(void) {

@@ -109,8 +109,7 @@ TEST(another_grid_and_clock_without_frames) {
     options.flags = TOLIMAN_TRACK_REBUILD; /* another rebuild keeps them, too */
     track = make_track(&options);
     assert_same_periods(period_of(track), period_of(expected));
-    toliman_track_destroy(track);
-    toliman_track_destroy(expected);
+    toliman_track_destroy(track), toliman_track_destroy(expected);
 }
 
 TEST(records_can_be_read) {
@@ -212,9 +211,7 @@ TEST(ledger_matches_its_format) {
     toliman_track_destroy(track);
 
     unsigned char bytes[HEADER + 4 * LINE];
-    const int file = open(ledger, O_RDONLY);
-    assert_int_equal(read(file, bytes, sizeof bytes), sizeof bytes);
-    close(file);
+    read_at(ledger, 0, bytes, sizeof bytes);
     assert_int_equal(size_of(ledger), sizeof bytes);
     assert_memory_equal(bytes, "TLML\2\0\0\0", 8);
     static const uint64_t geometry[] = {SIDE, SIDE, 0, 0, SIDE, SIDE, 1, 12, PIXELS};
@@ -487,10 +484,9 @@ TEST(foreign_checkpoint_is_ignored) {
     push_range(track, 1, 20);
     assert_ok(toliman_track_save(track));
     toliman_track_destroy(track);
-    char first[300], command[700];
+    char first[300];
     snprintf(first, sizeof first, "%s/first", folder);
-    snprintf(command, sizeof command, "cp %s %s", checkpoint, first);
-    assert_int_equal(system(command), 0);
+    copy_file(checkpoint, first);
 
     const int64_t clock[] = {0, 5000};
     toliman_track_options other = options;
@@ -498,8 +494,7 @@ TEST(foreign_checkpoint_is_ignored) {
     other.clock.count = 1;
     other.flags = TOLIMAN_TRACK_REBUILD;
     toliman_track_destroy(make_track(&other));
-    snprintf(command, sizeof command, "cp %s %s", first, checkpoint); /* of the previous clock */
-    assert_int_equal(system(command), 0);
+    copy_file(first, checkpoint);
     other.flags = 0;
     track = make_track(&other);
     toliman_track_options fresh = other;
@@ -511,8 +506,7 @@ TEST(foreign_checkpoint_is_ignored) {
     size_t done;
     assert_ok(toliman_track_get_records(track, 3, 1, &line, &done));
     assert_int_equal(line.tai_ns - line.camera_ns, 5000);
-    toliman_track_destroy(expected);
-    toliman_track_destroy(track);
+    toliman_track_destroy(expected), toliman_track_destroy(track);
 
     /* Another ledger with the same salt: the first 20 records differ. */
     assert_int_equal(truncate(ledger, HEADER + 5 * LINE), 0);
@@ -521,8 +515,7 @@ TEST(foreign_checkpoint_is_ignored) {
     push_range(track, 41, 70);
     assert_ok(toliman_track_commit(track));
     toliman_track_destroy(track);
-    snprintf(command, sizeof command, "cp %s %s", first, checkpoint);
-    assert_int_equal(system(command), 0);
+    copy_file(first, checkpoint);
     assert_fails(toliman_track_create(&other, &none), TOLIMAN_E_FORMAT,
                  "first 20 records are not those that the checkpoint counts");
     unlink(first);
@@ -530,16 +523,15 @@ TEST(foreign_checkpoint_is_ignored) {
 
 /* The setup of a folder with another sigma, whose sums could not hold these values. */
 TEST(foreign_setup_is_ignored) {
-    char copy[300], command[700];
+    char copy[300], other_setup[320];
     toliman_track_options options = small_options(folder), other = options;
     toliman_track *none = NULL;
     snprintf(copy, sizeof copy, "%s/copy", folder);
     other.folder = copy;
     other.estimator.sigma *= 2;
-    toliman_track_destroy(make_track(&options));
-    toliman_track_destroy(make_track(&other));
-    snprintf(command, sizeof command, "cp %s %s/setup.tlms", setup, copy);
-    assert_int_equal(system(command), 0);
+    toliman_track_destroy(make_track(&options)), toliman_track_destroy(make_track(&other));
+    snprintf(other_setup, sizeof other_setup, "%s/setup.tlms", copy);
+    copy_file(setup, other_setup);
     other.grid.nf = 0;
     assert_refused(toliman_track_create(&other, &none), TOLIMAN_E_ARGUMENT, "options->grid.nf");
     remove_folder(copy);

@@ -141,8 +141,7 @@ TEST(limit_follows_the_median) {
         assert_expected(down, &options, FRAMES + 1 - n, FRAMES, 0, expected_limit(FRAMES + 1 - n, FRAMES, 0));
     }
     assert_same_periods(period_of(up), period_of(down));
-    toliman_track_destroy(up);
-    toliman_track_destroy(down);
+    toliman_track_destroy(up), toliman_track_destroy(down);
 }
 
 TEST(limit_of_a_folder_is_kept) {
@@ -200,8 +199,7 @@ TEST(shards_merge_to_the_whole) {
     push_range(whole, 1, FRAMES);
     assert_same_periods(period_of(track), period_of(whole));
     assert_int_equal(info_of(whole).misfit, info.misfit);
-    toliman_track_destroy(whole);
-    toliman_track_destroy(track);
+    toliman_track_destroy(whole), toliman_track_destroy(track);
     remove_folder(shard);
 }
 

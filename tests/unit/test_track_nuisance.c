@@ -179,8 +179,7 @@ TEST(the_fit_uses_the_columns) {
     assert_close(found.frequency, expected.frequency, 1e-12, 0);
     assert_close(found.amplitude, expected.amplitude, 1e-9, 0);
     assert_close(found.log10_fap, expected.log10_fap, 1e-9, 1e-12);
-    toliman_period_destroy(clean);
-    toliman_track_destroy(reader);
+    toliman_period_destroy(clean), toliman_track_destroy(reader);
 }
 
 TEST(rebuild_changes_the_functions) {

@@ -129,8 +129,7 @@ TEST(any_order_gives_the_same_bits) {
         push_pass(track, &pass, &random);
         assert_counts(track, &pass);
         assert_same_periods(period_of(track), pass.clean);
-        toliman_track_destroy(track);
-        toliman_period_destroy(pass.clean);
+        toliman_track_destroy(track), toliman_period_destroy(pass.clean);
     }
 }
 
@@ -259,10 +258,9 @@ TEST(growing_shards_are_merged_once) {
     }
     assert_fails(toliman_track_merge(region, paths[1], 0, NULL), TOLIMAN_E_ARGUMENT, "the tracker's own");
     /* A copy that continued separately. */
-    char copy[300], command[700];
+    char copy[300];
     snprintf(copy, sizeof copy, "%s-copy", paths[0]);
-    snprintf(command, sizeof command, "cp -r %s %s", paths[0], copy);
-    assert_int_equal(system(command), 0);
+    copy_file(paths[0], copy);
     options.folder = copy;
     toliman_track *apart = make_track(&options);
     push_number(apart, 60);
@@ -274,9 +272,7 @@ TEST(growing_shards_are_merged_once) {
     assert_ok(toliman_track_merge(region, copy, 0, NULL));
     assert_int_equal(info_of(region).accepted + info_of(region).outlier, 52);
     remove_folder(copy);
-    toliman_track_destroy(shard);
-    toliman_track_destroy(region);
-    toliman_track_destroy(mission);
+    toliman_track_destroy(shard), toliman_track_destroy(region), toliman_track_destroy(mission);
     for (int i = 0; i < 3; i++)
         remove_folder(paths[i]);
 }

@@ -31,13 +31,12 @@ TEST(lost_setup_needs_the_sky) {
 }
 
 TEST(setup_of_another_ledger_is_not_used) {
-    char command[700];
+    char old[310];
     fill_folder(orbit, 1, LAST);
-    snprintf(command, sizeof command, "cp %s %s.old", setup, setup);
-    assert_int_equal(system(command), 0);
+    snprintf(old, sizeof old, "%s.old", setup);
+    copy_file(setup, old);
     toliman_track_destroy(rebuild(other, 0));
-    snprintf(command, sizeof command, "mv %s.old %s", setup, setup);
-    assert_int_equal(system(command), 0);
+    assert_int_equal(rename(old, setup), 0);
     toliman_track_options options = loaded_options(TOLIMAN_TRACK_READ_ONLY);
     assert_int_equal(options.grid.nf, 0); /* the setup counts as lost */
     toliman_track *none = NULL;
@@ -87,8 +86,7 @@ TEST(rebuild_reduces_a_plain_folder) {
         toliman_track_destroy(track);
         track = open_reader();
         assert_same_periods(period_of(track), period_of(expected));
-        toliman_track_destroy(track);
-        toliman_track_destroy(rebuild(other, 0));
+        toliman_track_destroy(track), toliman_track_destroy(rebuild(other, 0));
     }
     toliman_track_destroy(expected);
     remove_folder(first);
@@ -125,9 +123,7 @@ TEST(rebuild_keeps_reductions_of_the_system) {
     for (int64_t id = 1; id <= LAST; id++)
         push_by_hand(sum, id < COVERED ? predicted : orbit, elements, id);
     assert_same_periods(period_of(track), sum);
-    toliman_period_destroy(sum);
-    toliman_track_destroy(track);
-    toliman_track_destroy(rebuild(other, 0));
+    toliman_period_destroy(sum), toliman_track_destroy(track), toliman_track_destroy(rebuild(other, 0));
     track = rebuild(predicted, 0); /* no reduction to this system is known after COVERED */
     assert_int_equal(assert_counted(track).unreduced,
                      records_with(track, TOLIMAN_TRACK_VERDICT_UNREDUCED, TOLIMAN_TRACK_REASON_NO_ORBIT));
@@ -247,8 +243,7 @@ TEST(lock_moves_to_the_new_ledger) {
     assert_sums_by_hand(reader, orbit, LAST, 0); /* still reads the old ledger */
     toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;
     assert_ok(toliman_track_query_fit(reader, &peak));
-    toliman_track_destroy(reader);
-    toliman_track_destroy(track);
+    toliman_track_destroy(reader), toliman_track_destroy(track);
     toliman_track *const again = open_reader();
     assert_sums_by_hand(again, other, LAST, 0);
     toliman_track_destroy(again);

@@ -16,8 +16,7 @@ TEST(values_are_measured_over_factor_minus_geometric) {
         assert_sums_by_hand(track, skies[sky], LAST, 0);
         assert_same_periods(period_of(track), period_of(memory));
         assert_true(assert_counted(track).accepted > LAST / 2 && assert_counted(memory).accepted > LAST / 2);
-        toliman_track_destroy(memory);
-        toliman_track_destroy(track);
+        toliman_track_destroy(memory), toliman_track_destroy(track);
         remove_folder(folder);
         mkdir(folder, 0777);
     }
@@ -144,8 +143,7 @@ TEST(any_number_of_intervals_is_kept) {
         assert_true(found[at] == (double)counts[i] && isfinite(factors[at]));
     }
     assert_ok(toliman_track_save(track));
-    toliman_track_destroy(track);
-    toliman_track_destroy(rebuild(other, 0));
+    toliman_track_destroy(track), toliman_track_destroy(rebuild(other, 0));
     toliman_track *const back = rebuild(orbit, 0);
     assert_int_equal(info_of(back).records, records);
     const toliman_track_options memory = reduced_options(NULL, orbit);
@@ -153,8 +151,7 @@ TEST(any_number_of_intervals_is_kept) {
     assert_ok(toliman_track_merge(expected, folder, 0, NULL));
     assert_same_periods(period_of(back), period_of(expected));
     assert_int_equal(info_of(back).unreduced, 0);
-    toliman_track_destroy(expected);
-    toliman_track_destroy(back);
+    toliman_track_destroy(expected), toliman_track_destroy(back);
 }
 
 /* Frame 4 has intervals; it is also quarantined in memory, and after the folder is reopened. */
@@ -213,8 +210,7 @@ TEST(readers_need_no_sky) {
     assert_ok(toliman_track_query_fit(writer, &peaks[0]));
     assert_ok(toliman_track_query_fit(reader, &peaks[1]));
     assert_memory_equal(&peaks[0], &peaks[1], sizeof *peaks);
-    toliman_track_destroy(reader);
-    toliman_track_destroy(writer);
+    toliman_track_destroy(reader), toliman_track_destroy(writer);
 }
 
 TEST(another_reference_is_refused) {
