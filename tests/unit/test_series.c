@@ -330,32 +330,29 @@ TEST(bad_times) {
     toliman_series_destroy(series);
 }
 
-static void assert_option(toliman_series_options options, const char *message) {
+static void assert_option(toliman_series_options options, const char *field) {
     toliman_series *series = NULL;
-    assert_int_equal(toliman_series_create(&options, &series), TOLIMAN_E_ARGUMENT);
+    assert_refused(toliman_series_create(&options, &series), TOLIMAN_E_ARGUMENT, field);
     assert_null(series);
-    if (strstr(toliman_last_error(), message) != toliman_last_error())
-        fail_msg("%s, not %s", toliman_last_error(), message);
-    assert_int_equal(strncmp(message, toliman_last_error_field(), strlen(toliman_last_error_field())), 0);
 }
 
 TEST(options_are_checked) {
     const char *const bad[] = {"", "t", "t,", ",y", "t,y,sigma,x"};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        assert_option(columns(bad[i]), "options->columns = \"");
-    assert_option(times(UTC, 0), "options->time_format = 631: must be one of TOLIMAN_INGEST_FORMAT_");
-    assert_option(times(0, ISO), "options->time_scale = 641: must be one of TOLIMAN_INGEST_SCALE_");
+        assert_option(columns(bad[i]), "options->columns");
+    assert_option(times(UTC, 0), "options->time_format");
+    assert_option(times(0, ISO), "options->time_scale");
     toliman_series_options options = times(ISO, 0);
     options.flags = TOLIMAN_SERIES_PLAIN_TIMES;
-    assert_option(options, "options->time_format = 641: must be 0 with TOLIMAN_SERIES_PLAIN_TIMES");
+    assert_option(options, "options->time_format");
     options.flags = 4;
-    assert_option(options, "options->flags = 0x4: unknown bits");
+    assert_option(options, "options->flags");
     const toliman_leap_second table[] = {{sizeof table[0], 11, 41317}};
     options = kDefault;
     options.leap_second_count = 1;
-    assert_option(options, "options->leap_seconds is NULL");
+    assert_option(options, "options->leap_seconds");
     options.leap_seconds = table;
-    assert_option(options, "options->leap_seconds[0]: MJD 41317, 11 s: must be 10 s on MJD 41317");
+    assert_option(options, "options->leap_seconds[0]");
 }
 
 RUN_TESTS(cmocka_unit_test(separators), cmocka_unit_test(names), cmocka_unit_test(objects), cmocka_unit_test(malformed),
