@@ -66,6 +66,18 @@ static inline char *replaced_again(char *text, const char *from, const char *to)
     return result;
 }
 
+/* text with several places replaced: pairs {from, to}; the caller frees it. */
+static inline char *edited(const char *text, const char *const (*pairs)[2], size_t count) {
+    char *result = strdup(text);
+    for (size_t i = 0; i < count; i++)
+        result = replaced_again(result, pairs[i][0], pairs[i][1]);
+    return result;
+}
+
+#define EDITED(text, ...)                                                                                              \
+    edited(text, (const char *const[][2]){__VA_ARGS__},                                                                \
+           sizeof((const char *const[][2]){__VA_ARGS__}) / (2 * sizeof(char *)))
+
 static inline toliman_sim *sim_on_threads(const char *json, uint32_t threads) {
     const toliman_sim_options options = {.struct_size = sizeof options, .threads = threads};
     toliman_sim *sim = NULL;

@@ -12,10 +12,8 @@ static toliman_sim *star_with(const char *telescope, double ox, double oy) {
     char place[60], optics[400];
     snprintf(place, sizeof place, "'A': [%.17g, %.17g]", ox, oy);
     snprintf(optics, sizeof optics, "%s'aperture_m'", telescope);
-    char *text = replaced(kSingleScene, "'A': [0, 0]", place);
-    text = replaced_again(text, "'aperture_m'", optics);
-    text = replaced_again(text, "'peak_photons': 1e6", "'exposure_s': 1");
-    text = replaced_again(text, "5790}}", "5790}, 'photons_per_s': 1e6}");
+    char *text = EDITED(kSingleScene, {"'A': [0, 0]", place}, {"'aperture_m'", optics},
+                        {"'peak_photons': 1e6", "'exposure_s': 1"}, {"5790}}", "5790}, 'photons_per_s': 1e6}"});
     toliman_sim *sim = NULL;
     assert_ok(create_in_folder(text, &sim));
     free(text);

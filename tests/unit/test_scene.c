@@ -146,11 +146,11 @@ TEST(impossible_planets) {
         {"'kind': 'planet'", "'kind': 'none'", "signal.star"},
         {"'kind': 'planet'", "'kind': 'moon'", "signal.kind"},
     };
-    char *scene = replaced(kBinaryScene, "5260}}", "5260}, 'mass_sun': 0.9}");
-    scene = replaced_again(scene, "'position_angle_deg': 30", "'position_angle_deg': 30, 'distance_pc': 1.33");
-    scene = replaced_again(scene, "'kind': 'sinusoid', 'star': 'B', 'amplitude_px': 1e-3, 'period_days': 40",
-                           "'kind': 'planet', 'star': 'B', 'mass_earth': 1, 'semi_major_au': 1,"
-                           " 'eccentricity': 0.5");
+    char *scene = EDITED(kBinaryScene, {"5260}}", "5260}, 'mass_sun': 0.9}"},
+                         {"'position_angle_deg': 30", "'position_angle_deg': 30, 'distance_pc': 1.33"},
+                         {"'kind': 'sinusoid', 'star': 'B', 'amplitude_px': 1e-3, 'period_days': 40",
+                          "'kind': 'planet', 'star': 'B', 'mass_earth': 1, 'semi_major_au': 1,"
+                          " 'eccentricity': 0.5"});
     toliman_sim_destroy(sim_of(scene));
     CHECK_REFUSALS(scene, TOLIMAN_E_SCENE, changes);
     free(scene);
@@ -232,8 +232,8 @@ TEST(extremely_small_numbers) {
         {"'separation_arcsec': 4", "'separation_arcsec': 1e-322", "binary.separation_arcsec"},
     };
     CHECK_REFUSALS(kBinaryScene, TOLIMAN_E_SCENE, changes);
-    char *faint = replaced(kSingleScene, "'peak_photons': 1e6", "'exposure_s': 1e-300");
-    faint = replaced_again(faint, "5790}", "5790}, 'photons_per_s': 1");
+    char *faint =
+        EDITED(kSingleScene, {"'peak_photons': 1e6", "'exposure_s': 1e-300"}, {"5790}", "5790}, 'photons_per_s': 1"});
     refused(faint, strlen(faint), TOLIMAN_E_SCENE, "cadence");
     free(faint);
     /* One pixel at the centre of a star: its light does not change to first order. */
@@ -364,9 +364,8 @@ TEST(amplitudes_and_surfaces_are_refused) {
 /* 308.9 + (1772.7 - 308.9) rounds above 1772.7: the last sample must be the end of band and table. */
 TEST(the_band_ends_at_its_limit) {
     char *text =
-        replaced(kSingleScene, "{'wavelength_nm': 550}", "{'min_nm': 308.9, 'max_nm': 1772.7, 'step_nm': 1463.8}");
-    text =
-        replaced_again(text, "{'kind': 'blackbody', 'temperature_k': 5790}", "{'kind': 'table', 'file': 'star.csv'}");
+        EDITED(kSingleScene, {"{'wavelength_nm': 550}", "{'min_nm': 308.9, 'max_nm': 1772.7, 'step_nm': 1463.8}"},
+               {"{'kind': 'blackbody', 'temperature_k': 5790}", "{'kind': 'table', 'file': 'star.csv'}"});
     write_file("star.csv", "308.9,1\n1772.7,3\n", 17);
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create_json(text, strlen(text), folder, NULL, &sim));

@@ -51,8 +51,8 @@ TEST(pixels_by_focal_length) {
 
 /* Five magnitudes are a factor of 100. */
 TEST(fluxes_by_magnitude) {
-    char *text = replaced(kBinaryScene, "'relative_flux': 3", "'magnitude': 1, 'zero_point_photons_per_s': 2e7");
-    text = replaced_again(text, "5260}", "5260}, 'magnitude': 6, 'zero_point_photons_per_s': 1.5e7");
+    char *text = EDITED(kBinaryScene, {"'relative_flux': 3", "'magnitude': 1, 'zero_point_photons_per_s': 2e7"},
+                        {"5260}", "5260}, 'magnitude': 6, 'zero_point_photons_per_s': 1.5e7"});
     const toliman_sim_info info = info_of(sim_of(text));
     free(text);
     assert_close(info.flux_ratio, 400.0 / 3, 1e-12, 0);

@@ -58,8 +58,7 @@ TEST(chapter_against_long_double) {
 
 /* Odd and even numbers of rows and columns, more rows than columns, a pupil with a central sample. */
 TEST(odd_sizes_against_long_double) {
-    char *text = replaced(kBinaryScene, "'pupil_samples': 96", "'pupil_samples': 65");
-    text = replaced_again(text, "[64, 64]", "[47, 32]");
+    char *text = EDITED(kBinaryScene, {"'pupil_samples': 96", "'pupil_samples': 65"}, {"[64, 64]", "[47, 32]"});
     toliman_sim *const sim = sim_of(text);
     int columns[16], rows[16];
     for (int i = 0; i < 16; i++) {
@@ -214,12 +213,11 @@ static double *frame_off_by(int32_t kind, double h) {
     snprintf(pixel, sizeof pixel, "'pixel_scale_arcsec': %.17g", 0.2 / stretch);
     snprintf(focus, sizeof focus, "'aberrations': {'zernike_rms_nm': {'5': 20, '4': %.17g}}, 'mask'",
              kind == TOLIMAN_SIM_IMAGE_FOCUS ? h : 0);
-    char *text = replaced(kBinaryScene, "'peak_photons': 1e5", "'exposure_s': 1");
-    text = replaced_again(text, "'relative_flux': 3", "'photons_per_s': 3e6");
-    text = replaced_again(text, "'temperature_k': 5260}", "'temperature_k': 5260}, 'photons_per_s': 1e6");
-    text = replaced_again(text, "{'separation_arcsec': 4, 'position_angle_deg': 30}", place);
-    text = replaced_again(text, "'pixel_scale_arcsec': 0.2", pixel);
-    text = replaced_again(text, "'mask'", focus);
+    char *text =
+        EDITED(kBinaryScene, {"'peak_photons': 1e5", "'exposure_s': 1"}, {"'relative_flux': 3", "'photons_per_s': 3e6"},
+               {"'temperature_k': 5260}", "'temperature_k': 5260}, 'photons_per_s': 1e6"},
+               {"{'separation_arcsec': 4, 'position_angle_deg': 30}", place}, {"'pixel_scale_arcsec': 0.2", pixel},
+               {"'mask'", focus});
     toliman_sim *const sim = sim_of(text);
     double *const image = image_of(sim, h > 0 || h < 0 ? TOLIMAN_SIM_IMAGE_BOTH : kind);
     toliman_sim_destroy(sim), free(text);

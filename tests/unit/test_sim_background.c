@@ -10,12 +10,10 @@ static const char *const kPlace = "'separation_arcsec': 4, 'position_angle_deg':
 static toliman_sim *simulator(const char *binary, const char *systematics, const char *accuracy) {
     char extra[250];
     snprintf(extra, sizeof extra, "'noise': {'seed': 7}, 'systematics': {%s}, 'accuracy': %s}", systematics, accuracy);
-    char *text = replaced(kBinaryScene, "'peak_photons': 1e5", "'exposure_s': 10");
-    text = replaced_again(text, "'relative_flux': 3", "'photons_per_s': 3e7");
-    text = replaced_again(text, "5260}}}", "5260}, 'photons_per_s': 1e7}}");
-    text = replaced_again(text, "[64, 64]", "[64, 64], 'qe': 0.8, 'flat_rms': 0.02, 'dark_e_per_s': 4");
-    text = replaced_again(text, "'noise': {'photon': true, 'read_e': 2.5, 'seed': 7}}", extra);
-    text = replaced_again(text, kPlace, binary);
+    char *text = EDITED(kBinaryScene, {"'peak_photons': 1e5", "'exposure_s': 10"},
+                        {"'relative_flux': 3", "'photons_per_s': 3e7"}, {"5260}}}", "5260}, 'photons_per_s': 1e7}}"},
+                        {"[64, 64]", "[64, 64], 'qe': 0.8, 'flat_rms': 0.02, 'dark_e_per_s': 4"},
+                        {"'noise': {'photon': true, 'read_e': 2.5, 'seed': 7}}", extra}, {kPlace, binary});
     toliman_sim *const sim = sim_of(text);
     free(text);
     return sim;

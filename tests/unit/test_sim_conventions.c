@@ -17,12 +17,9 @@ static double airy_error(double pixel_arcsec, double ox, double oy) {
     char scale[60], place[60];
     snprintf(scale, sizeof scale, "'pixel_scale_arcsec': %.17g", pixel_arcsec);
     snprintf(place, sizeof place, "{'A': [%.17g, %.17g]}", ox, oy);
-    char *text = replaced(kSingleScene, "'pixel_scale_arcsec': 0.2", scale);
-    text = replaced_again(text, "{'A': [0, 0]}", place);
-    text = replaced_again(text, "'pupil_samples': 64", "'pupil_samples': 256");
-    text = replaced_again(text, "[32, 32]", "[128, 128]");
-    text = replaced_again(text, "'peak_photons': 1e6", "'exposure_s': 1");
-    text = replaced_again(text, "5790}}", "5790}, 'photons_per_s': 1e6}");
+    char *text = EDITED(kSingleScene, {"'pixel_scale_arcsec': 0.2", scale}, {"{'A': [0, 0]}", place},
+                        {"'pupil_samples': 64", "'pupil_samples': 256"}, {"[32, 32]", "[128, 128]"},
+                        {"'peak_photons': 1e6", "'exposure_s': 1"}, {"5790}}", "5790}, 'photons_per_s': 1e6}"});
     toliman_sim *const sim = sim_of(text);
     double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
     const double pixel_rad = pixel_arcsec * M_PI / 648000;
@@ -79,8 +76,8 @@ TEST(offsets_have_signs) {
 }
 
 static void offsets_with(const char *place, const char *extra_detector, double offset[4]) {
-    char *text = replaced(kBinaryScene, "{'separation_arcsec': 4, 'position_angle_deg': 30}", place);
-    text = replaced_again(text, "[64, 64]", extra_detector);
+    char *text = EDITED(kBinaryScene, {"{'separation_arcsec': 4, 'position_angle_deg': 30}", place},
+                        {"[64, 64]", extra_detector});
     toliman_sim *const sim = sim_of(text);
     get_offsets(sim, offset);
     assert_close(sim_info_of(sim).separation_px, hypot(offset[2] - offset[0], offset[3] - offset[1]), 1e-14, 0);
@@ -112,8 +109,8 @@ TEST(angles_have_signs) {
 TEST(displacement_lengthens_the_separation) {
     const char *const place = "{'offsets_px': {'A': [-8.5, 0.5], 'B': [11.5, 0.5]}}";
     for (int star = 0; star < 2; star++) {
-        char *text = replaced(kBinaryScene, "{'separation_arcsec': 4, 'position_angle_deg': 30}", place);
-        text = replaced_again(text, "'star': 'B'", star == 0 ? "'star': 'A'" : "'star': 'B'");
+        char *text = EDITED(kBinaryScene, {"{'separation_arcsec': 4, 'position_angle_deg': 30}", place},
+                            {"'star': 'B'", star == 0 ? "'star': 'A'" : "'star': 'B'"});
         toliman_sim *const sim = sim_of(text);
         double *const moving = image_of(sim, star == 0 ? TOLIMAN_SIM_IMAGE_STAR_A : TOLIMAN_SIM_IMAGE_STAR_B);
         double *const still = image_of(sim, star == 0 ? TOLIMAN_SIM_IMAGE_STAR_B : TOLIMAN_SIM_IMAGE_STAR_A);
@@ -129,9 +126,8 @@ TEST(displacement_lengthens_the_separation) {
 
 /* Nearly all light of a star falls in a large frame, with any mask: the sum approaches the star's photons. */
 TEST(energy_is_conserved) {
-    char *text = replaced(kSingleScene, "[32, 32]", "[256, 256]");
-    text = replaced_again(text, "'pupil_samples': 64", "'pupil_samples': 128");
-    text = replaced_again(text, "'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.4");
+    char *text = EDITED(kSingleScene, {"[32, 32]", "[256, 256]"}, {"'pupil_samples': 64", "'pupil_samples': 128"},
+                        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.4"});
     toliman_sim *const sim = sim_of(text);
     double wavelength, photons, none;
     assert_ok(toliman_sim_get_spectrum(sim, 1, &wavelength, &photons, &none, NULL));
@@ -146,9 +142,8 @@ TEST(energy_is_conserved) {
 
 /* Photons are counted before the frame is cropped: a smaller frame has the same pixels and less light. */
 TEST(cropping_removes_light) {
-    char *whole = replaced(kBinaryScene, "'relative_flux': 3", "'photons_per_s': 3e4");
-    whole = replaced_again(whole, "5260}}", "5260}, 'photons_per_s': 1e4}");
-    whole = replaced_again(whole, "'peak_photons': 1e5", "'exposure_s': 100");
+    char *whole = EDITED(kBinaryScene, {"'relative_flux': 3", "'photons_per_s': 3e4"},
+                         {"5260}}", "5260}, 'photons_per_s': 1e4}"}, {"'peak_photons': 1e5", "'exposure_s': 100"});
     toliman_sim *const large = sim_of(whole), *const small = sim_with(whole, "[64, 64]", "[32, 32]");
     double *const of_large = image_of(large, TOLIMAN_SIM_IMAGE_BOTH), *const of_small =
                                                                           image_of(small, TOLIMAN_SIM_IMAGE_BOTH);

@@ -13,9 +13,8 @@ enum { SIDE = 64, PIXELS = SIDE * SIDE };
 /* The two stars observed for 10 s; `stages` is added to the detector, `noise` to the noise. */
 static char *text_with(const char *stages, const char *noise) {
     char text[400];
-    char *scene = replaced(kBinaryScene, "'peak_photons': 1e5", "'exposure_s': 10");
-    scene = replaced_again(scene, "'relative_flux': 3", "'photons_per_s': 3e5");
-    scene = replaced_again(scene, "5260}}}", "5260}, 'photons_per_s': 1e5}}");
+    char *scene = EDITED(kBinaryScene, {"'peak_photons': 1e5", "'exposure_s': 10"},
+                         {"'relative_flux': 3", "'photons_per_s': 3e5"}, {"5260}}}", "5260}, 'photons_per_s': 1e5}}"});
     snprintf(text, sizeof text, "'pixel_scale_arcsec': 0.2%s%s", stages[0] != '\0' ? ", " : "", stages);
     scene = replaced_again(scene, "'pixel_scale_arcsec': 0.2", text);
     snprintf(text, sizeof text, "{%s}", noise);

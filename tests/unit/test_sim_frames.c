@@ -186,8 +186,8 @@ static void record_log(int32_t level, const char *text, void *user_data) {
 
 /* The sum of both stars' light may exceed the range of the Poisson generator: reported, with the image unchanged. */
 TEST(too_bright_frames_are_refused) {
-    char *text = replaced(kBinaryScene, "'amplitude_px': 1e-3", "'amplitude_px': 20");
-    text = replaced_again(text, "'peak_photons': 1e5", "'peak_photons': 9e11");
+    char *text = EDITED(kBinaryScene, {"'amplitude_px': 1e-3", "'amplitude_px': 20"},
+                        {"'peak_photons': 1e5", "'peak_photons': 9e11"});
     toliman_sim *const sim = sim_of(text);
     free(text);
     static double image[64 * 64];
@@ -209,8 +209,8 @@ TEST(odd_scenes_are_reported) {
     assert_ok(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, &options, &sim));
     assert_string_equal(messages, "");
     toliman_sim_destroy(sim);
-    char *text = replaced(kBinaryScene, "'amplitude_px': 1e-3", "'amplitude_px': 3");
-    text = replaced_again(text, "'noise'", "'accuracy': 1e-15, 'noise'");
+    char *text =
+        EDITED(kBinaryScene, {"'amplitude_px': 1e-3", "'amplitude_px': 3"}, {"'noise'", "'accuracy': 1e-15, 'noise'"});
     assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
     assert_non_null(strstr(messages, "accuracy = 1e-15: every frame is re-propagated: interpolation would exceed"));
     toliman_sim_destroy(sim);
@@ -274,10 +274,9 @@ TEST(images_do_not_depend_on_what_was_asked_before) {
 
 /* One pixel at the centre of a star: its light does not change to first order. Its image needs no derivative. */
 TEST(a_signal_that_changes_no_pixel_is_refused) {
-    char *scene = replaced(kSingleScene, "[32, 32]", "[1, 1]");
-    scene = replaced_again(scene, "'cadence'",
-                           "'signal': {'kind': 'sinusoid', 'amplitude_px': 1e-3, 'period_days': 40}, "
-                           "'cadence'");
+    char *scene = EDITED(kSingleScene, {"[32, 32]", "[1, 1]"},
+                         {"'cadence'", "'signal': {'kind': 'sinusoid', 'amplitude_px': 1e-3, 'period_days': 40}, "
+                                       "'cadence'"});
     toliman_sim *const sim = sim_of(scene);
     toliman_sim_bounds bounds = TOLIMAN_SIM_BOUNDS_INIT;
     double count = 0;

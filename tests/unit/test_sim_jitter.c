@@ -12,12 +12,9 @@ static void image_of_star(double x, double y, const char *pixel, const char *sys
     snprintf(place, sizeof place, "'A': [%.17g, %.17g]", x, y);
     snprintf(detector, sizeof detector, "'pixel': '%s', 'shape'", pixel);
     snprintf(extra, sizeof extra, "'systematics': {%s}, 'cadence'", systematics);
-    char *text = replaced(kSingleScene, "'A': [0, 0]", place);
-    text = replaced_again(text, "'aperture_m'", kMask);
-    text = replaced_again(text, "'shape'", detector);
-    text = replaced_again(text, "'peak_photons': 1e6", "'exposure_s': 1");
-    text = replaced_again(text, "5790}}", "5790}, 'photons_per_s': 1e6}");
-    text = replaced_again(text, "'cadence'", extra);
+    char *text = EDITED(kSingleScene, {"'A': [0, 0]", place}, {"'aperture_m'", kMask}, {"'shape'", detector},
+                        {"'peak_photons': 1e6", "'exposure_s': 1"}, {"5790}}", "5790}, 'photons_per_s': 1e6}"},
+                        {"'cadence'", extra});
     toliman_sim *const sim = sim_of(text);
     assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, image, SIDE));
     toliman_sim_destroy(sim), free(text);

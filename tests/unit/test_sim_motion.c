@@ -9,12 +9,11 @@ enum { SIDE = 64, PIXELS = SIDE * SIDE };
 static char *orbit_at(const char *orbit, double date, const char *moving, const char *cadence, const char *more) {
     char place[400];
     snprintf(place, sizeof place, "{'date': %.17g, 'orbit': %s%s}", date, orbit, moving);
-    char *text = replaced(kBinaryScene, "'peak_photons': 1e5", "'exposure_s': 1");
-    text = replaced_again(text, "'relative_flux': 3", "'photons_per_s': 3e6");
-    text = replaced_again(text, "'temperature_k': 5260}", "'temperature_k': 5260}, 'photons_per_s': 1e6");
-    text = replaced_again(text, "{'separation_arcsec': 4, 'position_angle_deg': 30}", place);
-    text = replaced_again(text, "'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.4");
-    text = replaced_again(text, "'frames': 100, 'interval_days': 2", cadence);
+    char *text = EDITED(
+        kBinaryScene, {"'peak_photons': 1e5", "'exposure_s': 1"}, {"'relative_flux': 3", "'photons_per_s': 3e6"},
+        {"'temperature_k': 5260}", "'temperature_k': 5260}, 'photons_per_s': 1e6"},
+        {"{'separation_arcsec': 4, 'position_angle_deg': 30}", place},
+        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.4"}, {"'frames': 100, 'interval_days': 2", cadence});
     return replaced_again(text, "'noise': {'photon': true, 'read_e': 2.5, 'seed': 7}", more);
 }
 

@@ -176,9 +176,9 @@ TEST(pixels_integrate) {
                                     0.23861918608319690863,  0.66120938646626451366,  0.93246951420315202781};
     static const double weights[6] = {0.17132449237917034504, 0.36076157304813860757, 0.46791393457269104739,
                                       0.46791393457269104739, 0.36076157304813860757, 0.17132449237917034504};
-    char *base = replaced(kSingleScene, "'peak_photons': 1e6", "'exposure_s': 1");
-    base = replaced_again(base, "5790}}", "5790}, 'photons_per_s': 1e6}");
-    base = replaced_again(base, "0.2}}", "0.45, 'pixel': 'integrated'}, 'accuracy': 1e-12}");
+    char *base =
+        EDITED(kSingleScene, {"'peak_photons': 1e6", "'exposure_s': 1"}, {"5790}}", "5790}, 'photons_per_s': 1e6}"},
+               {"0.2}}", "0.45, 'pixel': 'integrated'}, 'accuracy': 1e-12}"});
     toliman_sim *const sim = sim_with(base, "'A': [0, 0]", "'A': [1.3, -0.4]");
     double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH), *const sum = doubles(32 * 32);
     memset(sum, 0, 32 * 32 * sizeof *sum);
@@ -213,9 +213,8 @@ static toliman_sim *padded(const char *json) {
 TEST(engines_agree) {
     const char *const shapes[] = {"[32, 32]", "[31, 29]"};
     for (int i = 0; i < 2; i++) {
-        char *text = replaced(kSingleScene, "0.2}}", "0.35}}");
-        text = replaced_again(text, "[32, 32]", shapes[i]);
-        text = replaced_again(text, "'wavelength_nm': 550", "'wavelength_nm': 424.211970970844"); /* 128 p D / 64 */
+        char *text = EDITED(kSingleScene, {"0.2}}", "0.35}}"}, {"[32, 32]", shapes[i]},
+                            {"'wavelength_nm': 550", "'wavelength_nm': 424.211970970844"}); /* 128 p D / 64 */
         text = replaced_again(text, "'A': [0, 0]", "'A': [2.3, -1.7]");
         toliman_sim *const exact = sim_of(text), *const fft = padded(text);
         const toliman_sim_plan_info plan = plan_of(fft);
@@ -242,9 +241,8 @@ TEST(engines_agree) {
 
 /* Otherwise the plate scale is off as the plan predicts; tested by the centroid of the light. */
 TEST(padded_fft_errors_are_as_planned) {
-    char *text = replaced(kSingleScene, "'A': [0, 0]", "'A': [9, 0]");
-    text = replaced_again(text, "'wavelength_nm': 550", "'wavelength_nm': 565");
-    text = replaced_again(text, "[32, 32]", "[33, 129]");
+    char *text = EDITED(kSingleScene, {"'A': [0, 0]", "'A': [9, 0]"}, {"'wavelength_nm': 550", "'wavelength_nm': 565"},
+                        {"[32, 32]", "[33, 129]"});
     toliman_sim *const exact = sim_of(text), *const fft = padded(text);
     double *const a = image_of(exact, TOLIMAN_SIM_IMAGE_BOTH), *const b = image_of(fft, TOLIMAN_SIM_IMAGE_BOTH);
     double *const slope = image_of(exact, TOLIMAN_SIM_IMAGE_SHIFT_X), shift = 0, norm = 0;
@@ -298,8 +296,8 @@ TEST(wavelengths_suffice_for_far_signals) {
 
 /* A signal of a pixel or more, beyond the expansion: interpolated, also outside the planned range, or propagated. */
 TEST(far_signals_are_interpolated) {
-    char *text = replaced(kBinaryScene, "'amplitude_px': 1e-3", "'amplitude_px': 1.5");
-    text = replaced_again(text, "'photon': true, 'read_e': 2.5, ", "");
+    char *text =
+        EDITED(kBinaryScene, {"'amplitude_px': 1e-3", "'amplitude_px': 1.5"}, {"'photon': true, 'read_e': 2.5, ", ""});
     char *const finest = replaced(text, "'cadence'", "'accuracy': 1e-15, 'cadence'");
     toliman_sim *const sim = sim_of(text), *const propagated = sim_of(finest);
     const toliman_sim_plan_info plan = plan_of(sim);
@@ -340,8 +338,8 @@ TEST(padded_frames_are_propagated) {
 
 /* A star so far from the frame that its samples would not fit in memory. */
 TEST(far_stars_are_propagated) {
-    char *text = replaced(kSingleScene, "'cadence'", "'systematics': {'pointing_rms_px': 0.1}, 'cadence'");
-    text = replaced_again(text, "'pupil_samples': 64", "'pupil_samples': 2048");
+    char *text = EDITED(kSingleScene, {"'cadence'", "'systematics': {'pointing_rms_px': 0.1}, 'cadence'"},
+                        {"'pupil_samples': 64", "'pupil_samples': 2048"});
     toliman_sim_plan_info plan = {.struct_size = sizeof plan};
     const char *const places[] = {"[3900, 0]", "[4400, 4400]"};
     for (int i = 0; i < 2; i++) {

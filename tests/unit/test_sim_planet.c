@@ -8,11 +8,10 @@ static const char *const kSinusoid = "{'kind': 'sinusoid', 'star': 'B', 'amplitu
 
 /* The binary scene at 0.375 arcsec/px and 1.33 pc, with the masses of alpha Centauri. */
 static toliman_sim *sim_with_signal(const char *signal) {
-    char *text = replaced(kBinaryScene, "'relative_flux': 3}", "'relative_flux': 3, 'mass_sun': 1.0788}");
-    text = replaced_again(text, "5260}}", "5260}, 'mass_sun': 0.9092}");
-    text = replaced_again(text, "'position_angle_deg': 30", "'position_angle_deg': 30, 'distance_pc': 1.33");
-    text = replaced_again(text, "'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.375");
-    text = replaced_again(text, kSinusoid, signal);
+    char *text = EDITED(kBinaryScene, {"'relative_flux': 3}", "'relative_flux': 3, 'mass_sun': 1.0788}"},
+                        {"5260}}", "5260}, 'mass_sun': 0.9092}"},
+                        {"'position_angle_deg': 30", "'position_angle_deg': 30, 'distance_pc': 1.33"},
+                        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.375"}, {kSinusoid, signal});
     toliman_sim *const sim = sim_of(text);
     free(text);
     return sim;
@@ -99,10 +98,9 @@ TEST(no_signal) {
 
 /* A single star may have a planet too; it moves along x. */
 TEST(a_single_star_has_a_planet) {
-    char *text = replaced(kSingleScene, "5790}}", "5790}, 'mass_sun': 1}");
-    text = replaced_again(text, "{'A': [0, 0]}}",
-                          "{'A': [0, 0]}, 'distance_pc': 2},"
-                          " 'signal': {'kind': 'planet', 'mass_earth': 1, 'semi_major_au': 1}");
+    char *text = EDITED(kSingleScene, {"5790}}", "5790}, 'mass_sun': 1}"},
+                        {"{'A': [0, 0]}}", "{'A': [0, 0]}, 'distance_pc': 2},"
+                                           " 'signal': {'kind': 'planet', 'mass_earth': 1, 'semi_major_au': 1}"});
     toliman_sim *const sim = sim_of(text);
     assert_close(sim_info_of(sim).amplitude_uas, 3.00349 / 2, 1e-5, 0);
     assert_close(sim_info_of(sim).period_days, 365.2563, 1e-6, 0);

@@ -22,9 +22,8 @@ static int make_files(void **state) {
 
 /* kBinaryScene with this spectrum of star A, 3e7 photons in one second. */
 static char *text_with(const char *spectrum) {
-    char *text = replaced(kBinaryScene, "'kind': 'blackbody', 'temperature_k': 5790", spectrum);
-    text = replaced_again(text, "'peak_photons': 1e5", "'exposure_s': 1");
-    text = replaced_again(text, "'relative_flux': 3", "'photons_per_s': 3e7");
+    char *text = EDITED(kBinaryScene, {"'kind': 'blackbody', 'temperature_k': 5790", spectrum},
+                        {"'peak_photons': 1e5", "'exposure_s': 1"}, {"'relative_flux': 3", "'photons_per_s': 3e7"});
     return replaced_again(text, "5260}}}", "5260}, 'photons_per_s': 1e7}}");
 }
 

@@ -15,8 +15,8 @@ static const char *const kProject = "'flux_a', 'flux_b', 'shift_x', 'shift_y'";
 /* Both stars at given positions (px), without noise, observed for 10 s; `extra` is added to the scene. */
 static char *text_with(const double places[4], const char *extra) {
     char binary[200], end[600];
-    char *scene = replaced(kBinaryScene, "'peak_photons': 1e5", "'exposure_s': 10");
-    scene = replaced_again(scene, "'m': 5", "'m': 6"); /* with odd waves alone, defocus has no first-order effect */
+    char *scene = EDITED(kBinaryScene, {"'peak_photons': 1e5", "'exposure_s': 10"},
+                         {"'m': 5", "'m': 6"}); /* with odd waves alone, defocus has no first-order effect */
     scene = replaced_again(scene, "'relative_flux': 3", "'photons_per_s': 3e7");
     scene = replaced_again(scene, "5260}}}", "5260}, 'photons_per_s': 1e7}}");
     snprintf(binary, sizeof binary, "'offsets_px': {'A': [%.17g, %.17g], 'B': [%.17g, %.17g]}", places[0], places[1],
@@ -123,11 +123,10 @@ static void check_shift(double drift, int64_t k) {
 /* One star, in more wavelengths than are computed, against itself at the other position in each wavelength. */
 TEST(pointing_moves_a_single_star) {
     static double moved[32 * 32], there[32 * 32];
-    char *text = replaced(kSingleScene, "{'wavelength_nm': 550}", "{'min_nm': 550, 'max_nm': 600, 'step_nm': 1}");
-    text = replaced_again(text, "'cadence'",
-                          "'systematics': {'pointing_rms_px': {'rms': 0, 'drift_per_day': 1e-3}}, 'cadence'");
-    text = replaced_again(text, "'peak_photons': 1e6", "'exposure_s': 1, 'interval_days': 2");
-    text = replaced_again(text, "5790}", "5790}, 'photons_per_s': 1e6");
+    char *text = EDITED(
+        kSingleScene, {"{'wavelength_nm': 550}", "{'min_nm': 550, 'max_nm': 600, 'step_nm': 1}"},
+        {"'cadence'", "'systematics': {'pointing_rms_px': {'rms': 0, 'drift_per_day': 1e-3}}, 'cadence'"},
+        {"'peak_photons': 1e6", "'exposure_s': 1, 'interval_days': 2"}, {"5790}", "5790}, 'photons_per_s': 1e6"});
     toliman_sim *const sim = sim_of(text);
     text = replaced_again(text, "'drift_per_day': 1e-3", "'drift_per_day': 0");
     text = replaced_again(text, "'A': [0, 0]", "'A': [0.014, 0.014]");

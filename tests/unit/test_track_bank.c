@@ -36,11 +36,12 @@ static toliman_bank *trained(uint32_t steps) {
 
 static int set_up(void **unused) {
     (void)unused;
-    char *text = replaced(kBinaryScene, "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}",
-                          "{\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true}");
-    text = replaced_again(text, "[64, 64], \"pixel_scale_arcsec\": 0.2", "[256, 256], \"pixel_scale_arcsec\": 0.4");
-    text = replaced_again(text, "\"pupil_samples\": 96", "\"pupil_samples\": 144");
-    text = replaced_again(text, "\"frames\": 100, \"interval_days\": 2", "\"frames\": 24, \"interval_days\": 10");
+    char *text = EDITED(kBinaryScene,
+                        {"{\"separation_arcsec\": 4, \"position_angle_deg\": 30}",
+                         "{\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true}"},
+                        {"[64, 64], \"pixel_scale_arcsec\": 0.2", "[256, 256], \"pixel_scale_arcsec\": 0.4"},
+                        {"\"pupil_samples\": 96", "\"pupil_samples\": 144"},
+                        {"\"frames\": 100, \"interval_days\": 2", "\"frames\": 24, \"interval_days\": 10"});
     sim = sim_of(text);
     free(text);
     assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, NULL, &fit));

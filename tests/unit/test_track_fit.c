@@ -20,10 +20,11 @@ static char folder[256];
 
 static int set_up(void **unused) {
     (void)unused;
-    char *text = replaced(kBinaryScene, "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}",
-                          "{\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true}");
-    text = replaced_again(text, "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.4");
-    text = replaced_again(text, "\"frames\": 100, \"interval_days\": 2", "\"frames\": 6, \"interval_days\": 50");
+    char *text = EDITED(kBinaryScene,
+                        {"{\"separation_arcsec\": 4, \"position_angle_deg\": 30}",
+                         "{\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true}"},
+                        {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.4"},
+                        {"\"frames\": 100, \"interval_days\": 2", "\"frames\": 6, \"interval_days\": 50"});
     sim = sim_of(text);
     free(text);
     assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, NULL, &fit));
