@@ -13,6 +13,16 @@
 
 #include <toliman/base.h>
 
+/* Head of a test without state: TEST(name) { ... } */
+#define TEST(name) static void name(void **unused_state __attribute__((unused)))
+
+/* main of a file whose tests share no state; the arguments are cmocka_unit_test(name) and the like. */
+#define RUN_TESTS(...)                                                                                                 \
+    int main(void) {                                                                                                   \
+        const struct CMUnitTest tests[] = {__VA_ARGS__};                                                               \
+        return cmocka_run_group_tests(tests, NULL, NULL);                                                              \
+    }
+
 /* |actual - expected| <= atol + rtol |expected|; NaN fails. */
 #define assert_close(actual, expected, rtol, atol)                                                                     \
     do {                                                                                                               \

@@ -35,16 +35,27 @@ static const char *const kSingleScene =
     " \"cadence\": {\"frames\": 10, \"peak_photons\": 1e6},"
     " \"detector\": {\"shape\": [32, 32], \"pixel_scale_arcsec\": 0.2}}";
 
-/* text with the single occurrence of `from` replaced; the caller frees it. */
-static inline char *replaced(const char *text, const char *from, const char *to) {
-    const char *const at = strstr(text, from);
-    if (at == NULL || strstr(at + 1, from) != NULL)
-        fail_msg("\"%s\" must occur exactly once in the scene", from);
-    char *const result = malloc(strlen(text) + strlen(to) + 1);
+/* text with " for each '; the caller frees it. */
+static inline char *quoted(const char *text) {
+    char *const result = strdup(text);
     assert_non_null(result);
+    for (char *at = result; (at = strchr(at, '\'')) != NULL;)
+        *at = '"';
+    return result;
+}
+
+/* text with the single occurrence of `from` replaced, where ' stands for "; the caller frees it. */
+static inline char *replaced(const char *text, const char *from, const char *to) {
+    char *const place = quoted(from), *const result = malloc(strlen(text) + strlen(to) + 1);
+    const char *const at = strstr(text, place);
+    if (at == NULL || strstr(at + 1, place) != NULL)
+        fail_msg("\"%s\" must occur exactly once in the scene", place);
+    assert_non_null(result);
+    char *const by = quoted(to);
     memcpy(result, text, (size_t)(at - text));
-    strcpy(result + (at - text), to);
-    strcat(result, at + strlen(from));
+    strcpy(result + (at - text), by);
+    strcat(result, at + strlen(place));
+    free(place), free(by);
     return result;
 }
 
@@ -54,6 +65,18 @@ static inline char *replaced_again(char *text, const char *from, const char *to)
     free(text);
     return result;
 }
+
+/* text with several places replaced: pairs {from, to}; the caller frees it. */
+static inline char *edited(const char *text, const char *const (*pairs)[2], size_t count) {
+    char *result = strdup(text);
+    for (size_t i = 0; i < count; i++)
+        result = replaced_again(result, pairs[i][0], pairs[i][1]);
+    return result;
+}
+
+#define EDITED(text, ...)                                                                                              \
+    edited(text, (const char *const[][2]){__VA_ARGS__},                                                                \
+           sizeof((const char *const[][2]){__VA_ARGS__}) / (2 * sizeof(char *)))
 
 static inline toliman_sim *sim_on_threads(const char *json, uint32_t threads) {
     const toliman_sim_options options = {.struct_size = sizeof options, .threads = threads};
@@ -87,6 +110,23 @@ static inline void check_additions(const char *json, const char *place, const ch
         free(scene);
     }
 }
+
+/* A place of a scene, what replaces it, and the field of the error: "" if it names none. */
+typedef struct refusal {
+    const char *from, *to, *field;
+} refusal;
+
+static inline void check_refusals(const char *json, toliman_status status, const refusal *cases, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        char *const scene = replaced(json, cases[i].from, cases[i].to);
+        toliman_sim *sim = NULL;
+        assert_refused(toliman_sim_create_json(scene, strlen(scene), NULL, NULL, &sim), status, cases[i].field);
+        assert_null(sim);
+        free(scene);
+    }
+}
+
+#define CHECK_REFUSALS(json, status, cases) check_refusals(json, status, cases, sizeof(cases) / sizeof *(cases))
 
 static inline toliman_sim_info sim_info_of(const toliman_sim *sim) {
     toliman_sim_info info = {.struct_size = sizeof info};

@@ -17,6 +17,13 @@ static inline void make_folder(char *path, size_t capacity) {
     assert_non_null(mkdtemp(path));
 }
 
+/* Copies a file, or a folder with its files to a new one. */
+static inline void copy_file(const char *from, const char *to) {
+    char command[700];
+    snprintf(command, sizeof command, "cp -r %s %s", from, to);
+    assert_int_equal(system(command), 0);
+}
+
 static inline void remove_folder(const char *path) {
     DIR *folder = opendir(path);
     assert_non_null(folder);

@@ -27,6 +27,9 @@ static inline int tear_down(void **unused) {
     return 0;
 }
 
+/* A test with a new folder. */
+#define in_folder(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
+
 static inline void push_range(toliman_track *track, int64_t first, int64_t last) {
     for (int64_t id = first; id <= last; id++)
         push_number(track, id);
@@ -39,6 +42,12 @@ static inline void write_at(const char *path, off_t at, const void *bytes, size_
     close(file);
 }
 
+static inline void read_at(const char *path, off_t at, void *bytes, size_t size) {
+    const int file = open(path, O_RDONLY);
+    assert_int_equal(pread(file, bytes, size, at), (ssize_t)size);
+    close(file);
+}
+
 static inline off_t size_of(const char *path) {
     struct stat attributes;
     assert_int_equal(stat(path, &attributes), 0);
@@ -47,9 +56,7 @@ static inline off_t size_of(const char *path) {
 
 static inline void flip_byte(const char *path, off_t at) {
     unsigned char byte;
-    const int file = open(path, O_RDONLY);
-    assert_int_equal(pread(file, &byte, 1, at), 1);
-    close(file);
+    read_at(path, at, &byte, 1);
     byte ^= 0x10;
     write_at(path, at, &byte, 1);
 }
@@ -99,9 +106,7 @@ static inline void assert_filled(const toliman_track *track, const toliman_track
 
 static inline uint64_t number_at(const char *path, off_t at, size_t size) {
     uint64_t number = 0;
-    const int file = open(path, O_RDONLY);
-    assert_int_equal(pread(file, &number, size, at), (ssize_t)size);
-    close(file);
+    read_at(path, at, &number, size);
     return number;
 }
 

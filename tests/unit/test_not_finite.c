@@ -14,7 +14,7 @@
 
 enum { SAMPLES = 30, GRID = 20 };
 
-static uint64_t storms = 30, draws = 1, not_finite = 0, odd = 0;
+static uint64_t storms = 8, draws = 1, not_finite = 0, odd = 0;
 
 static double from_bits(uint64_t bits) {
     double number;
@@ -75,8 +75,7 @@ static void assert_finite_power(const toliman_period *period) {
     }
 }
 
-static void periodograms(void **unused) {
-    (void)unused;
+TEST(periodograms) {
     static unsigned char before[STATE_CAPACITY], after[STATE_CAPACITY];
     double t[SAMPLES], y[SAMPLES], sigma[SAMPLES], power[GRID];
     double *const arrays[] = {t, y, sigma};
@@ -113,8 +112,7 @@ static void periodograms(void **unused) {
     }
 }
 
-static void grids(void **unused) {
-    (void)unused;
+TEST(grids) {
     for (uint64_t storm = 0; storm < 20 * storms; storm++) {
         double grid[2] = {0.01, 0.02};
         toliman_period *period = NULL;
@@ -169,8 +167,7 @@ static toliman_status series_with(const toliman_measure_data *data, const double
     return status;
 }
 
-static void series_of_planets(void **unused) {
-    (void)unused;
+TEST(series_of_planets) {
     double t[SAMPLES], y[SAMPLES], sigma[SAMPLES], rows[SAMPLES], angles[SAMPLES];
     double *const arrays[] = {t, y, sigma, rows, angles};
     static const char *const names[] = {"t", "y", "sigma", "values", "position_angle_deg"};
@@ -230,8 +227,7 @@ static void corrupt_pixels(double *frame, double (*number)(void)) {
         frame[draw(&draws, kPixels)] = number();
 }
 
-static void pixels(void **unused) {
-    (void)unused;
+TEST(pixels) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "\"shift_x\"");
     toliman_cae *cae = make_cae(sim, 1, 3, NULL);
     toliman_linear *linear = NULL;
@@ -271,16 +267,12 @@ static void pixels(void **unused) {
     toliman_components_info info = {.struct_size = sizeof info};
     assert_ok(toliman_components_get_info(components, &info));
     assert_int_equal(info.frames, 0);
-    free(good), free(frame), free(image);
-    toliman_components_destroy(components);
-    toliman_linear_destroy(linear);
-    toliman_cae_destroy(cae);
-    toliman_sim_destroy(sim);
+    free(good), free(frame), free(image), toliman_components_destroy(components), toliman_linear_destroy(linear);
+    toliman_cae_destroy(cae), toliman_sim_destroy(sim);
 }
 
 /* Weights and planes with numbers that are not finite or subnormal, and a correct checksum. */
-static void weights(void **unused) {
-    (void)unused;
+TEST(weights) {
     static const uint32_t bad[] = {0x7f800000u, 0xff800000u, 0x7fc00000u, 0xffc12345u,
                                    0x7f800001u, 1u,          0x807fffffu, 0x00400000u};
     enum { kPlanes = 4 }; /* reference (two), variance, target */
@@ -300,13 +292,10 @@ static void weights(void **unused) {
         refused(spoilt, spoilt_size, planes ? "planes[" : "weights[");
         free(spoilt);
     }
-    free(numbers), free(blob);
-    toliman_cae_destroy(cae);
-    toliman_sim_destroy(sim);
+    free(numbers), free(blob), toliman_cae_destroy(cae), toliman_sim_destroy(sim);
 }
 
-static void frames_of_a_pass(void **unused) {
-    (void)unused;
+TEST(frames_of_a_pass) {
     const toliman_track_options options = small_options(NULL);
     toliman_track *track = make_track(&options);
     int64_t rejected = 0;
@@ -333,8 +322,7 @@ static void frames_of_a_pass(void **unused) {
 }
 
 /* A number of the scene that JSON cannot represent, or near the limits of a double. */
-static void scenes(void **unused) {
-    (void)unused;
+TEST(scenes) {
     static const char *const numbers[] = {"NaN",   "Infinity", "-Infinity", "nan",    "inf",  "1e999", "-1e999",
                                           "1e308", "-1e308",   "5e-324",    "1e-320", "-0.0", "0"};
     enum { UNREAL = 7 };
@@ -368,14 +356,9 @@ static int print_summary(void **unused) {
 int main(void) {
     const char *given = getenv("TOLIMAN_STORMS");
     storms = given != NULL ? (uint64_t)atoll(given) : storms;
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(periodograms),
-        cmocka_unit_test(grids),
-        cmocka_unit_test(pixels),
-        cmocka_unit_test(weights),
-        cmocka_unit_test(frames_of_a_pass),
-        cmocka_unit_test(scenes),
-        cmocka_unit_test(series_of_planets),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(periodograms),     cmocka_unit_test(grids),
+                                       cmocka_unit_test(pixels),           cmocka_unit_test(weights),
+                                       cmocka_unit_test(frames_of_a_pass), cmocka_unit_test(scenes),
+                                       cmocka_unit_test(series_of_planets)};
     return cmocka_run_group_tests(tests, NULL, print_summary);
 }

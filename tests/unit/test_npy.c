@@ -25,50 +25,40 @@ static void write_array(int version, const char *header, const double *data, siz
 
 static double data[PIXELS];
 
-static void other_files_are_refused(void **state) {
-    (void)state;
+TEST(other_files_are_refused) {
     const struct {
         int version;
-        const char *header, *message;
+        const char *header;
     } bad[] = {
-        {0, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96), }",
-         ".npy format version 0: must be in [1, 3]"},
-        {4, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96), }",
-         ".npy format version 4: must be in [1, 3]"},
-        {1, "{'fortran_order': False, 'shape': (96, 96), }", "is not a .npy file: its header has no key descr"},
-        {1, "{'descr': '<f8', 'shape': (96, 96), }", "its header has no key fortran_order"},
-        {1, "{'descr': '<f8', 'fortran_order': False, }", "its header has no key shape"},
-        {1, "{'descr': [('x', '<f8')], 'fortran_order': False, 'shape': (96, 96), }",
-         "unsupported dtype structured: must be little-endian f4, f8, "},
-        {1, "{'descr': '<f8', 'fortran_order': True, 'shape': (96, 96), }",
-         "unsupported Fortran order: must be in C order"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': [96, 96], }", "shape: must be lengths in parentheses"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (), }", "shape: must be two lengths in [1, 1048576]"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96), }", "shape: must be two lengths in [1, 1048576]"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96, 1), }",
-         "shape: must be two lengths in [1, 1048576]"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (0, 96), }",
-         "shape: must be two lengths in [1, 1048576]"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, x), }", "shape: must be lengths in parentheses"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape':", "shape: must be lengths in parentheses"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape':  ", "shape: must be lengths in parentheses"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (1048577, 1), }",
-         "shape: must be two lengths in [1, 1048576]"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (18446744073709551617, 1), }",
-         "shape: must be two lengths"},
+        {0, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96), }"},
+        {4, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96), }"},
+        {1, "{'fortran_order': False, 'shape': (96, 96), }"},
+        {1, "{'descr': '<f8', 'shape': (96, 96), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, }"},
+        {1, "{'descr': [('x', '<f8')], 'fortran_order': False, 'shape': (96, 96), }"},
+        {1, "{'descr': '<f8', 'fortran_order': True, 'shape': (96, 96), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': [96, 96], }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96, 1), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (0, 96), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, x), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape':"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape':  "},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (1048577, 1), }"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (18446744073709551617, 1), }"},
     };
     toliman_sim *sim = NULL;
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         write_array(bad[i].version, bad[i].header, data, PIXELS);
-        assert_fails(create(&sim), TOLIMAN_E_FORMAT, bad[i].message);
+        assert_refused(create(&sim), TOLIMAN_E_FORMAT, path_of("surface.npy"));
     }
     write_file("surface.npy", "SIMPLE  =                    T", 30);
-    assert_fails(create(&sim), TOLIMAN_E_FORMAT, "is a FITS file, must be .npy: convert it with");
+    assert_refused(create(&sim), TOLIMAN_E_FORMAT, path_of("surface.npy"));
     assert_null(sim);
 }
 
-static void headers_of_all_versions(void **state) {
-    (void)state;
+TEST(headers_of_all_versions) {
     static double opd[PIXELS], bare[PIXELS];
     toliman_sim *sim = sim_of(kBinaryScene);
     assert_ok(toliman_sim_get_pupil(sim, NULL, bare));
@@ -86,8 +76,7 @@ static void headers_of_all_versions(void **state) {
 }
 
 /* Apertures of zeros and ones in every type are the same. */
-static void numbers_of_all_types(void **state) {
-    (void)state;
+TEST(numbers_of_all_types) {
     const char *const types[] = {"|b1", "|u1", "<u2", "<u4", "<u8", "<i2", "<i4", "<i8"};
     static double amplitude[PIXELS], expected[PIXELS];
     unsigned char bytes[8 * PIXELS];
@@ -114,8 +103,7 @@ static void numbers_of_all_types(void **state) {
 }
 
 /* Read by its full path; not supported by the engine that resamples the pupil. */
-static void files_by_their_path(void **state) {
-    (void)state;
+TEST(files_by_their_path) {
     const char *const keys[] = {"\"amplitude\": {\"file\": ", "\"aberrations\": {\"opd_file\": "};
     for (int key = 0; key < 2; key++) {
         char text[200];
@@ -129,18 +117,15 @@ static void files_by_their_path(void **state) {
         sim = NULL;
         toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
         options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
-        assert_fails(toliman_sim_create_json(scene, strlen(scene), "", &options, &sim), TOLIMAN_E_UNSUPPORTED,
-                     "mask, amplitude and OPD files are not supported");
+        assert_refused(toliman_sim_create_json(scene, strlen(scene), "", &options, &sim), TOLIMAN_E_UNSUPPORTED,
+                       "telescope");
         free(scene);
     }
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(other_files_are_refused),
-        cmocka_unit_test(headers_of_all_versions),
-        cmocka_unit_test(numbers_of_all_types),
-        cmocka_unit_test(files_by_their_path),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(other_files_are_refused),
+                                       cmocka_unit_test(headers_of_all_versions),
+                                       cmocka_unit_test(numbers_of_all_types), cmocka_unit_test(files_by_their_path)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

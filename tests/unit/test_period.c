@@ -31,8 +31,7 @@ static void save_into(const toliman_period *period, unsigned char *bytes, size_t
 static unsigned char bytes_a[1 << 20], bytes_b[1 << 20];
 
 /* More samples than the sums accept between two folds, so that carries are tested; saved and loaded in between. */
-static void long_streams_survive_saving(void **unused) {
-    (void)unused;
+TEST(long_streams_survive_saving) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.sigma_ceiling = 1e6;
     toliman_period *whole = make(0.01, 0.001, 70, &options), *part = make(0.01, 0.001, 70, &options);
@@ -54,13 +53,11 @@ static void long_streams_survive_saving(void **unused) {
     assert_int_equal(size_a, size_b);
     assert_memory_equal(bytes_a, bytes_b, size_a);
     assert_int_equal(count_of(part), 20000);
-    toliman_period_destroy(whole);
-    toliman_period_destroy(part);
+    toliman_period_destroy(whole), toliman_period_destroy(part);
 }
 
 /* The first row of the chapter's table: three cycles of a pure sine in unit span, 1095 samples. */
-static void pure_signal_row(void **unused) {
-    (void)unused;
+TEST(pure_signal_row) {
     const size_t n = 1095;
     for (size_t i = 0; i < n; i++) {
         times[i] = (double)i / (double)n;
@@ -98,8 +95,7 @@ static void pure_signal_row(void **unused) {
     toliman_period_destroy(period);
 }
 
-static void fit_recovers_parameters(void **unused) {
-    (void)unused;
+TEST(fit_recovers_parameters) {
     const size_t n = 1095;
     uint64_t state = 77;
     for (size_t i = 0; i < n; i++) {
@@ -126,8 +122,7 @@ static void fit_recovers_parameters(void **unused) {
 }
 
 /* Two brown dwarfs around nu Ophiuchi; the inner one has a period of about 530 days. */
-static void nu_ophiuchi(void **unused) {
-    (void)unused;
+TEST(nu_ophiuchi) {
     FILE *file = fopen("examples/data/nu_oph_rv.csv", "r");
     assert_non_null(file);
     char line[256];
@@ -150,8 +145,7 @@ static void nu_ophiuchi(void **unused) {
     toliman_period_destroy(period);
 }
 
-static void defined_where_others_give_nan(void **unused) {
-    (void)unused;
+TEST(defined_where_others_give_nan) {
     double power[64];
     const double same[6] = {7.25, 7.25, 7.25, 7.25, 7.25, 7.25}, t[6] = {0, 1, 2.5, 3, 4.5, 6};
     toliman_period_peak peak = {.struct_size = sizeof peak};
@@ -163,12 +157,12 @@ static void defined_where_others_give_nan(void **unused) {
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 64, power));
     for (int k = 0; k < 64; k++)
         assert_true(power[k] == 0);
-    assert_fails(toliman_period_query_peak(period, &peak), TOLIMAN_E_STATE, "not all equal");
+    assert_refused(toliman_period_query_peak(period, &peak), TOLIMAN_E_STATE, "");
     for (int32_t method = TOLIMAN_PERIOD_FAP_BALUEV; method <= TOLIMAN_PERIOD_FAP_SEQUENTIAL; method++) {
         double log10_fap = -1;
         assert_ok(toliman_period_query_fap(period, method, 0, &log10_fap));
         assert_true(log10_fap == 0);
-        assert_fails(toliman_period_query_fap(period, method, -1, &log10_fap), TOLIMAN_E_STATE, "not all equal");
+        assert_refused(toliman_period_query_fap(period, method, -1, &log10_fap), TOLIMAN_E_STATE, "");
     }
 
     const double three[3] = {1, -2, 4};
@@ -194,68 +188,64 @@ static void defined_where_others_give_nan(void **unused) {
     toliman_period_destroy(period);
 }
 
-static void refusals_name_the_argument(void **unused) {
-    (void)unused;
+TEST(refusals_name_the_argument) {
     toliman_period *period = NULL;
     toliman_period_options options;
-    assert_fails(toliman_period_create(-1, 1, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "f0 = -1");
-    assert_fails(toliman_period_create(0, 0, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "df = 0");
-    assert_fails(toliman_period_create(0, NAN, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "df = nan");
-    assert_fails(toliman_period_create(0, 1, 0, NULL, &period), TOLIMAN_E_ARGUMENT, "nf = 0");
-    assert_fails(toliman_period_create(0, 1, INT64_MAX, NULL, &period), TOLIMAN_E_ARGUMENT, "nf = ");
-    assert_fails(toliman_period_create(0, 1, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_refused(toliman_period_create(-1, 1, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "f0");
+    assert_refused(toliman_period_create(0, 0, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "df");
+    assert_refused(toliman_period_create(0, NAN, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "df");
+    assert_refused(toliman_period_create(0, 1, 0, NULL, &period), TOLIMAN_E_ARGUMENT, "nf");
+    assert_refused(toliman_period_create(0, 1, INT64_MAX, NULL, &period), TOLIMAN_E_ARGUMENT, "nf");
+    assert_refused(toliman_period_create(0, 1, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "out");
     options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;
     options.struct_size = 3;
-    assert_fails(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "struct_size = 3");
+    assert_refused(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "options->struct_size");
     options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;
     options.flags = 64;
-    assert_fails(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "flags = 0x40");
+    assert_refused(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "options->flags");
     assert_null(period);
 
     period = make(0.1, 0.1, 10, NULL);
-    assert_fails(toliman_period_push(period, NAN, 1, 1), TOLIMAN_E_ARGUMENT, "t = nan");
-    assert_fails(toliman_period_push(period, 1, INFINITY, 1), TOLIMAN_E_ARGUMENT, "y = inf");
-    assert_fails(toliman_period_push(period, 1, 1, 0), TOLIMAN_E_ARGUMENT, "sigma = 0");
-    assert_fails(toliman_period_push(period, 1, 1, -2), TOLIMAN_E_ARGUMENT, "sigma = -2");
-    assert_fails(toliman_period_push(period, 1, 1e9, 1), TOLIMAN_E_RANGE, "value_bound");
-    assert_fails(toliman_period_push(period, 1, 1, 0.5), TOLIMAN_E_RANGE, "sigma_floor");
-    assert_fails(toliman_period_push(period, 1e30, 1, 1), TOLIMAN_E_RANGE, "cycles");
-    assert_fails(toliman_period_push(NULL, 1, 1, 1), TOLIMAN_E_ARGUMENT, "period is NULL");
+    assert_refused(toliman_period_push(period, NAN, 1, 1), TOLIMAN_E_ARGUMENT, "t");
+    assert_refused(toliman_period_push(period, 1, INFINITY, 1), TOLIMAN_E_ARGUMENT, "y");
+    assert_refused(toliman_period_push(period, 1, 1, 0), TOLIMAN_E_ARGUMENT, "sigma");
+    assert_refused(toliman_period_push(period, 1, 1, -2), TOLIMAN_E_ARGUMENT, "sigma");
+    assert_refused(toliman_period_push(period, 1, 1e9, 1), TOLIMAN_E_RANGE, "y");
+    assert_refused(toliman_period_push(period, 1, 1, 0.5), TOLIMAN_E_RANGE, "sigma");
+    assert_refused(toliman_period_push(period, 1e30, 1, 1), TOLIMAN_E_RANGE, "t");
+    assert_refused(toliman_period_push(NULL, 1, 1, 1), TOLIMAN_E_ARGUMENT, "period");
     const double t[3] = {1, 2, 3}, y[3] = {1, NAN, 3};
     assert_fails(toliman_period_push_many(period, t, y, NULL, 3), TOLIMAN_E_ARGUMENT, "sample 1: y = nan");
     assert_int_equal(count_of(period), 0);
     double power;
-    assert_fails(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 10, 1, &power), TOLIMAN_E_RANGE,
-                 "10 frequencies");
-    assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, 0.5, &power), TOLIMAN_E_ARGUMENT,
-                 "log10_residual");
-    toliman_period_destroy(period);
-    toliman_period_destroy(NULL);
+    assert_refused(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 10, 1, &power), TOLIMAN_E_RANGE,
+                   "first");
+    assert_refused(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, 0.5, &power), TOLIMAN_E_ARGUMENT,
+                   "log10_residual");
+    toliman_period_destroy(period), toliman_period_destroy(NULL);
 }
 
-static void damaged_state_is_refused(void **unused) {
-    (void)unused;
+TEST(damaged_state_is_refused) {
     toliman_period *period = make(0.1, 0.1, 10, NULL), *loaded = NULL;
     for (int i = 0; i < 9; i++)
         assert_ok(toliman_period_push(period, i, i % 3, 1));
     size_t size;
     save_into(period, bytes_a, sizeof bytes_a, &size);
-    assert_fails(toliman_period_save(period, bytes_b, size - 1, &size), TOLIMAN_E_CAPACITY, "capacity");
+    assert_refused(toliman_period_save(period, bytes_b, size - 1, &size), TOLIMAN_E_CAPACITY, "capacity");
     for (size_t cut = 0; cut < size; cut += cut < 100 ? 1 : 97)
-        assert_fails(toliman_period_load(bytes_a, cut, NULL, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
+        assert_refused(toliman_period_load(bytes_a, cut, NULL, &loaded), TOLIMAN_E_FORMAT, "");
     for (size_t i = 0; i < size; i += i < 200 ? 1 : 31) {
         memcpy(bytes_b, bytes_a, size);
         bytes_b[i] ^= 0x10;
-        assert_fails(toliman_period_load(bytes_b, size, NULL, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
+        assert_int_equal(toliman_period_load(bytes_b, size, NULL, &loaded), TOLIMAN_E_FORMAT);
     }
     assert_null(loaded);
-    assert_fails(toliman_period_load_file("no/such/file", NULL, &loaded), TOLIMAN_E_NOT_FOUND, "no/such/file");
-    assert_fails(toliman_period_save_file(period, "no/such/folder/state"), TOLIMAN_E_WRITE, "no/such/folder/state");
+    assert_refused(toliman_period_load_file("no/such/file", NULL, &loaded), TOLIMAN_E_NOT_FOUND, "no/such/file");
+    assert_refused(toliman_period_save_file(period, "no/such/folder/state"), TOLIMAN_E_WRITE, "no/such/folder/state");
     toliman_period_destroy(period);
 }
 
-static void saving_replaces_what_a_link_names_and_no_pipe(void **unused) {
-    (void)unused;
+TEST(saving_replaces_what_a_link_names_and_no_pipe) {
     char folder[] = "saving.XXXXXX", state[64], link[64], pipe[64];
     assert_non_null(mkdtemp(folder));
     snprintf(state, sizeof state, "%s/state", folder);
@@ -272,26 +262,16 @@ static void saving_replaces_what_a_link_names_and_no_pipe(void **unused) {
     assert_true(S_ISLNK(attributes.st_mode));
     assert_ok(toliman_period_load_file(state, NULL, &loaded));
     assert_int_equal(count_of(loaded), 1);
-    assert_fails(toliman_period_save_file(period, pipe), TOLIMAN_E_WRITE, "regular file");
+    assert_refused(toliman_period_save_file(period, pipe), TOLIMAN_E_WRITE, pipe);
     assert_int_equal(lstat(pipe, &attributes), 0);
     assert_true(S_ISFIFO(attributes.st_mode));
-    assert_fails(toliman_period_save_file(period, folder), TOLIMAN_E_WRITE, "regular file");
-    toliman_period_destroy(loaded);
-    toliman_period_destroy(period);
+    assert_refused(toliman_period_save_file(period, folder), TOLIMAN_E_WRITE, folder);
+    toliman_period_destroy(loaded), toliman_period_destroy(period);
     unlink(pipe), unlink(link), unlink(state);
     assert_int_equal(rmdir(folder), 0); // no other file was left in the folder
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(long_streams_survive_saving),
-        cmocka_unit_test(pure_signal_row),
-        cmocka_unit_test(fit_recovers_parameters),
-        cmocka_unit_test(nu_ophiuchi),
-        cmocka_unit_test(defined_where_others_give_nan),
-        cmocka_unit_test(refusals_name_the_argument),
-        cmocka_unit_test(damaged_state_is_refused),
-        cmocka_unit_test(saving_replaces_what_a_link_names_and_no_pipe),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(long_streams_survive_saving), cmocka_unit_test(pure_signal_row),
+          cmocka_unit_test(fit_recovers_parameters), cmocka_unit_test(nu_ophiuchi),
+          cmocka_unit_test(defined_where_others_give_nan), cmocka_unit_test(refusals_name_the_argument),
+          cmocka_unit_test(damaged_state_is_refused), cmocka_unit_test(saving_replaces_what_a_link_names_and_no_pipe))

@@ -84,8 +84,7 @@ static double double_limb_power(double f, size_t n, double *bound, double *expec
     return power;
 }
 
-static void double_limb_sums_are_accurate_near_coincidence(void **unused) {
-    (void)unused;
+TEST(double_limb_sums_are_accurate_near_coincidence) {
     double bound, expected;
     even_times(256);
     for (int k = 9; k <= 14; k++) {
@@ -102,8 +101,7 @@ static void double_limb_sums_are_accurate_near_coincidence(void **unused) {
 }
 
 /* One night: from 3e-6 of a cycle to one and a half in steps of a factor 1.25, each with its own grid. */
-static void inaccurate_powers_are_flagged(void **unused) {
-    (void)unused;
+TEST(inaccurate_powers_are_flagged) {
     enum { kSamples = 60 };
     const double first = 2460000.3, span = 0.35;
     uint64_t state = 5;
@@ -145,8 +143,7 @@ static void inaccurate_powers_are_flagged(void **unused) {
 
 /* Half a thousandth of a cycle is too short for single-limb accumulators; double-limb ones fail if all times are equal.
  */
-static void double_limb_sums_are_flagged_later(void **unused) {
-    (void)unused;
+TEST(double_limb_sums_are_flagged_later) {
     two_clusters(200, 0.1);
     for (int double_limb = 0; double_limb < 2; double_limb++) {
         toliman_period *period = filled(1e-3, 1e-3, 50, double_limb ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0, 0, 200);
@@ -166,8 +163,7 @@ static void double_limb_sums_are_flagged_later(void **unused) {
 
 /* Nights over years, and an even series whose grid ends at 1/(2 step): single-limb accumulators are accurate enough for
  * both. */
-static void well_sampled_series_are_not_flagged(void **unused) {
-    (void)unused;
+TEST(well_sampled_series_are_not_flagged) {
     uint64_t state = 6;
     for (int even = 0; even < 2; even++) {
         const size_t n = even ? 256 : kMost;
@@ -192,12 +188,6 @@ static void well_sampled_series_are_not_flagged(void **unused) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(double_limb_sums_are_accurate_near_coincidence),
-        cmocka_unit_test(inaccurate_powers_are_flagged),
-        cmocka_unit_test(double_limb_sums_are_flagged_later),
-        cmocka_unit_test(well_sampled_series_are_not_flagged),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(double_limb_sums_are_accurate_near_coincidence),
+          cmocka_unit_test(inaccurate_powers_are_flagged), cmocka_unit_test(double_limb_sums_are_flagged_later),
+          cmocka_unit_test(well_sampled_series_are_not_flagged))

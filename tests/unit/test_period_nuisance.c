@@ -72,8 +72,7 @@ static void push(toliman_period *period, int i) {
     assert_ok(toliman_period_push_samples(period, &samples[i], rows[i], 1));
 }
 
-static void any_order_gives_the_same_bits(void **unused) {
-    (void)unused;
+TEST(any_order_gives_the_same_bits) {
     fill();
     const toliman_period_options options = options_for_rows();
     toliman_period *all = make(&options), *backward = make(&options), *half = make(&options), *none = make(&options);
@@ -94,8 +93,7 @@ static void any_order_gives_the_same_bits(void **unused) {
     toliman_period_destroy(none);
 }
 
-static void shards_and_saved_states_give_the_same_bits(void **unused) {
-    (void)unused;
+TEST(shards_and_saved_states_give_the_same_bits) {
     fill();
     const toliman_period_options options = options_for_rows();
     toliman_period *whole = make(&options), *merged = make(&options), *shards[kShards], *loaded = NULL;
@@ -110,8 +108,7 @@ static void shards_and_saved_states_give_the_same_bits(void **unused) {
         uint8_t *bytes = bytes_of(shards[(s * 29 + 3) % kShards], &size);
         assert_ok(toliman_period_load(bytes, size, NULL, &loaded));
         assert_ok(toliman_period_merge(merged, loaded));
-        toliman_period_destroy(loaded);
-        free(bytes);
+        toliman_period_destroy(loaded), free(bytes);
     }
     assert_same(merged, whole);
     for (int s = 0; s < kShards; s++)
@@ -120,8 +117,7 @@ static void shards_and_saved_states_give_the_same_bits(void **unused) {
 }
 
 /* Without nuisance functions the bytes are those of version 3; a file is loaded by the size in its header. */
-static void state_has_a_version(void **unused) {
-    (void)unused;
+TEST(state_has_a_version) {
     fill();
     toliman_period_options options = options_for_rows();
     toliman_period *period = make(&options), *loaded = NULL;
@@ -137,62 +133,56 @@ static void state_has_a_version(void **unused) {
     remove(path);
     for (size_t i = 0; i < 2900; i += 7) { /* every damage is found */
         bytes[i] ^= 1;
-        assert_fails(toliman_period_load(bytes, size, NULL, &loaded), TOLIMAN_E_FORMAT, "periodogram state: ");
+        assert_int_equal(toliman_period_load(bytes, size, NULL, &loaded), TOLIMAN_E_FORMAT);
         bytes[i] ^= 1;
     }
-    free(bytes);
-    toliman_period_destroy(period);
+    free(bytes), toliman_period_destroy(period);
     options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;
     period = make(&options);
     bytes = bytes_of(period, &size);
     assert_int_equal(bytes[4], 3);
-    free(bytes);
-    toliman_period_destroy(period);
+    free(bytes), toliman_period_destroy(period);
 }
 
-static void bad_options_are_refused(void **unused) {
-    (void)unused;
+TEST(bad_options_are_refused) {
     toliman_period *period = NULL;
-#define REFUSED(change, text)                                                                                          \
+#define REFUSED(change, field)                                                                                         \
     do {                                                                                                               \
         toliman_period_options options = options_for_rows();                                                           \
         change;                                                                                                        \
-        assert_fails(toliman_period_create(0.1, 0.1, 10, &options, &period), TOLIMAN_E_ARGUMENT, text);                \
+        assert_refused(toliman_period_create(0.1, 0.1, 10, &options, &period), TOLIMAN_E_ARGUMENT, field);             \
         assert_null(period);                                                                                           \
     } while (0)
-    REFUSED(options.trend = -1, "trend = -1: must be in [0, 8]");
-    REFUSED(options.trend = 9, "trend = 9: must be in [0, 8]");
-    REFUSED(options.columns = 30, "columns = 30: must be in [0, 29] with trend = 3");
-    REFUSED(options.columns = INT32_MAX, "columns = 2147483647: must be in [0, 29]");
-    REFUSED(options.trend_end = options.trend_start, "must be finite, the start before the end");
-    REFUSED(options.trend_start = NAN, "trend_start = nan");
-    REFUSED(options.trend = 0, "must be 0 without a trend");
-    REFUSED(options.column_bound[1] = -1, "column_bound[1] = -1");
-    REFUSED(options.column_bound[2] = 1, "column_bound[2] = 1: must be 0 with columns = 2");
-    REFUSED(options.prior_precision[0] = INFINITY, "prior_precision[0] = inf");
-    REFUSED(options.prior_precision[6] = 1, "prior_precision[6] = 1: must be 0 with 6 functions");
-    REFUSED(options.flags = TOLIMAN_PERIOD_FIXED_MEAN, "a fixed mean is not supported");
+    REFUSED(options.trend = -1, "trend");
+    REFUSED(options.trend = 9, "trend");
+    REFUSED(options.columns = 30, "columns");
+    REFUSED(options.columns = INT32_MAX, "columns");
+    REFUSED(options.trend_end = options.trend_start, "trend_start");
+    REFUSED(options.trend_start = NAN, "trend_start");
+    REFUSED(options.trend = 0, "trend_start");
+    REFUSED(options.column_bound[1] = -1, "column_bound[1]");
+    REFUSED(options.column_bound[2] = 1, "column_bound[2]");
+    REFUSED(options.prior_precision[0] = INFINITY, "prior_precision[0]");
+    REFUSED(options.prior_precision[6] = 1, "prior_precision[6]");
+    REFUSED(options.flags = TOLIMAN_PERIOD_FIXED_MEAN, "flags");
 #undef REFUSED
 }
 
-static void bad_samples_are_refused(void **unused) {
-    (void)unused;
+TEST(bad_samples_are_refused) {
     fill();
     toliman_period_options options = options_for_rows();
     toliman_period *period = make(&options), *other = NULL;
     const double t = samples[0].t, y = 1;
-    assert_fails(toliman_period_push(period, t, y, 1), TOLIMAN_E_ARGUMENT, "the periodogram has 2 columns");
-    assert_fails(toliman_period_push_many(period, &t, &y, NULL, 1), TOLIMAN_E_ARGUMENT,
-                 "the periodogram has 2 columns");
-    assert_fails(toliman_period_push_samples(period, samples, NULL, 1), TOLIMAN_E_ARGUMENT,
-                 "the periodogram has 2 columns");
-    assert_fails(toliman_period_push_samples(period, samples, NULL, 1), TOLIMAN_E_ARGUMENT, "rows");
+    assert_refused(toliman_period_push(period, t, y, 1), TOLIMAN_E_ARGUMENT, "rows");
+    assert_refused(toliman_period_push_many(period, &t, &y, NULL, 1), TOLIMAN_E_ARGUMENT, "rows");
+    assert_refused(toliman_period_push_samples(period, samples, NULL, 1), TOLIMAN_E_ARGUMENT, "rows");
+    assert_refused(toliman_period_push_samples(period, samples, NULL, 1), TOLIMAN_E_ARGUMENT, "rows");
     const double kept = rows[3][1];
     rows[3][1] = 8.5;
     assert_fails(toliman_period_push_samples(period, samples, rows[0], 9), TOLIMAN_E_RANGE,
                  "sample 3: rows: column 1 = 8.5: must be in [-8, 8]");
     rows[3][1] = NAN;
-    assert_fails(toliman_period_push_samples(period, samples, rows[0], 9), TOLIMAN_E_ARGUMENT, "column 1 = nan");
+    assert_refused(toliman_period_push_samples(period, samples, rows[0], 9), TOLIMAN_E_ARGUMENT, "rows");
     rows[3][1] = kept;
     samples[5].t = options.trend_end + 0.001;
     assert_fails(toliman_period_push_samples(period, samples, rows[0], 9), TOLIMAN_E_RANGE,
@@ -203,21 +193,20 @@ static void bad_samples_are_refused(void **unused) {
     assert_ok(toliman_period_push_samples(period, samples, rows[0], 9));
     options.prior_precision[5] = 5;
     other = make(&options);
-    assert_fails(toliman_period_merge(period, other), TOLIMAN_E_MISMATCH, "nuisance functions");
+    assert_refused(toliman_period_merge(period, other), TOLIMAN_E_MISMATCH, "");
     toliman_period_destroy(other);
     options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;
     options.flags = TOLIMAN_PERIOD_DOUBLE_LIMB;
     other = make(&options);
-    assert_fails(toliman_period_merge(period, other), TOLIMAN_E_MISMATCH, "nuisance functions");
-    assert_fails(toliman_period_merge(other, period), TOLIMAN_E_MISMATCH, "nuisance functions");
+    assert_refused(toliman_period_merge(period, other), TOLIMAN_E_MISMATCH, "");
+    assert_refused(toliman_period_merge(other, period), TOLIMAN_E_MISMATCH, "");
     double coefficients[kFunctions];
-    assert_fails(toliman_period_query_coefficients(other, 0, 1, coefficients, NULL), TOLIMAN_E_STATE, "no trend");
-    assert_fails(toliman_period_query_coefficients(period, 0, 5, coefficients, NULL), TOLIMAN_E_ARGUMENT,
-                 "must be 1 + trend + columns = 6");
+    assert_refused(toliman_period_query_coefficients(other, 0, 1, coefficients, NULL), TOLIMAN_E_STATE, "");
+    assert_refused(toliman_period_query_coefficients(period, 0, 5, coefficients, NULL), TOLIMAN_E_ARGUMENT, "count");
     assert_ok(toliman_period_query_coefficients(period, 0, 6, coefficients, NULL));
     assert_ok(toliman_period_retract_samples(period, &samples[8], rows[8], 1));
-    assert_fails(toliman_period_query_coefficients(period, 0, 6, coefficients, NULL), TOLIMAN_E_STATE,
-                 "needs at least 9 samples"); /* six functions, one with a prior: 5 + 4 */
+    assert_refused(toliman_period_query_coefficients(period, 0, 6, coefficients, NULL), TOLIMAN_E_STATE,
+                   ""); /* six functions, one with a prior: 5 + 4 */
     toliman_period_destroy(period), toliman_period_destroy(other);
 }
 
@@ -229,8 +218,7 @@ static toliman_period_info info_of(const toliman_period *period) {
 
 /* A trend of order 6: as many functions as different times, and with times close together only as many as 2^-40
  * distinguishes; a function with a prior is always in use. */
-static void functions_in_use_grow_with_the_samples(void **unused) {
-    (void)unused;
+TEST(functions_in_use_grow_with_the_samples) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.trend = 6;
     options.trend_end = 1000;
@@ -263,8 +251,7 @@ static void functions_in_use_grow_with_the_samples(void **unused) {
 }
 
 /* Times in nanoseconds have the position in the span of the trend of the same times as doubles. */
-static void times_in_nanoseconds_have_a_trend(void **unused) {
-    (void)unused;
+TEST(times_in_nanoseconds_have_a_trend) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.trend = 4;
     options.trend_end = 1 << 20;
@@ -279,14 +266,12 @@ static void times_in_nanoseconds_have_a_trend(void **unused) {
     }
     assert_same(doubles, integers);
     const toliman_period_sample late = sample_ns(78 + (INT64_C(1) << 30), 1, 1);
-    assert_fails(toliman_period_push_samples(integers, &late, NULL, 1), TOLIMAN_E_RANGE,
-                 "must be in the span of the trend");
+    assert_refused(toliman_period_push_samples(integers, &late, NULL, 1), TOLIMAN_E_RANGE, "t");
     toliman_period_destroy(doubles), toliman_period_destroy(integers);
 }
 
 /* Values that the functions describe have no power; a trend alone is not an alarm. */
-static void trend_has_no_power(void **unused) {
-    (void)unused;
+TEST(trend_has_no_power) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.trend = 3;
     options.trend_end = 1000;
@@ -297,7 +282,7 @@ static void trend_has_no_power(void **unused) {
         const double t = 3.125 * i, x = t / 500 - 1;
         assert_ok(toliman_period_push(period, t, 4 * x * x * x - 3 * x, 1)); /* exact: T_3 */
     }
-    assert_fails(toliman_period_query_peak(period, &peak), TOLIMAN_E_STATE, "functions alone do not describe");
+    assert_refused(toliman_period_query_peak(period, &peak), TOLIMAN_E_STATE, "");
     double power[kFrequencies];
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, kFrequencies, power));
     for (int k = 0; k < kFrequencies; k++)
@@ -309,16 +294,7 @@ static void trend_has_no_power(void **unused) {
     toliman_period_destroy(period);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_order_gives_the_same_bits),
-        cmocka_unit_test(shards_and_saved_states_give_the_same_bits),
-        cmocka_unit_test(state_has_a_version),
-        cmocka_unit_test(bad_options_are_refused),
-        cmocka_unit_test(bad_samples_are_refused),
-        cmocka_unit_test(functions_in_use_grow_with_the_samples),
-        cmocka_unit_test(times_in_nanoseconds_have_a_trend),
-        cmocka_unit_test(trend_has_no_power),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(any_order_gives_the_same_bits), cmocka_unit_test(shards_and_saved_states_give_the_same_bits),
+          cmocka_unit_test(state_has_a_version), cmocka_unit_test(bad_options_are_refused),
+          cmocka_unit_test(bad_samples_are_refused), cmocka_unit_test(functions_in_use_grow_with_the_samples),
+          cmocka_unit_test(times_in_nanoseconds_have_a_trend), cmocka_unit_test(trend_has_no_power))

@@ -36,8 +36,7 @@ static void fill(int n) {
     }
 }
 
-static void test_normalisations(void **unused) {
-    (void)unused;
+TEST(test_normalisations) {
     enum { N = 150 };
     fill(N);
     toliman_period *period = make(0.004, 0.001, kFrequencies, 0, N);
@@ -61,7 +60,7 @@ static void test_normalisations(void **unused) {
         assert_close(power[2][k], (double)-logq(residual), 1e-11, 1e-12);
         assert_close(power[3][k], (double)((1 - residual) * (__float128)reference / 2), 1e-11, 1e-10);
     }
-    assert_fails(toliman_period_query_power(period, 105, 0, 1, power[0]), TOLIMAN_E_ARGUMENT, "normalisation = 105");
+    assert_refused(toliman_period_query_power(period, 105, 0, 1, power[0]), TOLIMAN_E_ARGUMENT, "normalisation");
     toliman_period_destroy(period);
 
     /* A perfect fit: the other normalisations are finite. */
@@ -119,8 +118,7 @@ static void slow_model(int n, double f, int fixed_mean, __float128 x[3], __float
     x[0] += mean;
 }
 
-static void test_psd_of_a_perfect_fit(void **unused) {
-    (void)unused;
+TEST(test_psd_of_a_perfect_fit) {
     toliman_period *period = NULL;
     double power[3] = {7, 7, 7};
     assert_ok(toliman_period_create(0.1, 0.1, 3, NULL, &period));
@@ -133,8 +131,7 @@ static void test_psd_of_a_perfect_fit(void **unused) {
     toliman_period_destroy(period);
 }
 
-static void test_model(void **unused) {
-    (void)unused;
+TEST(test_model) {
     enum { N = 60 };
     fill(N);
     for (int fixed_mean = 0; fixed_mean < 2; fixed_mean++) {
@@ -157,18 +154,17 @@ static void test_model(void **unused) {
             assert_close(model.offset_error, (double)sqrtq(v[0][0]), 1e-9, 0);
         }
         toliman_period_model model = {.struct_size = sizeof model};
-        assert_fails(toliman_period_query_model(period, kFrequencies, &model), TOLIMAN_E_RANGE, "k = 400");
-        assert_fails(toliman_period_query_model(period, -1, &model), TOLIMAN_E_RANGE, "k = -1");
+        assert_refused(toliman_period_query_model(period, kFrequencies, &model), TOLIMAN_E_RANGE, "k");
+        assert_refused(toliman_period_query_model(period, -1, &model), TOLIMAN_E_RANGE, "k");
         toliman_period_destroy(period);
         period = make(0.004, 0.001, kFrequencies, 0, 0);
-        assert_fails(toliman_period_query_model(period, 1, &model), TOLIMAN_E_STATE, "at least five samples");
+        assert_refused(toliman_period_query_model(period, 1, &model), TOLIMAN_E_STATE, "");
         toliman_period_destroy(period);
     }
 }
 
 /* Even times at the Nyquist frequency: the sine vanishes, the cosine is fitted. */
-static void test_model_of_one_wave(void **unused) {
-    (void)unused;
+TEST(test_model_of_one_wave) {
     for (int i = 0; i < 40; i++) {
         times[i] = 51000 + i;
         values[i] = 2 + 0.5 * (i % 2 ? -1 : 1) + 0.01 * uniform(&state);
@@ -185,8 +181,7 @@ static void test_model_of_one_wave(void **unused) {
 }
 
 /* Samples at night only: a signal of 0.11/d has aliases at 1 - 0.11 and 1 + 0.11; a second signal has its own peak. */
-static void test_peaks_and_aliases(void **unused) {
-    (void)unused;
+TEST(test_peaks_and_aliases) {
     enum { N = 700, kWanted = 12 };
     state = 3;
     for (int i = 0; i < N; i++) {
@@ -222,16 +217,15 @@ static void test_peaks_and_aliases(void **unused) {
     assert_ok(toliman_period_query_peaks(period, peaks, 1, &count));
     assert_int_equal(count, 1);
     assert_true(peaks[0].frequency == highest.frequency);
-    assert_fails(toliman_period_query_peaks(period, peaks, 0, &count), TOLIMAN_E_ARGUMENT, "capacity = 0");
-    assert_fails(toliman_period_query_peaks(period, peaks, 65, &count), TOLIMAN_E_ARGUMENT, "capacity = 65");
+    assert_refused(toliman_period_query_peaks(period, peaks, 0, &count), TOLIMAN_E_ARGUMENT, "capacity");
+    assert_refused(toliman_period_query_peaks(period, peaks, 65, &count), TOLIMAN_E_ARGUMENT, "capacity");
     peaks[0].struct_size = 3;
-    assert_fails(toliman_period_query_peaks(period, peaks, 2, &count), TOLIMAN_E_ARGUMENT, "peaks");
+    assert_refused(toliman_period_query_peaks(period, peaks, 2, &count), TOLIMAN_E_ARGUMENT, "peaks->struct_size");
     toliman_period_destroy(period);
 }
 
 /* 800 daily samples: periods above 400 days are long; 1/yr +- 1/800 per day are periods from 251 to 672 days. */
-static void test_flags_of_slow_peaks(void **unused) {
-    (void)unused;
+TEST(test_flags_of_slow_peaks) {
     static const struct {
         double period, unit_ns;
         uint32_t flags;
@@ -265,13 +259,11 @@ static void test_flags_of_slow_peaks(void **unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_normalisations),
-        cmocka_unit_test(test_psd_of_a_perfect_fit),
-        cmocka_unit_test(test_model),
-        cmocka_unit_test(test_model_of_one_wave),
-        cmocka_unit_test(test_peaks_and_aliases),
-        cmocka_unit_test(test_flags_of_slow_peaks),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_normalisations),
+                                       cmocka_unit_test(test_psd_of_a_perfect_fit),
+                                       cmocka_unit_test(test_model),
+                                       cmocka_unit_test(test_model_of_one_wave),
+                                       cmocka_unit_test(test_peaks_and_aliases),
+                                       cmocka_unit_test(test_flags_of_slow_peaks)};
     return cmocka_run_group_tests_name("period_query", tests, NULL, NULL);
 }

@@ -21,8 +21,7 @@ static toliman_status suggest(const double *t, const double *y, const double *si
 
 enum { N = 1095 };
 
-static void daily_samples(void **state) {
-    (void)state;
+TEST(daily_samples) {
     static double t[N], y[N], sigma[N];
     for (int i = 0; i < N; i++) {
         t[i] = 100 + (N - 1 - i); /* in any order */
@@ -54,8 +53,7 @@ static void daily_samples(void **state) {
 
 /* The grid follows the differences of the times: regular samples with gaps to 1/(2 step), others to 5/(2 s) with the
  * s that 5 % of the differences do not exceed. Its cost is bounded. */
-static void grid_of_the_differences(void **state) {
-    (void)state;
+TEST(grid_of_the_differences) {
     enum { MOST = 131072, MANY = 1 << 20 };
     static double t[MANY];
     const struct {
@@ -102,8 +100,7 @@ static void grid_of_the_differences(void **state) {
 }
 
 /* Without a grid: the same options as with one, also where no grid can be suggested. */
-static void options_alone(void **state) {
-    (void)state;
+TEST(options_alone) {
     const double t[] = {7, 7e9, 6, 7}, y[] = {1, -4, 2, 2}, sigma[] = {1, 2, 0.5, 1};
     for (int mission = 0; mission < 2; mission++) {
         Suggestion whole, alone = {.options = TOLIMAN_PERIOD_OPTIONS_INIT};
@@ -119,8 +116,7 @@ static void options_alone(void **state) {
 }
 
 /* create() and every push accept the suggestion, and the search finds the period. */
-static void search_with_the_suggestion(void **state) {
-    (void)state;
+TEST(search_with_the_suggestion) {
     enum { M = 200 };
     double t[M], y[M], sigma[M];
     uint64_t random = 1;
@@ -145,34 +141,22 @@ static void search_with_the_suggestion(void **state) {
     toliman_period_destroy(period);
 }
 
-static void invalid_arguments_are_refused(void **state) {
-    (void)state;
+TEST(invalid_arguments_are_refused) {
     const double t[] = {1, 2, 3}, same[] = {1, 1, 1}, bad[] = {1, NAN, 2}, none[] = {1, 0, 1};
     const double wide[] = {1e-5, 1, 1e5};
     Suggestion s = {.f0 = -1, .nf = -1};
-    assert_fails(suggest(same, NULL, NULL, 3, 0, &s), TOLIMAN_E_STATE, "must have at least two distinct times");
-    assert_fails(suggest(NULL, NULL, NULL, 0, 0, &s), TOLIMAN_E_STATE,
-                 "n = 0: must be at least 1 without mission_span");
-    assert_fails(suggest(bad, NULL, NULL, 3, 0, &s), TOLIMAN_E_ARGUMENT, "sample 1: t = nan");
-    assert_fails(suggest(t, bad, NULL, 3, 0, &s), TOLIMAN_E_ARGUMENT, "sample 1: y = nan");
-    assert_fails(suggest(t, t, none, 3, 0, &s), TOLIMAN_E_ARGUMENT, "sample 1: sigma = 0");
-    assert_fails(suggest(t, t, wide, 3, 0, &s), TOLIMAN_E_RANGE, "sigma_ceiling");
-    assert_fails(suggest(t, NULL, NULL, 3, -1, &s), TOLIMAN_E_ARGUMENT, "mission_span = -1");
-    assert_fails(suggest(t, NULL, NULL, 3, NAN, &s), TOLIMAN_E_ARGUMENT, "mission_span = nan");
-    assert_fails(toliman_period_suggest(t, NULL, NULL, 3, 0, NULL, &s.df, &s.nf, NULL), TOLIMAN_E_ARGUMENT,
-                 "f0 is NULL");
-    assert_fails(toliman_period_suggest(NULL, NULL, NULL, 3, 0, &s.f0, &s.df, &s.nf, NULL), TOLIMAN_E_ARGUMENT,
-                 "t is NULL");
+    assert_refused(suggest(same, NULL, NULL, 3, 0, &s), TOLIMAN_E_STATE, "t");
+    assert_refused(suggest(NULL, NULL, NULL, 0, 0, &s), TOLIMAN_E_STATE, "n");
+    assert_refused(suggest(bad, NULL, NULL, 3, 0, &s), TOLIMAN_E_ARGUMENT, "t");
+    assert_refused(suggest(t, bad, NULL, 3, 0, &s), TOLIMAN_E_ARGUMENT, "y");
+    assert_refused(suggest(t, t, none, 3, 0, &s), TOLIMAN_E_ARGUMENT, "sigma");
+    assert_refused(suggest(t, t, wide, 3, 0, &s), TOLIMAN_E_RANGE, "sigma_ceiling");
+    assert_refused(suggest(t, NULL, NULL, 3, -1, &s), TOLIMAN_E_ARGUMENT, "mission_span");
+    assert_refused(suggest(t, NULL, NULL, 3, NAN, &s), TOLIMAN_E_ARGUMENT, "mission_span");
+    assert_refused(toliman_period_suggest(t, NULL, NULL, 3, 0, NULL, &s.df, &s.nf, NULL), TOLIMAN_E_ARGUMENT, "f0");
+    assert_refused(toliman_period_suggest(NULL, NULL, NULL, 3, 0, &s.f0, &s.df, &s.nf, NULL), TOLIMAN_E_ARGUMENT, "t");
     assert_true(s.f0 == -1 && s.nf == -1);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(daily_samples),
-        cmocka_unit_test(grid_of_the_differences),
-        cmocka_unit_test(options_alone),
-        cmocka_unit_test(search_with_the_suggestion),
-        cmocka_unit_test(invalid_arguments_are_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(daily_samples), cmocka_unit_test(grid_of_the_differences), cmocka_unit_test(options_alone),
+          cmocka_unit_test(search_with_the_suggestion), cmocka_unit_test(invalid_arguments_are_refused))

@@ -10,12 +10,10 @@ enum { N = 64, SIDE = 32, PIXELS = SIDE * SIDE };
 /* The single star, 1e6 photons at the detector, with `telescope` added to its telescope, at (ox, oy) px. */
 static toliman_sim *star_with(const char *telescope, double ox, double oy) {
     char place[60], optics[400];
-    snprintf(place, sizeof place, "\"A\": [%.17g, %.17g]", ox, oy);
-    snprintf(optics, sizeof optics, "%s\"aperture_m\"", telescope);
-    char *text = replaced(kSingleScene, "\"A\": [0, 0]", place);
-    text = replaced_again(text, "\"aperture_m\"", optics);
-    text = replaced_again(text, "\"peak_photons\": 1e6", "\"exposure_s\": 1");
-    text = replaced_again(text, "5790}}", "5790}, \"photons_per_s\": 1e6}");
+    snprintf(place, sizeof place, "'A': [%.17g, %.17g]", ox, oy);
+    snprintf(optics, sizeof optics, "%s'aperture_m'", telescope);
+    char *text = EDITED(kSingleScene, {"'A': [0, 0]", place}, {"'aperture_m'", optics},
+                        {"'peak_photons': 1e6", "'exposure_s': 1"}, {"5790}}", "5790}, 'photons_per_s': 1e6}"});
     toliman_sim *sim = NULL;
     assert_ok(create_in_folder(text, &sim));
     free(text);
@@ -31,7 +29,7 @@ static double *image_with(const char *telescope, double ox, double oy) {
 
 static double *image_with_zernike(int noll, double rms_nm) {
     char telescope[100];
-    snprintf(telescope, sizeof telescope, "\"aberrations\": {\"zernike_rms_nm\": {\"%d\": %.17g}}, ", noll, rms_nm);
+    snprintf(telescope, sizeof telescope, "'aberrations': {'zernike_rms_nm': {'%d': %.17g}}, ", noll, rms_nm);
     return image_with(telescope, 0, 0);
 }
 
@@ -41,14 +39,12 @@ static void assert_same(double *image, double *expected, double rtol_of_peak) {
         peak = fmax(peak, expected[i]);
     for (int i = 0; i < PIXELS; i++)
         assert_close(image[i], expected[i], 0, rtol_of_peak * peak);
-    free(image);
-    free(expected);
+    free(image), free(expected);
 }
 
 /* Noll 2 of rms a is OPD = 2 a x/(D/2) = (4 a/D) x; a star ox px to higher columns has OPD = ox p x. So ox = 4 a/(D p):
  * positive a moves to higher columns. Noll 3 is the same for rows. */
-static void tilt_moves_the_image(void **state) {
-    (void)state;
+TEST(tilt_moves_the_image) {
     const double rms_nm = 90.9, px = 4 * rms_nm * 1e-9 / (kAperture * kPixel);
     assert_close(px, 3, 1e-3, 0);
     assert_same(image_with_zernike(2, rms_nm), image_with("", px, 0), 1e-12);
@@ -62,14 +58,12 @@ static void tilt_moves_the_image(void **state) {
             centre += (moved[(row + 3) * SIDE + col] - still[row * SIDE + col]);
         }
     assert_close(centre / light, 0, 0, 1e-3); /* up by three rows */
-    free(moved);
-    free(still);
+    free(moved), free(still);
 }
 
 /* A defocus of either sign gives the same symmetric image. With u = r^2 the axis keeps (sin x/x)^2 of its light, x = 2
  * pi sqrt(3) a/lambda: OPD = sqrt(3) a (2u - 1). */
-static void defocus_is_symmetric(void **state) {
-    (void)state;
+TEST(defocus_is_symmetric) {
     const double rms_nm = 60, x = 2 * M_PI * sqrt(3) * rms_nm * 1e-9 / kWavelength;
     assert_same(image_with_zernike(4, rms_nm), image_with_zernike(4, -rms_nm), 1e-13);
     double *const image = image_with_zernike(4, rms_nm);
@@ -79,23 +73,21 @@ static void defocus_is_symmetric(void **state) {
             assert_close(image[row * SIDE + col], image[(SIDE - 1 - row) * SIDE + col], 1e-12, 1e-9);
         }
     free(image);
-    const char *const defocus = "\"aberrations\": {\"zernike_rms_nm\": {\"4\": 60}}, ";
+    const char *const defocus = "'aberrations': {'zernike_rms_nm': {'4': 60}}, ";
     double *const sharp = image_with("", 0.5, 0.5), *const blurred = image_with(defocus, 0.5, 0.5);
     const int axis = SIDE / 2 * SIDE + SIDE / 2;
     assert_close(blurred[axis] / sharp[axis], sin(x) / x * sin(x) / x, 1e-3, 0);
-    free(sharp);
-    free(blurred);
+    free(sharp), free(blurred);
 }
 
 /* A weak aberration reduces the peak by the fraction (2 pi a/lambda)^2, whichever Zernike term it is (Marechal): the
  * coefficients are rms values. */
-static void coefficients_are_rms(void **state) {
-    (void)state;
+TEST(coefficients_are_rms) {
     double *const sharp = image_with("", 0.5, 0.5);
     const int axis = SIDE / 2 * SIDE + SIDE / 2;
     for (int noll = 4; noll <= 21; noll++) {
         char telescope[100];
-        snprintf(telescope, sizeof telescope, "\"aberrations\": {\"zernike_rms_nm\": {\"%d\": 4}}, ", noll);
+        snprintf(telescope, sizeof telescope, "'aberrations': {'zernike_rms_nm': {'%d': 4}}, ", noll);
         double *const image = image_with(telescope, 0.5, 0.5);
         const double phase = 2 * M_PI * 4e-9 / kWavelength;
         assert_close(1 - image[axis] / sharp[axis], phase * phase, 0.03, 0);
@@ -128,11 +120,10 @@ static double surface_height(double x, double y) {
     return 40e-9 * sin(7 * x + 1) * cos(5 * y) + 30e-9 * x * x * x;
 }
 
-static const char *const kAmplitude = "\"amplitude\": {\"file\": \"amplitude.npy\"}, ";
+static const char *const kAmplitude = "'amplitude': {'file': 'amplitude.npy'}, ";
 
 /* Intensity is a fraction of the light that passes the pupil, so a uniform loss changes only the pupil. */
-static void even_loss_changes_nothing(void **state) {
-    (void)state;
+TEST(even_loss_changes_nothing) {
     static double open[N * N], grey[N * N];
     write_map("amplitude.npy", half);
     toliman_sim *const lossy = star_with(kAmplitude, 1, 2), *const clear = star_with("", 1, 2);
@@ -142,32 +133,28 @@ static void even_loss_changes_nothing(void **state) {
         assert_close(grey[i], 0.5 * open[i], 0, 0);
     assert_same(image_of(lossy, TOLIMAN_SIM_IMAGE_BOTH), image_of(clear, TOLIMAN_SIM_IMAGE_BOTH), 1e-14);
     assert_close(sim_bounds_of(lossy).crb_px, sim_bounds_of(clear).crb_px, 1e-12, 0);
-    toliman_sim_destroy(lossy);
-    toliman_sim_destroy(clear);
+    toliman_sim_destroy(lossy), toliman_sim_destroy(clear);
 }
 
 /* A soft pupil edge has no far wings, so nearly all light falls in the frame and the intensities sum to 1. */
-static void light_sums_to_one(void **state) {
-    (void)state;
+TEST(light_sums_to_one) {
     write_map("amplitude.npy", soft);
     toliman_sim *const sim = star_with(kAmplitude, 0, 0), *const hard = star_with("", 0, 0);
     assert_close(sim_info_of(sim).total_photons, 1e6, 3e-3, 0);
     assert_true(sim_info_of(hard).total_photons < 0.97e6); /* the wings of a hard edge extend further */
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(hard);
+    toliman_sim_destroy(sim), toliman_sim_destroy(hard);
 }
 
 /* The formula of sim.h, summed directly in long double: mask, Zernike polynomials and both files together. */
-static void everything_adds(void **state) {
-    (void)state;
+TEST(everything_adds) {
     static double amplitude[N * N], opd[N * N], clear[N * N];
     write_map("amplitude.npy", soft);
     write_map("surface.npy", surface_height);
     const char *const optics =
-        "\"amplitude\": {\"file\": \"amplitude.npy\"},"
-        " \"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"height_nm\": 80, \"terms\": [{\"a\": 1, \"m\": 1}]},"
-        " \"aberrations\": {\"zernike_rms_nm\": {\"6\": 25, \"9\": -10, \"11\": 5},"
-        " \"opd_file\": \"surface.npy\"}, ";
+        "'amplitude': {'file': 'amplitude.npy'},"
+        " 'mask': {'kind': 'spiral', 'edges': 'cell', 'height_nm': 80, 'terms': [{'a': 1, 'm': 1}]},"
+        " 'aberrations': {'zernike_rms_nm': {'6': 25, '9': -10, '11': 5},"
+        " 'opd_file': 'surface.npy'}, ";
     toliman_sim *const sim = star_with(optics, -2.5, 1.25), *const plain = star_with("", 0, 0);
     double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
     double sum = 0;
@@ -197,16 +184,13 @@ static void everything_adds(void **state) {
             1e6 * scale * scale / sum * (double)(creall(field) * creall(field) + cimagl(field) * cimagl(field));
         assert_close(image[pixel], expected, 0, 1e-10 * 1e6 * scale * scale * sum);
     }
-    free(image);
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(plain);
+    free(image), toliman_sim_destroy(sim), toliman_sim_destroy(plain);
 }
 
 /* A stepped mirror of height h equals a mask of OPD 2 h. */
-static void mirror_heights_count_twice(void **state) {
-    (void)state;
-    const char *const mask = "\"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"%s\": %s, \"terms\": [{\"a\": 1, "
-                             "\"f\": 3, \"m\": 2}]}, ";
+TEST(mirror_heights_count_twice) {
+    const char *const mask = "'mask': {'kind': 'spiral', 'edges': 'cell', '%s': %s, 'terms': [{'a': 1, "
+                             "'f': 3, 'm': 2}]}, ";
     char step[200], mirror[200];
     snprintf(step, sizeof step, mask, "opd_nm", "275");
     snprintf(mirror, sizeof mirror, mask, "height_nm", "137.5");
@@ -215,10 +199,9 @@ static void mirror_heights_count_twice(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(tilt_moves_the_image),       cmocka_unit_test(defocus_is_symmetric),
-        cmocka_unit_test(coefficients_are_rms),       cmocka_unit_test(even_loss_changes_nothing),
-        cmocka_unit_test(light_sums_to_one),          cmocka_unit_test(everything_adds),
-        cmocka_unit_test(mirror_heights_count_twice),
-    };
+        cmocka_unit_test(tilt_moves_the_image),      cmocka_unit_test(defocus_is_symmetric),
+        cmocka_unit_test(coefficients_are_rms),      cmocka_unit_test(even_loss_changes_nothing),
+        cmocka_unit_test(light_sums_to_one),         cmocka_unit_test(everything_adds),
+        cmocka_unit_test(mirror_heights_count_twice)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

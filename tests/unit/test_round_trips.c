@@ -6,7 +6,7 @@
 
 enum { MOST_GRID = 24, MOST_SAMPLES = 40, PLANES = 4 };
 
-static uint64_t objects = 20000, draws = 1;
+static uint64_t objects = 5000, draws = 1;
 
 /* A magnitude between 1e-`digits` and 1e`digits`, of either sign. */
 static double any_number(int digits) {
@@ -31,8 +31,7 @@ static toliman_period *any_period(void) {
     return period;
 }
 
-static void periodograms(void **unused) {
-    (void)unused;
+TEST(periodograms) {
     static unsigned char bytes[STATE_CAPACITY], again[STATE_CAPACITY];
     int64_t samples = 0;
     for (uint64_t object = 0; object < objects; object++) {
@@ -44,8 +43,7 @@ static void periodograms(void **unused) {
         assert_int_equal(size, size_again);
         assert_memory_equal(bytes, again, size);
         samples += count_of(period);
-        toliman_period_destroy(period);
-        toliman_period_destroy(loaded);
+        toliman_period_destroy(period), toliman_period_destroy(loaded);
     }
     assert_true(samples > (int64_t)objects);
     print_message("%llu periodograms of %lld samples\n", (unsigned long long)objects, (long long)samples);
@@ -59,8 +57,7 @@ static void fill(float *numbers, size_t count) {
     }
 }
 
-static void networks(void **unused) {
-    (void)unused;
+TEST(networks) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     toliman_cae *cae = make_cae(sim, 1, 0, NULL);
     toliman_sim_destroy(sim);
@@ -68,7 +65,7 @@ static void networks(void **unused) {
     uint8_t *blob = saved(cae, &size);
     toliman_cae_destroy(cae);
     float *weights = malloc(kParameters * sizeof *weights), *planes = malloc(PLANES * kPixels * sizeof *planes);
-    const uint64_t count = objects / 10000;
+    const uint64_t count = 1 + objects / 10000;
     for (uint64_t object = 0; object < count; object++) {
         fill(weights, kParameters);
         fill(planes, PLANES * kPixels);
@@ -99,12 +96,11 @@ static size_t contents(const char *path, unsigned char *bytes, size_t capacity) 
 }
 
 /* A folder that is opened and saved: no byte of its three files changes. */
-static void folders(void **unused) {
-    (void)unused;
+TEST(folders) {
     enum { CAPACITY = 1 << 16 };
     static unsigned char before[CAPACITY], after[CAPACITY];
     const char *const files[] = {ledger, checkpoint, setup};
-    const uint64_t count = objects / 2000;
+    const uint64_t count = objects / 1000;
     for (uint64_t object = 0; object < count; object++) {
         toliman_track_options options = small_options(folder);
         options.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;
@@ -136,10 +132,6 @@ static void folders(void **unused) {
 int main(void) {
     const char *given = getenv("TOLIMAN_OBJECTS");
     objects = given != NULL ? (uint64_t)atoll(given) : objects;
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(periodograms),
-        cmocka_unit_test(networks),
-        cmocka_unit_test_setup_teardown(folders, set_up, tear_down),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(periodograms), cmocka_unit_test(networks), in_folder(folders)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

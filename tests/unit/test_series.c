@@ -41,9 +41,10 @@ static void assert_sample(toliman_series *series, const char *line, double t, do
         fail_msg("%s: %.17g, %.17g, %.17g", line, sample.t, sample.y, sample.sigma);
 }
 
-/* The lines before are valid; the last one has this status and message. */
-static void assert_lines_fail(toliman_series_options options, const char *const *lines, toliman_status status,
-                              const char *message) {
+/* The lines before are valid; the last one has this status and field, and its line in
+ * the message. */
+static void assert_line_refused(toliman_series_options options, const char *const *lines, toliman_status status,
+                                const char *field) {
     toliman_series *series = made(options);
     toliman_series_sample sample;
     int64_t count = 0;
@@ -52,11 +53,11 @@ static void assert_lines_fail(toliman_series_options options, const char *const 
     toliman_series_sample before = TOLIMAN_SERIES_SAMPLE_INIT;
     before.t = 7;
     toliman_series_sample after = before;
-    assert_int_equal(toliman_series_parse(series, lines[count], strlen(lines[count]), &after), status);
+    char place[20];
+    snprintf(place, sizeof place, "rv.csv:%d:", (int)count + 1);
+    assert_refused(toliman_series_parse(series, lines[count], strlen(lines[count]), &after), status, field);
+    assert_memory_equal(place, toliman_last_error(), strlen(place));
     assert_memory_equal(&after, &before, sizeof after);
-    if (strstr(toliman_last_error(), message) != toliman_last_error())
-        fail_msg("%s, not %s", toliman_last_error(), message);
-    assert_non_null(strstr(toliman_last_error(), toliman_last_error_field()));
     assert_int_equal(info_of(series).lines, count + (status == TOLIMAN_E_FORMAT));
     toliman_series_destroy(series);
 }
@@ -77,8 +78,7 @@ static toliman_series_options times(int32_t format, int32_t scale) {
     return options;
 }
 
-static void separators(void **unused) {
-    (void)unused;
+TEST(separators) {
     const char *const between[] = {",", ";", " ", "\t", "  \t ", ", ", " ; "};
     for (size_t k = 0; k < 2 * sizeof between / sizeof *between; k++) {
         char line[80];
@@ -105,8 +105,7 @@ static void separators(void **unused) {
     }
 }
 
-static void names(void **unused) {
-    (void)unused;
+TEST(names) {
     toliman_series *series = made(columns("BJD, RV ,err"));
     assert_nothing(series, "\xef\xbb\xbf"
                            "RV,note,err,BJD\n");
@@ -118,65 +117,52 @@ static void names(void **unused) {
     series = made(kDefault); /* a quoted first line is data */
     assert_sample(series, "\"1\",\"2\"\n", 1, 2, 0);
     toliman_series_destroy(series);
-    assert_lines_fail(columns("t,z"), LINES("t,y,sigma"), TOLIMAN_E_MISMATCH,
-                      "rv.csv:1: has no column z among t,y,sigma");
-    assert_lines_fail(kDefault, LINES("# a", "when,what"), TOLIMAN_E_MISMATCH,
-                      "rv.csv:2: has no column t among when,what");
-    assert_lines_fail(columns("t,y"), LINES("1,2"), TOLIMAN_E_MISMATCH,
-                      "rv.csv:1: has no column names: the first line must name t,y");
+    assert_line_refused(columns("t,z"), LINES("t,y,sigma"), TOLIMAN_E_MISMATCH, "z");
+    assert_line_refused(kDefault, LINES("# a", "when,what"), TOLIMAN_E_MISMATCH, "t");
+    assert_line_refused(columns("t,y"), LINES("1,2"), TOLIMAN_E_MISMATCH, "rv.csv");
 }
 
-static void objects(void **unused) {
-    (void)unused;
+TEST(objects) {
     toliman_series *series = made(kDefault);
     assert_sample(series, " {\"t\": 1, \"frame\": [7], \"y\": 2, \"sigma\": 3}\n", 1, 2, 3);
     assert_sample(series, "{\"sigma\": 1e98, \"y\": -1e98, \"t\": 1e-300}", 1e-300, -1e98, 1e98);
     assert_int_equal(info_of(series).truncated, 0);
     toliman_series_destroy(series);
     const char *const first = "{\"t\": 1, \"y\": 2, \"sigma\": 3}";
-    assert_lines_fail(kDefault, LINES(first, "3,4"), TOLIMAN_E_FORMAT,
-                      "rv.csv:2: is not a JSON object: the lines before are");
-    assert_lines_fail(kDefault, LINES("1,2", first), TOLIMAN_E_FORMAT,
-                      "rv.csv:2: is a JSON object: the lines before are not");
-    assert_lines_fail(kDefault, LINES(first, "{\"t\": 1, \"y\": 2}"), TOLIMAN_E_FORMAT,
-                      "rv.csv:2: has other keys than the lines before: either all or none must have sigma");
-    assert_lines_fail(kDefault, LINES("{\"t\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: y: must be a number");
-    assert_lines_fail(kDefault, LINES("{\"y\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: t: must be a number");
-    assert_lines_fail(kDefault, LINES("{\"t\": \"1\", \"y\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: t: must be a number");
-    assert_lines_fail(kDefault, LINES("{\"t\": 1, \"y\": \"x\"}"), TOLIMAN_E_FORMAT, "rv.csv:1: y: must be a number");
-    assert_lines_fail(kDefault, LINES("{\"t\": 1, \"y\": 2, \"sigma\": -1}"), TOLIMAN_E_FORMAT,
-                      "rv.csv:1: sigma = -1: must be in [1e-98, 1e98]");
-    assert_lines_fail(kDefault, LINES("{\"t\": 1, \"y\": 2} 3"), TOLIMAN_E_FORMAT,
-                      "rv.csv:1: is not a JSON object: column ");
-    assert_lines_fail(kDefault, LINES("{\"t\": 1, \"y\": 1e999}"), TOLIMAN_E_FORMAT, "rv.csv:1: is not a JSON object");
-    assert_lines_fail(columns("t,v"), LINES("{\"t\": 1, \"y\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: v: must be a number");
+    assert_line_refused(kDefault, LINES(first, "3,4"), TOLIMAN_E_FORMAT, "rv.csv");
+    assert_line_refused(kDefault, LINES("1,2", first), TOLIMAN_E_FORMAT, "rv.csv");
+    assert_line_refused(kDefault, LINES(first, "{\"t\": 1, \"y\": 2}"), TOLIMAN_E_FORMAT, "rv.csv");
+    assert_line_refused(kDefault, LINES("{\"t\": 1}"), TOLIMAN_E_FORMAT, "y");
+    assert_line_refused(kDefault, LINES("{\"y\": 1}"), TOLIMAN_E_FORMAT, "t");
+    assert_line_refused(kDefault, LINES("{\"t\": \"1\", \"y\": 1}"), TOLIMAN_E_FORMAT, "t");
+    assert_line_refused(kDefault, LINES("{\"t\": 1, \"y\": \"x\"}"), TOLIMAN_E_FORMAT, "y");
+    assert_line_refused(kDefault, LINES("{\"t\": 1, \"y\": 2, \"sigma\": -1}"), TOLIMAN_E_FORMAT, "sigma");
+    assert_line_refused(kDefault, LINES("{\"t\": 1, \"y\": 2} 3"), TOLIMAN_E_FORMAT, "rv.csv");
+    assert_line_refused(kDefault, LINES("{\"t\": 1, \"y\": 1e999}"), TOLIMAN_E_FORMAT, "rv.csv");
+    assert_line_refused(columns("t,v"), LINES("{\"t\": 1, \"y\": 1}"), TOLIMAN_E_FORMAT, "v");
 }
 
-static void malformed(void **unused) {
-    (void)unused;
+TEST(malformed) {
     const struct {
-        const char *lines[3], *message;
-    } cases[] = {
-        {{"t,y", "2,three"}, "rv.csv:2: y = \"three\": must be a finite number"},
-        {{"1,1e999"}, "rv.csv:1: y = \"1e999\": must be a finite number"},
-        {{"nan,inf"}, "rv.csv:1: t = \"nan\": must be a finite number"},
-        {{"1,2,1", "2,3,0"}, "rv.csv:2: sigma = \"0\": must be in [1e-98, 1e98]"},
-        {{"1,2,1", "2,3,1e-99"}, "rv.csv:2: sigma = \"1e-99\": must be in [1e-98, 1e98]"},
-        {{"1,2", "-1e99,1"}, "rv.csv:2: t = \"-1e99\": must be in [-1e98, 1e98]"},
-        {{"1,2,1", "2,3"}, "rv.csv:2: has 2 columns: the lines before have 3"},
-        {{"5"}, "rv.csv:1: has 1 column, separated by white space: must be t,y or t,y,sigma, or "},
-        {{"1 2", "2,3"}, "rv.csv:2: has columns separated by commas: the lines before have white space"},
-        {{"1;2", "2 3"}, "rv.csv:2: has columns separated by white space: the lines before have semicolons"},
-        {{"t,y", "1;2"}, "rv.csv:2: has columns separated by semicolons: the lines before have commas"},
-        {{"1 2 3", "2, 3, 4"}, "rv.csv:2: t = \"2,\": must be a finite number; columns are separated by white space"},
-        {{"t;y", "1.5;2,25"},
-         "rv.csv:2: y = \"2,25\": must be a finite number with a decimal point, not a decimal comma"},
-        {{"1,5 2,5 3"}, "rv.csv:1: y = \"5 2\": must be a finite number; columns are separated by commas"},
-        {{"0,1", "2 ,1\t5"}, "rv.csv:2: y = \"1?5\": must be a finite number; columns are separated by commas"},
-        {{"1,2\n3,4\n"}, "rv.csv:1: y = \"2?3\": must be a finite number"},
-    };
+        const char *lines[3], *field;
+    } cases[] = {{{"t,y", "2,three"}, "y"},
+                 {{"1,1e999"}, "y"},
+                 {{"nan,inf"}, "t"},
+                 {{"1,2,1", "2,3,0"}, "sigma"},
+                 {{"1,2,1", "2,3,1e-99"}, "sigma"},
+                 {{"1,2", "-1e99,1"}, "t"},
+                 {{"1,2,1", "2,3"}, "rv.csv"},
+                 {{"5"}, "rv.csv"},
+                 {{"1 2", "2,3"}, "rv.csv"},
+                 {{"1;2", "2 3"}, "rv.csv"},
+                 {{"t,y", "1;2"}, "rv.csv"},
+                 {{"1 2 3", "2, 3, 4"}, "t"},
+                 {{"t;y", "1.5;2,25"}, "y"},
+                 {{"1,5 2,5 3"}, "y"},
+                 {{"0,1", "2 ,1\t5"}, "y"},
+                 {{"1,2\n3,4\n"}, "y"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
-        assert_lines_fail(kDefault, cases[i].lines, TOLIMAN_E_FORMAT, cases[i].message);
+        assert_line_refused(kDefault, cases[i].lines, TOLIMAN_E_FORMAT, cases[i].field);
     toliman_series *series = made(kDefault);
     toliman_series_sample sample = TOLIMAN_SERIES_SAMPLE_INIT;
     assert_int_equal(toliman_series_parse(series, "1,2\0junk", 8, &sample), TOLIMAN_E_FORMAT);
@@ -186,8 +172,7 @@ static void malformed(void **unused) {
     toliman_series_destroy(series);
 }
 
-static void numbers(void **unused) {
-    (void)unused;
+TEST(numbers) {
     toliman_series *series = made(kDefault);
     assert_sample(series, "0x1.8p3,-0X1p-2,+0x1p+1", 12, -0.25, 2);
     assert_sample(series, "1e-400,-1e-310,+1.5e+1", 0, -1e-310, 15);
@@ -200,8 +185,7 @@ static void numbers(void **unused) {
 }
 
 /* Far beyond the range of double, as strtod reads them: with an exponent of either sign behind many digits. */
-static void numbers_of_any_length(void **unused) {
-    (void)unused;
+TEST(numbers_of_any_length) {
     static const struct {
         const char *before, digit, *after;
     } kinds[] = {
@@ -238,8 +222,7 @@ static void numbers_of_any_length(void **unused) {
         }
 }
 
-static void lengths(void **unused) {
-    (void)unused;
+TEST(lengths) {
     static char line[65539];
     toliman_series *series = NULL;
     toliman_series_sample sample = TOLIMAN_SERIES_SAMPLE_INIT;
@@ -256,8 +239,7 @@ static void lengths(void **unused) {
     toliman_series_destroy(series);
 }
 
-static void truncated_lines(void **unused) {
-    (void)unused;
+TEST(truncated_lines) {
     toliman_series *series = made(kDefault);
     assert_sample(series, "1,2\n", 1, 2, 0);
     assert_int_equal(info_of(series).truncated, 0);
@@ -266,9 +248,8 @@ static void truncated_lines(void **unused) {
     toliman_series_destroy(series);
     toliman_series_options growing = kDefault;
     growing.flags = TOLIMAN_SERIES_GROWING;
-    const char *const message = "rv.csv:2: has no newline at its end and may be truncated";
-    assert_lines_fail(growing, LINES("1,2\n", "2,3"), TOLIMAN_E_FORMAT, message);
-    assert_lines_fail(growing, LINES("# from now on\n", "{\"t\": 1, \"y\": 2}"), TOLIMAN_E_FORMAT, message);
+    assert_line_refused(growing, LINES("1,2\n", "2,3"), TOLIMAN_E_FORMAT, "rv.csv");
+    assert_line_refused(growing, LINES("# from now on\n", "{\"t\": 1, \"y\": 2}"), TOLIMAN_E_FORMAT, "rv.csv");
     series = made(growing);
     assert_nothing(series, "# the end");
     toliman_series_destroy(series);
@@ -284,8 +265,7 @@ enum {
 };
 
 /* Time(text, scale="utc").tai.mjd of astropy 5.2; the other scales remain. */
-static void dates_and_days(void **unused) {
-    (void)unused;
+TEST(dates_and_days) {
     const struct {
         toliman_series_options options;
         const char *names, *line;
@@ -333,21 +313,15 @@ static void dates_and_days(void **unused) {
     toliman_series_destroy(series);
 }
 
-static void bad_times(void **unused) {
-    (void)unused;
-    assert_lines_fail(kDefault, LINES("2028-03-01,1", "2028-02-30,2"), TOLIMAN_E_FORMAT,
-                      "rv.csv:2: t: text = \"2028-02-30\": must be YYYY-MM-DD");
-    assert_lines_fail(kDefault, LINES("2028-03-01,1", "61832,2"), TOLIMAN_E_FORMAT, "rv.csv:2: t: text = \"61832\": ");
-    assert_lines_fail(kDefault, LINES("61832,1", "2028-03-01,2"), TOLIMAN_E_FORMAT,
-                      "rv.csv:2: t = \"2028-03-01\": must be a finite number");
-    assert_lines_fail(kDefault, LINES("2017-12-31T23:59:60,1"), TOLIMAN_E_FORMAT,
-                      "rv.csv:1: t: text = \"2017-12-31T23:59:60\": that day has no such second");
-    assert_lines_fail(kDefault, LINES("mjd,y", "2460000.5,1"), TOLIMAN_E_FORMAT,
-                      "rv.csv:2: t: text = \"2460000.5\": must be from 1972-01-01");
-    assert_lines_fail(kDefault, LINES("mjd,y", "1e5x,1"), TOLIMAN_E_FORMAT,
-                      "rv.csv:2: t: text = \"1e5x\": must be a Modified Julian Day");
-    assert_lines_fail(kDefault, LINES("{\"t\": \"2028-03-01\", \"y\": 1}", "{\"t\": 5, \"y\": 1}"), TOLIMAN_E_FORMAT,
-                      "rv.csv:2: t: text = \"5\": ");
+TEST(bad_times) {
+    assert_line_refused(kDefault, LINES("2028-03-01,1", "2028-02-30,2"), TOLIMAN_E_FORMAT, "t");
+    assert_line_refused(kDefault, LINES("2028-03-01,1", "61832,2"), TOLIMAN_E_FORMAT, "t");
+    assert_line_refused(kDefault, LINES("61832,1", "2028-03-01,2"), TOLIMAN_E_FORMAT, "t");
+    assert_line_refused(kDefault, LINES("2017-12-31T23:59:60,1"), TOLIMAN_E_FORMAT, "t");
+    assert_line_refused(kDefault, LINES("mjd,y", "2460000.5,1"), TOLIMAN_E_FORMAT, "t");
+    assert_line_refused(kDefault, LINES("mjd,y", "1e5x,1"), TOLIMAN_E_FORMAT, "t");
+    assert_line_refused(kDefault, LINES("{\"t\": \"2028-03-01\", \"y\": 1}", "{\"t\": 5, \"y\": 1}"), TOLIMAN_E_FORMAT,
+                        "t");
     toliman_series *series = made(kDefault);
     toliman_series_sample sample = TOLIMAN_SERIES_SAMPLE_INIT;
     assert_int_equal(toliman_series_parse(series, "2028-03-01\0x,1", 14, &sample), TOLIMAN_E_FORMAT);
@@ -356,48 +330,32 @@ static void bad_times(void **unused) {
     toliman_series_destroy(series);
 }
 
-static void assert_option(toliman_series_options options, const char *message) {
+static void assert_option(toliman_series_options options, const char *field) {
     toliman_series *series = NULL;
-    assert_int_equal(toliman_series_create(&options, &series), TOLIMAN_E_ARGUMENT);
+    assert_refused(toliman_series_create(&options, &series), TOLIMAN_E_ARGUMENT, field);
     assert_null(series);
-    if (strstr(toliman_last_error(), message) != toliman_last_error())
-        fail_msg("%s, not %s", toliman_last_error(), message);
-    assert_int_equal(strncmp(message, toliman_last_error_field(), strlen(toliman_last_error_field())), 0);
 }
 
-static void options_are_checked(void **unused) {
-    (void)unused;
+TEST(options_are_checked) {
     const char *const bad[] = {"", "t", "t,", ",y", "t,y,sigma,x"};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        assert_option(columns(bad[i]), "options->columns = \"");
-    assert_option(times(UTC, 0), "options->time_format = 631: must be one of TOLIMAN_INGEST_FORMAT_");
-    assert_option(times(0, ISO), "options->time_scale = 641: must be one of TOLIMAN_INGEST_SCALE_");
+        assert_option(columns(bad[i]), "options->columns");
+    assert_option(times(UTC, 0), "options->time_format");
+    assert_option(times(0, ISO), "options->time_scale");
     toliman_series_options options = times(ISO, 0);
     options.flags = TOLIMAN_SERIES_PLAIN_TIMES;
-    assert_option(options, "options->time_format = 641: must be 0 with TOLIMAN_SERIES_PLAIN_TIMES");
+    assert_option(options, "options->time_format");
     options.flags = 4;
-    assert_option(options, "options->flags = 0x4: unknown bits");
+    assert_option(options, "options->flags");
     const toliman_leap_second table[] = {{sizeof table[0], 11, 41317}};
     options = kDefault;
     options.leap_second_count = 1;
-    assert_option(options, "options->leap_seconds is NULL");
+    assert_option(options, "options->leap_seconds");
     options.leap_seconds = table;
-    assert_option(options, "options->leap_seconds[0]: MJD 41317, 11 s: must be 10 s on MJD 41317");
+    assert_option(options, "options->leap_seconds[0]");
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(separators),
-        cmocka_unit_test(names),
-        cmocka_unit_test(objects),
-        cmocka_unit_test(malformed),
-        cmocka_unit_test(numbers),
-        cmocka_unit_test(numbers_of_any_length),
-        cmocka_unit_test(lengths),
-        cmocka_unit_test(truncated_lines),
-        cmocka_unit_test(dates_and_days),
-        cmocka_unit_test(bad_times),
-        cmocka_unit_test(options_are_checked),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(separators), cmocka_unit_test(names), cmocka_unit_test(objects), cmocka_unit_test(malformed),
+          cmocka_unit_test(numbers), cmocka_unit_test(numbers_of_any_length), cmocka_unit_test(lengths),
+          cmocka_unit_test(truncated_lines), cmocka_unit_test(dates_and_days), cmocka_unit_test(bad_times),
+          cmocka_unit_test(options_are_checked))

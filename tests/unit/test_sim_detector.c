@@ -13,13 +13,12 @@ enum { SIDE = 64, PIXELS = SIDE * SIDE };
 /* The two stars observed for 10 s; `stages` is added to the detector, `noise` to the noise. */
 static char *text_with(const char *stages, const char *noise) {
     char text[400];
-    char *scene = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 10");
-    scene = replaced_again(scene, "\"relative_flux\": 3", "\"photons_per_s\": 3e5");
-    scene = replaced_again(scene, "5260}}}", "5260}, \"photons_per_s\": 1e5}}");
-    snprintf(text, sizeof text, "\"pixel_scale_arcsec\": 0.2%s%s", stages[0] != '\0' ? ", " : "", stages);
-    scene = replaced_again(scene, "\"pixel_scale_arcsec\": 0.2", text);
+    char *scene = EDITED(kBinaryScene, {"'peak_photons': 1e5", "'exposure_s': 10"},
+                         {"'relative_flux': 3", "'photons_per_s': 3e5"}, {"5260}}}", "5260}, 'photons_per_s': 1e5}}"});
+    snprintf(text, sizeof text, "'pixel_scale_arcsec': 0.2%s%s", stages[0] != '\0' ? ", " : "", stages);
+    scene = replaced_again(scene, "'pixel_scale_arcsec': 0.2", text);
     snprintf(text, sizeof text, "{%s}", noise);
-    return replaced_again(scene, "{\"photon\": true, \"read_e\": 2.5, \"seed\": 7}", text);
+    return replaced_again(scene, "{'photon': true, 'read_e': 2.5, 'seed': 7}", text);
 }
 
 static char heard[2000];
@@ -42,8 +41,7 @@ static toliman_sim *make(const char *stages, const char *noise) {
     return sim;
 }
 
-static const char *const kNoise = "\"photon\": true, \"read_e\": 2.5, \"seed\": 7", *const kPhotons =
-                                                                                        "\"photon\": true";
+static const char *const kNoise = "'photon': true, 'read_e': 2.5, 'seed': 7", *const kPhotons = "'photon': true";
 
 /* A frame; the caller frees it. */
 static double *frame(const char *stages, const char *noise) {
@@ -80,31 +78,24 @@ static void check_stage(const char *stages, const char *noise, double factor, do
     }
     check_frames(sim, mean, variance, 0.5, whole);
     assert_int_equal(sim_info_of(sim).whole_counts, whole);
-    free(bare);
-    free(slope);
-    free(mean);
-    free(variance);
-    free(moved);
-    toliman_sim_destroy(sim);
+    free(bare), free(slope), free(mean), free(variance), free(moved), toliman_sim_destroy(sim);
 }
 
-static void stages_have_their_mean_and_variance(void **state) {
-    (void)state;
+TEST(stages_have_their_mean_and_variance) {
     check_stage("", kPhotons, 1, 0, 0, 1, 1);
-    check_stage("\"qe\": 0.6", kPhotons, 0.6, 0, 0, 1, 1);
-    check_stage("\"dark_e_per_s\": 4", kPhotons, 1, 40, 0, 1, 1);
-    check_stage("\"coadds\": 9", kNoise, 1, 0, 9 * 6.25, 1, 0);
-    check_stage("\"gain_e_per_dn\": 1.7", kNoise, 1, 0, 6.25, 1.7, 0);
-    check_stage("\"full_well_e\": 1e6, \"coadds\": 2", kPhotons, 1, 0, 0, 1, 1);
+    check_stage("'qe': 0.6", kPhotons, 0.6, 0, 0, 1, 1);
+    check_stage("'dark_e_per_s': 4", kPhotons, 1, 40, 0, 1, 1);
+    check_stage("'coadds': 9", kNoise, 1, 0, 9 * 6.25, 1, 0);
+    check_stage("'gain_e_per_dn': 1.7", kNoise, 1, 0, 6.25, 1.7, 0);
+    check_stage("'full_well_e': 1e6, 'coadds': 2", kPhotons, 1, 0, 0, 1, 1);
     /* The rounding error of a value with noise of many steps is uniformly distributed. */
-    check_stage("\"qe\": 0.5, \"dark_e_per_s\": 60, \"gain_e_per_dn\": 8, \"bit_depth\": 20", kNoise, 0.5, 600,
+    check_stage("'qe': 0.5, 'dark_e_per_s': 60, 'gain_e_per_dn': 8, 'bit_depth': 20", kNoise, 0.5, 600,
                 6.25 + 64.0 / 12, 8, 1);
 }
 
 /* Photons are counted before the detector, counts after it. */
-static void info_distinguishes_photons_from_counts(void **state) {
-    (void)state;
-    toliman_sim *const bare = make("", kPhotons), *const sim = make("\"qe\": 0.25", kPhotons);
+TEST(info_distinguishes_photons_from_counts) {
+    toliman_sim *const bare = make("", kPhotons), *const sim = make("'qe': 0.25", kPhotons);
     const toliman_sim_info less = sim_info_of(sim), info = sim_info_of(bare);
     assert_close(less.peak_photons, info.peak_photons, 0, 0);
     assert_close(less.total_photons, info.total_photons, 0, 0);
@@ -112,9 +103,8 @@ static void info_distinguishes_photons_from_counts(void **state) {
     assert_close(info.peak_counts, info.peak_photons, 0, 0);
     const double crb_px = sim_bounds_of(sim).crb_px;
     assert_close(crb_px, 2 * sim_bounds_of(bare).crb_px, 1e-12, 0); /* a quarter of the photons */
-    toliman_sim_destroy(bare);
-    toliman_sim_destroy(sim);
-    toliman_sim *const units = make("\"qe\": 0.25, \"gain_e_per_dn\": 7, \"bias_dn\": 50", kPhotons);
+    toliman_sim_destroy(bare), toliman_sim_destroy(sim);
+    toliman_sim *const units = make("'qe': 0.25, 'gain_e_per_dn': 7, 'bias_dn': 50", kPhotons);
     const toliman_sim_info dn = sim_info_of(units);
     assert_close(dn.peak_counts, less.peak_counts / 7 + 50, 1e-15, 0);
     assert_close(sim_bounds_of(units).crb_px, crb_px, 1e-12, 0); /* a unit carries no information */
@@ -122,7 +112,7 @@ static void info_distinguishes_photons_from_counts(void **state) {
     assert_int_equal(info.unit, TOLIMAN_SIM_UNIT_PHOTON);
     assert_int_equal(less.unit, TOLIMAN_SIM_UNIT_ELECTRON);
     assert_int_equal(dn.unit, TOLIMAN_SIM_UNIT_DN);
-    toliman_sim *const fractional = make("\"full_well_e\": 1000.5", kPhotons);
+    toliman_sim *const fractional = make("'full_well_e': 1000.5", kPhotons);
     assert_int_equal(sim_info_of(fractional).whole_counts, 0);
     toliman_sim_destroy(fractional);
     double expected[PIXELS], still[PIXELS], *const both = image_of(units, TOLIMAN_SIM_IMAGE_BOTH);
@@ -131,18 +121,16 @@ static void info_distinguishes_photons_from_counts(void **state) {
     assert_ok(toliman_sim_propagate(units, 0, still, SIDE));
     for (size_t i = 0; i < PIXELS; i++)
         assert_close(still[i], both[i], 1e-12, 0);
-    free(both);
-    toliman_sim_destroy(units);
+    free(both), toliman_sim_destroy(units);
 }
 
 /* Gains of the pixels: Gaussian of the given rms, from the scene's seed, independent of the frame's seed. */
-static void flat_is_a_fixed_pattern(void **state) {
-    (void)state;
+TEST(flat_is_a_fixed_pattern) {
     double *const bare = image_with("", kNoise, TOLIMAN_SIM_IMAGE_BOTH);
-    double *const flat = image_with("\"flat_rms\": 0.02", kNoise, TOLIMAN_SIM_IMAGE_BOTH);
-    double *const other = image_with("\"flat_rms\": 0.02", "\"seed\": 8", TOLIMAN_SIM_IMAGE_BOTH);
+    double *const flat = image_with("'flat_rms': 0.02", kNoise, TOLIMAN_SIM_IMAGE_BOTH);
+    double *const other = image_with("'flat_rms': 0.02", "'seed': 8", TOLIMAN_SIM_IMAGE_BOTH);
     double noise[PIXELS]; /* read noise with the scene's seed in frame 0 */
-    toliman_sim *const reading = make("", "\"read_e\": 1");
+    toliman_sim *const reading = make("", "'read_e': 1");
     assert_ok(toliman_sim_frame(reading, &(double){0}, 7, 0, 1, noise));
     toliman_sim_destroy(reading);
     double sum = 0, squares = 0, fourth = 0, product = 0, read = 0;
@@ -159,29 +147,24 @@ static void flat_is_a_fixed_pattern(void **state) {
     assert_close(fourth / PIXELS, 3, 0, 5 * sqrt(96.0 / PIXELS));
     assert_close(product / PIXELS, 0, 0, 5 / sqrt(PIXELS));
     assert_close(read / PIXELS, 0, 0, 5 / sqrt(PIXELS)); /* a random stream of its own */
-    toliman_sim *const sim = make("\"flat_rms\": 0.02", "\"seed\": 7");
+    toliman_sim *const sim = make("'flat_rms': 0.02", "'seed': 7");
     double first[PIXELS], second[PIXELS];
     assert_ok(toliman_sim_frame(sim, &(double){0}, 1, 0, 1, first));
     assert_ok(toliman_sim_frame(sim, &(double){0}, 2, 9, 1, second));
     assert_memory_equal(first, second, sizeof first);
     assert_memory_equal(first, flat, sizeof first);
-    toliman_sim_destroy(sim);
-    free(bare);
-    free(flat);
-    free(other);
+    toliman_sim_destroy(sim), free(bare), free(flat), free(other);
 }
 
 /* Frames computed here stage by stage, from frames with fewer stages. */
-static void stages_come_in_order(void **state) {
-    (void)state;
-    const char *const light = "\"qe\": 0.9, \"flat_rms\": 0.05, \"dark_e_per_s\": 3";
+TEST(stages_come_in_order) {
+    const char *const light = "'qe': 0.9, 'flat_rms': 0.05, 'dark_e_per_s': 3";
     char stages[300];
-    double *const electrons = frame(light, "\"photon\": true, \"seed\": 7");
-    double *const still = frame("", ""), *const reading = frame("\"coadds\": 4", "\"read_e\": 2.5, \"seed\": 7");
-    snprintf(stages, sizeof stages, "%s, \"coadds\": 4, \"full_well_e\": 500, \"gain_e_per_dn\": 3, \"bias_dn\": 20.25",
-             light);
+    double *const electrons = frame(light, "'photon': true, 'seed': 7");
+    double *const still = frame("", ""), *const reading = frame("'coadds': 4", "'read_e': 2.5, 'seed': 7");
+    snprintf(stages, sizeof stages, "%s, 'coadds': 4, 'full_well_e': 500, 'gain_e_per_dn': 3, 'bias_dn': 20.25", light);
     double *const analogue = frame(stages, kNoise);
-    strcat(stages, ", \"bit_depth\": 9");
+    strcat(stages, ", 'bit_depth': 9");
     double *const digital = frame(stages, kNoise);
     size_t full = 0, cut = 0;
     for (size_t i = 0; i < PIXELS; i++) {
@@ -192,17 +175,12 @@ static void stages_come_in_order(void **state) {
         assert_true(digital[i] == fmin(rint(analogue[i]), 511));
     }
     assert_true(full > 3 && cut > full);
-    free(electrons);
-    free(still);
-    free(reading);
-    free(analogue);
-    free(digital);
+    free(electrons), free(still), free(reading), free(analogue), free(digital);
 }
 
 /* At two electrons per DN every other count is a half. */
-static void halves_are_rounded_to_even(void **state) {
-    (void)state;
-    double *const counts = frame("", kPhotons), *const dn = frame("\"gain_e_per_dn\": 2, \"bit_depth\": 20", kPhotons);
+TEST(halves_are_rounded_to_even) {
+    double *const counts = frame("", kPhotons), *const dn = frame("'gain_e_per_dn': 2, 'bit_depth': 20", kPhotons);
     size_t down = 0, up = 0;
     for (size_t i = 0; i < PIXELS; i++) {
         const double whole = floor(counts[i] / 2);
@@ -212,13 +190,11 @@ static void halves_are_rounded_to_even(void **state) {
         down += half && !odd;
     }
     assert_true(up > PIXELS / 8 && down > PIXELS / 8);
-    free(counts);
-    free(dn);
+    free(counts), free(dn);
 }
 
-static void negative_counts_are_clipped_to_zero(void **state) {
-    (void)state;
-    double *const dn = frame("\"bit_depth\": 20, \"qe\": 1e-6", kNoise);
+TEST(negative_counts_are_clipped_to_zero) {
+    double *const dn = frame("'bit_depth': 20, 'qe': 1e-6", kNoise);
     size_t zeros = 0;
     for (size_t i = 0; i < PIXELS; i++) {
         assert_true(dn[i] >= 0 && !signbit(dn[i]));
@@ -230,8 +206,7 @@ static void negative_counts_are_clipped_to_zero(void **state) {
     free(dn);
 }
 
-static void limits_are_reported(void **state) {
-    (void)state;
+TEST(limits_are_reported) {
     double *const bare = image_with("", "", TOLIMAN_SIM_IMAGE_BOTH);
     double largest = 0;
     size_t saturated = 0, overflown = 0;
@@ -243,43 +218,38 @@ static void limits_are_reported(void **state) {
     free(bare);
     assert_true(saturated > 3 && overflown > saturated);
     char expected[300];
-    toliman_sim_destroy(make("\"full_well_e\": 800, \"coadds\": 3", ""));
+    toliman_sim_destroy(make("'full_well_e': 800, 'coadds': 3", ""));
     snprintf(expected, sizeof expected,
              "scene: detector.full_well_e: %zu pixels are saturated: the brightest pixel expects %g e-, the full well "
              "of all coadds is 2400 e-",
              saturated, largest);
     assert_non_null(strstr(heard, expected));
-    toliman_sim_destroy(make("\"gain_e_per_dn\": 2, \"bias_dn\": 10, \"bit_depth\": 10", ""));
+    toliman_sim_destroy(make("'gain_e_per_dn': 2, 'bias_dn': 10, 'bit_depth': 10", ""));
     snprintf(expected, sizeof expected,
              "scene: detector.bit_depth: %zu pixels overflow: the brightest pixel expects %g DN, the largest count is "
              "1023 DN",
              overflown, largest / 2 + 10);
     assert_non_null(strstr(heard, expected));
-    toliman_sim_destroy(make("\"gain_e_per_dn\": 2, \"bias_dn\": 20, \"bit_depth\": 20, \"full_well_e\": 1e9", kNoise));
+    toliman_sim_destroy(make("'gain_e_per_dn': 2, 'bias_dn': 20, 'bit_depth': 20, 'full_well_e': 1e9", kNoise));
     assert_null(strstr(heard, "detector."));
 }
 
 /* Neutral stages leave every byte as without them. */
-static void neutral_stages_change_no_byte(void **state) {
-    (void)state;
+TEST(neutral_stages_change_no_byte) {
     double *const bare = frame("", kNoise);
-    double *const neutral =
-        frame("\"qe\": 1, \"coadds\": 1, \"flat_rms\": 0, \"dark_e_per_s\": 0, \"gain_e_per_dn\": 1,"
-              "\"bias_dn\": 0",
-              kNoise);
+    double *const neutral = frame("'qe': 1, 'coadds': 1, 'flat_rms': 0, 'dark_e_per_s': 0, 'gain_e_per_dn': 1,"
+                                  "'bias_dn': 0",
+                                  kNoise);
     assert_memory_equal(bare, neutral, PIXELS * sizeof *bare);
-    free(bare);
-    free(neutral);
+    free(bare), free(neutral);
 }
 
 /* With every stage on, the template estimator reaches the bound in frames of DN; the error of its scatter is 1.4 %. */
-static void the_template_reaches_the_bound(void **state) {
-    (void)state;
+TEST(the_template_reaches_the_bound) {
     enum { frames = 2500 };
-    toliman_sim *const sim =
-        make("\"qe\": 0.8, \"flat_rms\": 0.03, \"dark_e_per_s\": 10, \"coadds\": 4, \"full_well_e\": 1e5,"
-             "\"gain_e_per_dn\": 20, \"bias_dn\": 64, \"bit_depth\": 14",
-             kNoise);
+    toliman_sim *const sim = make("'qe': 0.8, 'flat_rms': 0.03, 'dark_e_per_s': 10, 'coadds': 4, 'full_well_e': 1e5,"
+                                  "'gain_e_per_dn': 20, 'bias_dn': 64, 'bit_depth': 14",
+                                  kNoise);
     assert_null(strstr(heard, "detector."));
     toliman_linear *linear = NULL;
     assert_ok(toliman_linear_create(sim, NULL, &linear));
@@ -295,66 +265,50 @@ static void the_template_reaches_the_bound(void **state) {
     }
     assert_close(sum / frames, 0, 0, 4 * sigma / sqrt(frames));
     assert_close(sqrt(squares / frames), sigma, 0.05, 0);
-    toliman_linear_destroy(linear);
-    toliman_sim_destroy(sim);
+    toliman_linear_destroy(linear), toliman_sim_destroy(sim);
 }
 
 /* Bias and dark current fill the frame uniformly, but the network's crop must be centred on the stars. */
-static void the_crop_is_centred_on_the_light(void **state) {
-    (void)state;
-    const char *const stages[] = {"", "\"bias_dn\": 1000, \"dark_e_per_s\": 50"};
+TEST(the_crop_is_centred_on_the_light) {
+    const char *const stages[] = {"", "'bias_dn': 1000, 'dark_e_per_s': 50"};
     toliman_cae_info info[2];
     for (size_t i = 0; i < 2; i++) {
         char *text = replaced_again(text_with(stages[i], ""), "[64, 64]", "[270, 300]");
-        text = replaced_again(text, "\"separation_arcsec\": 4, \"position_angle_deg\": 30",
-                              "\"offsets_px\": {\"A\": [20, 5], \"B\": [10, 3]}");
+        text = replaced_again(text, "'separation_arcsec': 4, 'position_angle_deg': 30",
+                              "'offsets_px': {'A': [20, 5], 'B': [10, 3]}");
         toliman_sim *const sim = sim_of(text);
         toliman_cae *cae = NULL;
         assert_ok(toliman_cae_create(sim, 1, NULL, &cae));
         info[i].struct_size = sizeof info[i];
         assert_ok(toliman_cae_get_info(cae, NULL, &info[i]));
-        toliman_cae_destroy(cae);
-        toliman_sim_destroy(sim);
-        free(text);
+        toliman_cae_destroy(cae), toliman_sim_destroy(sim), free(text);
     }
     assert_true(info[0].crop_col > 22 + 8 && info[0].crop_row > 7 + 2);
     assert_int_equal(info[1].crop_col, info[0].crop_col);
     assert_int_equal(info[1].crop_row, info[0].crop_row);
 }
 
-static void impossible_detectors(void **state) {
-    (void)state;
-    const char *const cases[][2] = {
-        {"\"qe\": 0", "scene: detector.qe = 0: must be in (0, 1]"},
-        {"\"qe\": 1.1", "detector.qe = 1.1: must be in (0, 1]"},
-        {"\"coadds\": 0", "detector.coadds = 0: must be in [1, 1000000000] frames"},
-        {"\"coadds\": 1.5", "detector.coadds = 1.5: must be a whole number"},
-        {"\"flat_rms\": 0.2", "detector.flat_rms = 0.2: must be in [0, 0.1]"},
-        {"\"dark_e_per_s\": -1", "detector.dark_e_per_s = -1: must be in [0, 1000000000] e-/s"},
-        {"\"dark_e_per_s\": 80", "detector.dark_e_per_s = 80: needs cadence.exposure_s"},
-        {"\"full_well_e\": 0", "detector.full_well_e = 0: must be in [1, 1e+12] e-"},
-        {"\"gain_e_per_dn\": 0", "detector.gain_e_per_dn = 0: must be in [1e-06, 1e+12] e- per DN"},
-        {"\"bias_dn\": -1", "detector.bias_dn = -1: must be in [0, 4294967295] DN"},
-        {"\"bit_depth\": 33", "detector.bit_depth = 33: must be in [1, 32] bits"},
-        {"\"bit_dept\": 12", "detector.bit_dept: unknown key; did you mean \"bit_depth\"?"},
+TEST(impossible_detectors) {
+    const refusal cases[] = {
+        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'qe': 0", "detector.qe"},
+        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'qe': 1.1", "detector.qe"},
+        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'coadds': 0", "detector.coadds"},
+        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'coadds': 1.5", "detector.coadds"},
+        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'flat_rms': 0.2", "detector.flat_rms"},
+        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'dark_e_per_s': -1", "detector.dark_e_per_s"},
+        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'dark_e_per_s': 80", "detector.dark_e_per_s"},
+        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'full_well_e': 0", "detector.full_well_e"},
+        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'gain_e_per_dn': 0", "detector.gain_e_per_dn"},
+        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'bias_dn': -1", "detector.bias_dn"},
+        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'bit_depth': 33", "detector.bit_depth"},
+        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.2, 'bit_dept': 12", "detector.bit_dept"},
     };
-    check_additions(kBinaryScene, "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, %s", cases,
-                    sizeof cases / sizeof *cases);
+    CHECK_REFUSALS(kBinaryScene, TOLIMAN_E_SCENE, cases);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(stages_have_their_mean_and_variance),
-        cmocka_unit_test(info_distinguishes_photons_from_counts),
-        cmocka_unit_test(flat_is_a_fixed_pattern),
-        cmocka_unit_test(stages_come_in_order),
-        cmocka_unit_test(halves_are_rounded_to_even),
-        cmocka_unit_test(negative_counts_are_clipped_to_zero),
-        cmocka_unit_test(limits_are_reported),
-        cmocka_unit_test(neutral_stages_change_no_byte),
-        cmocka_unit_test(the_template_reaches_the_bound),
-        cmocka_unit_test(the_crop_is_centred_on_the_light),
-        cmocka_unit_test(impossible_detectors),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(stages_have_their_mean_and_variance),
+          cmocka_unit_test(info_distinguishes_photons_from_counts), cmocka_unit_test(flat_is_a_fixed_pattern),
+          cmocka_unit_test(stages_come_in_order), cmocka_unit_test(halves_are_rounded_to_even),
+          cmocka_unit_test(negative_counts_are_clipped_to_zero), cmocka_unit_test(limits_are_reported),
+          cmocka_unit_test(neutral_stages_change_no_byte), cmocka_unit_test(the_template_reaches_the_bound),
+          cmocka_unit_test(the_crop_is_centred_on_the_light), cmocka_unit_test(impossible_detectors))

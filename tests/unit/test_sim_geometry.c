@@ -7,10 +7,10 @@ static const double kAnisotropy = 0.03, kShear = -0.05, kScale = 0.2;
 /* kBinaryScene with a distorted detector of rows x cols and n pupil samples. */
 static char *text_of(int rows, int cols, int n, const char *pixel) {
     char detector[200], samples[40];
-    snprintf(detector, sizeof detector, "[%d, %d], \"pixel\": \"%s\", \"scale_anisotropy\": %g, \"shear\": %g", rows,
-             cols, pixel, kAnisotropy, kShear);
-    snprintf(samples, sizeof samples, "\"pupil_samples\": %d", n);
-    char *const text = replaced(kBinaryScene, "\"pupil_samples\": 96", samples);
+    snprintf(detector, sizeof detector, "[%d, %d], 'pixel': '%s', 'scale_anisotropy': %g, 'shear': %g", rows, cols,
+             pixel, kAnisotropy, kShear);
+    snprintf(samples, sizeof samples, "'pupil_samples': %d", n);
+    char *const text = replaced(kBinaryScene, "'pupil_samples': 96", samples);
     return replaced_again(text, "[64, 64]", detector);
 }
 
@@ -40,20 +40,16 @@ static void check_image(int rows, int cols, int n) {
         assert_close(image[pixel], (double)(area * sum), 0, 1e-12 * peak);
     }
     release(&r);
-    free(image);
-    free(text);
-    toliman_sim_destroy(sim);
+    free(image), free(text), toliman_sim_destroy(sim);
 }
 
-static void images_are_sums_at_the_angles_of_pixels(void **state) {
-    (void)state;
+TEST(images_are_sums_at_the_angles_of_pixels) {
     check_image(64, 64, 96);
     check_image(33, 40, 65);
 }
 
 /* 4 arcsec at a position angle of 30 deg, mapped to pixels. */
-static void positions_follow_the_map(void **state) {
-    (void)state;
+TEST(positions_follow_the_map) {
     char *const text = text_of(64, 64, 96, "point");
     toliman_sim *const sim = sim_of(text);
     double at[4];
@@ -62,17 +58,15 @@ static void positions_follow_the_map(void **state) {
     assert_close(at[2] - at[0], (1 + kAnisotropy) * u, 1e-13, 0);
     assert_close(at[3] - at[1], kShear * u + (1 - kAnisotropy) * v, 1e-13, 0);
     assert_close(sim_info_of(sim).separation_px, hypot(at[2] - at[0], at[3] - at[1]), 1e-13, 0);
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 /* An amplitude in microarcsec is as many pixels as that angle along the binary spans, for either way to place it. */
-static void amplitudes_follow_the_map(void **state) {
-    (void)state;
+TEST(amplitudes_follow_the_map) {
     const double u = -sin(30 * M_PI / 180), v = cos(30 * M_PI / 180),
                  px = 150e-6 / kScale * hypot((1 + kAnisotropy) * u, kShear * u + (1 - kAnisotropy) * v);
     char *text = text_of(64, 64, 96, "point");
-    text = replaced_again(text, "\"amplitude_px\": 1e-3", "\"amplitude_uas\": 150");
+    text = replaced_again(text, "'amplitude_px': 1e-3", "'amplitude_uas': 150");
     toliman_sim *sim = sim_of(text);
     double at[4];
     char places[160];
@@ -80,13 +74,12 @@ static void amplitudes_follow_the_map(void **state) {
     assert_close(sim_info_of(sim).amplitude_px, px, 1e-13, 0);
     assert_close(sim_info_of(sim).amplitude_uas, 150, 1e-13, 0);
     toliman_sim_destroy(sim);
-    snprintf(places, sizeof places, "\"offsets_px\": {\"A\": [%.17g, %.17g], \"B\": [%.17g, %.17g]}", at[0], at[1],
-             at[2], at[3]);
-    text = replaced_again(text, "\"separation_arcsec\": 4, \"position_angle_deg\": 30", places);
+    snprintf(places, sizeof places, "'offsets_px': {'A': [%.17g, %.17g], 'B': [%.17g, %.17g]}", at[0], at[1], at[2],
+             at[3]);
+    text = replaced_again(text, "'separation_arcsec': 4, 'position_angle_deg': 30", places);
     sim = sim_of(text);
     assert_close(sim_info_of(sim).amplitude_px, px, 1e-12, 0);
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
@@ -102,15 +95,14 @@ static void assert_slope(const double *ahead, const double *behind, double step,
 
 /* Derivatives by the displacement and by a shift of both stars are per pixel, also of integrated pixels: they equal
  * differences of propagated images. */
-static void derivatives_are_per_pixel(void **state) {
-    (void)state;
+TEST(derivatives_are_per_pixel) {
     static double image[2][PIXELS];
     const double step = 1e-3;
     double at[4];
     char *text = text_of(SIDE, SIDE, 96, "integrated");
-    text = replaced_again(text, "\"peak_photons\": 1e5", "\"exposure_s\": 10");
-    text = replaced_again(text, "\"relative_flux\": 3", "\"photons_per_s\": 3e7");
-    text = replaced_again(text, "5260}}}", "5260}, \"photons_per_s\": 1e7}}");
+    text = replaced_again(text, "'peak_photons': 1e5", "'exposure_s': 10");
+    text = replaced_again(text, "'relative_flux': 3", "'photons_per_s': 3e7");
+    text = replaced_again(text, "5260}}}", "5260}, 'photons_per_s': 1e7}}");
     toliman_sim *const sim = sim_of(text);
     get_offsets(sim, at);
     for (int side = 0; side < 2; side++)
@@ -120,59 +112,45 @@ static void derivatives_are_per_pixel(void **state) {
         for (int side = 0; side < 2; side++) {
             const double d = side ? step : -step, x = axis == 0 ? d : 0, y = axis == 1 ? d : 0;
             char places[160];
-            snprintf(places, sizeof places, "\"offsets_px\": {\"A\": [%.17g, %.17g], \"B\": [%.17g, %.17g]}", at[0] + x,
+            snprintf(places, sizeof places, "'offsets_px': {'A': [%.17g, %.17g], 'B': [%.17g, %.17g]}", at[0] + x,
                      at[1] + y, at[2] + x, at[3] + y);
-            toliman_sim *const moved = sim_with(text, "\"separation_arcsec\": 4, \"position_angle_deg\": 30", places);
+            toliman_sim *const moved = sim_with(text, "'separation_arcsec': 4, 'position_angle_deg': 30", places);
             assert_ok(toliman_sim_get_image(moved, TOLIMAN_SIM_IMAGE_BOTH, image[side], SIDE));
             toliman_sim_destroy(moved);
         }
         assert_slope(image[1], image[0], step,
                      image_of(sim, axis == 0 ? TOLIMAN_SIM_IMAGE_SHIFT_X : TOLIMAN_SIM_IMAGE_SHIFT_Y));
     }
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 /* Zeros are square pixels, bit for bit. */
-static void defaults_change_nothing(void **state) {
-    (void)state;
+TEST(defaults_change_nothing) {
     toliman_sim *const plain = sim_of(kBinaryScene), *const named =
                                                          sim_with(kBinaryScene, "[64, 64]",
-                                                                  "[64, 64], \"scale_anisotropy\": 0, \"shear\": 0");
+                                                                  "[64, 64], 'scale_anisotropy': 0, 'shear': 0");
     double *const a = image_of(plain, TOLIMAN_SIM_IMAGE_BOTH), *const b = image_of(named, TOLIMAN_SIM_IMAGE_BOTH);
     assert_memory_equal(a, b, 64 * 64 * sizeof *a);
-    free(a);
-    free(b);
-    toliman_sim_destroy(plain);
-    toliman_sim_destroy(named);
+    free(a), free(b), toliman_sim_destroy(plain), toliman_sim_destroy(named);
 }
 
-static void refusals(void **state) {
-    (void)state;
-    static const char *const cases[][2] = {
-        {"\"scale_anisotropy\": 0.2", "detector.scale_anisotropy = 0.2: must be in [-0.1, 0.1]"},
-        {"\"shear\": -1e300", "detector.shear = -1e+300: must be in [-0.1, 0.1]"},
-        {"\"shear\": \"0\"", "detector.shear = \"0\": must be a number in [-0.1, 0.1]"},
+TEST(refusals) {
+    const refusal cases[] = {
+        {"'shape'", "'scale_anisotropy': 0.2, 'shape'", "detector.scale_anisotropy"},
+        {"'shape'", "'shear': -1e300, 'shape'", "detector.shear"},
+        {"'shape'", "'shear': '0', 'shape'", "detector.shear"},
     };
-    check_additions(kBinaryScene, "\"shape\"", "%s, \"shape\"", cases, sizeof cases / sizeof *cases);
+    CHECK_REFUSALS(kBinaryScene, TOLIMAN_E_SCENE, cases);
     toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
     options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     char *const text = text_of(64, 64, 96, "point");
     toliman_sim *sim = NULL;
-    assert_fails(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim), TOLIMAN_E_UNSUPPORTED,
-                 "scene: detector: the fft engine has square pixels: scale_anisotropy and shear are not supported");
+    assert_refused(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim), TOLIMAN_E_UNSUPPORTED,
+                   "detector");
     assert_null(sim);
     free(text);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(images_are_sums_at_the_angles_of_pixels),
-        cmocka_unit_test(positions_follow_the_map),
-        cmocka_unit_test(amplitudes_follow_the_map),
-        cmocka_unit_test(derivatives_are_per_pixel),
-        cmocka_unit_test(defaults_change_nothing),
-        cmocka_unit_test(refusals),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(images_are_sums_at_the_angles_of_pixels), cmocka_unit_test(positions_follow_the_map),
+          cmocka_unit_test(amplitudes_follow_the_map), cmocka_unit_test(derivatives_are_per_pixel),
+          cmocka_unit_test(defaults_change_nothing), cmocka_unit_test(refusals))

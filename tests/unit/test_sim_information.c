@@ -27,10 +27,9 @@ static double deviation(double *const *images, size_t count, const double *varia
     return (double)sqrtl(fisher[0][count]);
 }
 
-static void bounds_match_the_fisher_matrix(void **state) {
-    (void)state;
+TEST(bounds_match_the_fisher_matrix) {
     toliman_sim *const sim =
-        sim_with(kBinaryScene, "\"noise\"", "\"preprocess\": {\"project\": [\"shift_y\", \"flux_b\"]}, \"noise\"");
+        sim_with(kBinaryScene, "'noise'", "'preprocess': {'project': ['shift_y', 'flux_b']}, 'noise'");
     const int32_t kinds[PARAMETERS] = {
         TOLIMAN_SIM_IMAGE_SEPARATION, TOLIMAN_SIM_IMAGE_SHIFT_Y, TOLIMAN_SIM_IMAGE_STAR_B,
         TOLIMAN_SIM_IMAGE_SHIFT_X,    TOLIMAN_SIM_IMAGE_STAR_A,  TOLIMAN_SIM_IMAGE_ROLL,
@@ -47,26 +46,24 @@ static void bounds_match_the_fisher_matrix(void **state) {
     assert_true(bounds.crb_px < bounds.crb_projected_px && bounds.crb_projected_px < bounds.crb_flux_shift_px);
     for (int i = 0; i < PARAMETERS; i++)
         free(images[i]);
-    free(variance);
-    toliman_sim_destroy(sim);
+    free(variance), toliman_sim_destroy(sim);
 }
 
 /* Bounds of a coarse scene are those of a fine one, although its own images would give 0.6 times the marginal bound. */
-static void bounds_do_not_depend_on_the_accuracy(void **state) {
-    (void)state;
+TEST(bounds_do_not_depend_on_the_accuracy) {
     char *const clear = replaced(kBinaryScene,
-                                 ",  \"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 297.5,"
-                                 "   \"terms\": [{\"a\": 0.819, \"f\": 2.918, \"m\": -7, \"p\": 4.874}, "
-                                 "{\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}",
+                                 ",  'mask': {'kind': 'spiral', 'edges': 'cell', 'opd_nm': 297.5,"
+                                 "   'terms': [{'a': 0.819, 'f': 2.918, 'm': -7, 'p': 4.874}, "
+                                 "{'a': 0.93, 'f': 1.829, 'm': 5}]}",
                                  ""),
-                *const wide = replaced(clear, "\"min_nm\": 550, \"max_nm\": 600, \"step_nm\": 12.5",
-                                       "\"min_nm\": 530, \"max_nm\": 640, \"step_nm\": 1");
+                *const wide = replaced(clear, "'min_nm': 550, 'max_nm': 600, 'step_nm': 12.5",
+                                       "'min_nm': 530, 'max_nm': 640, 'step_nm': 1");
     toliman_sim_bounds fine = TOLIMAN_SIM_BOUNDS_INIT;
     const char *const accuracies[] = {"1e-12", "1e-9", "1e-6", "1e-4"};
     for (int i = 0; i < 4; i++) {
         char text[64];
-        snprintf(text, sizeof text, "\"accuracy\": %s, \"noise\"", accuracies[i]);
-        toliman_sim *const sim = sim_with(wide, "\"noise\"", text);
+        snprintf(text, sizeof text, "'accuracy': %s, 'noise'", accuracies[i]);
+        toliman_sim *const sim = sim_with(wide, "'noise'", text);
         const toliman_sim_bounds bounds = sim_bounds_of(sim);
         if (i == 0)
             fine = bounds;
@@ -75,13 +72,11 @@ static void bounds_do_not_depend_on_the_accuracy(void **state) {
         assert_close(bounds.crb_marginal_px, fine.crb_marginal_px, 1e-3, 0);
         toliman_sim_destroy(sim);
     }
-    free(clear);
-    free(wide);
+    free(clear), free(wide);
 }
 
 /* The position of a single star cannot be distinguished from a common shift. */
-static void a_single_star_has_no_separation(void **state) {
-    (void)state;
+TEST(a_single_star_has_no_separation) {
     toliman_sim *const sim = sim_of(kSingleScene);
     const toliman_sim_bounds bounds = sim_bounds_of(sim);
     assert_true(bounds.crb_px > 0 && isfinite(bounds.crb_px));
@@ -92,39 +87,33 @@ static void a_single_star_has_no_separation(void **state) {
 }
 
 /* Photon noise alone: four times the light halves the bound. Read noise increases it. */
-static void bounds_scale_with_light(void **state) {
-    (void)state;
-    char *const quiet = replaced(kBinaryScene, "\"read_e\": 2.5, ", "");
+TEST(bounds_scale_with_light) {
+    char *const quiet = replaced(kBinaryScene, "'read_e': 2.5, ", "");
     toliman_sim *const faint = sim_of(quiet), *const bright = sim_with(quiet, "1e5", "4e5"),
                        *const noisy = sim_of(kBinaryScene);
     assert_close(sim_bounds_of(bright).crb_px, sim_bounds_of(faint).crb_px / 2, 1e-10, 0);
     assert_true(sim_bounds_of(noisy).crb_px > sim_bounds_of(faint).crb_px);
-    toliman_sim_destroy(faint);
-    toliman_sim_destroy(bright);
-    toliman_sim_destroy(noisy);
-    free(quiet);
+    toliman_sim_destroy(faint), toliman_sim_destroy(bright), toliman_sim_destroy(noisy), free(quiet);
 }
 
-static void chapter_scene(void **state) {
-    (void)state;
+TEST(chapter_scene) {
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create_file("examples/scenes/chapter.json", NULL, &sim));
     const toliman_sim_info info = sim_info_of(sim);
+    const toliman_sim_bounds bounds = sim_bounds_of(sim);
     assert_string_equal(info.name, "chapter");
-    assert_close(sim_bounds_of(sim).crb_px, 1.239e-6, 0.01,
-                 0); /* from another simulator, whose pupil has no grey edges */
+    assert_close(bounds.crb_px, 1.239e-6, 0.01, 0); /* from another simulator, whose pupil has no grey edges */
     assert_int_equal(info.wavelengths, 51);
     assert_int_equal(info.frames, 1095);
     assert_close(info.peak_photons, 1e9, 1e-15, 0);
     assert_close(info.flux_ratio, 3.12, 1e-14, 0);
     assert_close(info.separation_px, 50, 1e-14, 0);
     assert_close(info.period_days, 365, 0, 0);
-    assert_at_most(sim_bounds_of(sim).truncation, 1e-12);
+    assert_at_most(bounds.truncation, 1e-12);
     toliman_sim_destroy(sim);
 }
 
-static void mission_scene(void **state) {
-    (void)state;
+TEST(mission_scene) {
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create_file("examples/scenes/mission.json", NULL, &sim));
     const toliman_sim_info info = sim_info_of(sim);
@@ -144,14 +133,6 @@ static void mission_scene(void **state) {
     toliman_sim_destroy(sim);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bounds_match_the_fisher_matrix),
-        cmocka_unit_test(bounds_do_not_depend_on_the_accuracy),
-        cmocka_unit_test(a_single_star_has_no_separation),
-        cmocka_unit_test(bounds_scale_with_light),
-        cmocka_unit_test(chapter_scene),
-        cmocka_unit_test(mission_scene),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(bounds_match_the_fisher_matrix), cmocka_unit_test(bounds_do_not_depend_on_the_accuracy),
+          cmocka_unit_test(a_single_star_has_no_separation), cmocka_unit_test(bounds_scale_with_light),
+          cmocka_unit_test(chapter_scene), cmocka_unit_test(mission_scene))

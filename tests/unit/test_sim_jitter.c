@@ -3,25 +3,21 @@
 
 enum { SIDE = 32, PIXELS = SIDE * SIDE };
 
-static const char *const kMask = "\"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 275, \"terms\":"
-                                 " [{\"a\": 1, \"f\": 2, \"m\": 3, \"p\": 1}]}, \"aperture_m\"";
+static const char *const kMask = "'mask': {'kind': 'spiral', 'edges': 'cell', 'opd_nm': 275, 'terms':"
+                                 " [{'a': 1, 'f': 2, 'm': 3, 'p': 1}]}, 'aperture_m'";
 
 /* The image of a star at (x, y) px with these keys of the detector and of the systematics, 1e6 photons. */
 static void image_of_star(double x, double y, const char *pixel, const char *systematics, double *image) {
     char place[80], detector[120], extra[200];
-    snprintf(place, sizeof place, "\"A\": [%.17g, %.17g]", x, y);
-    snprintf(detector, sizeof detector, "\"pixel\": \"%s\", \"shape\"", pixel);
-    snprintf(extra, sizeof extra, "\"systematics\": {%s}, \"cadence\"", systematics);
-    char *text = replaced(kSingleScene, "\"A\": [0, 0]", place);
-    text = replaced_again(text, "\"aperture_m\"", kMask);
-    text = replaced_again(text, "\"shape\"", detector);
-    text = replaced_again(text, "\"peak_photons\": 1e6", "\"exposure_s\": 1");
-    text = replaced_again(text, "5790}}", "5790}, \"photons_per_s\": 1e6}");
-    text = replaced_again(text, "\"cadence\"", extra);
+    snprintf(place, sizeof place, "'A': [%.17g, %.17g]", x, y);
+    snprintf(detector, sizeof detector, "'pixel': '%s', 'shape'", pixel);
+    snprintf(extra, sizeof extra, "'systematics': {%s}, 'cadence'", systematics);
+    char *text = EDITED(kSingleScene, {"'A': [0, 0]", place}, {"'aperture_m'", kMask}, {"'shape'", detector},
+                        {"'peak_photons': 1e6", "'exposure_s': 1"}, {"5790}}", "5790}, 'photons_per_s': 1e6}"},
+                        {"'cadence'", extra});
     toliman_sim *const sim = sim_of(text);
     assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, image, SIDE));
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 /* The blurred image is the mean of shifted images. The trapezoidal rule over the Gaussian converges faster than any
@@ -43,7 +39,7 @@ static void check_blur(double xx, double yy, double xy, const char *pixel) {
                 expected[k] += weight * image[k];
         }
     char key[160];
-    snprintf(key, sizeof key, "\"jitter_covariance_px2\": {\"xx\": %.17g, \"yy\": %.17g, \"xy\": %.17g}", xx, yy, xy);
+    snprintf(key, sizeof key, "'jitter_covariance_px2': {'xx': %.17g, 'yy': %.17g, 'xy': %.17g}", xx, yy, xy);
     image_of_star(x0, y0, pixel, key, image);
     for (int k = 0; k < PIXELS; k++)
         peak = fmax(peak, image[k]);
@@ -51,46 +47,40 @@ static void check_blur(double xx, double yy, double xy, const char *pixel) {
         assert_close(image[k], expected[k] / weights, 0, 2e-9 * peak);
 }
 
-static void blurs_are_means_of_shifted_images(void **state) {
-    (void)state;
+TEST(blurs_are_means_of_shifted_images) {
     check_blur(0.09, 0.04, 0.03, "point");
     check_blur(0.16, 0.04, -0.08, "integrated"); /* along a line */
     check_blur(4, 1, 2, "point");
 }
 
 /* Equal variances without covariance are the one-dimensional key, bit for bit. */
-static void equal_variances_are_a_sigma(void **state) {
-    (void)state;
+TEST(equal_variances_are_a_sigma) {
     double one[PIXELS], two[PIXELS];
-    image_of_star(0, 0, "integrated", "\"jitter_sigma_px\": 0.2", one);
-    image_of_star(0, 0, "integrated",
-                  "\"jitter_covariance_px2\": {\"xx\": 0.04000000000000001, \"yy\": 0.04000000000000001}", two);
+    image_of_star(0, 0, "integrated", "'jitter_sigma_px': 0.2", one);
+    image_of_star(0, 0, "integrated", "'jitter_covariance_px2': {'xx': 0.04000000000000001, 'yy': 0.04000000000000001}",
+                  two);
     assert_true(0.2 * 0.2 == 0.04000000000000001);
     assert_memory_equal(one, two, sizeof one);
 }
 
-static void refusals(void **state) {
-    (void)state;
-    static const char *const cases[][2] = {
-        {"\"jitter_sigma_px\": 0.1, \"jitter_covariance_px2\": {\"xx\": 1, \"yy\": 1}",
-         "systematics.jitter_sigma_px: give either jitter_sigma_px or jitter_covariance_px2"},
-        {"\"jitter_covariance_px2\": 0.1", "systematics.jitter_covariance_px2 = 0.1: must be an object"},
-        {"\"jitter_covariance_px2\": {\"xx\": 1}", "systematics.jitter_covariance_px2.yy: is missing"},
-        {"\"jitter_covariance_px2\": {\"xx\": -1, \"yy\": 1}", "xx = -1: must be in [0, 100] px^2"},
-        {"\"jitter_covariance_px2\": {\"xx\": 1, \"yy\": \"1\"}", "yy = \"1\": must be a number in [0, 100] px^2"},
-        {"\"jitter_covariance_px2\": {\"xx\": 1, \"yy\": 4, \"xy\": -2.1}",
-         "systematics.jitter_covariance_px2.xy = -2.1: must be in [-2, 2] px^2"},
-        {"\"jitter_covariance_px2\": {\"xx\": 1, \"yy\": 4, \"yx\": 1}", "jitter_covariance_px2.yx: unknown key"},
+TEST(refusals) {
+    const refusal cases[] = {
+        {"'cadence'", "'systematics': {'jitter_sigma_px': 0.1, 'jitter_covariance_px2': {'xx': 1, 'yy': 1}}, 'cadence'",
+         "systematics.jitter_sigma_px"},
+        {"'cadence'", "'systematics': {'jitter_covariance_px2': 0.1}, 'cadence'", "systematics.jitter_covariance_px2"},
+        {"'cadence'", "'systematics': {'jitter_covariance_px2': {'xx': 1}}, 'cadence'",
+         "systematics.jitter_covariance_px2.yy"},
+        {"'cadence'", "'systematics': {'jitter_covariance_px2': {'xx': -1, 'yy': 1}}, 'cadence'",
+         "systematics.jitter_covariance_px2.xx"},
+        {"'cadence'", "'systematics': {'jitter_covariance_px2': {'xx': 1, 'yy': '1'}}, 'cadence'",
+         "systematics.jitter_covariance_px2.yy"},
+        {"'cadence'", "'systematics': {'jitter_covariance_px2': {'xx': 1, 'yy': 4, 'xy': -2.1}}, 'cadence'",
+         "systematics.jitter_covariance_px2.xy"},
+        {"'cadence'", "'systematics': {'jitter_covariance_px2': {'xx': 1, 'yy': 4, 'yx': 1}}, 'cadence'",
+         "systematics.jitter_covariance_px2.yx"},
     };
-    check_additions(kSingleScene, "\"cadence\"", "\"systematics\": {%s}, \"cadence\"", cases,
-                    sizeof cases / sizeof *cases);
+    CHECK_REFUSALS(kSingleScene, TOLIMAN_E_SCENE, cases);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(blurs_are_means_of_shifted_images),
-        cmocka_unit_test(equal_variances_are_a_sigma),
-        cmocka_unit_test(refusals),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(blurs_are_means_of_shifted_images), cmocka_unit_test(equal_variances_are_a_sigma),
+          cmocka_unit_test(refusals))

@@ -4,16 +4,14 @@
 
 #include "scene_text.h"
 
-static const char *const kSinusoid =
-    "{\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": 1e-3, \"period_days\": 40}";
+static const char *const kSinusoid = "{'kind': 'sinusoid', 'star': 'B', 'amplitude_px': 1e-3, 'period_days': 40}";
 
 /* The binary scene at 0.375 arcsec/px and 1.33 pc, with the masses of alpha Centauri. */
 static toliman_sim *sim_with_signal(const char *signal) {
-    char *text = replaced(kBinaryScene, "\"relative_flux\": 3}", "\"relative_flux\": 3, \"mass_sun\": 1.0788}");
-    text = replaced_again(text, "5260}}", "5260}, \"mass_sun\": 0.9092}");
-    text = replaced_again(text, "\"position_angle_deg\": 30", "\"position_angle_deg\": 30, \"distance_pc\": 1.33");
-    text = replaced_again(text, "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.375");
-    text = replaced_again(text, kSinusoid, signal);
+    char *text = EDITED(kBinaryScene, {"'relative_flux': 3}", "'relative_flux': 3, 'mass_sun': 1.0788}"},
+                        {"5260}}", "5260}, 'mass_sun': 0.9092}"},
+                        {"'position_angle_deg': 30", "'position_angle_deg': 30, 'distance_pc': 1.33"},
+                        {"'pixel_scale_arcsec': 0.2", "'pixel_scale_arcsec': 0.375"}, {kSinusoid, signal});
     toliman_sim *const sim = sim_of(text);
     free(text);
     return sim;
@@ -21,17 +19,15 @@ static toliman_sim *sim_with_signal(const char *signal) {
 
 /* An Earth in the habitable zone of either star. The published axes are rounded to 0.01 au (0.4 % and 0.7 %), and so
  * are the amplitudes; 0.705 au reproduces B's. */
-static void earths_of_alpha_centauri(void **state) {
-    (void)state;
+TEST(earths_of_alpha_centauri) {
     const struct {
         const char *star, *axis;
         double years, uas, px;
     } cases[] = {{"A", "1.23", 1.31, 2.57, 6.86e-6}, {"B", "0.705", 0.62, 1.75, 4.67e-6}};
     for (int i = 0; i < 2; i++) {
         char signal[200];
-        snprintf(signal, sizeof signal,
-                 "{\"kind\": \"planet\", \"star\": \"%s\", \"mass_earth\": 1, \"semi_major_au\": %s}", cases[i].star,
-                 cases[i].axis);
+        snprintf(signal, sizeof signal, "{'kind': 'planet', 'star': '%s', 'mass_earth': 1, 'semi_major_au': %s}",
+                 cases[i].star, cases[i].axis);
         toliman_sim *const sim = sim_with_signal(signal);
         const toliman_sim_info info = sim_info_of(sim);
         assert_close(info.period_days / 365.25, cases[i].years, 0, 0.005);
@@ -47,18 +43,17 @@ static void earths_of_alpha_centauri(void **state) {
 }
 
 /* On a circular orbit phase and argument of periastron add up to the sinusoid's phase; everything else is equal. */
-static void a_circular_orbit_is_a_sinusoid(void **state) {
-    (void)state;
+TEST(a_circular_orbit_is_a_sinusoid) {
     char sinusoid[300];
-    toliman_sim *const circular = sim_with_signal(
-        "{\"kind\": \"planet\", \"star\": \"B\", \"mass_earth\": 300, \"semi_major_au\": 0.3, \"phase_rad\": 0.7}");
+    toliman_sim *const circular =
+        sim_with_signal("{'kind': 'planet', 'star': 'B', 'mass_earth': 300, 'semi_major_au': 0.3, 'phase_rad': 0.7}");
     toliman_sim *const shifted =
-        sim_with_signal("{\"kind\": \"planet\", \"star\": \"B\", \"mass_earth\": 300, \"semi_major_au\": 0.3,"
-                        " \"eccentricity\": 0, \"argument_deg\": 90, \"phase_rad\": 0.7}");
+        sim_with_signal("{'kind': 'planet', 'star': 'B', 'mass_earth': 300, 'semi_major_au': 0.3,"
+                        " 'eccentricity': 0, 'argument_deg': 90, 'phase_rad': 0.7}");
     const toliman_sim_info info = sim_info_of(circular);
     snprintf(sinusoid, sizeof sinusoid,
-             "{\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": %.17g, \"period_days\": %.17g,"
-             " \"phase_rad\": 0.7}",
+             "{'kind': 'sinusoid', 'star': 'B', 'amplitude_px': %.17g, 'period_days': %.17g,"
+             " 'phase_rad': 0.7}",
              info.amplitude_px, info.period_days);
     toliman_sim *const same = sim_with_signal(sinusoid);
     double times[100], of_planet[100], of_shifted[100], of_sinusoid[100];
@@ -72,16 +67,13 @@ static void a_circular_orbit_is_a_sinusoid(void **state) {
         assert_close(of_shifted[i], info.amplitude_px * cos(mean), 0, 1e-14 * info.amplitude_px);
     }
     assert_close(sim_info_of(same).amplitude_uas, info.amplitude_uas, 1e-14, 0);
-    toliman_sim_destroy(circular);
-    toliman_sim_destroy(shifted);
-    toliman_sim_destroy(same);
+    toliman_sim_destroy(circular), toliman_sim_destroy(shifted), toliman_sim_destroy(same);
 }
 
 /* For small eccentricities the orbit converges to the circle. */
-static void eccentricity_is_continuous(void **state) {
-    (void)state;
-    const char *const form = "{\"kind\": \"planet\", \"mass_earth\": 300, \"semi_major_au\": 0.3, \"eccentricity\": %s,"
-                             " \"argument_deg\": 40, \"phase_rad\": -2}";
+TEST(eccentricity_is_continuous) {
+    const char *const form = "{'kind': 'planet', 'mass_earth': 300, 'semi_major_au': 0.3, 'eccentricity': %s,"
+                             " 'argument_deg': 40, 'phase_rad': -2}";
     double circle[100], ellipse[100];
     for (int i = 0; i < 2; i++) {
         char signal[200];
@@ -95,9 +87,8 @@ static void eccentricity_is_continuous(void **state) {
 }
 
 /* kind none: the same as no signal at all. */
-static void no_signal(void **state) {
-    (void)state;
-    toliman_sim *const sim = sim_with_signal("{\"kind\": \"none\"}");
+TEST(no_signal) {
+    toliman_sim *const sim = sim_with_signal("{'kind': 'none'}");
     const toliman_sim_info info = sim_info_of(sim);
     assert_close(info.amplitude_px + info.amplitude_uas + info.period_days, 0, 0, 0);
     assert_close(info.min_displacement_px, 0, 0, 0);
@@ -106,25 +97,17 @@ static void no_signal(void **state) {
 }
 
 /* A single star may have a planet too; it moves along x. */
-static void a_single_star_has_a_planet(void **state) {
-    (void)state;
-    char *text = replaced(kSingleScene, "5790}}", "5790}, \"mass_sun\": 1}");
-    text = replaced_again(text, "{\"A\": [0, 0]}}",
-                          "{\"A\": [0, 0]}, \"distance_pc\": 2},"
-                          " \"signal\": {\"kind\": \"planet\", \"mass_earth\": 1, \"semi_major_au\": 1}");
+TEST(a_single_star_has_a_planet) {
+    char *text = EDITED(kSingleScene, {"5790}}", "5790}, 'mass_sun': 1}"},
+                        {"{'A': [0, 0]}}", "{'A': [0, 0]}, 'distance_pc': 2},"
+                                           " 'signal': {'kind': 'planet', 'mass_earth': 1, 'semi_major_au': 1}"});
     toliman_sim *const sim = sim_of(text);
     assert_close(sim_info_of(sim).amplitude_uas, 3.00349 / 2, 1e-5, 0);
     assert_close(sim_info_of(sim).period_days, 365.2563, 1e-6, 0);
-    toliman_sim_destroy(sim);
-    free(text);
+    toliman_sim_destroy(sim), free(text);
 }
 
 /* A caller whose struct ends before amplitude_uas. */
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(earths_of_alpha_centauri),   cmocka_unit_test(a_circular_orbit_is_a_sinusoid),
-        cmocka_unit_test(eccentricity_is_continuous), cmocka_unit_test(no_signal),
-        cmocka_unit_test(a_single_star_has_a_planet),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(earths_of_alpha_centauri), cmocka_unit_test(a_circular_orbit_is_a_sinusoid),
+          cmocka_unit_test(eccentricity_is_continuous), cmocka_unit_test(no_signal),
+          cmocka_unit_test(a_single_star_has_a_planet))

@@ -10,20 +10,20 @@
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
 
 static const double kStars[4] = {-4.5, -8.2, 5.1, 9.3};
-static const char *const kProject = "\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"";
+static const char *const kProject = "'flux_a', 'flux_b', 'shift_x', 'shift_y'";
 
 /* Both stars at given positions (px), without noise, observed for 10 s; `extra` is added to the scene. */
 static char *text_with(const double places[4], const char *extra) {
     char binary[200], end[600];
-    char *scene = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 10");
-    scene = replaced_again(scene, "\"m\": 5", "\"m\": 6"); /* with odd waves alone, defocus has no first-order effect */
-    scene = replaced_again(scene, "\"relative_flux\": 3", "\"photons_per_s\": 3e7");
-    scene = replaced_again(scene, "5260}}}", "5260}, \"photons_per_s\": 1e7}}");
-    snprintf(binary, sizeof binary, "\"offsets_px\": {\"A\": [%.17g, %.17g], \"B\": [%.17g, %.17g]}", places[0],
-             places[1], places[2], places[3]);
-    scene = replaced_again(scene, "\"separation_arcsec\": 4, \"position_angle_deg\": 30", binary);
-    snprintf(end, sizeof end, "\"noise\": {\"seed\": 7}%s%s}", extra[0] != '\0' ? ", " : "", extra);
-    return replaced_again(scene, "\"noise\": {\"photon\": true, \"read_e\": 2.5, \"seed\": 7}}", end);
+    char *scene = EDITED(kBinaryScene, {"'peak_photons': 1e5", "'exposure_s': 10"},
+                         {"'m': 5", "'m': 6"}); /* with odd waves alone, defocus has no first-order effect */
+    scene = replaced_again(scene, "'relative_flux': 3", "'photons_per_s': 3e7");
+    scene = replaced_again(scene, "5260}}}", "5260}, 'photons_per_s': 1e7}}");
+    snprintf(binary, sizeof binary, "'offsets_px': {'A': [%.17g, %.17g], 'B': [%.17g, %.17g]}", places[0], places[1],
+             places[2], places[3]);
+    scene = replaced_again(scene, "'separation_arcsec': 4, 'position_angle_deg': 30", binary);
+    snprintf(end, sizeof end, "'noise': {'seed': 7}%s%s}", extra[0] != '\0' ? ", " : "", extra);
+    return replaced_again(scene, "'noise': {'photon': true, 'read_e': 2.5, 'seed': 7}}", end);
 }
 
 static char heard[1000];
@@ -82,8 +82,7 @@ static void check_places(const char *systematics, int64_t k, const double places
     assert_true(ratio > 0);
     assert_at_most(difference(image, expected), 1e-9 + 1e-11);
     assert_at_most(1e-3, difference(still, image)); /* the disturbance is visible */
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(other);
+    toliman_sim_destroy(sim), toliman_sim_destroy(other);
 }
 
 /* What the plan reports for a scene with these systematic effects. */
@@ -96,13 +95,12 @@ static toliman_sim_plan_info plan_of(const char *systematics) {
 }
 
 /* Systematics are interpolated; without them, or at an accuracy beyond an interpolation, there is none. */
-static void the_plan_reports_the_places(void **state) {
-    (void)state;
-    const toliman_sim_plan_info none = plan_of(""), little = plan_of("\"systematics\": {\"pointing_rms_px\": 1e-5}");
-    const toliman_sim_plan_info more = plan_of("\"systematics\": {\"pointing_rms_px\": 1e-5, \"focus_rms_nm\": 1}");
-    const toliman_sim_plan_info far = plan_of("\"systematics\": {\"pointing_rms_px\": 1}");
-    const toliman_sim_plan_info coarse = plan_of("\"systematics\": {\"pointing_rms_px\": 1}, \"accuracy\": 1e-3");
-    const toliman_sim_plan_info exact = plan_of("\"systematics\": {\"pointing_rms_px\": 1}, \"accuracy\": 1e-15");
+TEST(the_plan_reports_the_places) {
+    const toliman_sim_plan_info none = plan_of(""), little = plan_of("'systematics': {'pointing_rms_px': 1e-5}");
+    const toliman_sim_plan_info more = plan_of("'systematics': {'pointing_rms_px': 1e-5, 'focus_rms_nm': 1}");
+    const toliman_sim_plan_info far = plan_of("'systematics': {'pointing_rms_px': 1}");
+    const toliman_sim_plan_info coarse = plan_of("'systematics': {'pointing_rms_px': 1}, 'accuracy': 1e-3");
+    const toliman_sim_plan_info exact = plan_of("'systematics': {'pointing_rms_px': 1}, 'accuracy': 1e-15");
     assert_true(none.atlas_taps == 0 && none.atlas_oversampling == 0 && none.atlas_error <= 0);
     assert_true(none.scale_focus_error <= 0 && little.scale_focus_error <= 0 && more.scale_focus_error > 0);
     assert_true(exact.atlas_taps == 0 && exact.exact_frames == 1 && far.exact_frames == 0);
@@ -116,26 +114,23 @@ static void the_plan_reports_the_places(void **state) {
 static void check_shift(double drift, int64_t k) {
     char extra[100];
     double places[4];
-    snprintf(extra, sizeof extra, "\"systematics\": {\"pointing_rms_px\": {\"rms\": 0, \"drift_per_day\": %g}}", drift);
+    snprintf(extra, sizeof extra, "'systematics': {'pointing_rms_px': {'rms': 0, 'drift_per_day': %g}}", drift);
     for (size_t i = 0; i < 4; i++)
         places[i] = kStars[i] + drift * 2 * (double)k;
     check_places(extra, k, places);
 }
 
 /* One star, in more wavelengths than are computed, against itself at the other position in each wavelength. */
-static void pointing_moves_a_single_star(void **state) {
-    (void)state;
+TEST(pointing_moves_a_single_star) {
     static double moved[32 * 32], there[32 * 32];
-    char *text =
-        replaced(kSingleScene, "{\"wavelength_nm\": 550}", "{\"min_nm\": 550, \"max_nm\": 600, \"step_nm\": 1}");
-    text = replaced_again(text, "\"cadence\"",
-                          "\"systematics\": {\"pointing_rms_px\": {\"rms\": 0, \"drift_per_day\": 1e-3}}, \"cadence\"");
-    text = replaced_again(text, "\"peak_photons\": 1e6", "\"exposure_s\": 1, \"interval_days\": 2");
-    text = replaced_again(text, "5790}", "5790}, \"photons_per_s\": 1e6");
+    char *text = EDITED(
+        kSingleScene, {"{'wavelength_nm': 550}", "{'min_nm': 550, 'max_nm': 600, 'step_nm': 1}"},
+        {"'cadence'", "'systematics': {'pointing_rms_px': {'rms': 0, 'drift_per_day': 1e-3}}, 'cadence'"},
+        {"'peak_photons': 1e6", "'exposure_s': 1, 'interval_days': 2"}, {"5790}", "5790}, 'photons_per_s': 1e6"});
     toliman_sim *const sim = sim_of(text);
-    text = replaced_again(text, "\"drift_per_day\": 1e-3", "\"drift_per_day\": 0");
-    text = replaced_again(text, "\"A\": [0, 0]", "\"A\": [0.014, 0.014]");
-    text = replaced_again(text, "\"cadence\"", "\"accuracy\": 1e-15, \"cadence\"");
+    text = replaced_again(text, "'drift_per_day': 1e-3", "'drift_per_day': 0");
+    text = replaced_again(text, "'A': [0, 0]", "'A': [0.014, 0.014]");
+    text = replaced_again(text, "'cadence'", "'accuracy': 1e-15, 'cadence'");
     toliman_sim *const other = sim_of(text);
     free(text);
     toliman_sim_plan_info plan = {.struct_size = sizeof plan}, exact = plan;
@@ -150,12 +145,10 @@ static void pointing_moves_a_single_star(void **state) {
         peak = fmax(peak, there[i]);
     }
     assert_at_most(worst / peak, 1e-9);
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(other);
+    toliman_sim_destroy(sim), toliman_sim_destroy(other);
 }
 
-static void pointing_moves_both_stars(void **state) {
-    (void)state;
+TEST(pointing_moves_both_stars) {
     check_shift(1e-4, 99);
     check_shift(1e-4, 1);
     check_shift(-0.02, 70);
@@ -163,44 +156,40 @@ static void pointing_moves_both_stars(void **state) {
 
 static void check_roll(double drift_deg, int64_t k) {
     char extra[100];
-    snprintf(extra, sizeof extra, "\"systematics\": {\"roll_rms_deg\": {\"rms\": 0, \"drift_per_day\": %g}}",
-             drift_deg);
+    snprintf(extra, sizeof extra, "'systematics': {'roll_rms_deg': {'rms': 0, 'drift_per_day': %g}}", drift_deg);
     const double angle = drift_deg * 2 * (double)k * acos(-1) / 180, c = cos(angle), s = sin(angle);
     const double places[4] = {c * kStars[0] - s * kStars[1], s * kStars[0] + c * kStars[1],
                               c * kStars[2] - s * kStars[3], s * kStars[2] + c * kStars[3]};
     check_places(extra, k, places);
 }
 
-static void roll_rotates_the_stars_not_their_patterns(void **state) {
-    (void)state;
+TEST(roll_rotates_the_stars_not_their_patterns) {
     check_roll(1e-3, 99);
     check_roll(0.04, 90);
 }
 
 /* The alias of a moving star must not enter the frame. */
-static void aliases_are_refused(void **state) {
-    (void)state;
+TEST(aliases_are_refused) {
     toliman_sim *sim = NULL;
-    const char *const systematics[] = {"", "\"systematics\": {\"pointing_rms_px\": 10}"};
+    const char *const systematics[] = {"", "'systematics': {'pointing_rms_px': 10}"};
     for (size_t i = 0; i < 2; i++) {
         char *const text =
-            replaced_again(text_with(kStars, systematics[i]), "\"pupil_samples\": 96", "\"pupil_samples\": 24");
+            replaced_again(text_with(kStars, systematics[i]), "'pupil_samples': 96", "'pupil_samples': 24");
         if (i == 0) {
             assert_ok(toliman_sim_create_json(text, strlen(text), NULL, NULL, &sim));
             toliman_sim_destroy(sim);
         } else {
-            assert_fails(toliman_sim_create_json(text, strlen(text), NULL, NULL, &sim), TOLIMAN_E_SCENE,
-                         "or the frame shows aliases");
+            assert_refused(toliman_sim_create_json(text, strlen(text), NULL, NULL, &sim), TOLIMAN_E_SCENE,
+                           "telescope.pupil_samples");
         }
         free(text);
     }
 }
 
 /* Also the star of the signal, for frames outside the cadence. */
-static void fluxes_multiply(void **state) {
-    (void)state;
+TEST(fluxes_multiply) {
     toliman_sim *const sim =
-        make(kStars, "\"systematics\": {\"flux_rms\": {\"rms\": 0, \"drift_per_day\": -1e-4}}, \"accuracy\": 1e-12");
+        make(kStars, "'systematics': {'flux_rms': {'rms': 0, 'drift_per_day': -1e-4}}, 'accuracy': 1e-12");
     double image[PIXELS], expected[PIXELS];
     frame_of(sim, 1e-3, 30, image);
     assert_ok(toliman_sim_propagate(sim, 1e-3, expected, SIDE));
@@ -216,8 +205,7 @@ static void check_against_log(const char *systematics, char *disturbed, double l
     toliman_sim *const sim = make(kStars, systematics), *const undisturbed = make(kStars, "");
     toliman_sim *const other = made(disturbed);
     frame_of(undisturbed, 0, 99, bare);
-    toliman_sim_destroy(undisturbed);
-    toliman_sim_destroy(make(kStars, systematics));
+    toliman_sim_destroy(undisturbed), toliman_sim_destroy(make(kStars, systematics));
     const char *const at = strstr(heard, "may reach ");
     assert_non_null(at);
     assert_int_equal(sscanf(at, "may reach %lf of the peak", &said), 1);
@@ -228,24 +216,20 @@ static void check_against_log(const char *systematics, char *disturbed, double l
     assert_at_most(error, 0.02 * effect);
     assert_at_most(error, said);
     assert_at_most(said, 300 * error); /* an upper bound, but not an excessive one */
-    free(expected);
-    toliman_sim_destroy(sim);
-    toliman_sim_destroy(other);
+    free(expected), toliman_sim_destroy(sim), toliman_sim_destroy(other);
 }
 
-static void focus_and_scale_errors_are_as_logged(void **state) {
-    (void)state;
+TEST(focus_and_scale_errors_are_as_logged) {
     char *focused = text_with(kStars, "");
-    focused = replaced_again(focused, "\"aperture_m\"",
-                             "\"aberrations\": {\"zernike_rms_nm\": {\"4\": 0.99}}, \"aperture_m\"");
-    check_against_log("\"systematics\": {\"focus_rms_nm\": {\"rms\": 0, \"drift_per_day\": 0.005}}", focused, 1e-3);
+    focused = replaced_again(focused, "'aperture_m'", "'aberrations': {'zernike_rms_nm': {'4': 0.99}}, 'aperture_m'");
+    check_against_log("'systematics': {'focus_rms_nm': {'rms': 0, 'drift_per_day': 0.005}}", focused, 1e-3);
     double places[4];
     char pitch[60];
     for (size_t i = 0; i < 4; i++)
         places[i] = kStars[i] * (1 + 1.98e-4);
-    snprintf(pitch, sizeof pitch, "\"pixel_scale_arcsec\": %.17g", 0.2 / (1 + 1.98e-4));
-    char *const stretched = replaced_again(text_with(places, ""), "\"pixel_scale_arcsec\": 0.2", pitch);
-    check_against_log("\"systematics\": {\"scale_rms\": {\"rms\": 0, \"drift_per_day\": 1e-6}}", stretched, 1e-4);
+    snprintf(pitch, sizeof pitch, "'pixel_scale_arcsec': %.17g", 0.2 / (1 + 1.98e-4));
+    char *const stretched = replaced_again(text_with(places, ""), "'pixel_scale_arcsec': 0.2", pitch);
+    check_against_log("'systematics': {'scale_rms': {'rms': 0, 'drift_per_day': 1e-6}}", stretched, 1e-4);
 }
 
 /* Solves a x = b for several right-hand sides, largest pivot first; the solutions replace b[count][n]. */
@@ -280,8 +264,7 @@ static void solve(size_t n, double *a, size_t count, double *b) {
 
 /* Recovers the random draws from frames without noise by least squares on the effect of each disturbance: seven
  * independent sequences of mean 0 and the requested rms. Common drifts, which provide the effects, are tested above. */
-static void draws_follow_their_distribution(void **state) {
-    (void)state;
+TEST(draws_follow_their_distribution) {
     enum { kinds = 7, frames = 400 };
     static const char *const names[] = {"roll_rms_deg", "scale_rms", "focus_rms_nm"};
     static const double rms[kinds] = {1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-6, 1e-3}; /* px, px, 1, 1, deg, 1, nm */
@@ -297,8 +280,7 @@ static void draws_follow_their_distribution(void **state) {
     }
     for (size_t j = 4; j < kinds; j++) {
         char extra[100];
-        snprintf(extra, sizeof extra, "\"systematics\": {\"%s\": {\"rms\": 0, \"drift_per_day\": %g}}", names[j - 4],
-                 rms[j]);
+        snprintf(extra, sizeof extra, "'systematics': {'%s': {'rms': 0, 'drift_per_day': %g}}", names[j - 4], rms[j]);
         toliman_sim *const drifting = make(kStars, extra);
         frame_of(drifting, 0, 1, image);
         for (size_t i = 0; i < PIXELS; i++)
@@ -311,16 +293,15 @@ static void draws_follow_their_distribution(void **state) {
             for (size_t i = 0; i < PIXELS; i++)
                 normal[j * kinds + l] += rms[j] * rms[l] * effect[j][i] * effect[l][i];
 
-    toliman_sim *const sim = make(kStars, "\"systematics\": {\"pointing_rms_px\": 1e-5, \"flux_rms\": {\"rms\": 1e-5},"
-                                          " \"roll_rms_deg\": 1e-5, \"scale_rms\": 1e-6, \"focus_rms_nm\": 1e-3}");
+    toliman_sim *const sim = make(kStars, "'systematics': {'pointing_rms_px': 1e-5, 'flux_rms': {'rms': 1e-5},"
+                                          " 'roll_rms_deg': 1e-5, 'scale_rms': 1e-6, 'focus_rms_nm': 1e-3}");
     for (int64_t k = 0; k < frames; k++) {
         frame_of(sim, 0, k, image);
         for (size_t j = 0; j < kinds; j++)
             for (size_t i = 0; i < PIXELS; i++)
                 values[k][j] += rms[j] * effect[j][i] * (image[i] - both[i]);
     }
-    toliman_sim_destroy(sim);
-    free(both);
+    toliman_sim_destroy(sim), free(both);
     solve(kinds, normal, frames, values[0]);
     for (size_t j = 0; j < kinds; j++) {
         for (size_t l = 0; l <= j; l++) {
@@ -337,8 +318,7 @@ static void draws_follow_their_distribution(void **state) {
 }
 
 /* A blur equals the mean of shifted scenes: Gauss-Hermite quadrature with 5 x 5 shifts, accurate to 1e-9 here. */
-static void jitter_blurs(void **state) {
-    (void)state;
+TEST(jitter_blurs) {
     const double sigma = 0.2,
                  node[5] = {-2.0201828704560856, -0.9585724646138185, 0, 0.9585724646138185, 2.0201828704560856};
     const double weight[5] = {0.019953242059045913, 0.39361932315224116, 0.9453087204829419, 0.39361932315224116,
@@ -351,38 +331,31 @@ static void jitter_blurs(void **state) {
         double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
         for (size_t i = 0; i < PIXELS; i++)
             expected[i] += weight[j % 5] * weight[j / 5] / acos(-1) * image[i];
-        free(image);
-        toliman_sim_destroy(sim);
+        free(image), toliman_sim_destroy(sim);
     }
-    toliman_sim *const sharp = make(kStars, ""), *const sim =
-                                                     make(kStars, "\"systematics\": {\"jitter_sigma_px\": 0.2}");
+    toliman_sim *const sharp = make(kStars, ""), *const sim = make(kStars, "'systematics': {'jitter_sigma_px': 0.2}");
     double *const bare = image_of(sharp, TOLIMAN_SIM_IMAGE_BOTH), *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
     double frame[PIXELS];
     assert_at_most(1e-3, difference(bare, expected));
     assert_at_most(difference(image, expected), 2e-9);
     frame_of(sim, 0, 3, frame); /* the same blur in all frames */
     assert_memory_equal(frame, image, sizeof frame);
-    free(bare);
-    free(image);
-    toliman_sim_destroy(sharp);
-    toliman_sim_destroy(sim);
+    free(bare), free(image), toliman_sim_destroy(sharp), toliman_sim_destroy(sim);
 }
 
-static const char *const kAll = "\"systematics\": {\"pointing_rms_px\": {\"rms\": 1e-3, \"drift_per_day\": 1e-5},"
-                                " \"jitter_sigma_px\": 0.1, \"roll_rms_deg\": 1e-3, \"scale_rms\": 1e-6,"
-                                " \"focus_rms_nm\": 0.01, \"flux_rms\": 1e-4}";
+static const char *const kAll = "'systematics': {'pointing_rms_px': {'rms': 1e-3, 'drift_per_day': 1e-5},"
+                                " 'jitter_sigma_px': 0.1, 'roll_rms_deg': 1e-3, 'scale_rms': 1e-6,"
+                                " 'focus_rms_nm': 0.01, 'flux_rms': 1e-4}";
 
 static char *noisy_text(const char *extra) {
-    char *text =
-        replaced_again(text_with(kStars, extra), "\"seed\": 7", "\"photon\": true, \"read_e\": 2, \"seed\": 7");
-    return replaced_again(text, "\"pixel_scale_arcsec\": 0.2",
-                          "\"pixel_scale_arcsec\": 0.2, \"qe\": 0.9, \"flat_rms\": 0.01, \"dark_e_per_s\": 5,"
-                          "\"coadds\": 2, \"full_well_e\": 2e6, \"gain_e_per_dn\": 2, \"bias_dn\": 100,"
-                          "\"bit_depth\": 24");
+    char *text = replaced_again(text_with(kStars, extra), "'seed': 7", "'photon': true, 'read_e': 2, 'seed': 7");
+    return replaced_again(text, "'pixel_scale_arcsec': 0.2",
+                          "'pixel_scale_arcsec': 0.2, 'qe': 0.9, 'flat_rms': 0.01, 'dark_e_per_s': 5,"
+                          "'coadds': 2, 'full_well_e': 2e6, 'gain_e_per_dn': 2, 'bias_dn': 100,"
+                          "'bit_depth': 24");
 }
 
-static void frames_do_not_depend_on_threads_or_order(void **state) {
-    (void)state;
+TEST(frames_do_not_depend_on_threads_or_order) {
     enum { count = 17 };
     toliman_sim *const sim = made(noisy_text(kAll));
     static double one[count][PIXELS], many[count][PIXELS], alone[PIXELS];
@@ -393,8 +366,7 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
         toliman_sim *const other = sim_on_threads(text, workers[i]);
         assert_ok(toliman_sim_frame(other, NULL, 7, 20, count, many[0]));
         assert_memory_equal(one, many, sizeof one);
-        toliman_sim_destroy(other);
-        free(text);
+        toliman_sim_destroy(other), free(text);
     }
     for (int64_t k = 36; k >= 20; k -= 4) {
         double displacement;
@@ -406,29 +378,26 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
 }
 
 /* Apart from noise, the draws depend on seed and frame number; after the cadence, drifts restart. */
-static void draws_depend_on_seed_and_number(void **state) {
-    (void)state;
+TEST(draws_depend_on_seed_and_number) {
     double a[PIXELS], b[PIXELS];
-    toliman_sim *const random = make(kStars, "\"systematics\": {\"pointing_rms_px\": 1e-3}");
+    toliman_sim *const random = make(kStars, "'systematics': {'pointing_rms_px': 1e-3}");
     assert_ok(toliman_sim_frame(random, &(double){0}, 1, 3, 1, a));
     assert_ok(toliman_sim_frame(random, &(double){0}, 2, 3, 1, b));
     assert_at_most(1e-5, difference(a, b));
     assert_ok(toliman_sim_frame(random, &(double){0}, 1, 103, 1, b));
     assert_at_most(1e-5, difference(a, b));
     toliman_sim_destroy(random);
-    toliman_sim *const drift =
-        make(kStars, "\"systematics\": {\"pointing_rms_px\": {\"rms\": 0, \"drift_per_day\": 1e-4}}");
+    toliman_sim *const drift = make(kStars, "'systematics': {'pointing_rms_px': {'rms': 0, 'drift_per_day': 1e-4}}");
     assert_ok(toliman_sim_frame(drift, &(double){0}, 1, 3, 1, a));
     assert_ok(toliman_sim_frame(drift, &(double){0}, 2, 12345678900003, 1, b));
     assert_memory_equal(a, b, sizeof a);
     toliman_sim_destroy(drift);
 }
 
-static void zero_systematics_change_no_byte(void **state) {
-    (void)state;
-    const char *const nothing[] = {"", "\"systematics\": {}",
-                                   "\"systematics\": {\"pointing_rms_px\": 0, \"jitter_sigma_px\": 0, \"flux_rms\":"
-                                   " {\"rms\": 0, \"drift_per_day\": 0}}"};
+TEST(zero_systematics_change_no_byte) {
+    const char *const nothing[] = {"", "'systematics': {}",
+                                   "'systematics': {'pointing_rms_px': 0, 'jitter_sigma_px': 0, 'flux_rms':"
+                                   " {'rms': 0, 'drift_per_day': 0}}"};
     double first[PIXELS], image[PIXELS];
     for (size_t i = 0; i < 3; i++) {
         toliman_sim *const sim = made(noisy_text(nothing[i]));
@@ -444,8 +413,7 @@ static double rms_bias(const char *project) {
     enum { frames = 50 };
     char extra[200];
     snprintf(extra, sizeof extra,
-             "\"systematics\": {\"pointing_rms_px\": 1e-3, \"flux_rms\": 1e-4}, \"preprocess\": {\"project\": [%s]}",
-             project);
+             "'systematics': {'pointing_rms_px': 1e-3, 'flux_rms': 1e-4}, 'preprocess': {'project': [%s]}", project);
     toliman_sim *const sim = make(kStars, extra);
     toliman_linear *linear = NULL;
     assert_ok(toliman_linear_create(sim, NULL, &linear));
@@ -456,58 +424,42 @@ static double rms_bias(const char *project) {
         assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(image), 1, &value, NULL));
         squares += (value - 1e-6) * (value - 1e-6) / frames;
     }
-    toliman_linear_destroy(linear);
-    toliman_sim_destroy(sim);
+    toliman_linear_destroy(linear), toliman_sim_destroy(sim);
     return sqrt(squares);
 }
 
-static void projection_makes_estimators_blind(void **state) {
-    (void)state;
+TEST(projection_makes_estimators_blind) {
     assert_at_most(1e-4, rms_bias(""));
     assert_at_most(rms_bias(kProject), 5e-7);
 }
 
-static void impossible_systematics(void **state) {
-    (void)state;
-    const char *const cases[][2] = {
-        {"\"pointing_rms_px\": -1", "scene: systematics.pointing_rms_px = -1: must be in [0, 10] px"},
-        {"\"roll_rms_deg\": 11", "systematics.roll_rms_deg = 11: must be in [0, 10] deg"},
-        {"\"scale_rms\": \"much\"", "systematics.scale_rms = \"much\": must be a number in [0, 0.01]"},
-        {"\"focus_rms_nm\": {}", "systematics.focus_rms_nm.rms: is missing"},
-        {"\"flux_rms\": {\"rms\": 0.2}", "systematics.flux_rms.rms = 0.2: must be in [0, 0.1]"},
-        {"\"flux_rms\": {\"rms\": 0, \"drift\": 1}", "systematics.flux_rms.drift: unknown key"},
-        {"\"flux_rms\": {\"rms\": 0, \"drift_per_day\": -1}",
-         "systematics.flux_rms.drift_per_day = -1: must be in [-0.1, 0.1]"},
-        {"\"pointing_rms_px\": {\"rms\": 0, \"drift_per_day\": -0.1}",
-         "systematics.pointing_rms_px.drift_per_day = -0.1: amounts to 19.8 in the cadence's 198 days: must be at most "
-         "10 px"},
-        {"\"pointing\": 1", "systematics.pointing: unknown key"},
+TEST(impossible_systematics) {
+    const refusal cases[] = {
+        {"'noise'", "'systematics': {'pointing_rms_px': -1}, 'noise'", "systematics.pointing_rms_px"},
+        {"'noise'", "'systematics': {'roll_rms_deg': 11}, 'noise'", "systematics.roll_rms_deg"},
+        {"'noise'", "'systematics': {'scale_rms': 'much'}, 'noise'", "systematics.scale_rms"},
+        {"'noise'", "'systematics': {'focus_rms_nm': {}}, 'noise'", "systematics.focus_rms_nm.rms"},
+        {"'noise'", "'systematics': {'flux_rms': {'rms': 0.2}}, 'noise'", "systematics.flux_rms.rms"},
+        {"'noise'", "'systematics': {'flux_rms': {'rms': 0, 'drift': 1}}, 'noise'", "systematics.flux_rms.drift"},
+        {"'noise'", "'systematics': {'flux_rms': {'rms': 0, 'drift_per_day': -1}}, 'noise'",
+         "systematics.flux_rms.drift_per_day"},
+        {"'noise'", "'systematics': {'pointing_rms_px': {'rms': 0, 'drift_per_day': -0.1}}, 'noise'",
+         "systematics.pointing_rms_px.drift_per_day"},
+        {"'noise'", "'systematics': {'pointing': 1}, 'noise'", "systematics.pointing"},
     };
-    check_additions(kBinaryScene, "\"noise\"", "\"systematics\": {%s}, \"noise\"", cases, sizeof cases / sizeof *cases);
+    CHECK_REFUSALS(kBinaryScene, TOLIMAN_E_SCENE, cases);
     /* Twice the light must still be within the range of the Poisson generator. */
     char *const bright = replaced(kBinaryScene, "1e5", "6e11");
     toliman_sim_destroy(sim_of(bright));
-    const char *const flux[][2] = {{"\"flux_rms\": 0.01", "must be at most 5e+11"}};
-    check_additions(bright, "\"noise\"", "\"systematics\": {%s}, \"noise\"", flux, 1);
+    const refusal flux[] = {{"'noise'", "'systematics': {'flux_rms': 0.01}, 'noise'", "cadence"}};
+    CHECK_REFUSALS(bright, TOLIMAN_E_SCENE, flux);
     free(bright);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_plan_reports_the_places),
-        cmocka_unit_test(pointing_moves_both_stars),
-        cmocka_unit_test(pointing_moves_a_single_star),
-        cmocka_unit_test(roll_rotates_the_stars_not_their_patterns),
-        cmocka_unit_test(aliases_are_refused),
-        cmocka_unit_test(fluxes_multiply),
-        cmocka_unit_test(focus_and_scale_errors_are_as_logged),
-        cmocka_unit_test(draws_follow_their_distribution),
-        cmocka_unit_test(jitter_blurs),
-        cmocka_unit_test(frames_do_not_depend_on_threads_or_order),
-        cmocka_unit_test(draws_depend_on_seed_and_number),
-        cmocka_unit_test(zero_systematics_change_no_byte),
-        cmocka_unit_test(projection_makes_estimators_blind),
-        cmocka_unit_test(impossible_systematics),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(the_plan_reports_the_places), cmocka_unit_test(pointing_moves_both_stars),
+          cmocka_unit_test(pointing_moves_a_single_star), cmocka_unit_test(roll_rotates_the_stars_not_their_patterns),
+          cmocka_unit_test(aliases_are_refused), cmocka_unit_test(fluxes_multiply),
+          cmocka_unit_test(focus_and_scale_errors_are_as_logged), cmocka_unit_test(draws_follow_their_distribution),
+          cmocka_unit_test(jitter_blurs), cmocka_unit_test(frames_do_not_depend_on_threads_or_order),
+          cmocka_unit_test(draws_depend_on_seed_and_number), cmocka_unit_test(zero_systematics_change_no_byte),
+          cmocka_unit_test(projection_makes_estimators_blind), cmocka_unit_test(impossible_systematics))

@@ -28,38 +28,36 @@ static int tear_down(void **unused) {
     return 0;
 }
 
-static void bad_options_are_refused(void **state) {
-    (void)state;
+TEST(bad_options_are_refused) {
     const struct {
         toliman_sky_options options;
         const char *message;
     } cases[] = {
-        {{.without = 256}, "options->without = 256: must be TOLIMAN_SKY_..., at most 255"},
-        {{.altitude_km = 199}, "options->altitude_km = 199: must be in [200, 2000] km, or 0 for none"},
-        {{.altitude_km = 2001}, "options->altitude_km = 2001: must be in [200, 2000] km, or 0 for none"},
-        {{.altitude_km = -1}, "options->altitude_km = -1: must be in [200, 2000] km, or 0 for none"},
-        {{.altitude_km = NAN}, "options->altitude_km = nan: must be in [200, 2000] km, or 0 for none"},
-        {{.altitude_km = 600, .node_hours = -1}, "options->node_hours = -1: must be in (0, 24] h, or 0 for 18"},
-        {{.altitude_km = 600, .node_hours = NAN}, "options->node_hours = nan: must be in (0, 24] h, or 0 for 18"},
-        {{.node_hours = 6}, "options->node_hours = 6: needs altitude_km"},
-        {{.observer = "none.oem", .altitude_km = 600}, "options->altitude_km = 600: must be 0 with observer"},
-        {{.leap_second_count = 1}, "options->leap_seconds is NULL"},
-        {{.struct_size = 4}, "options->struct_size = 4"},
+        {{.without = 256}, "options->without"},
+        {{.altitude_km = 199}, "options->altitude_km"},
+        {{.altitude_km = 2001}, "options->altitude_km"},
+        {{.altitude_km = -1}, "options->altitude_km"},
+        {{.altitude_km = NAN}, "options->altitude_km"},
+        {{.altitude_km = 600, .node_hours = -1}, "options->node_hours"},
+        {{.altitude_km = 600, .node_hours = NAN}, "options->node_hours"},
+        {{.node_hours = 6}, "options->node_hours"},
+        {{.observer = "none.oem", .altitude_km = 600}, "options->altitude_km"},
+        {{.leap_second_count = 1}, "options->leap_seconds"},
+        {{.struct_size = 4}, "options->struct_size"},
     };
     toliman_sky *made = NULL;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_sky_options options = cases[i].options;
         if (options.struct_size == 0)
             options.struct_size = sizeof options;
-        assert_fails(toliman_sky_create("alpha-cen", &options, &made), TOLIMAN_E_ARGUMENT, cases[i].message);
+        assert_refused(toliman_sky_create("alpha-cen", &options, &made), TOLIMAN_E_ARGUMENT, cases[i].message);
     }
-    assert_fails(toliman_sky_create(NULL, NULL, &made), TOLIMAN_E_ARGUMENT, "system is NULL");
-    assert_fails(toliman_sky_create("alpha-cen", NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    assert_fails(toliman_sky_create("", NULL, &made), TOLIMAN_E_ARGUMENT,
-                 "system = \"\": must be \"alpha-cen\" or a system file");
-    assert_fails(toliman_sky_create("beta-cen", NULL, &made), TOLIMAN_E_NOT_FOUND, "beta-cen: No such file");
+    assert_refused(toliman_sky_create(NULL, NULL, &made), TOLIMAN_E_ARGUMENT, "system");
+    assert_refused(toliman_sky_create("alpha-cen", NULL, NULL), TOLIMAN_E_ARGUMENT, "out");
+    assert_refused(toliman_sky_create("", NULL, &made), TOLIMAN_E_ARGUMENT, "system");
+    assert_refused(toliman_sky_create("beta-cen", NULL, &made), TOLIMAN_E_NOT_FOUND, "beta-cen");
     const toliman_sky_options missing = {.struct_size = sizeof missing, .observer = "none.oem"};
-    assert_fails(toliman_sky_create("alpha-cen", &missing, &made), TOLIMAN_E_NOT_FOUND, "none.oem");
+    assert_refused(toliman_sky_create("alpha-cen", &missing, &made), TOLIMAN_E_NOT_FOUND, "none.oem");
     assert_null(made);
 }
 
@@ -70,8 +68,7 @@ static const char kJson[] =
     "-3640, \"pm_dec_mas_yr\": 700, \"parallax_mas\": 750, \"radial_velocity_km_s\": -22, \"radial_velocity_kind\": "
     "\"kinematic\"}, \"masses\": {\"A\": 1.1, \"B\": 0.9}}";
 
-static void a_text_is_the_system(void **state) {
-    (void)state;
+TEST(a_text_is_the_system) {
     toliman_sky *made = NULL;
     toliman_sky_info info = TOLIMAN_SKY_INFO_INIT;
     double period = 0;
@@ -83,47 +80,37 @@ static void a_text_is_the_system(void **state) {
     assert_true(info.parallax_arcsec == 0.75 && info.star_mass[0] == 1.1 && info.star_mass[1] == 0.9);
     toliman_sky_destroy(made);
     made = NULL;
-    assert_fails(toliman_sky_create("{", NULL, &made), TOLIMAN_E_FORMAT, "system: ");
-    assert_fails(toliman_sky_create("{\"schema\": \"toliman-system/1\"}", NULL, &made), TOLIMAN_E_SCENE,
-                 "system: orbit");
-    assert_fails(toliman_sky_create(" alpha-cen", NULL, &made), TOLIMAN_E_NOT_FOUND, " alpha-cen: No such file");
+    assert_refused(toliman_sky_create("{", NULL, &made), TOLIMAN_E_FORMAT, "system");
+    assert_refused(toliman_sky_create("{\"schema\": \"toliman-system/1\"}", NULL, &made), TOLIMAN_E_SCENE, "orbit");
+    assert_refused(toliman_sky_create(" alpha-cen", NULL, &made), TOLIMAN_E_NOT_FOUND, " alpha-cen");
     assert_null(made);
 }
 
-static void bad_arguments_are_refused(void **state) {
-    (void)state;
+TEST(bad_arguments_are_refused) {
     toliman_sky_prediction seen[2] = {TOLIMAN_SKY_PREDICTION_INIT, TOLIMAN_SKY_PREDICTION_INIT}, untouched = seen[0];
     toliman_sky_info info = TOLIMAN_SKY_INFO_INIT;
     const int64_t late[2] = {kStart, INT64_MAX}, backwards[4] = {5, 10, 10, 5};
-    assert_fails(toliman_sky_predict(NULL, times, 1, seen), TOLIMAN_E_ARGUMENT, "sky is NULL");
-    assert_fails(toliman_sky_predict(sky, NULL, 1, seen), TOLIMAN_E_ARGUMENT, "tai_ns is NULL");
-    assert_fails(toliman_sky_predict(sky, times, 1, NULL), TOLIMAN_E_ARGUMENT, "predictions is NULL");
-    assert_fails(toliman_sky_predict(sky, times, SIZE_MAX, seen), TOLIMAN_E_RANGE, "tai_ns");
-    assert_fails(toliman_sky_predict(sky, late, 2, seen), TOLIMAN_E_RANGE,
-                 "time = 9223372036854775807 ns TAI: must be from 1900-01-01T12 to 2099-12-31T12 TT");
+    assert_refused(toliman_sky_predict(NULL, times, 1, seen), TOLIMAN_E_ARGUMENT, "sky");
+    assert_refused(toliman_sky_predict(sky, NULL, 1, seen), TOLIMAN_E_ARGUMENT, "tai_ns");
+    assert_refused(toliman_sky_predict(sky, times, 1, NULL), TOLIMAN_E_ARGUMENT, "predictions");
+    assert_refused(toliman_sky_predict(sky, times, SIZE_MAX, seen), TOLIMAN_E_RANGE, "tai_ns");
+    assert_refused(toliman_sky_predict(sky, late, 2, seen), TOLIMAN_E_RANGE, "time");
     assert_memory_equal(&seen[0], &untouched, sizeof untouched);
-    assert_fails(toliman_sky_predict_mean(sky, NULL, &(size_t){1}, 1, seen), TOLIMAN_E_ARGUMENT, "intervals is NULL");
-    assert_fails(toliman_sky_predict_mean(sky, times, &(size_t){1}, 1, NULL), TOLIMAN_E_ARGUMENT,
-                 "predictions is NULL");
-    assert_fails(toliman_sky_predict_mean(sky, times, &(size_t){0}, 1, seen), TOLIMAN_E_ARGUMENT,
-                 "intervals: must not be empty");
-    assert_fails(toliman_sky_predict_mean(sky, backwards, &(size_t){2}, 1, seen), TOLIMAN_E_ARGUMENT,
-                 "intervals: start 10, end 5 ns TAI: must begin before it ends");
-    assert_fails(toliman_sky_predict_mean(sky, late, &(size_t){1}, 1, seen), TOLIMAN_E_RANGE,
-                 "time = 9223372036854775807 ns TAI");
+    assert_refused(toliman_sky_predict_mean(sky, NULL, &(size_t){1}, 1, seen), TOLIMAN_E_ARGUMENT, "intervals");
+    assert_refused(toliman_sky_predict_mean(sky, times, &(size_t){1}, 1, NULL), TOLIMAN_E_ARGUMENT, "predictions");
+    assert_refused(toliman_sky_predict_mean(sky, times, &(size_t){0}, 1, seen), TOLIMAN_E_ARGUMENT, "intervals");
+    assert_refused(toliman_sky_predict_mean(sky, backwards, &(size_t){2}, 1, seen), TOLIMAN_E_ARGUMENT, "intervals");
+    assert_refused(toliman_sky_predict_mean(sky, late, &(size_t){1}, 1, seen), TOLIMAN_E_RANGE, "time");
     assert_memory_equal(&seen[0], &untouched, sizeof untouched);
-    assert_fails(toliman_sky_get_info(sky, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    assert_fails(toliman_sky_get_info((const toliman_sky *)(const void *)&info, &info), TOLIMAN_E_ARGUMENT,
-                 "sky is not a toliman_sky");
-    assert_fails(toliman_sky_get_element(sky, TOLIMAN_SKY_ELEMENT_EPOCH + 1, NULL, NULL), TOLIMAN_E_RANGE,
-                 "element = 738: must be a constant TOLIMAN_SKY_ELEMENT_...");
-    assert_fails(toliman_sky_get_element(sky, 0, NULL, NULL), TOLIMAN_E_RANGE,
-                 "element = 0: must be a constant TOLIMAN_SKY_ELEMENT_...");
+    assert_refused(toliman_sky_get_info(sky, NULL), TOLIMAN_E_ARGUMENT, "out");
+    assert_refused(toliman_sky_get_info((const toliman_sky *)(const void *)&info, &info), TOLIMAN_E_ARGUMENT, "sky");
+    assert_refused(toliman_sky_get_element(sky, TOLIMAN_SKY_ELEMENT_EPOCH + 1, NULL, NULL), TOLIMAN_E_RANGE, "element");
+    assert_refused(toliman_sky_get_element(sky, 0, NULL, NULL), TOLIMAN_E_RANGE, "element");
     seen[0].struct_size = info.struct_size = 4;
-    assert_fails(toliman_sky_predict(sky, times, 1, seen), TOLIMAN_E_ARGUMENT, "predictions->struct_size = 4");
-    assert_fails(toliman_sky_predict_mean(sky, times, &(size_t){1}, 1, seen), TOLIMAN_E_ARGUMENT,
-                 "predictions->struct_size = 4");
-    assert_fails(toliman_sky_get_info(sky, &info), TOLIMAN_E_ARGUMENT, "out->struct_size = 4");
+    assert_refused(toliman_sky_predict(sky, times, 1, seen), TOLIMAN_E_ARGUMENT, "predictions->struct_size");
+    assert_refused(toliman_sky_predict_mean(sky, times, &(size_t){1}, 1, seen), TOLIMAN_E_ARGUMENT,
+                   "predictions->struct_size");
+    assert_refused(toliman_sky_get_info(sky, &info), TOLIMAN_E_ARGUMENT, "out->struct_size");
     assert_ok(toliman_sky_predict(sky, NULL, 0, NULL));
     toliman_sky_destroy(NULL);
 }
@@ -140,8 +127,7 @@ static void set_exposures(int64_t length_ns) {
 }
 
 /* The definition, with the means of predict_mean, to the last bit. */
-static void reduced_is_measured_over_factor_minus_geometric(void **state) {
-    (void)state;
+TEST(reduced_is_measured_over_factor_minus_geometric) {
     set_exposures(INT64_C(1800000000000));
     const double measured[MEASURED] = {9.8, 9.9, 10.1};
     double reduced[MEASURED];
@@ -159,8 +145,7 @@ static void reduced_is_measured_over_factor_minus_geometric(void **state) {
 }
 
 /* An exposure in orbit must be known: neither its middle nor a whole that is longer than 600 s is enough. */
-static void unknown_exposures_are_refused(void **state) {
-    (void)state;
+TEST(unknown_exposures_are_refused) {
     const double measured[MEASURED] = {9.8, 9.9, 10.1};
     const size_t ones[MEASURED] = {1, 1, 1};
     double reduced[MEASURED] = {5, 5, 5};
@@ -174,8 +159,8 @@ static void unknown_exposures_are_refused(void **state) {
     assert_true(reduced[0] == 5);
     assert_ok(reduce_of(sky, exposures, ones, measured, MEASURED, reduced, &left));
     exposures[3] = exposures[2];
-    assert_fails(reduce_of(sky, exposures, ones, measured, MEASURED, reduced, &left), TOLIMAN_E_ARGUMENT,
-                 "measurement 1: intervals: zero length: must be start and end of the exposure");
+    assert_refused(reduce_of(sky, exposures, ones, measured, MEASURED, reduced, &left), TOLIMAN_E_ARGUMENT,
+                   "intervals");
     toliman_sky *earth = NULL;
     const toliman_sky_options options = {.struct_size = sizeof options, .without = TOLIMAN_SKY_SPACECRAFT_ABERRATION};
     assert_ok(toliman_sky_create("alpha-cen", &options, &earth));
@@ -187,17 +172,15 @@ static void unknown_exposures_are_refused(void **state) {
 }
 
 /* A refit refuses what a reduction refuses, and what the observer file does not cover. */
-static void a_refit_refuses_unknown_exposures(void **state) {
-    (void)state;
+TEST(a_refit_refuses_unknown_exposures) {
     const double measured[MEASURED] = {9.8, 9.9, 10.1}, sigmas[MEASURED] = {1, 1, 1};
     const size_t ones[MEASURED] = {1, 1, 1};
     toliman_sky_refit_result result = TOLIMAN_SKY_REFIT_RESULT_INIT;
     toliman_sky *fitted = NULL;
     set_exposures(INT64_C(600000000000));
     exposures[5]++;
-    assert_fails(refit_of(sky, exposures, NULL, measured, sigmas, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
-                 "measurement 2: intervals: 600 s: must be on-target intervals above 600 s for an observer in orbit");
-    assert_string_equal(toliman_last_error_field(), "intervals");
+    assert_refused(refit_of(sky, exposures, NULL, measured, sigmas, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
+                   "intervals");
     assert_ok(refit_of(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted));
     toliman_sky_destroy(fitted);
     fitted = NULL;
@@ -207,19 +190,17 @@ static void a_refit_refuses_unknown_exposures(void **state) {
     set_exposures(INT64_C(60000000000));
     exposures[4] = INT64_MAX - 2;
     exposures[5] = INT64_MAX - 1;
-    assert_fails(refit_of(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted), TOLIMAN_E_RANGE,
-                 "measurement 2: time = ");
+    assert_refused(refit_of(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted), TOLIMAN_E_RANGE,
+                   "time");
     const double far[MEASURED] = {29.4, 29.7, 30.3}, exact[MEASURED] = {1e-4, 1e-4, 1e-4};
     set_exposures(INT64_C(60000000000));
-    assert_fails(refit_of(sky, exposures, ones, far, exact, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
-                 "measured: the fit moves ");
-    assert_string_equal(toliman_last_error_field(), "measured");
+    assert_refused(refit_of(sky, exposures, ones, far, exact, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
+                   "measured");
     assert_null(fitted);
 }
 
 /* The 30 measurements that a diagnosis needs at least. */
-static void bad_diagnoses_are_refused(void **state) {
-    (void)state;
+TEST(bad_diagnoses_are_refused) {
     enum { LEAST = 30 };
     int64_t pairs[2 * LEAST];
     double measured[LEAST], sigmas[LEAST];
@@ -233,19 +214,18 @@ static void bad_diagnoses_are_refused(void **state) {
         measured[i] = seen.separation_arcsec;
         sigmas[i] = 1e-6;
     }
-    assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, NULL, rows), TOLIMAN_E_ARGUMENT,
-                 "result is NULL");
-    assert_fails(diagnose_of(sky, NULL, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
-                 "data->t is NULL");
-    assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 1, &result, rows), TOLIMAN_E_ARGUMENT,
-                 "scale_sigma = 1: must be in [0, 1)");
+    assert_refused(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, NULL, rows), TOLIMAN_E_ARGUMENT, "result");
+    assert_refused(diagnose_of(sky, NULL, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
+                   "data->t");
+    assert_refused(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 1, &result, rows), TOLIMAN_E_ARGUMENT,
+                   "scale_sigma");
     sigmas[3] = 0;
-    assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
-                 "sigma[3] = 0: must be above 0 and at most 1e100");
+    assert_refused(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
+                   "sigma[3]");
     sigmas[3] = 1e-6;
     rows[0].struct_size = 4;
-    assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
-                 "hypotheses->struct_size = 4");
+    assert_refused(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
+                   "hypotheses->struct_size");
     pairs[7] = pairs[6];
     assert_fails(diagnose_of(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, NULL), TOLIMAN_E_ARGUMENT,
                  "measurement 3: intervals: zero length");
@@ -259,8 +239,7 @@ static void bad_diagnoses_are_refused(void **state) {
     assert_string_equal(toliman_constant_name(TOLIMAN_SKY_CAUSE_CENTRE + 1), "?");
 }
 
-static void bad_measurements_are_refused(void **state) {
-    (void)state;
+TEST(bad_measurements_are_refused) {
     set_exposures(INT64_C(60000000000));
     double reduced = 5;
     size_t left = 7;
@@ -268,30 +247,27 @@ static void bad_measurements_are_refused(void **state) {
     const size_t none = 0;
     const int64_t late[2] = {INT64_MAX - 1, INT64_MAX}, backwards[2] = {INT64_MAX, INT64_MIN};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        assert_fails(reduce_of(sky, exposures, NULL, &bad[i], 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "y[0] = ");
-    assert_fails(reduce_of(sky, exposures, &none, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT,
-                 "data->interval_counts[0] = 0: must be at least 1");
-    assert_fails(reduce_of(sky, late, NULL, &good, 1, &reduced, &left), TOLIMAN_E_RANGE, "measurement 0: time = ");
-    assert_fails(reduce_of(sky, backwards, NULL, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT,
-                 "measurement 0: intervals: start ");
-    assert_fails(reduce_of(sky, NULL, NULL, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "data->t is NULL");
-    assert_fails(reduce_of(sky, exposures, NULL, NULL, 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "data->y is NULL");
-    assert_fails(toliman_sky_reduce(sky, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "measured is NULL");
+        assert_refused(reduce_of(sky, exposures, NULL, &bad[i], 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "y[0]");
+    assert_refused(reduce_of(sky, exposures, &none, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT,
+                   "data->interval_counts[0]");
+    assert_refused(reduce_of(sky, late, NULL, &good, 1, &reduced, &left), TOLIMAN_E_RANGE, "time");
+    assert_refused(reduce_of(sky, backwards, NULL, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "intervals");
+    assert_refused(reduce_of(sky, NULL, NULL, &good, 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "data->t");
+    assert_refused(reduce_of(sky, exposures, NULL, NULL, 1, &reduced, &left), TOLIMAN_E_ARGUMENT, "data->y");
+    assert_refused(toliman_sky_reduce(sky, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "measured");
     toliman_measure *const values = measure_of(&good, &good, NULL, 1);
     toliman_measure *made = NULL;
-    assert_fails(toliman_sky_reduce(sky, values, NULL, &made), TOLIMAN_E_ARGUMENT,
-                 "measured: its kind must be TOLIMAN_MEASURE_SEPARATION");
+    assert_refused(toliman_sky_reduce(sky, values, NULL, &made), TOLIMAN_E_ARGUMENT, "measured");
     toliman_sky_prediction seen = {.struct_size = 4};
-    assert_fails(toliman_sky_predict_mean(sky, exposures, NULL, 1, &seen), TOLIMAN_E_ARGUMENT,
-                 "predictions->struct_size = 4");
+    assert_refused(toliman_sky_predict_mean(sky, exposures, NULL, 1, &seen), TOLIMAN_E_ARGUMENT,
+                   "predictions->struct_size");
     toliman_measure_destroy(values);
     assert_null(made);
     assert_true(reduced == 5);
 }
 
 /* Against the elements and the partial derivatives themselves, 1900 to 2100. */
-static void columns_are_the_partials_of_uncertain_elements(void **state) {
-    (void)state;
+TEST(columns_are_the_partials_of_uncertain_elements) {
     static const int32_t known[7] = {0, 1, 2, 3, 4, 5, 6};
     const double scale = 0.05, scale_sigma = 1e-3;
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
@@ -326,26 +302,20 @@ static void columns_are_the_partials_of_uncertain_elements(void **state) {
     }
 }
 
-static void bad_columns_are_refused(void **state) {
-    (void)state;
+TEST(bad_columns_are_refused) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     int32_t elements[7];
-    assert_fails(toliman_sky_set_columns(NULL, 1, 0, &options, elements), TOLIMAN_E_ARGUMENT, "sky is NULL");
-    assert_fails(toliman_sky_set_columns(sky, 0, 0, &options, elements), TOLIMAN_E_ARGUMENT,
-                 "unit_arcsec = 0: must be above 0 and finite");
-    assert_fails(toliman_sky_set_columns(sky, NAN, 0, &options, elements), TOLIMAN_E_ARGUMENT,
-                 "unit_arcsec = nan: must be above 0 and finite");
-    assert_fails(toliman_sky_set_columns(sky, 1, 1, &options, elements), TOLIMAN_E_ARGUMENT,
-                 "scale_sigma = 1: must be in [0, 1)");
-    assert_fails(toliman_sky_set_columns(sky, 1, 0, NULL, elements), TOLIMAN_E_ARGUMENT, "options is NULL");
-    assert_fails(toliman_sky_set_columns(sky, 1, 0, &options, NULL), TOLIMAN_E_ARGUMENT, "elements is NULL");
+    assert_refused(toliman_sky_set_columns(NULL, 1, 0, &options, elements), TOLIMAN_E_ARGUMENT, "sky");
+    assert_refused(toliman_sky_set_columns(sky, 0, 0, &options, elements), TOLIMAN_E_ARGUMENT, "unit_arcsec");
+    assert_refused(toliman_sky_set_columns(sky, NAN, 0, &options, elements), TOLIMAN_E_ARGUMENT, "unit_arcsec");
+    assert_refused(toliman_sky_set_columns(sky, 1, 1, &options, elements), TOLIMAN_E_ARGUMENT, "scale_sigma");
+    assert_refused(toliman_sky_set_columns(sky, 1, 0, NULL, elements), TOLIMAN_E_ARGUMENT, "options");
+    assert_refused(toliman_sky_set_columns(sky, 1, 0, &options, NULL), TOLIMAN_E_ARGUMENT, "elements");
     options.trend = 9;
-    assert_fails(toliman_sky_set_columns(sky, 1, 0, &options, elements), TOLIMAN_E_ARGUMENT,
-                 "options->trend = 9: must be in [0, 8]");
+    assert_refused(toliman_sky_set_columns(sky, 1, 0, &options, elements), TOLIMAN_E_ARGUMENT, "options->trend");
 }
 
-static void properties_are_those_of_the_options(void **state) {
-    (void)state;
+TEST(properties_are_those_of_the_options) {
     toliman_sky_info info = TOLIMAN_SKY_INFO_INIT;
     assert_ok(toliman_sky_get_info(sky, &info));
     assert_int_equal(info.observer, TOLIMAN_SKY_OBSERVER_CIRCULAR);
@@ -372,8 +342,7 @@ static void keep_text(int32_t level, const char *text, void *data) {
     snprintf(data, 400, "%s", text);
 }
 
-static void the_centre_of_the_earth_is_a_warning(void **state) {
-    (void)state;
+TEST(the_centre_of_the_earth_is_a_warning) {
     char text[400] = "";
     toliman_sky_options options = {.struct_size = sizeof options, .log = keep_text, .log_data = text};
     toliman_sky *made = NULL;
@@ -388,8 +357,7 @@ static void the_centre_of_the_earth_is_a_warning(void **state) {
 }
 
 /* A caller with a shorter struct gets the members that it knows. */
-static void rows_have_the_caller_s_size(void **state) {
-    (void)state;
+TEST(rows_have_the_caller_s_size) {
     toliman_sky_prediction whole = TOLIMAN_SKY_PREDICTION_INIT;
     assert_ok(toliman_sky_predict(sky, times, 1, &whole));
     assert_close(whole.separation_arcsec / whole.geometric_arcsec, whole.factor, 0, 0);
@@ -427,8 +395,7 @@ static void *predict_in_order(void *given) {
     return NULL;
 }
 
-static void threads_give_the_bits_of_one(void **state) {
-    (void)state;
+TEST(threads_give_the_bits_of_one) {
     static job alone, jobs[THREADS];
     const toliman_sky_options options = {.struct_size = sizeof options, .altitude_km = 600};
     toliman_sky *shared = NULL;
@@ -458,21 +425,19 @@ static void threads_give_the_bits_of_one(void **state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bad_options_are_refused),
-        cmocka_unit_test(a_text_is_the_system),
-        cmocka_unit_test(bad_arguments_are_refused),
-        cmocka_unit_test(reduced_is_measured_over_factor_minus_geometric),
-        cmocka_unit_test(unknown_exposures_are_refused),
-        cmocka_unit_test(a_refit_refuses_unknown_exposures),
-        cmocka_unit_test(bad_diagnoses_are_refused),
-        cmocka_unit_test(bad_measurements_are_refused),
-        cmocka_unit_test(columns_are_the_partials_of_uncertain_elements),
-        cmocka_unit_test(bad_columns_are_refused),
-        cmocka_unit_test(properties_are_those_of_the_options),
-        cmocka_unit_test(the_centre_of_the_earth_is_a_warning),
-        cmocka_unit_test(rows_have_the_caller_s_size),
-        cmocka_unit_test(threads_give_the_bits_of_one),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(bad_options_are_refused),
+                                       cmocka_unit_test(a_text_is_the_system),
+                                       cmocka_unit_test(bad_arguments_are_refused),
+                                       cmocka_unit_test(reduced_is_measured_over_factor_minus_geometric),
+                                       cmocka_unit_test(unknown_exposures_are_refused),
+                                       cmocka_unit_test(a_refit_refuses_unknown_exposures),
+                                       cmocka_unit_test(bad_diagnoses_are_refused),
+                                       cmocka_unit_test(bad_measurements_are_refused),
+                                       cmocka_unit_test(columns_are_the_partials_of_uncertain_elements),
+                                       cmocka_unit_test(bad_columns_are_refused),
+                                       cmocka_unit_test(properties_are_those_of_the_options),
+                                       cmocka_unit_test(the_centre_of_the_earth_is_a_warning),
+                                       cmocka_unit_test(rows_have_the_caller_s_size),
+                                       cmocka_unit_test(threads_give_the_bits_of_one)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

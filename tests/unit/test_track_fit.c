@@ -20,10 +20,11 @@ static char folder[256];
 
 static int set_up(void **unused) {
     (void)unused;
-    char *text = replaced(kBinaryScene, "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}",
-                          "{\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true}");
-    text = replaced_again(text, "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.4");
-    text = replaced_again(text, "\"frames\": 100, \"interval_days\": 2", "\"frames\": 6, \"interval_days\": 50");
+    char *text = EDITED(kBinaryScene,
+                        {"{\"separation_arcsec\": 4, \"position_angle_deg\": 30}",
+                         "{\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true}"},
+                        {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.4"},
+                        {"\"frames\": 100, \"interval_days\": 2", "\"frames\": 6, \"interval_days\": 50"});
     sim = sim_of(text);
     free(text);
     assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, NULL, &fit));
@@ -33,8 +34,7 @@ static int set_up(void **unused) {
 
 static int tear_down(void **unused) {
     (void)unused;
-    toliman_fit_destroy(fit);
-    toliman_sim_destroy(sim);
+    toliman_fit_destroy(fit), toliman_sim_destroy(sim);
     return 0;
 }
 
@@ -107,8 +107,7 @@ static double cell(const toliman_track *track, const char *name, int64_t record)
     return value;
 }
 
-static void values_are_those_of_fits_at_the_frames_times(void **state) {
-    (void)state;
+TEST(values_are_those_of_fits_at_the_frames_times) {
     const toliman_track_options options = options_of(NULL, fit);
     toliman_track *const track = opened(&options);
     for (int i = 0; i < FRAMES; i++) {
@@ -149,8 +148,7 @@ static void values_are_those_of_fits_at_the_frames_times(void **state) {
     toliman_track_destroy(track);
 }
 
-static void order_threads_and_restarts_change_no_bit(void **state) {
-    (void)state;
+TEST(order_threads_and_restarts_change_no_bit) {
     const int orders[][FRAMES] = {{0, 1, 2, 3, 4, 5}, {5, 2, 0, 4, 1, 3}};
     double expected[20], found[20];
     toliman_track_outcome outcomes[FRAMES];
@@ -185,8 +183,7 @@ static void order_threads_and_restarts_change_no_bit(void **state) {
     assert_memory_equal(found, expected, sizeof found);
 }
 
-static void a_frame_without_a_fit_is_rejected(void **state) {
-    (void)state;
+TEST(a_frame_without_a_fit_is_rejected) {
     static double empty[PIXELS];
     const toliman_track_options options = options_of(NULL, fit);
     toliman_track *const track = opened(&options);
@@ -202,8 +199,7 @@ static void a_frame_without_a_fit_is_rejected(void **state) {
     toliman_track_destroy(track);
 }
 
-static void other_estimators_are_refused(void **state) {
-    (void)state;
+TEST(other_estimators_are_refused) {
     toliman_track_options options = options_of(folder, fit);
     toliman_track *track = opened(&options);
     toliman_track_destroy(track);
@@ -215,22 +211,17 @@ static void other_estimators_are_refused(void **state) {
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_MISMATCH, "ledger.tlml: written with ");
     options = options_of(NULL, fit);
     strcpy(options.estimator.values, "dx");
-    assert_fails(
-        toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-        "options->estimator.values = \"dx\": must be \"separation_px x_px y_px\", the values of the estimator");
+    assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.values");
     options = options_of(NULL, fit);
     options.frames.image_rows = 32;
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-                 "image_rows = 32: must be 64, as the estimator requires");
+    assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->frames.image_rows");
     toliman_linear *linear = NULL;
     assert_ok(toliman_linear_create(sim, NULL, &linear));
     options = options_of(NULL, fit);
     options.estimator.linear = linear;
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-                 "options: at most one of cae, linear, fit and estimate may be set");
+    assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options");
     assert_null(track);
-    toliman_linear_destroy(linear);
-    toliman_fit_destroy(other);
+    toliman_linear_destroy(linear), toliman_fit_destroy(other);
 }
 
 int main(void) {
@@ -238,7 +229,6 @@ int main(void) {
         cmocka_unit_test(values_are_those_of_fits_at_the_frames_times),
         cmocka_unit_test_setup_teardown(order_threads_and_restarts_change_no_bit, make_place, remove_place),
         cmocka_unit_test(a_frame_without_a_fit_is_rejected),
-        cmocka_unit_test_setup_teardown(other_estimators_are_refused, make_place, remove_place),
-    };
+        cmocka_unit_test_setup_teardown(other_estimators_are_refused, make_place, remove_place)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

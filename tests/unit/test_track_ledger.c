@@ -42,8 +42,7 @@ static void assert_warned(const toliman_track_options *options, const char *text
     assert_int_equal(count_warnings(*options, 0), !repaired);
 }
 
-static void damage_is_reported_once(void **unused) {
-    (void)unused;
+TEST(damage_is_reported_once) {
     const toliman_track_options options = filled_folder();
     char copy[300];
     snprintf(copy, sizeof copy, "%s/copy", folder);
@@ -77,8 +76,7 @@ static void damage_is_reported_once(void **unused) {
     remove_folder(copy);
 }
 
-static void one_writer_even_if_files_are_removed(void **unused) {
-    (void)unused;
+TEST(one_writer_even_if_files_are_removed) {
     char path[330];
     static const char *const other_files[] = {"lock", "checkpoint.tlmc", "setup.tlms", "streams.txt",
                                               "ledger.tlml.tmp"};
@@ -88,7 +86,7 @@ static void one_writer_even_if_files_are_removed(void **unused) {
     for (size_t i = 0; i < sizeof other_files / sizeof *other_files; i++) {
         snprintf(path, sizeof path, "%s/%s", folder, other_files[i]);
         unlink(path);
-        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_STATE, "another process is writing to it");
+        assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_STATE, folder);
     }
     push_range(writer, 4, 70);
     assert_ok(toliman_track_save(writer));
@@ -116,10 +114,7 @@ static void damage_ledger(int way) {
 }
 
 /* The change is detected before anything more is acknowledged; a removed file is never saved to. */
-static void a_ledger_that_changes_stops_its_writer(void **unused) {
-    (void)unused;
-    static const char *const words[WAYS] = {"was removed or renamed", "was removed or renamed", "was replaced",
-                                            "was changed", "was changed"};
+TEST(a_ledger_that_changes_stops_its_writer) {
     for (int way = 0; way < WAYS; way++)
         for (int saving = 0; saving < 2; saving++) {
             toliman_track_options options = small_options(folder);
@@ -139,10 +134,9 @@ static void a_ledger_that_changes_stops_its_writer(void **unused) {
                 status = toliman_track_save(track);
             assert_int_equal(status, TOLIMAN_E_LOST);
             assert_string_equal(toliman_last_error_field(), ledger);
-            assert_non_null(strstr(toliman_last_error(), words[way]));
             assert_int_equal(info_of(track).committed, 8);
-            assert_fails(toliman_track_commit(track), TOLIMAN_E_LOST, words[way]);
-            assert_fails(toliman_track_save(track), TOLIMAN_E_LOST, words[way]);
+            assert_refused(toliman_track_commit(track), TOLIMAN_E_LOST, ledger);
+            assert_refused(toliman_track_save(track), TOLIMAN_E_LOST, ledger);
             toliman_track_destroy(track);
             remove_folder(folder);
             assert_int_equal(mkdir(folder, 0777), 0);
@@ -170,8 +164,7 @@ static int write_some(int writer) {
 }
 
 /* Writers that race to create a folder: each writes alone or is refused, and no acknowledged frame is lost. */
-static void race_to_create_a_folder(void **unused) {
-    (void)unused;
+TEST(race_to_create_a_folder) {
     const toliman_track_options options = small_options(folder);
     for (int round = 0; round < ROUNDS; round++) {
         pid_t children[WRITERS];
@@ -194,33 +187,29 @@ static void race_to_create_a_folder(void **unused) {
 }
 
 /* A writer of an earlier version locks the file `lock`. */
-static void writer_of_an_earlier_version_is_excluded(void **unused) {
-    (void)unused;
+TEST(writer_of_an_earlier_version_is_excluded) {
     char path[330];
     snprintf(path, sizeof path, "%s/lock", folder);
     const int held = open(path, O_RDWR | O_CREAT, 0666);
     assert_int_equal(flock(held, LOCK_EX), 0);
     const toliman_track_options options = small_options(folder);
     toliman_track *none = NULL;
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_STATE, "another process is writing to it");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_STATE, folder);
     close(held);
     toliman_track_destroy(make_track(&options));
 }
 
 /* If files other than the ledger exist, the folder is not new, and no new ledger is created. */
-static void lost_ledger_is_not_a_new_folder(void **unused) {
-    (void)unused;
+TEST(lost_ledger_is_not_a_new_folder) {
     const toliman_track_options options = filled_folder();
     toliman_track_options reading = options;
     reading.flags = TOLIMAN_TRACK_READ_ONLY;
     const char *const left[] = {checkpoint, setup, names};
     toliman_track *none = NULL;
-    char text[60];
     assert_int_equal(unlink(ledger), 0);
     for (int i = 0; i < 3; i++) {
-        snprintf(text, sizeof text, "is missing although %s exists", strrchr(left[i], '/') + 1);
-        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, text);
-        assert_fails(toliman_track_create(&reading, &none), TOLIMAN_E_FORMAT, text);
+        assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, ledger);
+        assert_refused(toliman_track_create(&reading, &none), TOLIMAN_E_FORMAT, ledger);
         assert_int_equal(access(ledger, F_OK), -1);
         assert_int_equal(unlink(left[i]), 0);
     }
@@ -228,8 +217,7 @@ static void lost_ledger_is_not_a_new_folder(void **unused) {
 }
 
 /* As after a crash that left only the first file. */
-static void partly_created_folder_continues(void **unused) {
-    (void)unused;
+TEST(partly_created_folder_continues) {
     toliman_track_options options = small_options(folder);
     for (int left = 0; left < 2; left++) {
         toliman_track_destroy(make_track(&options));
@@ -240,8 +228,7 @@ static void partly_created_folder_continues(void **unused) {
             assert_int_equal(rename(ledger, temporary), 0);
         }
         toliman_track_options none = TOLIMAN_TRACK_OPTIONS_INIT;
-        assert_fails(toliman_track_load_options(folder, &none), TOLIMAN_E_NOT_FOUND, "has no ledger of frames");
-        assert_string_equal(toliman_last_error_field(), folder);
+        assert_refused(toliman_track_load_options(folder, &none), TOLIMAN_E_NOT_FOUND, folder);
         assert_int_equal(count_warnings(options, 0), 0);
         toliman_track *track = make_track(&options);
         push_range(track, 1, 5);
@@ -254,8 +241,7 @@ static void partly_created_folder_continues(void **unused) {
 }
 
 /* Arrivals are counted once, without a save and without the checkpoint. */
-static void repeats_are_kept_by_commit(void **unused) {
-    (void)unused;
+TEST(repeats_are_kept_by_commit) {
     const toliman_track_options options = small_options(folder);
     for (int pass = 1; pass <= 4; pass++) {
         toliman_track *track = make_track(&options);
@@ -281,8 +267,7 @@ static void repeats_are_kept_by_commit(void **unused) {
 
 /* A checkpoint of an earlier version, which held these counts alone: they count once, also after the ledger has
  * them. */
-static void repeats_of_an_older_checkpoint_count_once(void **unused) {
-    (void)unused;
+TEST(repeats_of_an_older_checkpoint_count_once) {
     enum { REPEATS = 24 };
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
@@ -293,9 +278,7 @@ static void repeats_of_an_older_checkpoint_count_once(void **unused) {
     const off_t size = size_of(checkpoint);
     const int64_t seven = 7;
     write_at(checkpoint, REPEATS, &seven, 8);
-    const int file = open(checkpoint, O_RDONLY);
-    assert_int_equal(read(file, bytes, sizeof bytes), size);
-    close(file);
+    read_at(checkpoint, 0, bytes, (size_t)size);
     const uint32_t crc = crc32(0, bytes, (size_t)size - 4);
     write_at(checkpoint, size - 4, &crc, 4);
     for (int time = 0; time < 3; time++) {
@@ -311,17 +294,12 @@ static void repeats_of_an_older_checkpoint_count_once(void **unused) {
     toliman_track_destroy(track);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(damage_is_reported_once, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(one_writer_even_if_files_are_removed, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(a_ledger_that_changes_stops_its_writer, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(race_to_create_a_folder, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(writer_of_an_earlier_version_is_excluded, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(lost_ledger_is_not_a_new_folder, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(partly_created_folder_continues, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(repeats_are_kept_by_commit, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(repeats_of_an_older_checkpoint_count_once, prepare, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test_setup_teardown(damage_is_reported_once, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(one_writer_even_if_files_are_removed, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(a_ledger_that_changes_stops_its_writer, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(race_to_create_a_folder, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(writer_of_an_earlier_version_is_excluded, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(lost_ledger_is_not_a_new_folder, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(partly_created_folder_continues, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(repeats_are_kept_by_commit, prepare, tear_down),
+          cmocka_unit_test_setup_teardown(repeats_of_an_older_checkpoint_count_once, prepare, tear_down))

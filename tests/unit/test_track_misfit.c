@@ -94,8 +94,7 @@ static void push_in_order(toliman_track *track, const int64_t *ids, int count, i
 }
 
 /* In memory and in folders that are saved in the middle and reopened from the ledger behind that checkpoint. */
-static void any_order_gives_the_same_sums(void **unused) {
-    (void)unused;
+TEST(any_order_gives_the_same_sums) {
     for (int seed = 0; seed < 12; seed++) {
         const int quarantines = seed % 3 == 1;
         uint64_t random = (uint64_t)seed;
@@ -132,8 +131,7 @@ static void any_order_gives_the_same_sums(void **unused) {
 }
 
 /* After each frame, the tracker has what the frames so far give: also when the limit falls and when it rises. */
-static void limit_follows_the_median(void **unused) {
-    (void)unused;
+TEST(limit_follows_the_median) {
     const toliman_track_options options = misfit_options(NULL);
     toliman_track *up = make_track(&options), *down = make_track(&options);
     for (int64_t n = 1; n <= FRAMES; n++) {
@@ -143,12 +141,10 @@ static void limit_follows_the_median(void **unused) {
         assert_expected(down, &options, FRAMES + 1 - n, FRAMES, 0, expected_limit(FRAMES + 1 - n, FRAMES, 0));
     }
     assert_same_periods(period_of(up), period_of(down));
-    toliman_track_destroy(up);
-    toliman_track_destroy(down);
+    toliman_track_destroy(up), toliman_track_destroy(down);
 }
 
-static void limit_of_a_folder_is_kept(void **unused) {
-    (void)unused;
+TEST(limit_of_a_folder_is_kept) {
     toliman_track_options options = misfit_options(folder);
     options.limits.chi_square = 5;
     toliman_track *track = make_track(&options), *none = NULL;
@@ -165,7 +161,7 @@ static void limit_of_a_folder_is_kept(void **unused) {
     assert_expected(track, &options, 1, FRAMES, 0, 5);
     toliman_track_destroy(track);
     options.limits.chi_square = -1;
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, "another limit of chi-square: rebuild");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, setup);
     static const double limits[] = {-1, 9.5, 0.5, 1e10};
     for (size_t i = 0; i < sizeof limits / sizeof *limits; i++) {
         options.limits.chi_square = limits[i];
@@ -180,12 +176,11 @@ static void limit_of_a_folder_is_kept(void **unused) {
     static const double bad[] = {-2, NAN, INFINITY};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         options.limits.chi_square = bad[i];
-        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->limits.chi_square = ");
+        assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->limits.chi_square");
     }
 }
 
-static void shards_merge_to_the_whole(void **unused) {
-    (void)unused;
+TEST(shards_merge_to_the_whole) {
     char shard[256];
     make_folder(shard, sizeof shard);
     toliman_track_options options = misfit_options(shard);
@@ -204,14 +199,12 @@ static void shards_merge_to_the_whole(void **unused) {
     push_range(whole, 1, FRAMES);
     assert_same_periods(period_of(track), period_of(whole));
     assert_int_equal(info_of(whole).misfit, info.misfit);
-    toliman_track_destroy(whole);
-    toliman_track_destroy(track);
+    toliman_track_destroy(whole), toliman_track_destroy(track);
     remove_folder(shard);
 }
 
 /* The summary, against sums over the expected frames, and the verdict of a record that was reported as accepted. */
-static void goodness_of_the_folder(void **unused) {
-    (void)unused;
+TEST(goodness_of_the_folder) {
     const toliman_track_options options = misfit_options(folder);
     toliman_track *track = make_track(&options);
     assert_int_equal(push_number(track, 1), TOLIMAN_TRACK_VERDICT_ACCEPTED);
@@ -265,13 +258,6 @@ static void goodness_of_the_folder(void **unused) {
     toliman_track_destroy(track);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_order_gives_the_same_sums),
-        cmocka_unit_test(limit_follows_the_median),
-        cmocka_unit_test_setup_teardown(limit_of_a_folder_is_kept, set_up, tear_down),
-        cmocka_unit_test(shards_merge_to_the_whole),
-        cmocka_unit_test_setup_teardown(goodness_of_the_folder, set_up, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(cmocka_unit_test(any_order_gives_the_same_sums), cmocka_unit_test(limit_follows_the_median),
+          in_folder(limit_of_a_folder_is_kept), cmocka_unit_test(shards_merge_to_the_whole),
+          in_folder(goodness_of_the_folder))
