@@ -75,4 +75,7 @@ static inline void assert_field_fits(toliman_status status, const char *call) {
         assert_field_fits(refused_status_, #call);                                                                     \
     } while (0)
 
+/* The same with TOLIMAN_E_ARGUMENT. */
+#define assert_invalid(call, field) assert_refused(call, TOLIMAN_E_ARGUMENT, field)
+
 #endif

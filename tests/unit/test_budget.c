@@ -56,8 +56,7 @@ static fit fit_of_scene(void) {
 static void free_fit(fit *f) {
     for (int i = 0; i <= FREE; i++)
         free(f->images[i]);
-    free(f->variance);
-    toliman_sim_destroy(f->sim);
+    free(f->variance), toliman_sim_destroy(f->sim);
 }
 
 static toliman_sim_budget_options with_names(const char *names) {
@@ -240,8 +239,7 @@ static void earth_is_that_of_options_or_scene(void **state) {
     budget = budget_of(sim, NULL);
     assert_string_equal(budget.earth_from, "the planet of the scene");
     assert_close(budget.earth_px * budget.uas_per_px, 2 * 1.761, 1e-3, 0);
-    toliman_sim_destroy(sim);
-    free(scene);
+    toliman_sim_destroy(sim), free(scene);
 }
 
 /* The position of a single star cannot be distinguished from a common shift, and it has no star B. */
@@ -259,8 +257,7 @@ static void a_single_star_is_degenerate(void **state) {
     assert_true(isnan(rows[1].bias_px));
     assert_null(row_of(rows, count, "flux_b"));
     options.free_names = "flux_b";
-    assert_fails(toliman_sim_get_budget(sim, &options, &budget), TOLIMAN_E_UNSUPPORTED,
-                 "scene: derivative by flux_b: the scene has star A only");
+    assert_refused(toliman_sim_get_budget(sim, &options, &budget), TOLIMAN_E_UNSUPPORTED, "");
     toliman_sim_destroy(sim);
 }
 
@@ -287,33 +284,27 @@ static void bad_arguments_are_refused(void **state) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     toliman_sim_budget budget = TOLIMAN_SIM_BUDGET_INIT;
     toliman_sim_budget_options options = with_names("shift_x zernike_37");
-    assert_fails(toliman_sim_get_budget(sim, &options, &budget), TOLIMAN_E_ARGUMENT,
-                 "options->free_names: \"zernike_37\": must be the name of a parameter; did you mean \"zernike_7\"?");
+    assert_invalid(toliman_sim_get_budget(sim, &options, &budget), "options->free_names");
     options.free_names = "separation";
-    assert_fails(toliman_sim_get_budget(sim, &options, &budget), TOLIMAN_E_ARGUMENT,
-                 "options->free_names: separation: must not be in the list");
+    assert_invalid(toliman_sim_get_budget(sim, &options, &budget), "options->free_names");
     options.free_names = "roll, roll";
-    assert_fails(toliman_sim_get_budget(sim, &options, &budget), TOLIMAN_E_ARGUMENT,
-                 "options->free_names: \"roll\": must be named once");
+    assert_invalid(toliman_sim_get_budget(sim, &options, &budget), "options->free_names");
     options = with_names(NULL);
     options.frames = -1;
-    assert_fails(toliman_sim_get_budget(sim, &options, &budget), TOLIMAN_E_ARGUMENT,
-                 "options->frames = -1: must be in [0, 9007199254740992]");
+    assert_invalid(toliman_sim_get_budget(sim, &options, &budget), "options->frames");
     options.frames = 0;
     options.earth_px = NAN;
-    assert_fails(toliman_sim_get_budget(sim, &options, &budget), TOLIMAN_E_ARGUMENT,
-                 "options->earth_px = nan: must be in [0, 100] px");
+    assert_invalid(toliman_sim_get_budget(sim, &options, &budget), "options->earth_px");
     toliman_sim_budget_row row = TOLIMAN_SIM_BUDGET_ROW_INIT;
     size_t count = 7;
     double correlations[4];
-    assert_fails(toliman_sim_get_budget_rows(sim, NULL, correlations, 2, &row, 1, &count), TOLIMAN_E_ARGUMENT,
-                 "side = 2: must be 1, the separation and the free parameters");
-    assert_fails(toliman_sim_get_budget_rows(sim, NULL, NULL, 0, NULL, 2, &count), TOLIMAN_E_ARGUMENT, "rows is NULL");
+    assert_invalid(toliman_sim_get_budget_rows(sim, NULL, correlations, 2, &row, 1, &count), "side");
+    assert_invalid(toliman_sim_get_budget_rows(sim, NULL, NULL, 0, NULL, 2, &count), "rows");
     assert_int_equal(count, 7);
     assert_asks(toliman_sim_get_budget_rows(sim, NULL, NULL, 0, NULL, 0, &count));
     const size_t needed = count;
     row.name = "as before";
-    assert_fails(toliman_sim_get_budget_rows(sim, NULL, NULL, 0, &row, 1, &count), TOLIMAN_E_CAPACITY, "capacity = 1");
+    assert_refused(toliman_sim_get_budget_rows(sim, NULL, NULL, 0, &row, 1, &count), TOLIMAN_E_CAPACITY, "capacity");
     assert_int_equal(count, needed);
     assert_string_equal(row.name, "as before");
     assert_asks(toliman_sim_get_budget_steps(sim, NULL, NULL, 0, &count));

@@ -18,10 +18,7 @@ static int set_up(void **unused) {
 
 static int tear_down(void **unused) {
     (void)unused;
-    toliman_cae_destroy(untrained);
-    toliman_cae_destroy(trained);
-    toliman_sim_destroy(sim);
-    toliman_cae_destroy(NULL);
+    toliman_cae_destroy(untrained), toliman_cae_destroy(trained), toliman_sim_destroy(sim), toliman_cae_destroy(NULL);
     return 0;
 }
 
@@ -120,23 +117,32 @@ static void test_training_reaches_the_target(void **unused) {
     assert_close(training.cosine, sqrt(1 - training.loss), 1e-6, 0); /* cosine and tangent of one right triangle */
 }
 
-/* Figures of the default training stated in the header: for any seed, and with coarse pixels. */
-static void test_cosine_of_the_header(void **unused) {
+static void assert_trained_as_stated(const toliman_cae_training *report) {
+    assert_int_equal(report->steps, 300);
+    assert_at_most(0.985, report->cosine);
+    assert_close(report->loss, 0.02, 0, 5e-3);
+}
+
+/* Figures of the default training stated in the header: the cosine for any seed, and with coarse pixels; the
+ * nonlinearity of ELU, latent over displacement, for both signs. */
+static void test_figures_of_the_header(void **unused) {
     (void)unused;
-    const char *const scenes[] = {"examples/scenes/chapter.json", "examples/scenes/mission.json"};
-    for (int k = 0; k < 2; k++) {
+    const struct {
+        double displacement, slope;
+    } said[] = {{1e-4, 0.9996}, {1e-3, 0.996}, {1e-2, 0.96}, {-1e-4, 0.9996}, {-1e-3, 0.997}, {-1e-2, 0.97}};
+    const char *const scenes[] = {"examples/scenes/mission.json", "examples/scenes/chapter.json"};
+    for (uint64_t seed = 1; seed <= 2; seed++) {
         toliman_sim *scene = NULL;
-        assert_ok(toliman_sim_create_file(scenes[k], NULL, &scene));
-        for (uint64_t seed = 1; seed <= 2; seed++) {
-            toliman_cae *cae = make_cae(scene, seed, 0, NULL);
-            toliman_cae_training report = {.struct_size = sizeof report};
-            assert_ok(toliman_cae_train(cae, NULL, &report));
-            assert_int_equal(report.steps, 300);
-            assert_at_most(0.985, report.cosine);
-            assert_close(report.loss, 0.02, 0, 5e-3);
-            toliman_cae_destroy(cae);
+        assert_ok(toliman_sim_create_file(scenes[seed - 1], NULL, &scene));
+        toliman_cae *cae = make_cae(scene, seed, 0, NULL);
+        toliman_cae_training report = {.struct_size = sizeof report};
+        assert_ok(toliman_cae_train(cae, NULL, &report));
+        assert_trained_as_stated(&report);
+        for (size_t k = 0; seed == 2 && k < sizeof said / sizeof *said; k++) {
+            const double change = encode_expected(cae, scene, said[k].displacement) - encode_expected(cae, scene, 0);
+            assert_close(1 - change / said[k].displacement, 1 - said[k].slope, 0.35, 0);
         }
-        toliman_sim_destroy(scene);
+        toliman_cae_destroy(cae), toliman_sim_destroy(scene);
     }
 }
 
@@ -195,20 +201,6 @@ static void test_encoder_is_the_transposed_decoder(void **unused) {
     free(target), free(decoded), free(frame), free(reference), free(variance), free(residual);
 }
 
-static void test_training_is_deterministic(void **unused) {
-    (void)unused;
-    size_t size, size_again;
-    toliman_cae *again = make_cae(sim, 7, 30, NULL);
-    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
-    options.steps = 100; /* initialised from the seed again, regardless of earlier training */
-    assert_ok(toliman_cae_train(again, &options, NULL));
-    uint8_t *bytes = saved(trained, &size), *bytes_again = saved(again, &size_again);
-    assert_true(size == size_again);
-    assert_memory_equal(bytes, bytes_again, size);
-    free(bytes), free(bytes_again);
-    toliman_cae_destroy(again);
-}
-
 static int32_t stop_half_way(const char *stage, double fraction, void *calls) {
     assert_true(strstr(stage, "train: step ") == stage);
     ++*(int *)calls;
@@ -224,7 +216,7 @@ static void test_cancelled_training_changes_nothing(void **unused) {
     options.steps = 8;
     options.progress = stop_half_way;
     options.progress_data = &calls;
-    assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_CANCELLED, "cancelled");
+    assert_refused(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_CANCELLED, "");
     assert_int_equal(calls, 4);
     uint8_t *after = saved(trained, &size_after);
     assert_true(size == size_after);
@@ -252,7 +244,7 @@ static void test_resume_after_cancellation(void **unused) {
         losses[k] = -1;
     options.losses = losses;
     options.loss_count = 99; /* one less than in the resumed training */
-    assert_fails(toliman_cae_train(broken, &options, NULL), TOLIMAN_E_CANCELLED, "cancelled");
+    assert_refused(toliman_cae_train(broken, &options, NULL), TOLIMAN_E_CANCELLED, "");
     assert_true(losses[0] > 0.5 && losses[0] < 1 && losses[49] < losses[0] && losses[50] == -1);
 
     size_t size, trained_size;
@@ -275,8 +267,7 @@ static void test_resume_after_cancellation(void **unused) {
         uint8_t *found = saved(both[i], &size);
         assert_int_equal(size, trained_size);
         assert_memory_equal(found, expected, size);
-        free(found);
-        toliman_cae_destroy(both[i]);
+        free(found), toliman_cae_destroy(both[i]);
     }
     free(expected);
 }
@@ -295,31 +286,7 @@ static void test_no_light_to_centre_the_crop_on(void **unused) {
     assert_fails(toliman_cae_create(dark, 1, NULL, &cae), TOLIMAN_E_SCENE,
                  "the reference frame has no counts above the background");
     assert_null(cae);
-    toliman_sim_destroy(dark);
-    free(text);
-}
-
-static void test_same_bits_on_any_number_of_workers(void **unused) {
-    (void)unused;
-    enum { kFrames = 7 };
-    double *frames = new_image((size_t)kFrames * kPixels), latents[kFrames], one;
-    assert_ok(toliman_sim_frame(sim, NULL, 3, 0, kFrames, frames));
-    for (uint32_t workers = 0; workers <= 3; workers++) {
-        toliman_cae *const copy = cae_on_threads(trained, workers);
-        assert_ok(toliman_cae_encode(copy, PLAIN_IMAGE(frames), kFrames, latents, NULL));
-        toliman_cae_destroy(copy);
-        for (int k = 0; k < kFrames; k++) {
-            assert_ok(toliman_cae_encode(trained, PLAIN_IMAGE(frames + (size_t)k * kPixels), 1, &one, NULL));
-            assert_memory_equal(&one, &latents[k], sizeof one);
-        }
-    }
-    latents[0] = latents[6] = -5;
-    frames[5 * kPixels + 300] = NAN;
-    assert_fails(toliman_cae_encode(trained, PLAIN_IMAGE(frames), kFrames, latents, NULL), TOLIMAN_E_ARGUMENT,
-                 "frame 5: counts[1][44] = nan");
-    assert_true(latents[0] == -5 && latents[6] == -5);
-    assert_ok(toliman_cae_encode(trained, NULL, 0, NULL, NULL));
-    free(frames);
+    toliman_sim_destroy(dark), free(text);
 }
 
 /* The scatter of the latents of noisy frames is as the cosine predicts: sigma = crb / cosine. */
@@ -364,8 +331,7 @@ static void test_reconstruction(void **unused) {
     assert_ok(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL));
     for (int i = 0; i < kPixels; i++)
         frame[i] = 3;
-    assert_fails(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, &mmse, NULL, NULL), TOLIMAN_E_ARGUMENT,
-                 "must not all be equal");
+    assert_invalid(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, &mmse, NULL, NULL), "counts");
     free(frame), free(image), free(variance);
 }
 
@@ -417,9 +383,7 @@ static void test_crop_and_projection(void **unused) {
     latent = -5;
     assert_fails(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL), TOLIMAN_E_ARGUMENT, text);
     assert_true(latent == -5);
-    free(reference), free(change), free(frame);
-    toliman_cae_destroy(cae);
-    toliman_sim_destroy(wide);
+    free(reference), free(change), free(frame), toliman_cae_destroy(cae), toliman_sim_destroy(wide);
 }
 
 static void test_arguments(void **unused) {
@@ -430,32 +394,31 @@ static void test_arguments(void **unused) {
     toliman_cae *out = NULL;
     toliman_cae_train_options options;
     toliman_sim *small = make_sim(255, 300, 0, "");
-    assert_fails(toliman_cae_create(small, 1, NULL, &out), TOLIMAN_E_UNSUPPORTED, "scene: detector.shape = [255, 300]");
+    assert_refused(toliman_cae_create(small, 1, NULL, &out), TOLIMAN_E_UNSUPPORTED, "detector.shape");
     assert_null(out);
     toliman_sim_destroy(small);
-    assert_fails(toliman_cae_create(NULL, 1, NULL, &out), TOLIMAN_E_ARGUMENT, "sim is NULL");
-    assert_fails(toliman_cae_create(sim, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    assert_fails(toliman_cae_encode(trained, PLAIN_IMAGE(image), 1, NULL, NULL), TOLIMAN_E_ARGUMENT,
-                 "latents_px is NULL");
-    assert_fails(toliman_cae_encode(trained, NULL, 1, &latent, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
-    assert_fails(toliman_cae_decode(trained, NAN, image, kSide), TOLIMAN_E_ARGUMENT, "latent_px = nan");
-    assert_fails(toliman_cae_decode(trained, 0, image, 3), TOLIMAN_E_ARGUMENT, "stride of image = 3");
-    assert_fails(toliman_cae_get_target(NULL, image, kSide), TOLIMAN_E_ARGUMENT, "cae is NULL");
-    assert_fails(toliman_cae_save(trained, NULL, NULL, 0, NULL), TOLIMAN_E_ARGUMENT, "needed is NULL");
-    assert_fails(toliman_cae_save(trained, NULL, image, 100, &needed), TOLIMAN_E_CAPACITY, "capacity = 100");
+    assert_invalid(toliman_cae_create(NULL, 1, NULL, &out), "sim");
+    assert_invalid(toliman_cae_create(sim, 1, NULL, NULL), "out");
+    assert_invalid(toliman_cae_encode(trained, PLAIN_IMAGE(image), 1, NULL, NULL), "latents_px");
+    assert_invalid(toliman_cae_encode(trained, NULL, 1, &latent, NULL), "image");
+    assert_invalid(toliman_cae_decode(trained, NAN, image, kSide), "latent_px");
+    assert_invalid(toliman_cae_decode(trained, 0, image, 3), "stride");
+    assert_invalid(toliman_cae_get_target(NULL, image, kSide), "cae");
+    assert_invalid(toliman_cae_save(trained, NULL, NULL, 0, NULL), "needed");
+    assert_refused(toliman_cae_save(trained, NULL, image, 100, &needed), TOLIMAN_E_CAPACITY, "capacity");
     options = (toliman_cae_train_options)TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.learning_rate = 1.5;
-    assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_ARGUMENT, "options->learning_rate = 1.5");
+    assert_invalid(toliman_cae_train(trained, &options, NULL), "options->learning_rate");
     options.learning_rate = NAN;
-    assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_ARGUMENT, "options->learning_rate = nan");
+    assert_invalid(toliman_cae_train(trained, &options, NULL), "options->learning_rate");
     toliman_cae_training report = {.struct_size = 1};
-    assert_fails(toliman_cae_train(trained, NULL, &report), TOLIMAN_E_ARGUMENT, "report->struct_size = 1");
+    assert_invalid(toliman_cae_train(trained, NULL, &report), "report->struct_size");
     toliman_cae_train_options nowhere = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     nowhere.loss_count = 1;
-    assert_fails(toliman_cae_train(trained, &nowhere, NULL), TOLIMAN_E_ARGUMENT, "options->losses is NULL");
+    assert_invalid(toliman_cae_train(trained, &nowhere, NULL), "options->losses");
     for (int i = 0; i < kPixels; i++)
         image[i] = 1e300;
-    assert_fails(toliman_cae_encode(trained, PLAIN_IMAGE(image), 1, &latent, NULL), TOLIMAN_E_RANGE, "not finite");
+    assert_refused(toliman_cae_encode(trained, PLAIN_IMAGE(image), 1, &latent, NULL), TOLIMAN_E_RANGE, "counts");
 }
 
 /* Counts that can be encoded, but whose latent is beyond the decoder's range: the error must name the counts. */
@@ -470,8 +433,8 @@ static void test_counts_too_far_to_reconstruct(void **unused) {
         assert_ok(toliman_cae_encode(trained, PLAIN_IMAGE(frame), 1, &latent, NULL));
     }
     image[0] = -5;
-    assert_fails(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL), TOLIMAN_E_RANGE,
-                 "counts: latent = ");
+    assert_refused(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL), TOLIMAN_E_RANGE,
+                   "counts");
     assert_true(image[0] == -5);
 }
 
@@ -481,8 +444,8 @@ static void test_figures_that_overflow(void **unused) {
     static double frame[kPixels], image[kPixels];
     double mmse = -5;
     frame[7] = 1e-300;
-    assert_fails(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, &mmse, NULL, NULL), TOLIMAN_E_RANGE,
-                 "counts: range = 1e-300: too small compared with the reconstruction");
+    assert_refused(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, &mmse, NULL, NULL), TOLIMAN_E_RANGE,
+                   "counts");
     assert_true(mmse == -5);
     assert_ok(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL));
 }
@@ -509,30 +472,10 @@ static void test_no_signal_is_left(void **unused) {
         assert_ok(toliman_sim_create_json(json, (size_t)size, NULL, NULL, &single));
         assert_ok(toliman_sim_get_bounds(single, &bounds));
         assert_true(isinf(bounds.crb_projected_px) && isfinite(bounds.crb_px));
-        assert_fails(toliman_cae_create(single, 1, NULL, &out), TOLIMAN_E_SCENE,
-                     "the projection leaves no information about the separation");
+        assert_refused(toliman_cae_create(single, 1, NULL, &out), TOLIMAN_E_SCENE, "preprocess.project");
         assert_null(out);
         toliman_sim_destroy(single);
     }
-}
-
-/* The nonlinearity of ELU stated in the header: latent over displacement, for both signs. Chapter's scene, default
- * training. */
-static void test_slope_of_the_header(void **unused) {
-    (void)unused;
-    const struct {
-        double displacement, slope;
-    } said[] = {{1e-4, 0.9996}, {1e-3, 0.996}, {1e-2, 0.96}, {-1e-4, 0.9996}, {-1e-3, 0.997}, {-1e-2, 0.97}};
-    toliman_sim *chapter = NULL;
-    assert_ok(toliman_sim_create_file("examples/scenes/chapter.json", NULL, &chapter));
-    toliman_cae *cae = make_cae(chapter, 1, 300, NULL);
-    const double zero = encode_expected(cae, chapter, 0);
-    for (size_t k = 0; k < sizeof said / sizeof *said; k++) {
-        const double slope = (encode_expected(cae, chapter, said[k].displacement) - zero) / said[k].displacement;
-        assert_close(1 - slope, 1 - said[k].slope, 0.35, 0);
-    }
-    toliman_cae_destroy(cae);
-    toliman_sim_destroy(chapter);
 }
 
 int main(void) {
@@ -541,14 +484,12 @@ int main(void) {
         cmocka_unit_test(test_latent_is_the_separation_in_px),
         cmocka_unit_test(test_target_is_the_whitened_derivative),
         cmocka_unit_test(test_training_reaches_the_target),
-        cmocka_unit_test(test_cosine_of_the_header),
+        cmocka_unit_test(test_figures_of_the_header),
         cmocka_unit_test(test_no_rate_diverges),
         cmocka_unit_test(test_decode_is_linear),
         cmocka_unit_test(test_encoder_is_the_transposed_decoder),
-        cmocka_unit_test(test_training_is_deterministic),
         cmocka_unit_test(test_cancelled_training_changes_nothing),
         cmocka_unit_test(test_resume_after_cancellation),
-        cmocka_unit_test(test_same_bits_on_any_number_of_workers),
         cmocka_unit_test(test_no_light_to_centre_the_crop_on),
         cmocka_unit_test(test_efficiency_is_the_cosine),
         cmocka_unit_test(test_reconstruction),
@@ -557,7 +498,6 @@ int main(void) {
         cmocka_unit_test(test_counts_too_far_to_reconstruct),
         cmocka_unit_test(test_figures_that_overflow),
         cmocka_unit_test(test_no_signal_is_left),
-        cmocka_unit_test(test_slope_of_the_header),
     };
     return cmocka_run_group_tests_name("cae", tests, set_up, tear_down);
 }

@@ -1,16 +1,16 @@
-/* Tests damaged and malicious weights blobs: they are refused, or loaded to numbers that the network can work with. */
+/* Tests damaged and malicious weights blobs: each is refused. Random ones: tests/fuzz. */
 #include <sys/resource.h>
 
 #include "tlmw.h"
 
-enum { kFrame = kSide * 260, kFloats = 5 * kPixels }; /* reference high and low, variance, target, one nuisance */
+enum { kFloats = 5 * kPixels }; /* reference high and low, variance, target, one nuisance */
 
 static toliman_sim *sim;
 static uint8_t *blob, *small; /* of a trained network, and a small one */
 static size_t blob_size, small_size;
 
 /* Weights of 0 and planes of 1 make a blob of a few kilobytes, small enough to test every byte. */
-static uint8_t *small_blob(int32_t encoding, size_t *size) {
+static uint8_t *small_blob(size_t *size) {
     static float weights[kParameters], planes[kFloats];
     for (int i = 0; i < kFloats; i++)
         planes[i] = 1;
@@ -18,7 +18,7 @@ static uint8_t *small_blob(int32_t encoding, size_t *size) {
     uint8_t *bytes = with_payloads(blob, weights, planes, 5, size);
     assert_ok(toliman_cae_load(bytes, *size, NULL, &cae));
     free(bytes);
-    bytes = saved_as(cae, encoding, encoding, size);
+    bytes = saved(cae, size);
     toliman_cae_destroy(cae);
     assert_true(*size < 20000);
     return bytes;
@@ -30,14 +30,13 @@ static int set_up(void **unused) {
     toliman_cae *trained = make_cae(sim, 3, 15, NULL);
     blob = saved(trained, &blob_size);
     toliman_cae_destroy(trained);
-    small = small_blob(0, &small_size);
+    small = small_blob(&small_size);
     return 0;
 }
 
 static int tear_down(void **unused) {
     (void)unused;
-    free(blob), free(small);
-    toliman_sim_destroy(sim);
+    free(blob), free(small), toliman_sim_destroy(sim);
     return 0;
 }
 
@@ -200,9 +199,7 @@ static void test_impossible_trainings(void **unused) {
     put(bytes + 24, info.layout_hash, 8);
     seal(bytes, size);
     refused(bytes, size, "mode = 0: must be in [1, 1]");
-    toliman_cae_destroy(cae);
-    toliman_sim_destroy(plain);
-    free(bytes), free(kept);
+    toliman_cae_destroy(cae), toliman_sim_destroy(plain), free(bytes), free(kept);
 }
 
 static void test_unusable_numbers(void **unused) {
@@ -304,8 +301,7 @@ static void test_streams_of_another_size(void **unused) {
     toliman_cae *cae = NULL;
     uint8_t *bytes = assemble(blob, stream, store(raw, right, stream), planes, planes_size, &size);
     assert_ok(toliman_cae_load(bytes, size, NULL, &cae));
-    toliman_cae_destroy(cae);
-    free(bytes);
+    toliman_cae_destroy(cae), free(bytes);
     const size_t wrong[] = {0, 1, right - 1, right + 1, right + 10};
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
         bytes = assemble(blob, stream, store(raw, wrong[k], stream), planes, planes_size, &size);
@@ -327,107 +323,12 @@ static void test_streams_of_another_size(void **unused) {
     free(bytes), free(stream), free(raw);
 }
 
-/* A loaded network must work: finite results or E_RANGE, and saved bytes that load and save to the same bytes. */
-static void usable(const toliman_cae *cae, int32_t encoding) {
-    static double frame[kFrame], image[kPixels];
-    double latent = 0;
-    toliman_cae_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_cae_get_info(cae, NULL, &info));
-    assert_true(isfinite(info.crb_px) && isfinite(info.cosine) && isfinite(info.input_scale));
-    if (info.rows == kSide && info.cols == 260) {
-        assert_ok(toliman_sim_expect(sim, 1e-3, frame, 260));
-        const toliman_status status = toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL);
-        assert_true(status == TOLIMAN_E_RANGE || (status == TOLIMAN_OK && isfinite(latent)));
-    }
-    const toliman_status status = toliman_cae_decode(cae, 1e-3, image, kSide);
-    assert_true(status == TOLIMAN_E_RANGE || status == TOLIMAN_OK);
-    for (int i = 0; i < kPixels && status == TOLIMAN_OK; i++)
-        assert_true(isfinite(image[i]));
-    size_t size, size_again;
-    toliman_cae *again = NULL;
-    uint8_t *first = saved_as(cae, encoding, encoding, &size);
-    assert_ok(toliman_cae_load(first, size, NULL, &again));
-    uint8_t *second = saved_as(again, encoding, encoding, &size_again);
-    assert_true(size == size_again);
-    assert_memory_equal(first, second, size);
-    free(first), free(second);
-    toliman_cae_destroy(again);
-}
-
-static int loaded_or_refused(const uint8_t *bytes, size_t size, int32_t encoding) {
-    toliman_cae *cae = NULL;
-    const toliman_status status = toliman_cae_load(bytes, size, NULL, &cae);
-    if (status == TOLIMAN_OK)
-        usable(cae, encoding);
-    else
-        refused(bytes, size, "weights blob");
-    toliman_cae_destroy(cae);
-    return status == TOLIMAN_OK;
-}
-
-/* Random changes of the blob's bytes, with a correct checksum. */
-static void test_flips_with_the_checksum_repaired(void **unused) {
-    (void)unused;
-    srand48(7);
-    int loaded = 0;
-    for (int32_t encoding = 0; encoding < 3; encoding++) {
-        size_t size;
-        uint8_t *bytes = small_blob(encoding, &size);
-        for (size_t i = 16; i + 4 < size; i += i < kHeader ? 1 + 2 * (size_t)encoding : 23) {
-            const uint8_t kept = bytes[i];
-            bytes[i] = (uint8_t)(bytes[i] + 1 + lrand48() % 255);
-            seal(bytes, size);
-            loaded += loaded_or_refused(bytes, size, encoding);
-            bytes[i] = kept;
-        }
-        free(bytes);
-    }
-    assert_true(loaded > 20);
-}
-
-/* Random changes of the numbers before compression. */
-static void test_random_numbers(void **unused) {
-    (void)unused;
-    static uint8_t weights[4 * kParameters], planes[4 * kFloats];
-    srand48(8);
-    int loaded = 0, unusable = 0;
-    for (int k = 0; k < 24; k++) {
-        const int32_t encoding = k % 3;
-        uint8_t *header = malloc(blob_size);
-        memcpy(header, blob, blob_size);
-        put(header + kAtWeightsEncoding, (uint64_t)encoding, 2);
-        put(header + kAtPlanesEncoding, (uint64_t)encoding, 2);
-        for (size_t i = 0; i < sizeof weights; i++)
-            weights[i] = 0;
-        for (size_t i = 0; i < sizeof planes; i++)
-            planes[i] = 0x3c; /* a positive number in every encoding */
-        const size_t scales = encoding == 2 ? 2 : 0, wide = encoding == 0 ? 4 : 2;
-        const size_t weights_size = wide * kParameters + scales * kTensors;
-        const size_t planes_size = 8 * kPixels + 3 * (wide * kPixels + scales);
-        if (scales != 0) /* of 2^0 */
-            for (size_t plane = 0; plane < 3; plane++)
-                put(planes + 8 * kPixels + plane * (2 * kPixels + 2), 0, 2);
-        for (int changes = 1 << k / 3; changes > 0; changes--) {
-            weights[(size_t)lrand48() % weights_size] = (uint8_t)lrand48();
-            planes[(size_t)lrand48() % planes_size] = (uint8_t)lrand48();
-        }
-        size_t size;
-        uint8_t *bytes = with_raw(header, weights, weights_size, planes, planes_size, &size);
-        const int good = loaded_or_refused(bytes, size, encoding);
-        loaded += good;
-        unusable += !good;
-        free(bytes), free(header);
-    }
-    assert_true(loaded >= 4 && unusable >= 4);
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_truncation),        cmocka_unit_test(test_every_flipped_bit),
         cmocka_unit_test(test_impossible_headers),      cmocka_unit_test(test_impossible_trainings),
         cmocka_unit_test(test_unusable_numbers),        cmocka_unit_test(test_unusable_narrow_numbers),
-        cmocka_unit_test(test_streams_of_another_size), cmocka_unit_test(test_flips_with_the_checksum_repaired),
-        cmocka_unit_test(test_random_numbers),
+        cmocka_unit_test(test_streams_of_another_size),
     };
     return cmocka_run_group_tests_name("cae_damage", tests, set_up, tear_down);
 }

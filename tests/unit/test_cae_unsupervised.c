@@ -17,7 +17,7 @@ static int tear_down(void **unused) {
 }
 
 /* Noisy frames with a sinusoidal displacement. */
-enum { kMostFrames = 64 };
+enum { kMostFrames = 40 };
 typedef struct Source {
     double amplitude_px, displacements[kMostFrames];
     toliman_status failure;
@@ -74,27 +74,25 @@ static double first_latent(const toliman_cae *cae) {
     return latent;
 }
 
-static void test_same_bits_for_any_number_of_workers(void **unused) {
+static void test_one_epoch(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
     for (int32_t layout = TOLIMAN_CAE_LAYOUT_FLIGHT; layout <= TOLIMAN_CAE_LAYOUT_PAPER; layout++) {
-        toliman_cae_training first = {.struct_size = sizeof first}, other = first;
-        double latents[2] = {0};
-        for (uint32_t workers = 1; workers <= 3; workers++) {
+        toliman_cae_training one = {.struct_size = sizeof one}, other = one;
+        double latents[2];
+        for (uint32_t workers = 1; workers <= 3; workers += 2) {
             toliman_cae *cae = make_network(layout, TOLIMAN_CAE_INPUT_WHITENED);
             toliman_cae_train_options options = options_for(&source, 10, 1);
             options.threads = workers;
-            assert_ok(toliman_cae_train(cae, &options, workers == 1 ? &first : &other));
-            latents[workers > 1] = first_latent(cae);
-            if (workers > 1) {
-                assert_memory_equal(&first, &other, sizeof first);
-                assert_memory_equal(&latents[0], &latents[1], sizeof latents[0]);
-            }
+            assert_ok(toliman_cae_train(cae, &options, workers == 1 ? &one : &other));
+            latents[workers / 2] = first_latent(cae);
             toliman_cae_destroy(cae);
         }
-        assert_int_equal(first.epochs, 1);
-        assert_int_equal(first.steps, 3); /* nine frames in batches of four, one held out */
-        assert_true(first.loss > 0 && first.validation_loss > 0 && first.mmse > 0 && first.photon_floor > 0);
+        assert_memory_equal(&one, &other, sizeof one);
+        assert_memory_equal(&latents[0], &latents[1], sizeof latents[0]);
+        assert_int_equal(one.epochs, 1);
+        assert_int_equal(one.steps, 3); /* nine frames in batches of four, one held out */
+        assert_true(one.loss > 0 && one.validation_loss > 0 && one.mmse > 0 && one.photon_floor > 0);
     }
 }
 
@@ -124,8 +122,7 @@ static void test_results_of_each_epoch(void **unused) {
     options.epoch = note_epoch;
     options.epoch_data = &epochs;
     toliman_cae_training result = TOLIMAN_CAE_TRAINING_INIT;
-    assert_fails(toliman_cae_train(cae, &options, &result), TOLIMAN_E_CANCELLED,
-                 "epoch 2: cancelled by the epoch callback");
+    assert_refused(toliman_cae_train(cae, &options, &result), TOLIMAN_E_CANCELLED, "");
     assert_ok(toliman_cae_train(cae, &options, &result));
     assert_int_equal(epochs.count, 3);
     assert_memory_equal(&epochs.results[2], &result, sizeof result);
@@ -194,7 +191,7 @@ static void test_learns_a_large_signal(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
-    toliman_cae_train_options options = options_for(&source, kMostFrames, 20);
+    toliman_cae_train_options options = options_for(&source, kMostFrames, 9);
     toliman_cae_training report = {.struct_size = sizeof report};
     assert_ok(toliman_cae_train(cae, &options, &report));
     enum { kFresh = 24 };
@@ -211,8 +208,7 @@ static void test_learns_a_large_signal(void **unused) {
     const double r = (sxy - sx * sy / kFresh) / sqrt((sxx - sx * sx / kFresh) * (syy - sy * sy / kFresh));
     assert_true(fabs(r) > 0.95);
     assert_true(report.cosine == 0 && report.mssim > 0.99);
-    free(frames);
-    toliman_cae_destroy(cae);
+    free(frames), toliman_cae_destroy(cae);
 }
 
 static void test_paper_has_no_decoder_without_a_frame(void **unused) {
@@ -223,15 +219,12 @@ static void test_paper_has_no_decoder_without_a_frame(void **unused) {
     assert_string_equal(info.layout, "paper");
     assert_true(info.input == TOLIMAN_CAE_INPUT_RAW && info.parameters == 97858 && info.input_scale == 1);
     double *image = new_image(kPixels), *frame = new_image(kPixels), mmse = -1;
-    assert_fails(toliman_cae_decode(cae, 0, image, kSide), TOLIMAN_E_UNSUPPORTED,
-                 "decode requires layout flight: use reconstruct");
+    assert_refused(toliman_cae_decode(cae, 0, image, kSide), TOLIMAN_E_UNSUPPORTED, "");
     assert_ok(toliman_sim_expect(sim, 0, frame, kSide));
     assert_ok(toliman_cae_reconstruct(cae, frame, kSide, image, kSide, &mmse, NULL, NULL));
     assert_true(isfinite(mmse) && mmse > 0);
-    assert_fails(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_UNSUPPORTED,
-                 "tied training requires layout flight and input whitened");
-    free(image), free(frame);
-    toliman_cae_destroy(cae);
+    assert_refused(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_UNSUPPORTED, "");
+    free(image), free(frame), toliman_cae_destroy(cae);
 }
 
 static int32_t cancel(const char *stage, double fraction, void *user_data) {
@@ -252,15 +245,13 @@ static void test_failures_keep_the_last_training(void **unused) {
     size_t size, size_after;
     uint8_t *before = saved_with_training(cae, &size);
 
-    assert_fails(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_UNSUPPORTED,
-                 "layout = paper, input = whitened: tied training requires");
+    assert_refused(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_UNSUPPORTED, "");
     options.batch = 5;
     source.failure = TOLIMAN_E_NOT_FOUND;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_NOT_FOUND,
-                 "the frames callback returned TOLIMAN_E_NOT_FOUND");
+    assert_refused(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_NOT_FOUND, "frames");
     source.failure = TOLIMAN_OK;
     options.progress = cancel;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_CANCELLED, "frames");
+    assert_refused(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_CANCELLED, "");
     uint8_t *after = saved_with_training(cae, &size_after);
     assert_true(size == size_after);
     assert_memory_equal(before, after, size);
@@ -278,11 +269,10 @@ static void test_failures_keep_the_last_training(void **unused) {
     options = options_for(&source, 10, 3);
     assert_ok(toliman_cae_train(cae, &options, NULL));
     assert_true(report.steps == 9 && first_latent(loaded) == first_latent(cae));
-    assert_fails(toliman_cae_get_info(cae, &known, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_invalid(toliman_cae_get_info(cae, &known, NULL), "out");
     known.struct_size = 4;
-    assert_fails(toliman_cae_get_info(cae, &known, &info), TOLIMAN_E_ARGUMENT, "resumable->struct_size = 4");
-    free(before), free(after);
-    toliman_cae_destroy(cae), toliman_cae_destroy(loaded);
+    assert_invalid(toliman_cae_get_info(cae, &known, &info), "resumable->struct_size");
+    free(before), free(after), toliman_cae_destroy(cae), toliman_cae_destroy(loaded);
 }
 
 /* Tied training gives the same network, regardless of earlier training. */
@@ -301,11 +291,10 @@ static void test_tied_after_unsupervised(void **unused) {
     uint8_t *expected = saved(fresh, &size), *found = saved(used, &size_used);
     assert_true(size == size_used);
     assert_memory_equal(expected, found, size);
-    free(expected), free(found);
-    toliman_cae_destroy(fresh), toliman_cae_destroy(used);
+    free(expected), free(found), toliman_cae_destroy(fresh), toliman_cae_destroy(used);
 }
 
-/* A learning rate that is too large, stopped after each epoch: the result is usable and can be saved, or the error is
+/* A learning rate that is too large, stopped after some epochs: the result is usable and can be saved, or the error is
  * E_RANGE. */
 static void test_divergence_is_never_a_result(void **unused) {
     (void)unused;
@@ -314,7 +303,7 @@ static void test_divergence_is_never_a_result(void **unused) {
     toliman_cae_train_options options = options_for(&source, 2, 0);
     toliman_status status = TOLIMAN_OK;
     options.learning_rate = 1;
-    for (options.epochs = 1; options.epochs <= 15; options.epochs++) {
+    for (options.epochs = 3; options.epochs <= 15; options.epochs += 4) {
         toliman_cae_training report = {.struct_size = sizeof report};
         toliman_cae *loaded = NULL;
         status = toliman_cae_train(cae, &options, &report);
@@ -324,8 +313,7 @@ static void test_divergence_is_never_a_result(void **unused) {
         size_t size;
         uint8_t *bytes = saved_with_training(cae, &size);
         assert_ok(toliman_cae_load(bytes, size, NULL, &loaded));
-        free(bytes);
-        toliman_cae_destroy(loaded);
+        free(bytes), toliman_cae_destroy(loaded);
     }
     assert_int_equal(status, TOLIMAN_E_RANGE);
     toliman_cae_destroy(cae);
@@ -337,21 +325,21 @@ static void test_refusals(void **unused) {
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_RESIDUAL), *out = NULL;
     toliman_cae_train_options options = options_for(&source, 10, 1);
     options.frames = NULL;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "options->frames is NULL");
+    assert_invalid(toliman_cae_train(cae, &options, NULL), "options->frames");
     options = options_for(&source, 1, 1);
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "frame_count = 1: must be in [2");
+    assert_invalid(toliman_cae_train(cae, &options, NULL), "options->frame_count");
     options = options_for(&source, 10, 1);
     options.validation = 10;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "validation = 10");
+    assert_invalid(toliman_cae_train(cae, &options, NULL), "options->validation");
     options.validation = 0;
     options.batch = 5000;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "batch = 5000");
+    assert_invalid(toliman_cae_train(cae, &options, NULL), "options->batch");
     options.batch = 4;
     options.mode = 223;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "mode = 223");
+    assert_invalid(toliman_cae_train(cae, &options, NULL), "options->mode");
     options.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
     source.failure = TOLIMAN_E_NOT_FOUND;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_NOT_FOUND, "TOLIMAN_E_NOT_FOUND");
+    assert_refused(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_NOT_FOUND, "frames");
     source.failure = TOLIMAN_OK;
     source.poisoned = 1;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "frame 0: counts[3][9] = nan");
@@ -362,32 +350,31 @@ static void test_refusals(void **unused) {
     source.dark = 0;
     options.learning_rate = 1;
     options.epochs = 30;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_RANGE, "diverged in epoch");
+    assert_refused(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_RANGE, "learning_rate");
     first_latent(cae);
 
     toliman_cae_options how = TOLIMAN_CAE_OPTIONS_INIT;
     how.layout = 203;
-    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "layout = 203");
+    assert_invalid(toliman_cae_create(sim, 1, &how, &out), "options->layout");
     how.layout = 0;
     how.reserved = 3;
-    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "reserved = 3");
+    assert_invalid(toliman_cae_create(sim, 1, &how, &out), "options->reserved");
     how.reserved = 0;
     how.centre = 3;
-    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "centre = 3");
+    assert_invalid(toliman_cae_create(sim, 1, &how, &out), "options->centre");
     how.centre = 0;
     how.input = 214;
-    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "input = 214");
+    assert_invalid(toliman_cae_create(sim, 1, &how, &out), "options->input");
     toliman_sim *projecting = make_sim(kSide, kSide, 0, "\"flux_a\"");
     how.input = TOLIMAN_CAE_INPUT_RAW;
-    assert_fails(toliman_cae_create(projecting, 1, &how, &out), TOLIMAN_E_UNSUPPORTED, "must be empty for raw input");
+    assert_refused(toliman_cae_create(projecting, 1, &how, &out), TOLIMAN_E_UNSUPPORTED, "preprocess.project");
     assert_null(out);
-    toliman_sim_destroy(projecting);
-    toliman_cae_destroy(cae);
+    toliman_sim_destroy(projecting), toliman_cae_destroy(cae);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_bits_for_any_number_of_workers),
+        cmocka_unit_test(test_one_epoch),
         cmocka_unit_test(test_results_of_each_epoch),
         cmocka_unit_test(test_resume_after_cancellation),
         cmocka_unit_test(test_learns_a_large_signal),

@@ -48,7 +48,7 @@ static void each_call_continues(void **state) {
     begin();
     for (int cancel_at = 1; cancel_at < iterations; cancel_at++) {
         steps all = {.cancel_at = cancel_at};
-        assert_fails(run(&all, 0, &made), TOLIMAN_E_CANCELLED, "");
+        assert_refused(run(&all, 0, &made), TOLIMAN_E_CANCELLED, "");
         assert_int_equal(all.recalled, cancel_at - 1);
     }
     steps all = {.cancel_at = 0};
@@ -77,11 +77,11 @@ static void more_iterations_continue(void **state) {
 /* A journal that ends anywhere, as after a kill or a power cut, or with any byte changed. */
 static void damage_costs_time_only(void **state) {
     (void)state;
-    enum { CASES = 12 };
+    enum { CASES = 6 };
     toliman_calibration *made = NULL;
     steps all = {.cancel_at = 4};
     begin();
-    assert_fails(run(&all, 0, &made), TOLIMAN_E_CANCELLED, "");
+    assert_refused(run(&all, 0, &made), TOLIMAN_E_CANCELLED, "");
     const int64_t size = size_of_journal();
     unsigned char *const bytes = malloc((size_t)size);
     FILE *file = fopen(path, "rb");
@@ -89,7 +89,7 @@ static void damage_costs_time_only(void **state) {
     fclose(file);
     for (int i = 0; i < CASES; i++) {
         const int64_t at = i == 0 ? 10 : size * i / CASES; /* 0: in the header */
-        const int is_flip = i % 3 == 2;
+        const int is_flip = i % 2 == 1;
         file = fopen(path, "wb");
         bytes[at] ^= is_flip ? 0x10 : 0;
         fwrite(bytes, 1, (size_t)(is_flip ? size : at), file);
@@ -134,7 +134,7 @@ static void other_versions_are_refused(void **state) {
     toliman_calibration *made = NULL;
     steps all = {.cancel_at = 1};
     begin();
-    assert_fails(run(&all, 0, &made), TOLIMAN_E_CANCELLED, "");
+    assert_refused(run(&all, 0, &made), TOLIMAN_E_CANCELLED, "");
     change_version();
     assert_fails(run(&all, 0, &made), TOLIMAN_E_MISMATCH, "was written with another version of the library: ");
 }
@@ -147,8 +147,8 @@ static void others_are_refused(void **state) {
     begin();
     toliman_calibration_options options = {
         .struct_size = sizeof options, .free = kKnown, .journal = path, .step = call_again};
-    assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
-                 TOLIMAN_E_CANCELLED, "");
+    assert_refused(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
+                   TOLIMAN_E_CANCELLED, "");
     memcpy(changed, frames, sizeof changed);
     changed[FRAMES * PIXELS - 1] += 1;
     toliman_fit_prediction predictions[FRAMES] = {{.struct_size = sizeof *predictions}};
@@ -207,8 +207,7 @@ static toliman_sim *sim_at_times(const char *times) {
     snprintf(list, sizeof list, "\"times_days\": \"%s\"", in_folder("times.csv"));
     char *const scene = replaced(text, "\"frames\": 8, \"interval_days\": 15", list);
     toliman_sim *const sim = sim_of(scene);
-    free(scene);
-    free(text);
+    free(scene), free(text);
     return sim;
 }
 
@@ -223,8 +222,8 @@ static void other_times_are_refused(void **state) {
         predictions[k] = (toliman_fit_prediction){.struct_size = sizeof *predictions, .time_days = 15.0 * k};
     const toliman_calibration_options options = {
         .struct_size = sizeof options, .free = kKnown, .journal = path, .step = watch, .step_data = &all};
-    assert_fails(toliman_calibration_create(sims[0], PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made),
-                 TOLIMAN_E_CANCELLED, "");
+    assert_refused(toliman_calibration_create(sims[0], PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made),
+                   TOLIMAN_E_CANCELLED, "");
     assert_fails(toliman_calibration_create(sims[1], PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made),
                  TOLIMAN_E_MISMATCH, "with another scene: ");
     for (int i = 0; i < 2; i++)

@@ -59,9 +59,7 @@ static void values_of_noise_free_frames_are_exact(void **state) {
     }
     print_message("largest error without noise: %.1e standard deviations\n", worst);
     assert_at_most(worst, 0.02);
-    toliman_calibration_destroy(made);
-    toliman_sim_destroy(noiseless);
-    free(text);
+    toliman_calibration_destroy(made), toliman_sim_destroy(noiseless), free(text);
 }
 
 /* The separations of a fit with the true optics are those of the calibration, within the noise that it adds. */
@@ -179,9 +177,7 @@ static void photons_may_be_relative_to_the_peak(void **state) {
         const toliman_calibration_value value = calibrate_value_of(made, 0, i);
         assert_close(value.value, calibrate_truth(value.name), 0, 4.5 * value.sigma);
     }
-    toliman_calibration_destroy(made);
-    toliman_sim_destroy(sims[0]);
-    toliman_sim_destroy(sims[1]);
+    toliman_calibration_destroy(made), toliman_sim_destroy(sims[0]), toliman_sim_destroy(sims[1]);
 }
 
 /* Steps. */
@@ -221,8 +217,8 @@ static void steps_are_reported_and_cancel(void **state) {
     toliman_calibration_destroy(made);
     made = NULL;
     all = (steps){.cancel_at = 2};
-    assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
-                 TOLIMAN_E_CANCELLED, "");
+    assert_refused(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
+                   TOLIMAN_E_CANCELLED, "");
     assert_null(made);
     assert_int_equal(all.calls, 2);
 }
@@ -236,8 +232,8 @@ static void calibrations_resume(void **state) {
     toliman_calibration_options options = {
         .struct_size = sizeof options, .free = kKnown, .step = count_steps, .step_data = &all};
     toliman_calibration *made = NULL;
-    assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
-                 TOLIMAN_E_CANCELLED, "");
+    assert_refused(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
+                   TOLIMAN_E_CANCELLED, "");
     toliman_sim *start = NULL;
     assert_ok(toliman_sim_create_file(path, NULL, &start));
     options = (toliman_calibration_options){.struct_size = sizeof options, .free = kKnown, .start = start};
@@ -247,8 +243,7 @@ static void calibrations_resume(void **state) {
         const toliman_calibration_value value = calibrate_value_of(made, 0, i);
         assert_close(value.value, calibrate_value_of(whole, 0, i).value, 0, 0.02 * value.sigma);
     }
-    toliman_calibration_destroy(made);
-    toliman_sim_destroy(start);
+    toliman_calibration_destroy(made), toliman_sim_destroy(start);
 }
 
 /* Verdicts. */
@@ -306,8 +301,7 @@ static void signs_that_have_no_effect_are_reported(void **state) {
         assert_int_equal(coma.flags, 0);
         assert_close(focus.value, 9, 0, 5 * focus.sigma);
         assert_close(coma.value, negative ? 8 : -8, 0, 5 * coma.sigma);
-        toliman_calibration_destroy(made);
-        toliman_sim_destroy(other);
+        toliman_calibration_destroy(made), toliman_sim_destroy(other);
     }
     /* From the other side: the value is positive all the same. */
     const calibrate_change below = {.no_struts = 1,
@@ -319,9 +313,7 @@ static void signs_that_have_no_effect_are_reported(void **state) {
     const toliman_calibration_value focus = calibrate_value_of(made, 0, 0), coma = calibrate_value_of(made, 0, 1);
     assert_close(focus.value, 9, 0, 5 * focus.sigma);
     assert_close(coma.value, -8, 0, 5 * coma.sigma);
-    toliman_calibration_destroy(made);
-    toliman_sim_destroy(start);
-    toliman_sim_destroy(open);
+    toliman_calibration_destroy(made), toliman_sim_destroy(start), toliman_sim_destroy(open);
 }
 
 /* Windows. */
@@ -400,8 +392,7 @@ static void saved_scenes_are_the_fitted_ones(void **state) {
         assert_close(result.displacement_px, found.displacement_px, 0, 1e-7);
         assert_close(result.chi_square, found.chi_square, 1e-6, 0);
     }
-    toliman_fit_destroy(fit);
-    toliman_sim_destroy(fitted);
+    toliman_fit_destroy(fit), toliman_sim_destroy(fitted);
 }
 
 int main(void) {

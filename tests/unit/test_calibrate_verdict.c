@@ -91,8 +91,7 @@ static void both_sides_of_chi_square_count(void **state) {
         assert_true(fitted.calibration_chi_square_sigma == info.chi_square_sigma);
         if (kCases[i].warning == NULL ? *warning != '\0' : strstr(warning, kCases[i].warning) == NULL)
             fail_msg("%s: \"%s\"", kCases[i].name, warning);
-        toliman_calibration_destroy(made);
-        toliman_sim_destroy(sim);
+        toliman_calibration_destroy(made), toliman_sim_destroy(sim);
     }
 }
 
@@ -114,8 +113,8 @@ static void verdicts_may_be_missing(void **state) {
 
     const toliman_calibration_options options = {.struct_size = sizeof options, .free = "focus", .step = save_and_stop};
     toliman_calibration *made = NULL;
-    assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
-                 TOLIMAN_E_CANCELLED, "cancelled");
+    assert_refused(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
+                   TOLIMAN_E_CANCELLED, "");
     info = opened(in_folder("part.json"), &warning);
     assert_int_equal(info.calibration, TOLIMAN_SIM_CALIBRATION_INCOMPLETE);
     assert_int_equal(info.calibration_goodness, TOLIMAN_GOODNESS_UNKNOWN);
@@ -127,8 +126,7 @@ static void verdicts_may_be_missing(void **state) {
     toliman_sim *const old = sim_of(text);
     assert_ok(toliman_sim_get_info(old, &info));
     assert_int_equal(info.calibration, TOLIMAN_SIM_CALIBRATION_NONE);
-    toliman_sim_destroy(old);
-    free(text);
+    toliman_sim_destroy(old), free(text);
 }
 
 static void damaged_verdicts_are_refused(void **state) {
@@ -178,9 +176,8 @@ static void missing_default_parameters_are_named(void **state) {
         assert_int_equal(info.left_out, count);
         assert_int_equal(info.parameters, DEFAULT - count);
         toliman_calibration_left_out none = TOLIMAN_CALIBRATION_LEFT_OUT_INIT;
-        assert_fails(toliman_calibration_get_left_out(made, count, &none), TOLIMAN_E_RANGE, "index = ");
-        toliman_calibration_destroy(made);
-        toliman_sim_destroy(sim);
+        assert_refused(toliman_calibration_get_left_out(made, count, &none), TOLIMAN_E_RANGE, "index");
+        toliman_calibration_destroy(made), toliman_sim_destroy(sim);
     }
 }
 
@@ -201,7 +198,7 @@ static void a_model_is_completed(void **state) {
     assert_ok(toliman_calibration_get_attempt(made, 0, &attempt));
     assert_true(attempt.kept == 1 && attempt.change == TOLIMAN_CALIBRATION_CHANGE_EDGES && attempt.cells == CELLS);
     assert_true(attempt.chi_square == info.chi_square);
-    assert_fails(toliman_calibration_get_attempt(made, 1, &attempt), TOLIMAN_E_RANGE, "index = 1");
+    assert_refused(toliman_calibration_get_attempt(made, 1, &attempt), TOLIMAN_E_RANGE, "index");
     assert_string_equal(toliman_constant_name((int32_t)attempt.change), "mask edges");
     for (int32_t i = 0; i < DEFAULT; i++) {
         const toliman_calibration_value value = calibrate_value_of(made, 0, i);
@@ -217,9 +214,7 @@ static void a_model_is_completed(void **state) {
     const toliman_calibration_info again = calibrate_info_of(made);
     assert_true(again.flags == info.flags && again.attempts == 0 && again.changes == info.changes);
     assert_close(again.chi_square, info.chi_square, 1e-3, 0);
-    toliman_calibration_destroy(made);
-    toliman_sim_destroy(saved);
-    toliman_sim_destroy(cell);
+    toliman_calibration_destroy(made), toliman_sim_destroy(saved), toliman_sim_destroy(cell);
 }
 
 /* A complete model is left as it is. */

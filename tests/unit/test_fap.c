@@ -13,7 +13,7 @@ static double times[MOST], values[MOST], sigmas[MOST];
 /* The trials of the benchmark on shorter series. */
 static void alarm_rate_is_as_documented(void **unused) {
     (void)unused;
-    enum { ENDS = 5000, STREAMS = 400 };
+    enum { ENDS = 2500, STREAMS = 200 };
     toliman_period *const period = fap_periodogram(DAYS);
     int at_end[FAP_METHODS] = {0}, ever[FAP_METHODS] = {0};
     for (uint64_t i = 0; i < ENDS; i++) {
@@ -42,7 +42,7 @@ static void alarm_rate_is_as_documented(void **unused) {
  * many more samples. */
 static void sequential_finds_signals(void **unused) {
     (void)unused;
-    enum { SERIES = 101, SIGNAL_DAYS = 280 };
+    enum { SERIES = 51, SIGNAL_DAYS = 280 };
     static int found[FAP_METHODS][SERIES];
     toliman_period *const period = fap_periodogram(1095);
     for (int i = 0; i < SERIES; i++) {
@@ -113,8 +113,9 @@ static void thresholds_invert_the_fap(void **unused) {
             for (size_t i = 0; i < sizeof faps / sizeof *faps; i++) {
                 double level = NAN;
                 if (faps[i] < fap_of(period, m, -4900)) {
-                    assert_fails(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV + m, faps[i], &level),
-                                 TOLIMAN_E_ARGUMENT, "must be in [");
+                    assert_invalid(
+                        toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV + m, faps[i], &level),
+                        "log10_fap");
                     continue;
                 }
                 assert_ok(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV + m, faps[i], &level));
@@ -163,8 +164,8 @@ static void bootstrap_is_the_same_for_any_threads(void **unused) {
     assert_memory_not_equal(alone, three, sizeof alone);
     /* A cancelled bootstrap leaves its outputs unchanged. */
     options.progress_data = &options;
-    assert_fails(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, COUNT, alone),
-                 TOLIMAN_E_CANCELLED, "bootstrap: cancelled");
+    assert_refused(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, COUNT, alone),
+                   TOLIMAN_E_CANCELLED, "");
     assert_memory_not_equal(alone, three, sizeof alone);
     toliman_period_destroy(period);
 }
@@ -253,9 +254,8 @@ static void sampling_flags_depend_on_the_times(void **unused) {
     const double late[3] = {4, 3, 3};
     assert_true(sampling_of(period, late, 3).flags == TOLIMAN_PERIOD_ABOVE_NYQUIST);
     const double broken[3] = {4, NAN, 3};
-    assert_fails(toliman_period_query_sampling(period, broken, 3, &none), TOLIMAN_E_ARGUMENT, "sample 1: t = nan");
-    assert_fails(toliman_period_query_sampling(period, late, 2, &none), TOLIMAN_E_ARGUMENT,
-                 "n = 2: must be the number of samples pushed, 3");
+    assert_invalid(toliman_period_query_sampling(period, broken, 3, &none), "t");
+    assert_invalid(toliman_period_query_sampling(period, late, 2, &none), "n");
     toliman_period_destroy(period);
 }
 
@@ -263,34 +263,22 @@ static void invalid_arguments_are_refused(void **unused) {
     (void)unused;
     toliman_period *const period = filled(100), *const empty = fap_periodogram(100);
     double out = 7, peaks[3];
-    assert_fails(toliman_period_query_fap(period, 115, -1, &out), TOLIMAN_E_ARGUMENT, "method = 115");
-    assert_fails(toliman_period_query_fap(period, 110, -1, &out), TOLIMAN_E_ARGUMENT, "method = 110");
-    assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, NAN, &out), TOLIMAN_E_ARGUMENT,
-                 "log10_residual = nan");
-    assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, -4901, &out), TOLIMAN_E_ARGUMENT,
-                 "[-4900, 0]");
-    assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, -1, NULL), TOLIMAN_E_ARGUMENT,
-                 "log10_fap is NULL");
-    assert_fails(toliman_period_query_threshold(period, 110, -1, &out), TOLIMAN_E_ARGUMENT, "method = 110");
-    assert_fails(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, 1, &out), TOLIMAN_E_ARGUMENT,
-                 "log10_fap = 1: must be in [-");
-    assert_fails(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, NAN, &out), TOLIMAN_E_ARGUMENT,
-                 "log10_fap = nan");
-    assert_fails(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, -INFINITY, &out), TOLIMAN_E_ARGUMENT,
-                 "log10_fap = -inf");
-    assert_fails(toliman_period_query_threshold(NULL, TOLIMAN_PERIOD_FAP_BALUEV, -1, &out), TOLIMAN_E_ARGUMENT,
-                 "period is NULL");
-    assert_fails(toliman_period_query_bootstrap(period, times, values, NULL, 99, NULL, 3, peaks), TOLIMAN_E_ARGUMENT,
-                 "n = 99: must be the number of samples pushed, 100");
-    assert_fails(toliman_period_query_bootstrap(period, times, values, NULL, 100, NULL, 3, NULL), TOLIMAN_E_ARGUMENT,
-                 "log10_residuals is NULL");
+    assert_invalid(toliman_period_query_fap(period, 115, -1, &out), "method");
+    assert_invalid(toliman_period_query_fap(period, 110, -1, &out), "method");
+    assert_invalid(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, NAN, &out), "log10_residual");
+    assert_invalid(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, -4901, &out), "log10_residual");
+    assert_invalid(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, -1, NULL), "log10_fap");
+    assert_invalid(toliman_period_query_threshold(period, 110, -1, &out), "method");
+    assert_invalid(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, 1, &out), "log10_fap");
+    assert_invalid(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, NAN, &out), "log10_fap");
+    assert_invalid(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, -INFINITY, &out), "log10_fap");
+    assert_invalid(toliman_period_query_threshold(NULL, TOLIMAN_PERIOD_FAP_BALUEV, -1, &out), "period");
+    assert_invalid(toliman_period_query_bootstrap(period, times, values, NULL, 99, NULL, 3, peaks), "n");
+    assert_invalid(toliman_period_query_bootstrap(period, times, values, NULL, 100, NULL, 3, NULL), "log10_residuals");
     assert_ok(toliman_period_query_bootstrap(period, times, values, NULL, 100, NULL, 0, peaks));
-    assert_fails(toliman_period_query_fap(empty, TOLIMAN_PERIOD_FAP_SEQUENTIAL, -1, &out), TOLIMAN_E_STATE,
-                 "five samples");
-    assert_fails(toliman_period_query_threshold(empty, TOLIMAN_PERIOD_FAP_SEQUENTIAL, -1, &out), TOLIMAN_E_STATE,
-                 "five samples");
-    assert_fails(toliman_period_query_bootstrap(empty, times, values, NULL, 0, NULL, 3, peaks), TOLIMAN_E_STATE,
-                 "five samples");
+    assert_refused(toliman_period_query_fap(empty, TOLIMAN_PERIOD_FAP_SEQUENTIAL, -1, &out), TOLIMAN_E_STATE, "");
+    assert_refused(toliman_period_query_threshold(empty, TOLIMAN_PERIOD_FAP_SEQUENTIAL, -1, &out), TOLIMAN_E_STATE, "");
+    assert_refused(toliman_period_query_bootstrap(empty, times, values, NULL, 0, NULL, 3, peaks), TOLIMAN_E_STATE, "");
     assert_true(out == 7);
     toliman_period_destroy(period), toliman_period_destroy(empty);
 }

@@ -99,11 +99,9 @@ static void places_of_propagated_images_are_found(void **state) {
             assert_at_most(result.chi_square, 1e-4);
             worst = fmax(worst, fabs(result.separation_px - separation_of(places)));
             assert_true(values[0] >= result.separation_px && values[0] <= result.separation_px);
-            free(image);
-            toliman_sim_destroy(truth);
+            free(image), toliman_sim_destroy(truth);
         }
-        toliman_fit_destroy(fit);
-        toliman_sim_destroy(sim);
+        toliman_fit_destroy(fit), toliman_sim_destroy(sim);
     }
     print_message("largest error of the separation of noise-free images: %.1e px\n", worst);
 }
@@ -117,9 +115,7 @@ static void position_angles_are_on_the_sky(void **state) {
     double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
     const toliman_fit_result result = fitted(fit, image, NULL, NULL);
     assert_close(result.position_angle_deg, 30, 0, 1e-8);
-    free(image);
-    toliman_fit_destroy(fit);
-    toliman_sim_destroy(sim);
+    free(image), toliman_fit_destroy(fit), toliman_sim_destroy(sim);
 }
 
 /* inverse [n][n] of a matrix, by Gauss and Jordan. */
@@ -163,8 +159,7 @@ static void covariances_are_the_cramer_rao_bound(void **state) {
         }
         for (int p = 0; p < PIXELS; p++)
             slope[i][p] = (sides[1][p] - sides[0][p]) / (2 * h);
-        free(sides[0]);
-        free(sides[1]);
+        free(sides[0]), free(sides[1]);
     }
     long double fisher[N][N] = {{0}}, bound[N][N];
     for (int p = 0; p < PIXELS; p++) {
@@ -202,11 +197,7 @@ static void covariances_are_the_cramer_rao_bound(void **state) {
         assert_close(expected[p], image[p], 1e-7, 1e-3);
     const toliman_fit_result result = fitted(fit, image, NULL, NULL);
     assert_close(result.separation_sigma_px, sqrt(covariance[0][0]), 1e-9, 0);
-    toliman_fit_destroy(fit);
-    free(image);
-    free(star[0]);
-    free(star[1]);
-    toliman_sim_destroy(sim);
+    toliman_fit_destroy(fit), free(image), free(star[0]), free(star[1]), toliman_sim_destroy(sim);
 }
 
 /* The template is one step of the fit from the scene's places: to first order in the noise both agree. */
@@ -230,10 +221,7 @@ static void the_template_is_one_step(void **state) {
         assert_close(result.separation_sigma_px, sigma, 1e-2, 0);
         assert_close(result.displacement_px, value, 0, 0.01 * sigma);
     }
-    free(frames);
-    toliman_linear_destroy(linear);
-    toliman_fit_destroy(fit);
-    toliman_sim_destroy(sim);
+    free(frames), toliman_linear_destroy(linear), toliman_fit_destroy(fit), toliman_sim_destroy(sim);
 }
 
 /* Stars up to 15 px from their places. */
@@ -265,9 +253,7 @@ static void stars_are_searched_for(void **state) {
         assert_true(again.iterations <= result.iterations);
         toliman_sim_destroy(truth);
     }
-    free(counts);
-    toliman_fit_destroy(fit);
-    toliman_sim_destroy(sim);
+    free(counts), toliman_fit_destroy(fit), toliman_sim_destroy(sim);
 }
 
 /* Where fringes are narrow, steps from 1.9 px away, almost along y, end at a false maximum: the search corrects them.
@@ -289,10 +275,7 @@ static void false_maxima_are_left(void **state) {
         assert_close(result.x_px, 0, 0, 5 * result.x_sigma_px);
         assert_close(result.y_px, 0, 0, 5 * result.y_sigma_px);
     }
-    free(counts);
-    free(text);
-    toliman_fit_destroy(fit);
-    toliman_sim_destroy(sim);
+    free(counts), free(text), toliman_fit_destroy(fit), toliman_sim_destroy(sim);
 }
 
 /* Scatter of noisy frames with pointing in units of their own standard deviations; the same with saturated pixels and
@@ -328,9 +311,7 @@ static void errors_are_as_predicted(void **state) {
         assert_close(sqrt(square / FRAMES), 1, 0, 0.25);
         assert_at_most(largest, 5);
         assert_close(chi_square, 1, 0, 0.05);
-        free(frames);
-        toliman_fit_destroy(fit);
-        toliman_sim_destroy(sim);
+        free(frames), toliman_fit_destroy(fit), toliman_sim_destroy(sim);
     }
 }
 
@@ -354,10 +335,7 @@ static void faint_frames_converge(void **state) {
             assert_close(result.displacement_px, 0, 0, 5 * result.separation_sigma_px);
     }
     assert_at_most(lost, 1);
-    free(counts);
-    free(text);
-    toliman_fit_destroy(fit);
-    toliman_sim_destroy(sim);
+    free(counts), free(text), toliman_fit_destroy(fit), toliman_sim_destroy(sim);
 }
 
 /* A damaged frame has a flag; whatever the frame, numbers are finite unless it did not converge. */
@@ -408,10 +386,7 @@ static void damage_is_flagged(void **state) {
         assert_true(isfinite(result.separation_px) == !(result.flags & TOLIMAN_FIT_NOT_CONVERGED));
         assert_true(isfinite(result.displacement_px) == isfinite(result.separation_px));
     }
-    free(good);
-    free(bad);
-    toliman_fit_destroy(fit);
-    toliman_sim_destroy(sim);
+    free(good), free(bad), toliman_fit_destroy(fit), toliman_sim_destroy(sim);
 }
 
 /* Focus, scale or jitter that differ from the scene's: fitted, they leave the separation as it is; not fitted, focus
@@ -439,13 +414,9 @@ static void freed_parameters_are_found(void **state) {
         assert_close(result.displacement_px, 0, 0, 5e-8);
         assert_close(values[cases[c].number], cases[c].value, 1e-2, 0);
         assert_true(fabs(control.displacement_px) >= cases[c].control_px);
-        free(image);
-        free(text);
-        toliman_sim_destroy(truth);
+        free(image), free(text), toliman_sim_destroy(truth);
     }
-    toliman_fit_destroy(fixed);
-    toliman_fit_destroy(fit);
-    toliman_sim_destroy(sim);
+    toliman_fit_destroy(fixed), toliman_fit_destroy(fit), toliman_sim_destroy(sim);
 }
 
 /* Parameters whose derivative is an image of its own, of one star or of both. */
@@ -468,10 +439,7 @@ static void spectra_and_aberrations_are_found(void **state) {
         assert_int_equal(result.flags, 0);
         assert_close(values[N], cases[c].value, 1e-3, 0);
         assert_close(result.displacement_px, 0, 0, cases[c].error_px);
-        free(image);
-        free(text);
-        toliman_sim_destroy(truth);
-        toliman_fit_destroy(fit);
+        free(image), free(text), toliman_sim_destroy(truth), toliman_fit_destroy(fit);
     }
     toliman_sim_destroy(sim);
 }
@@ -482,8 +450,8 @@ static void parameters_without_effect_are_refused(void **state) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     const toliman_fit_options options = {.struct_size = sizeof options, .free = "focus"};
     toliman_fit *fit = NULL;
-    assert_fails(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &options, &fit), TOLIMAN_E_SCENE,
-                 "\"focus\": does not change a frame of this scene in first order");
+    assert_refused(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &options, &fit), TOLIMAN_E_SCENE,
+                   "options->free");
     assert_null(fit);
     toliman_sim_destroy(sim);
 }
@@ -492,19 +460,16 @@ static void frames_with_too_few_pixels_are_refused(void **state) {
     (void)state;
     static const struct {
         const char *from, *to, *message;
-    } cases[] = {
-        {"[64, 64]", "[2, 2]", "detector: 4 pixels of a frame do not saturate: a fit of 7 parameters needs more"},
-        {"\"bit_depth\": 16", "\"bit_depth\": 1", "detector: 0 pixels of a frame do not saturate"}};
+    } cases[] = {{"[64, 64]", "[2, 2]", "detector"}, {"\"bit_depth\": 16", "\"bit_depth\": 1", "detector"}};
     for (size_t c = 0; c < 2; c++) {
         char *const text =
             replaced_again(scene_text(kPlaces, 0, ", \"bit_depth\": 16", ""), cases[c].from, cases[c].to);
         toliman_sim *const sim = sim_of(text);
         toliman_fit *fit = NULL;
-        assert_fails(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, NULL, &fit), TOLIMAN_E_SCENE,
-                     cases[c].message);
+        assert_refused(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, NULL, &fit), TOLIMAN_E_SCENE,
+                       cases[c].message);
         assert_null(fit);
-        toliman_sim_destroy(sim);
-        free(text);
+        toliman_sim_destroy(sim), free(text);
     }
 }
 

@@ -23,8 +23,7 @@ static int set_up(void **unused) {
 
 static int tear_down(void **unused) {
     (void)unused;
-    toliman_fit_destroy(fit);
-    toliman_sim_destroy(sim);
+    toliman_fit_destroy(fit), toliman_sim_destroy(sim);
     return 0;
 }
 
@@ -141,9 +140,7 @@ static uint64_t digest_of_scene(const char *binary, const char *detector) {
     toliman_fit_info info = {.struct_size = sizeof info};
     assert_ok(toliman_fit_create((const toliman_sim *[]){other}, NULL, 1, NULL, &made));
     assert_ok(toliman_fit_get_info(made, &info));
-    toliman_fit_destroy(made);
-    toliman_sim_destroy(other);
-    free(text);
+    toliman_fit_destroy(made), toliman_sim_destroy(other), free(text);
     return info.digest;
 }
 

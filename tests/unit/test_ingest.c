@@ -171,8 +171,7 @@ static void test_malformed_lines(void **state) {
         assert_int_equal(frame.rows, 0);
         assert_warning(ingest, TOLIMAN_INGEST_REASON_CLOCK_JUMP, 3, "as in the frame before");
         assert_frame(ingest, 2, 3, 2 * FRAME_BYTES);
-        assert_nothing(ingest);
-        toliman_ingest_destroy(ingest);
+        assert_end(ingest);
     }
 }
 
@@ -202,8 +201,7 @@ static void test_long_lines(void **state) {
                 assert_frame(ingest, 1, 2, FRAME_BYTES);
             if (!last)
                 assert_frame(ingest, 2, 3, 2 * FRAME_BYTES);
-            assert_nothing(ingest);
-            toliman_ingest_destroy(ingest);
+            assert_end(ingest);
         }
 }
 
@@ -225,19 +223,15 @@ static void test_positions(void **state) {
     toliman_ingest *ingest = open_pair(0);
     for (int i = 0; i < 5; i++)
         assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES - (i > 2 ? FRAME_BYTES - 10 : 0));
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
     /* Frames of the expected shape fill the file: the line is wrong. */
     put_pixels(5 * FRAME_BYTES);
     ingest = open_pair(0);
-    assert_frame(ingest, 0, 1, 0);
-    assert_frame(ingest, 1, 2, FRAME_BYTES);
+    assert_frames(ingest, 0, 2);
     assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 3, "n_rows = 1, n_cols = 5: the frames in ");
     assert_int_equal(frame.frame_id, 2);
-    assert_frame(ingest, 3, 4, 3 * FRAME_BYTES);
-    assert_frame(ingest, 4, 5, 4 * FRAME_BYTES);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_frames(ingest, 3, 5);
+    assert_end(ingest);
     /* Neither: the positions after the odd line are unknown, and bytes are not reported as extra. */
     const char *const odd[] = {side_line(text, 2, 2000000000, 2, 1, 5), "{}\n"};
     for (int k = 0; k < 2; k++)
@@ -245,8 +239,7 @@ static void test_positions(void **state) {
             put_odd_lines(2, odd[k]);
             put_pixels((longer ? 5 : 4) * FRAME_BYTES + 1);
             ingest = open_pair(0);
-            assert_frame(ingest, 0, 1, 0);
-            assert_frame(ingest, 1, 2, FRAME_BYTES);
+            assert_frames(ingest, 0, 2);
             if (k == 1)
                 assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 3, "session_id is missing");
             else
@@ -270,10 +263,8 @@ static void test_positions(void **state) {
         options.cols *= k;
         ingest = open_with(options);
         assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 1, "session_id");
-        for (int i = 1; i < 5; i++)
-            assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
-        assert_nothing(ingest);
-        toliman_ingest_destroy(ingest);
+        assert_frames(ingest, 1, 5);
+        assert_end(ingest);
     }
 }
 
@@ -282,33 +273,27 @@ static void test_sizes(void **state) {
     put_lines(0, 3);
     put_pixels(2 * FRAME_BYTES + 5);
     toliman_ingest *ingest = open_pair(0);
-    assert_frame(ingest, 0, 1, 0);
-    assert_frame(ingest, 1, 2, FRAME_BYTES);
+    assert_frames(ingest, 0, 2);
     assert_damage(ingest, TOLIMAN_INGEST_REASON_SHORT_FILE, 3, "ends before this frame");
     assert_int_equal(frame.frame_id, 2);
     assert_true(frame.camera_ns == event.stamp_ns && frame.camera_ns != 0 && frame.rows != 0 && frame.pixels == NULL);
     assert_string_equal(event.file, side_path);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
 
     put_pixels(3 * FRAME_BYTES + 3);
     ingest = open_pair(0);
-    for (int i = 0; i < 3; i++)
-        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_frames(ingest, 0, 3);
     assert_warning(ingest, TOLIMAN_INGEST_REASON_EXTRA_BYTES, 0, "has 3 bytes more than the frames of ");
     assert_string_equal(event.file, pixel_path);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
 
     put_text(side_path, "wb", "");
     ingest = open_pair(0);
     assert_warning(ingest, TOLIMAN_INGEST_REASON_EXTRA_BYTES, 0, "has 75 bytes more");
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
     put_text(pixel_path, "wb", "");
     ingest = open_pair(0);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
     put_lines(0, 1);
     ingest = open_pair(0);
     assert_damage(ingest, TOLIMAN_INGEST_REASON_SHORT_FILE, 1, "ends before");
@@ -330,8 +315,7 @@ static void test_other_pixel_type(void **state) {
     ingest = open_with(options);
     for (int i = 0; i < 3; i++)
         assert_frame(ingest, i, i + 1, (uint64_t)i * 2 * FRAME_BYTES);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
     remove(pixel_path);
     put_pixels(3 * FRAME_BYTES);
     ingest = open_with(options);
@@ -370,8 +354,7 @@ static void test_range_of_ids(void **state) {
     options.end_id = -2;
     ingest = open_with(options);
     assert_frame(ingest, -3, 1, 0);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
 }
 
 /* Of malformed lines, and of those of a wrong shape, the id decides, too, if it is known. */
@@ -431,8 +414,7 @@ static void test_buffers(void **state) {
     assert_frame(ingest, 0, 1, 0);
     assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 2, "session_id is missing");
     const char *const text = event.text;
-    for (int i = 2; i < 5; i++)
-        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_frames(ingest, 2, 5);
     assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 6, "not a JSON object");
     assert_string_equal(text, "session_id is missing");
     toliman_ingest_destroy(ingest);
@@ -466,8 +448,7 @@ static void test_allocator(void **state) {
     options.buffers = 2;
     memory.most = 2;
     toliman_ingest *ingest = open_with(options);
-    for (int i = 0; i < 9; i++)
-        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_frames(ingest, 0, 9);
     assert_int_equal(memory.taken, 2);
     assert_int_equal(memory.held, 2);
     toliman_ingest_destroy(ingest);
@@ -476,16 +457,14 @@ static void test_allocator(void **state) {
     for (int i = 0; i < 2; i++)
         assert_int_equal(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_MEMORY);
     memory.most = 4;
-    for (int i = 0; i < 9; i++)
-        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_frames(ingest, 0, 9);
     toliman_ingest_destroy(ingest);
     assert_int_equal(memory.held, 0);
     /* The memory is freed when the last frame is no longer valid, and allocated by the same allocator later. */
     memory.most = memory.taken + 2;
     options.flags = TOLIMAN_INGEST_GROWING;
     ingest = open_with(options);
-    for (int i = 0; i < 9; i++)
-        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_frames(ingest, 0, 9);
     assert_nothing(ingest);
     assert_int_equal(memory.held, 2);
     assert_nothing(ingest);
@@ -529,14 +508,14 @@ static void test_options(void **state) {
     ASSERT_REFUSED(reserved = 1, "options->reserved = 1: must be 0");
     ASSERT_REFUSED(struct_size = 8, "options");
     toliman_ingest_options options = pair_options(0);
-    assert_fails(toliman_ingest_create(NULL, &options, &ingest), TOLIMAN_E_ARGUMENT, "path is NULL");
-    assert_fails(toliman_ingest_create(stem_path, NULL, &ingest), TOLIMAN_E_ARGUMENT, "options is NULL");
-    assert_fails(toliman_ingest_create(stem_path, &options, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_invalid(toliman_ingest_create(NULL, &options, &ingest), "path");
+    assert_invalid(toliman_ingest_create(stem_path, NULL, &ingest), "options");
+    assert_invalid(toliman_ingest_create(stem_path, &options, NULL), "out");
     ingest = open_with(options);
     assert_fails(toliman_ingest_next(ingest, NULL, &event), TOLIMAN_E_ARGUMENT, "frame is NULL");
-    assert_fails(toliman_ingest_next(ingest, &frame, NULL), TOLIMAN_E_ARGUMENT, "event is NULL");
+    assert_invalid(toliman_ingest_next(ingest, &frame, NULL), "event");
     frame.struct_size = 4; /* refused before the event is taken */
-    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_ARGUMENT, "frame");
+    assert_invalid(toliman_ingest_next(ingest, &frame, &event), "frame->struct_size");
     assert_frame(ingest, 0, 1, 0);
     toliman_ingest_destroy(ingest);
     assert_string_equal(toliman_constant_name(TOLIMAN_INGEST_REASON_PLACE_UNKNOWN), "place unknown");

@@ -75,8 +75,7 @@ static void test_finish(void **state) {
             for (int i = 0; calls == 0 && i < 3; i++) // the first call always examines the files
                 assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
             for (int i = 0; i < 3; i++)
-                assert_nothing(ingest);
-            toliman_ingest_destroy(ingest);
+                assert_end(ingest);
         }
     start_files();
     put_lines(0, 1);
@@ -87,8 +86,7 @@ static void test_finish(void **state) {
     assert_nothing(ingest);
     finish(ingest);
     assert_warning(ingest, TOLIMAN_INGEST_REASON_EXTRA_BYTES, 0, "has 1 bytes more");
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
     /* What was found before is reported after finish. */
     start_files();
     put_lines(0, 3);
@@ -98,17 +96,13 @@ static void test_finish(void **state) {
     finish(ingest);
     put_lines(3, 1);
     put_pixels(4 * FRAME_BYTES);
-    assert_frame(ingest, 1, 2, FRAME_BYTES);
-    assert_frame(ingest, 2, 3, 2 * FRAME_BYTES);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_frames(ingest, 1, 3);
+    assert_end(ingest);
     /* Complete pairs need no finish. */
     ingest = open_pair(0);
     finish(ingest);
-    for (int i = 0; i < 4; i++)
-        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_frames(ingest, 0, 4);
+    assert_end(ingest);
 }
 
 static void touch(const char *path, time_t seconds) {
@@ -212,8 +206,7 @@ static void test_other_pixel_type(void **state) {
         assert_nothing(ingest);
         if (grows) {
             put_lines(1, 1);
-            assert_frame(ingest, 0, 1, 0);
-            assert_frame(ingest, 1, 2, FRAME_BYTES);
+            assert_frames(ingest, 0, 2);
             assert_nothing(ingest);
             put_pixels(4 * FRAME_BYTES); // no longer a question
             assert_nothing(ingest);
@@ -451,8 +444,7 @@ static void test_random_growth(void **state) {
         frames += info.frames;
         damaged += info.damaged;
         warnings += info.warnings;
-        toliman_ingest_destroy(ingest);
-        free(text);
+        toliman_ingest_destroy(ingest), free(text);
         compare_complete(m, side, drawn);
     }
     assert_in_range(frames, 1500, 100000);

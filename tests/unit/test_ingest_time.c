@@ -151,8 +151,8 @@ static void leap_seconds(void **unused) {
     assert_true(expires == 0);
     toliman_leap_second table[100] = {TOLIMAN_LEAP_SECOND_INIT};
     assert_in_range(count, 28, 99);
-    assert_fails(toliman_ingest_read_leap_seconds(NULL, table, count - 1, &again, NULL), TOLIMAN_E_CAPACITY,
-                 "capacity");
+    assert_refused(toliman_ingest_read_leap_seconds(NULL, table, count - 1, &again, NULL), TOLIMAN_E_CAPACITY,
+                   "capacity");
     assert_true(again == count && table[0].mjd == 0);
     assert_ok(toliman_ingest_read_leap_seconds(NULL, table, count, &again, &expires));
     assert_true(expires > 61000);
@@ -171,8 +171,7 @@ static void leap_seconds(void **unused) {
         int64_t by_table = 0;
         assert_ok(toliman_ingest_parse_time(last, ISO, UTC, table, count, &by_table));
         assert_int_equal(by_table, start - 1);
-        assert_fails(toliman_ingest_parse_time(last, ISO, UTC, table, i, &by_table), TOLIMAN_E_FORMAT,
-                     "no such second");
+        assert_refused(toliman_ingest_parse_time(last, ISO, UTC, table, i, &by_table), TOLIMAN_E_FORMAT, "text");
     }
 }
 
@@ -183,20 +182,19 @@ static void tables_of_the_caller(void **unused) {
     int64_t ns = 0, times[2] = {(62502 - 40587) * kDay - 1, (62502 - 40587) * kDay};
     assert_ok(toliman_ingest_parse_time("2029-12-31T23:59:58.999999999", ISO, UTC, table, 3, &ns));
     assert_int_equal(ns, (62502 - 40587) * kDay + 10 * kSecond - 1);
-    assert_fails(toliman_ingest_parse_time("2029-12-31T23:59:59", ISO, UTC, table, 3, &ns), TOLIMAN_E_FORMAT,
-                 "no such second");
+    assert_refused(toliman_ingest_parse_time("2029-12-31T23:59:59", ISO, UTC, table, 3, &ns), TOLIMAN_E_FORMAT, "text");
     assert_ok(toliman_ingest_convert_times(times, 2, UTC, table, 3, times)); /* in place */
     assert_int_equal(times[0], (62502 - 40587) * kDay + 11 * kSecond - 1);
     assert_int_equal(times[1], (62502 - 40587) * kDay + 10 * kSecond);
     assert_ok(toliman_ingest_parse_time("2029-12-31T23:59:59", ISO, TAI, table, 3, &ns)); /* not used */
     table[2].tai_utc_s = 13;
-    assert_fails(toliman_ingest_parse_time("2029-12-31", ISO, UTC, table, 3, &ns), TOLIMAN_E_ARGUMENT, "table[2]");
+    assert_invalid(toliman_ingest_parse_time("2029-12-31", ISO, UTC, table, 3, &ns), "table[2]");
     table[2] = (toliman_leap_second){0, 12, 41499};
-    assert_fails(toliman_ingest_convert_times(times, 2, UTC, table, 3, times), TOLIMAN_E_ARGUMENT, "table[2]");
+    assert_invalid(toliman_ingest_convert_times(times, 2, UTC, table, 3, times), "table[2]");
     table[0].tai_utc_s = 11;
-    assert_fails(toliman_ingest_parse_time("2029-12-31", ISO, UTC, table, 1, &ns), TOLIMAN_E_ARGUMENT, "table[0]");
+    assert_invalid(toliman_ingest_parse_time("2029-12-31", ISO, UTC, table, 1, &ns), "table[0]");
     table[0].struct_size = 4;
-    assert_fails(toliman_ingest_parse_time("2029-12-31", ISO, UTC, table, 1, &ns), TOLIMAN_E_ARGUMENT, "struct_size");
+    assert_invalid(toliman_ingest_parse_time("2029-12-31", ISO, UTC, table, 1, &ns), "table->struct_size");
 }
 
 /* A thread has the days that it converted itself. */
@@ -267,10 +265,10 @@ static void malformed_texts(void **unused) {
 static void offsets_from_utc(void **unused) {
     (void)unused;
     int64_t tai_ns = -7;
-    assert_fails(toliman_ingest_parse_time("2028-03-01T12:00:00+01:00", ISO, UTC, NULL, 0, &tai_ns), TOLIMAN_E_FORMAT,
-                 "is +01:00 from UTC");
-    assert_fails(toliman_ingest_parse_time("2028-061 12:00:00.5-0530", ISO, UTC, NULL, 0, &tai_ns), TOLIMAN_E_FORMAT,
-                 "is -0530 from UTC");
+    assert_refused(toliman_ingest_parse_time("2028-03-01T12:00:00+01:00", ISO, UTC, NULL, 0, &tai_ns), TOLIMAN_E_FORMAT,
+                   "text");
+    assert_refused(toliman_ingest_parse_time("2028-061 12:00:00.5-0530", ISO, UTC, NULL, 0, &tai_ns), TOLIMAN_E_FORMAT,
+                   "text");
     assert_int_equal(tai_ns, -7);
 }
 
@@ -299,19 +297,19 @@ static void range_ends(void **unused) {
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         int64_t tai_ns = -7;
-        assert_fails(toliman_ingest_parse_time(cases[i].text, cases[i].format, cases[i].scale, NULL, 0, &tai_ns),
-                     TOLIMAN_E_RANGE, "text = ");
+        assert_refused(toliman_ingest_parse_time(cases[i].text, cases[i].format, cases[i].scale, NULL, 0, &tai_ns),
+                       TOLIMAN_E_RANGE, "text");
         assert_int_equal(tai_ns, -7);
     }
     int64_t times[4] = {1, 2, INT64_MIN, INT64_MAX}, tai_ns[4] = {-7, -7, -7, -7};
-    assert_fails(toliman_ingest_convert_times(times, 4, TAI, NULL, 0, tai_ns), TOLIMAN_E_RANGE, "times[2]");
-    assert_fails(toliman_ingest_convert_times(times, 1, UTC, NULL, 0, tai_ns), TOLIMAN_E_RANGE, "1972-01-01");
+    assert_refused(toliman_ingest_convert_times(times, 4, TAI, NULL, 0, tai_ns), TOLIMAN_E_RANGE, "times[2]");
+    assert_refused(toliman_ingest_convert_times(times, 1, UTC, NULL, 0, tai_ns), TOLIMAN_E_RANGE, "times[0]");
     assert_int_equal(tai_ns[0], -7);
     assert_int_equal(converted(-4383 * kDay, TT), -4383 * kDay - 32184000000);
     times[0] = -4383 * kDay - 1;
-    assert_fails(toliman_ingest_convert_times(times, 1, TAI, NULL, 0, tai_ns), TOLIMAN_E_RANGE, "1958-01-01");
+    assert_refused(toliman_ingest_convert_times(times, 1, TAI, NULL, 0, tai_ns), TOLIMAN_E_RANGE, "times[0]");
     times[0] = 47482 * kDay;
-    assert_fails(toliman_ingest_convert_times(times, 1, TAI, NULL, 0, tai_ns), TOLIMAN_E_RANGE, "2099-12-31");
+    assert_refused(toliman_ingest_convert_times(times, 1, TAI, NULL, 0, tai_ns), TOLIMAN_E_RANGE, "times[0]");
     assert_ok(toliman_ingest_convert_times(NULL, 0, TAI, NULL, 0, NULL));
 }
 
@@ -320,21 +318,21 @@ static void wrong_arguments(void **unused) {
     int64_t ns = 0;
     size_t count = 0;
     toliman_leap_second row = TOLIMAN_LEAP_SECOND_INIT;
-    assert_fails(toliman_ingest_parse_time(NULL, ISO, UTC, NULL, 0, &ns), TOLIMAN_E_ARGUMENT, "text");
-    assert_fails(toliman_ingest_parse_time("2028-01-01", UTC, UTC, NULL, 0, &ns), TOLIMAN_E_ARGUMENT, "format");
-    assert_fails(toliman_ingest_parse_time("2028-01-01", ISO, ISO, NULL, 0, &ns), TOLIMAN_E_ARGUMENT, "scale");
-    assert_fails(toliman_ingest_parse_time("2028-01-01", ISO, UTC, NULL, 1, &ns), TOLIMAN_E_ARGUMENT, "table");
-    assert_fails(toliman_ingest_parse_time("2028-01-01", ISO, UTC, NULL, 0, NULL), TOLIMAN_E_ARGUMENT, "tai_ns");
-    assert_fails(toliman_ingest_convert_times(NULL, 1, UTC, NULL, 0, &ns), TOLIMAN_E_ARGUMENT, "times");
-    assert_fails(toliman_ingest_convert_times(&ns, 1, UTC, NULL, 0, NULL), TOLIMAN_E_ARGUMENT, "tai_ns");
-    assert_fails(toliman_ingest_convert_times(&ns, 1, 0, NULL, 0, &ns), TOLIMAN_E_ARGUMENT, "scale");
-    assert_fails(toliman_ingest_read_leap_seconds(NULL, NULL, 0, NULL, NULL), TOLIMAN_E_ARGUMENT, "count");
-    assert_fails(toliman_ingest_read_leap_seconds(NULL, NULL, 5, &count, NULL), TOLIMAN_E_ARGUMENT, "table");
+    assert_invalid(toliman_ingest_parse_time(NULL, ISO, UTC, NULL, 0, &ns), "text");
+    assert_invalid(toliman_ingest_parse_time("2028-01-01", UTC, UTC, NULL, 0, &ns), "format");
+    assert_invalid(toliman_ingest_parse_time("2028-01-01", ISO, ISO, NULL, 0, &ns), "scale");
+    assert_invalid(toliman_ingest_parse_time("2028-01-01", ISO, UTC, NULL, 1, &ns), "table");
+    assert_invalid(toliman_ingest_parse_time("2028-01-01", ISO, UTC, NULL, 0, NULL), "tai_ns");
+    assert_invalid(toliman_ingest_convert_times(NULL, 1, UTC, NULL, 0, &ns), "times");
+    assert_invalid(toliman_ingest_convert_times(&ns, 1, UTC, NULL, 0, NULL), "tai_ns");
+    assert_invalid(toliman_ingest_convert_times(&ns, 1, 0, NULL, 0, &ns), "scale");
+    assert_invalid(toliman_ingest_read_leap_seconds(NULL, NULL, 0, NULL, NULL), "count");
+    assert_invalid(toliman_ingest_read_leap_seconds(NULL, NULL, 5, &count, NULL), "table");
     row.struct_size = 1000;
-    assert_fails(toliman_ingest_read_leap_seconds(NULL, &row, 1, &count, NULL), TOLIMAN_E_ARGUMENT, "struct_size");
-    assert_fails(toliman_ingest_read_clock(NULL, NULL, 0, &count, NULL, NULL), TOLIMAN_E_ARGUMENT, "path");
-    assert_fails(toliman_ingest_read_clock("x", NULL, 1, &count, NULL, NULL), TOLIMAN_E_ARGUMENT, "clock");
-    assert_fails(toliman_ingest_read_clock("x", NULL, 0, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "count");
+    assert_invalid(toliman_ingest_read_leap_seconds(NULL, &row, 1, &count, NULL), "table->struct_size");
+    assert_invalid(toliman_ingest_read_clock(NULL, NULL, 0, &count, NULL, NULL), "path");
+    assert_invalid(toliman_ingest_read_clock("x", NULL, 1, &count, NULL, NULL), "clock");
+    assert_invalid(toliman_ingest_read_clock("x", NULL, 0, NULL, NULL, NULL), "count");
 }
 
 #define ROWS LEAP_SECOND_ROWS
@@ -424,8 +422,7 @@ static void clock_tables(void **unused) {
         assert_asks(toliman_ingest_read_clock(path, NULL, 0, &points, NULL, NULL));
         assert_int_equal(points, 2);
         points = 77;
-        assert_fails(toliman_ingest_read_clock(path, clock, 1, &points, NULL, NULL), TOLIMAN_E_CAPACITY,
-                     "capacity = 1");
+        assert_refused(toliman_ingest_read_clock(path, clock, 1, &points, NULL, NULL), TOLIMAN_E_CAPACITY, "capacity");
         assert_true(points == 2 && clock[1] == 0);
         assert_ok(toliman_ingest_read_clock(path, clock, 2, &points, keep_warning, warning));
         assert_true(clock[0] == 0 && clock[1] == 5 && clock[2] == 1000 && clock[3] == 1005);
@@ -458,8 +455,8 @@ static void clock_tables(void **unused) {
         assert_int_equal(points, 77);
     }
     size_t points = 0;
-    assert_fails(toliman_ingest_read_clock("/none/clock.csv", NULL, 0, &points, NULL, NULL), TOLIMAN_E_NOT_FOUND,
-                 "/none/clock.csv");
+    assert_refused(toliman_ingest_read_clock("/none/clock.csv", NULL, 0, &points, NULL, NULL), TOLIMAN_E_NOT_FOUND,
+                   "/none/clock.csv");
 }
 
 static void rates_of_clocks(void **unused) {

@@ -75,7 +75,8 @@ static void files(void **unused) {
     assert_int_equal(truncate(path, 40), 0);
     assert_field(toliman_period_load_file(path, NULL, &loaded), TOLIMAN_E_FORMAT, path);
     /* A path may contain anything: the field is the path as given, with control characters replaced by ?. */
-    assert_fails(toliman_period_load_file("a = 1: {b} is NULL\n%s", NULL, &loaded), TOLIMAN_E_NOT_FOUND, "a = 1: {b}");
+    assert_refused(toliman_period_load_file("a = 1: {b} is NULL\n%s", NULL, &loaded), TOLIMAN_E_NOT_FOUND,
+                   "a = 1: {b} is NULL?%s");
     assert_string_equal(toliman_last_error_field(), "a = 1: {b} is NULL?%s");
     /* A blob in memory has no path. */
     assert_fails(toliman_period_load("TLMP", 4, NULL, &loaded), TOLIMAN_E_FORMAT, "truncated");
@@ -105,7 +106,7 @@ static void field_of_the_last_failure_of_the_thread(void **unused) {
     assert_int_equal(pthread_join(thread, NULL), 0);
     assert_true(good);
     assert_string_equal(toliman_last_error_field(), "t");
-    assert_fails(toliman_period_query_peak(period, &peak), TOLIMAN_E_STATE, "five samples");
+    assert_refused(toliman_period_query_peak(period, &peak), TOLIMAN_E_STATE, "");
     assert_string_equal(toliman_last_error_field(), "");
     toliman_period_destroy(period);
 }

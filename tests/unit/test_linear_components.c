@@ -109,8 +109,7 @@ static void eigenvalue_and_bound_match_the_scene(void **state) {
     const double signal = 1e-6 / (2 * info.crb_px * info.crb_px), white = (double)PIXELS / FRAMES;
     assert_true(signal > 5 * sqrt(white));
     assert_close(eigenvalue, (1 + signal) * (1 + white / signal), 0.05, 0);
-    toliman_components_destroy(components);
-    toliman_sim_destroy(sim);
+    toliman_components_destroy(components), toliman_sim_destroy(sim);
 }
 
 /* Frames with varying fluxes of the stars and without photon noise: the variation vanishes completely if
@@ -140,8 +139,7 @@ static void projected_nuisances_leave_nothing(void **state) {
         assert_ok(toliman_components_get_series(components, 0, series, NULL));
         for (int f = 0; f < 20; f++)
             length[project] += series[f] * series[f];
-        toliman_components_destroy(components);
-        toliman_sim_destroy(sim);
+        toliman_components_destroy(components), toliman_sim_destroy(sim);
     }
     assert_at_most(length[1], 1e-12 * length[0]);
 }
@@ -182,8 +180,7 @@ static void push_discards_a_training_and_cancellation_does_not(void **state) {
     toliman_sim *sim = sim_of(kBinaryScene);
     toliman_components *const components = collection(sim, 0, 4);
     push_frames(components, sim, 1, 40);
-    assert_fails(toliman_components_get_series(components, 0, before, NULL), TOLIMAN_E_STATE,
-                 "components: not trained");
+    assert_refused(toliman_components_get_series(components, 0, before, NULL), TOLIMAN_E_STATE, "");
     train(components, TOLIMAN_COMPONENTS_PCA, 2, 0);
     assert_ok(toliman_components_get_series(components, 1, before, NULL));
     toliman_components_train_options options = TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT;
@@ -191,7 +188,7 @@ static void push_discards_a_training_and_cancellation_does_not(void **state) {
     options.progress = stop_at;
     options.progress_data = "dictionary";
     toliman_components_training report = {.struct_size = sizeof report, .iterations = 77};
-    assert_fails(toliman_components_train(components, &options, &report), TOLIMAN_E_CANCELLED, "dictionary");
+    assert_refused(toliman_components_train(components, &options, &report), TOLIMAN_E_CANCELLED, "");
     assert_int_equal(report.iterations, 77);
     assert_ok(toliman_components_get_series(components, 1, after, &share));
     assert_memory_equal(before, after, 40 * sizeof *before);
@@ -203,18 +200,16 @@ static void push_discards_a_training_and_cancellation_does_not(void **state) {
     assert_true(report.iterations == 1 && report.converged == 0 && report.objective > 0 && report.objective < 1);
     assert_ok(toliman_sim_frame(sim, &(double){0}, 5, 40, 1, image));
     image[0] = NAN;
-    assert_fails(toliman_components_push(components, PLAIN_IMAGE(image), 1), TOLIMAN_E_ARGUMENT, "counts[0][0] = nan");
+    assert_invalid(toliman_components_push(components, PLAIN_IMAGE(image), 1), "counts[0][0]");
     assert_ok(toliman_components_get_series(components, 0, NULL, &share));
     image[0] = 0;
     assert_ok(toliman_components_push(components, PLAIN_IMAGE(image), 1));
-    assert_fails(toliman_components_get_series(components, 0, after, NULL), TOLIMAN_E_STATE,
-                 "or not since the last push");
+    assert_refused(toliman_components_get_series(components, 0, after, NULL), TOLIMAN_E_STATE, "");
     options.progress = stop_at;
     options.progress_data = "products";
-    assert_fails(toliman_components_train(components, &options, NULL), TOLIMAN_E_CANCELLED, "products");
+    assert_refused(toliman_components_train(components, &options, NULL), TOLIMAN_E_CANCELLED, "");
     assert_true(info_of(components).components == 0 && info_of(components).frames == 41);
-    toliman_components_destroy(components);
-    toliman_sim_destroy(sim);
+    toliman_components_destroy(components), toliman_sim_destroy(sim);
 }
 
 static void errors_name_the_argument_and_change_nothing(void **state) {
@@ -223,67 +218,61 @@ static void errors_name_the_argument_and_change_nothing(void **state) {
     toliman_sim *sim = sim_of(kBinaryScene);
     toliman_components *components = NULL;
     toliman_components_options options = TOLIMAN_COMPONENTS_OPTIONS_INIT;
-    assert_fails(toliman_components_create(NULL, NULL, &components), TOLIMAN_E_ARGUMENT, "sim is NULL");
-    assert_fails(toliman_components_create(sim, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_invalid(toliman_components_create(NULL, NULL, &components), "sim");
+    assert_invalid(toliman_components_create(sim, NULL, NULL), "out");
     options.bin = 3;
-    assert_fails(toliman_components_create(sim, &options, &components), TOLIMAN_E_ARGUMENT,
-                 "options->bin = 3: must divide the frame's 64 rows");
+    assert_invalid(toliman_components_create(sim, &options, &components), "options->bin");
     options.bin = 0;
     options.raw = 2;
-    assert_fails(toliman_components_create(sim, &options, &components), TOLIMAN_E_ARGUMENT, "raw = 2");
+    assert_invalid(toliman_components_create(sim, &options, &components), "options->raw");
     options.raw = 0;
     options.capacity = 1;
-    assert_fails(toliman_components_create(sim, &options, &components), TOLIMAN_E_ARGUMENT, "[2, 16384] frames");
+    assert_invalid(toliman_components_create(sim, &options, &components), "options->capacity");
     options.capacity = 2;
     options.struct_size = 3;
-    assert_fails(toliman_components_create(sim, &options, &components), TOLIMAN_E_ARGUMENT, "struct_size = 3");
+    assert_invalid(toliman_components_create(sim, &options, &components), "options->struct_size");
     options.struct_size = sizeof options;
     assert_null(components);
     assert_ok(toliman_components_create(sim, &options, &components));
     assert_true(isinf(info_of(components).threshold_px));
 
-    assert_fails(toliman_components_push(NULL, PLAIN_IMAGE(image), 1), TOLIMAN_E_ARGUMENT, "components is NULL");
-    assert_fails(toliman_components_push(components, NULL, 1), TOLIMAN_E_ARGUMENT, "image is NULL");
+    assert_invalid(toliman_components_push(NULL, PLAIN_IMAGE(image), 1), "components");
+    assert_invalid(toliman_components_push(components, NULL, 1), "image");
     const toliman_image narrow = {.struct_size = sizeof narrow, .pixels = image, .stride = SIDE - 1};
-    assert_fails(toliman_components_push(components, &narrow, 1), TOLIMAN_E_ARGUMENT, "stride = 63");
+    assert_invalid(toliman_components_push(components, &narrow, 1), "image->stride");
     image[5] = 1e300;
-    assert_fails(toliman_components_push(components, PLAIN_IMAGE(image), 1), TOLIMAN_E_RANGE, "sigmas");
+    assert_refused(toliman_components_push(components, PLAIN_IMAGE(image), 1), TOLIMAN_E_RANGE, "counts");
     assert_true(info_of(components).frames == 0);
     image[5] = 0;
 
     toliman_components_train_options training = TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT;
     assert_ok(toliman_components_push(components, PLAIN_IMAGE(image), 1));
-    assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_STATE,
-                 "1 components need at least 2 frames, 1 were pushed");
+    assert_refused(toliman_components_train(components, &training, NULL), TOLIMAN_E_STATE, "");
     image[5] = 1;
     assert_ok(toliman_components_push(components, PLAIN_IMAGE(image), 1));
-    assert_fails(toliman_components_push(components, PLAIN_IMAGE(image), 1), TOLIMAN_E_CAPACITY,
-                 "count = 1: must be at most 0: 2 of 2 frames");
+    assert_refused(toliman_components_push(components, PLAIN_IMAGE(image), 1), TOLIMAN_E_CAPACITY, "count");
     training.reserved = 1;
-    assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "reserved = 1");
+    assert_invalid(toliman_components_train(components, &training, NULL), "options->reserved");
     training.reserved = 0;
     training.method = 403;
-    assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "method = 403");
+    assert_invalid(toliman_components_train(components, &training, NULL), "options->method");
     training.method = TOLIMAN_COMPONENTS_PCA;
     training.components = 65;
-    assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "components = 65");
+    assert_invalid(toliman_components_train(components, &training, NULL), "options->components");
     training.components = 0;
     training.lambda = NAN;
-    assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "lambda = nan");
+    assert_invalid(toliman_components_train(components, &training, NULL), "options->lambda");
     training.lambda = 0;
     double series[2] = {0};
     assert_ok(toliman_components_train(components, &training, NULL));
-    assert_fails(toliman_components_get_series(components, 1, series, NULL), TOLIMAN_E_RANGE,
-                 "component = 1: must be in [0, 0]");
-    assert_fails(toliman_components_get_series(components, -1, series, NULL), TOLIMAN_E_RANGE, "component = -1");
+    assert_refused(toliman_components_get_series(components, 1, series, NULL), TOLIMAN_E_RANGE, "component");
+    assert_refused(toliman_components_get_series(components, -1, series, NULL), TOLIMAN_E_RANGE, "component");
     assert_ok(toliman_components_get_series(components, 0, series, NULL));
     assert_true(series[0] != 0); /* two frames are opposite relative to their mean */
     assert_close(series[1], -series[0], 1e-12, 0);
     toliman_components_info info = {.struct_size = 1};
-    assert_fails(toliman_components_get_info(components, &info), TOLIMAN_E_ARGUMENT, "struct_size = 1");
-    toliman_components_destroy(NULL);
-    toliman_components_destroy(components);
-    toliman_sim_destroy(sim);
+    assert_invalid(toliman_components_get_info(components, &info), "out->struct_size");
+    toliman_components_destroy(NULL), toliman_components_destroy(components), toliman_sim_destroy(sim);
 }
 
 static void count_line(int32_t level, const char *text, void *lines) {
@@ -319,9 +308,7 @@ static void dependent_nuisances_are_logged(void **state) {
         assert_int_equal(lines, 3);
         toliman_components_destroy(components);
     }
-    toliman_cae_destroy(cae);
-    toliman_linear_destroy(linear);
-    toliman_sim_destroy(sim);
+    toliman_cae_destroy(cae), toliman_linear_destroy(linear), toliman_sim_destroy(sim);
 }
 
 int main(void) {

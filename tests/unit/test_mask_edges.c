@@ -193,9 +193,7 @@ static void transmissions_are_averaged(void **state) {
     }
     for (int pixel = 0, k = 0; pixel < PIXELS; pixel += 37, k++) /* the scene is scaled to its peak */
         assert_close(image[pixel] / (double)found, (double)(expected[k] / peak), 0, 1e-10);
-    free(text);
-    free(image);
-    toliman_sim_destroy(sim);
+    free(text), free(image), toliman_sim_destroy(sim);
 }
 
 static void difference_at(const char *edges, double step_deg, double *difference) {

@@ -47,12 +47,7 @@ static void values_are_those_of_the_sums(void **unused) {
         assert_ok(toliman_period_push_samples(clean, &sample, rows + i * k, 1));
     }
     assert_same_periods(period_of(track), clean);
-    toliman_period_destroy(clean);
-    free(times);
-    free(one);
-    free(rows);
-    free(y);
-    toliman_measure_destroy(series);
+    toliman_period_destroy(clean), free(times), free(one), free(rows), free(y), toliman_measure_destroy(series);
     toliman_track_destroy(track);
 }
 
@@ -89,9 +84,7 @@ static void separations_reduce_to_the_values(void **unused) {
                 found++;
             }
     assert_int_equal(found, info.n);
-    toliman_measure_destroy(reduced);
-    toliman_measure_destroy(measured);
-    toliman_measure_destroy(values);
+    toliman_measure_destroy(reduced), toliman_measure_destroy(measured), toliman_measure_destroy(values);
 }
 
 /* It keeps no lists: the time on target of such a frame is not known. */
@@ -109,8 +102,7 @@ static void a_tracker_in_memory_leaves_lists_out(void **unused) {
     toliman_measure *made = NULL;
     assert_ok(toliman_track_get_measure(track, &options, &made));
     assert_true(info_of_measure(made).left_out >= 1 && info_of_measure(made).n > 3);
-    toliman_measure_destroy(made);
-    toliman_track_destroy(track);
+    toliman_measure_destroy(made), toliman_track_destroy(track);
 }
 
 /* Times and exposures go through the clock of the rebuilt folder. */
@@ -133,8 +125,7 @@ static void times_are_those_of_a_new_clock(void **unused) {
     assert_ok(toliman_measure_get_times(values, times[0], n));
     assert_ok(toliman_measure_get_times(measured, times[1], n));
     assert_memory_equal(times[0], times[1], n * sizeof **times);
-    toliman_measure_destroy(measured);
-    toliman_measure_destroy(values);
+    toliman_measure_destroy(measured), toliman_measure_destroy(values);
 }
 
 static void options_of_files_are_refused(void **unused) {
@@ -145,17 +136,17 @@ static void options_of_files_are_refused(void **unused) {
         toliman_measure_options options;
         const char *message;
     } cases[] = {
-        {{.columns = "t,y"}, "options->columns: must not be given for the frames of a tracker"},
-        {{.time_scale = TOLIMAN_INGEST_SCALE_TAI}, "options->time_scale: must not be given"},
-        {{.exposure_s = 1}, "options->exposure_s: must not be given"},
-        {{.kind = TOLIMAN_MEASURE_VELOCITY}, "options->kind = 904: the values of the frames are reduced"},
-        {{.unit = -1}, "options->unit = -1: must be in (0, 1e100], or 0"},
-        {{.unit = 2}, "options->unit = 2: must be 0 for reduced frames"},
+        {{.columns = "t,y"}, "options->columns"},
+        {{.time_scale = TOLIMAN_INGEST_SCALE_TAI}, "options->time_scale"},
+        {{.exposure_s = 1}, "options->exposure_s"},
+        {{.kind = TOLIMAN_MEASURE_VELOCITY}, "options->kind"},
+        {{.unit = -1}, "options->unit"},
+        {{.unit = 2}, "options->unit"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_measure_options options = cases[i].options;
         options.struct_size = sizeof options;
-        assert_fails(toliman_measure_load_file(folder, &options, &made), TOLIMAN_E_ARGUMENT, cases[i].message);
+        assert_invalid(toliman_measure_load_file(folder, &options, &made), cases[i].message);
     }
     assert_fails(toliman_measure_load_file("/tmp", NULL, &made), TOLIMAN_E_NOT_FOUND, "/tmp: has no ledger of frames");
     assert_null(made);
