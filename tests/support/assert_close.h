@@ -13,6 +13,9 @@
 
 #include <toliman/base.h>
 
+/* Begins a test of the list of main, which does not use the state of CMocka. */
+#define TEST(name) static void name(void **unused_ __attribute__((unused)))
+
 /* |actual - expected| <= atol + rtol |expected|; NaN fails. */
 #define assert_close(actual, expected, rtol, atol)                                                                     \
     do {                                                                                                               \

@@ -264,8 +264,7 @@ static size_t system_bytes(void) {
     return info.uordblks + info.hblkhd;
 }
 
-static void large_arrays_come_from_the_caller(void **unused) {
-    (void)unused;
+TEST(large_arrays_come_from_the_caller) {
     for (size_t i = 0; i < KINDS; i++) {
         arena memory = {.fails_at = SIZE_MAX};
         const toliman_allocator allocator = allocator_of(&memory);
@@ -287,8 +286,7 @@ static void large_arrays_come_from_the_caller(void **unused) {
 }
 
 /* One allocation after the other fails; from the 8th on, only some of them. */
-static void no_memory_is_an_error(void **unused) {
-    (void)unused;
+TEST(no_memory_is_an_error) {
     for (size_t i = 0; i < KINDS; i++) {
         arena memory = {.fails_at = 0};
         const toliman_allocator allocator = allocator_of(&memory);
@@ -309,8 +307,7 @@ static void no_memory_is_an_error(void **unused) {
 }
 
 /* A copy uses the same allocator; scratch memory of a call does not come from it. */
-static void memory_belongs_to_its_object(void **unused) {
-    (void)unused;
+TEST(memory_belongs_to_its_object) {
     arena memory = {.fails_at = SIZE_MAX};
     const toliman_allocator allocator = allocator_of(&memory);
     void *made = NULL;
@@ -336,8 +333,7 @@ static void memory_belongs_to_its_object(void **unused) {
     assert_int_equal(memory.held, 0);
 }
 
-static void halves_of_an_allocator_are_refused(void **unused) {
-    (void)unused;
+TEST(halves_of_an_allocator_are_refused) {
     arena memory = {.fails_at = SIZE_MAX};
     void *made = NULL;
     toliman_allocator allocator = allocator_of(&memory);
@@ -354,8 +350,7 @@ static void halves_of_an_allocator_are_refused(void **unused) {
     assert_null(made);
 }
 
-static void load_options_are_checked_and_zero_is_their_default(void **unused) {
-    (void)unused;
+TEST(load_options_are_checked_and_zero_is_their_default) {
     toliman_load_options filled, options = TOLIMAN_LOAD_OPTIONS_INIT;
     memset(&filled, 0xff, sizeof filled);
     filled = (toliman_load_options)TOLIMAN_LOAD_OPTIONS_INIT;

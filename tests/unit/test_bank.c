@@ -49,8 +49,7 @@ static toliman_bank_result predicted(const toliman_bank *of, const toliman_fit *
     return result;
 }
 
-static void plans_match_banks(void **state) {
-    (void)state;
+TEST(plans_match_banks) {
     static const struct {
         toliman_bank_options options;
         uint32_t dates, places;
@@ -92,8 +91,7 @@ static void plans_match_banks(void **state) {
 }
 
 /* Order: dates, then places along y, then along x. */
-static void networks_are_listed(void **state) {
-    (void)state;
+TEST(networks_are_listed) {
     toliman_bank *const many = bank_of(fit, 3, 1, 1);
     const toliman_bank_info info = bank_info_of(many);
     assert_int_equal(info.networks, 9 * info.dates);
@@ -126,8 +124,7 @@ static int32_t stop_after_the_first(const char *stage, double fraction, void *ca
 }
 
 /* By one or three threads, cancelled between networks and within one, and continued after saving. */
-static void interrupted_trainings_give_the_same_bits(void **state) {
-    (void)state;
+TEST(interrupted_trainings_give_the_same_bits) {
     enum { FEW = 10 };
     size_t size, again_size;
     toliman_bank *whole = bank_of(fit, 1, 1.5, FEW);
@@ -171,8 +168,7 @@ static void interrupted_trainings_give_the_same_bits(void **state) {
 }
 
 /* A bank whose training was cancelled is made again: its journal has the networks that were complete. */
-static void journals_continue_trainings(void **state) {
-    (void)state;
+TEST(journals_continue_trainings) {
     enum { FEW = 10 };
     char path[300], journal_folder[256];
     size_t size, again_size;
@@ -230,8 +226,7 @@ static void journals_continue_trainings(void **state) {
 }
 
 /* Frames in one call, on any number of threads and in any order, give the bits of single calls. */
-static void all_calls_give_the_same_bits(void **state) {
-    (void)state;
+TEST(all_calls_give_the_same_bits) {
     enum { MANY = 5 };
     static double backwards[MANY][PIXELS];
     toliman_fit_prediction predictions[MANY], reversed[MANY];
@@ -287,8 +282,7 @@ static void *encode_alone(void *given) {
 }
 
 /* On one bank and one fit at the same time. */
-static void calls_of_several_threads_give_the_same_bits(void **state) {
-    (void)state;
+TEST(calls_of_several_threads_give_the_same_bits) {
     enum { THREADS = 4 };
     pthread_t threads[THREADS];
     encoding jobs[THREADS];
@@ -311,8 +305,7 @@ static int32_t use_while_trained(const char *stage, double fraction, void *train
     return 1;
 }
 
-static void training_needs_exclusive_use(void **state) {
-    (void)state;
+TEST(training_needs_exclusive_use) {
     toliman_bank *const other = bank_of(fit, 1, 4, 1);
     const toliman_bank_train_options options = {
         .struct_size = sizeof options, .threads = 1, .progress = use_while_trained, .progress_data = other};
@@ -322,8 +315,7 @@ static void training_needs_exclusive_use(void **state) {
 }
 
 /* Propagated images of a displaced star, without noise. */
-static void displacements_are_measured(void **state) {
-    (void)state;
+TEST(displacements_are_measured) {
     static const double truths[] = {0, 1e-5, -3e-3, 0.01, 0.05};
     static double image[PIXELS];
     const toliman_bank_result expected = predicted(bank, fit, at(0));
@@ -340,8 +332,7 @@ static void displacements_are_measured(void **state) {
 }
 
 /* The efficiency relates sigma_px to the Cramer-Rao bound of the fit. */
-static void sigma_is_the_bound_over_the_efficiency(void **state) {
-    (void)state;
+TEST(sigma_is_the_bound_over_the_efficiency) {
     for (int i = 0; i < FRAMES; i += 5) {
         double covariance[7 * 7];
         const toliman_fit_prediction prediction = at(i);
@@ -357,8 +348,7 @@ static void sigma_is_the_bound_over_the_efficiency(void **state) {
 }
 
 /* A prediction that is 5e-3 or 0.3 px off changes the value of a noisy frame by little of its sigma. */
-static void values_do_not_depend_on_the_prediction(void **state) {
-    (void)state;
+TEST(values_do_not_depend_on_the_prediction) {
     double shown = 0;
     for (int i = 0; i < FRAMES; i += 10) {
         double values[7];
@@ -379,8 +369,7 @@ static void values_do_not_depend_on_the_prediction(void **state) {
 }
 
 /* Errors of noisy frames at all dates: mean and mean square against the stated sigma. */
-static void errors_have_the_stated_size(void **state) {
-    (void)state;
+TEST(errors_have_the_stated_size) {
     double squares = 0, sum = 0;
     toliman_bank_result results[FRAMES] = {{.struct_size = sizeof *results}};
     toliman_fit_prediction predictions[FRAMES];
@@ -397,8 +386,7 @@ static void errors_have_the_stated_size(void **state) {
     assert_close(sum / FRAMES, 0, 0, 4 / sqrt(FRAMES));
 }
 
-static void flags_are_set(void **state) {
-    (void)state;
+TEST(flags_are_set) {
     static double empty[PIXELS];
     toliman_fit_result fitted = {.struct_size = sizeof fitted};
     toliman_bank_result result = {.struct_size = sizeof result};
@@ -420,8 +408,7 @@ static void flags_are_set(void **state) {
 }
 
 /* The more is asked of a bank, the sooner it must be renewed; the day before, it still has the efficiency. */
-static void renewals_precede_lower_efficiencies(void **state) {
-    (void)state;
+TEST(renewals_precede_lower_efficiencies) {
     double last = INFINITY;
     for (double least = 0.1; least < 1; least += 0.2) {
         double days = 0;
@@ -436,8 +423,7 @@ static void renewals_precede_lower_efficiencies(void **state) {
 }
 
 /* Maximum pooling loses information, but not the scale. */
-static void layout_paper_has_a_low_efficiency(void **state) {
-    (void)state;
+TEST(layout_paper_has_a_low_efficiency) {
     const toliman_bank_options options = {.struct_size = sizeof options,
                                           .layout = TOLIMAN_CAE_LAYOUT_PAPER,
                                           .places = 1,
@@ -465,8 +451,7 @@ static void layout_paper_has_a_low_efficiency(void **state) {
 }
 
 /* Frames larger than a network: it reads a crop around the stars. */
-static void larger_frames_are_cropped(void **state) {
-    (void)state;
+TEST(larger_frames_are_cropped) {
     enum { ROWS = 300, COLS = 280, STRIDE = COLS + 3 };
     static double image[ROWS * STRIDE];
     toliman_sim *const large = bank_sim(ROWS, COLS, "\"offsets_px\": {\"A\": [9.75, 63], \"B\": [21, 55.5]}");

@@ -37,8 +37,7 @@ static toliman_bank_result encoded(const toliman_bank *by) {
     return result;
 }
 
-static void bad_options_are_refused(void **state) {
-    (void)state;
+TEST(bad_options_are_refused) {
     const struct {
         toliman_bank_options options;
         const char *field, *message;
@@ -77,8 +76,7 @@ static void bad_options_are_refused(void **state) {
 }
 
 /* Half a turn after periastron, three times as far apart. */
-static void dates_without_model_images_are_refused(void **state) {
-    (void)state;
+TEST(dates_without_model_images_are_refused) {
     char *const orbit = replaced(BANK_ORBIT, "\"eccentricity\": 0", "\"eccentricity\": 0.5");
     toliman_sim *const eccentric = bank_sim(kSide, kSide, orbit);
     toliman_fit *const with = bank_fit(eccentric, 2);
@@ -93,8 +91,7 @@ static void dates_without_model_images_are_refused(void **state) {
     toliman_bank_destroy(made), toliman_fit_destroy(with), toliman_sim_destroy(eccentric), free(orbit);
 }
 
-static void unsuitable_scenes_are_refused(void **state) {
-    (void)state;
+TEST(unsuitable_scenes_are_refused) {
     toliman_bank *made = NULL;
     toliman_bank_plan_info plan = {.struct_size = sizeof plan};
     toliman_sim *other = sim_of(kBinaryScene);
@@ -108,13 +105,11 @@ static void unsuitable_scenes_are_refused(void **state) {
     assert_null(made);
 }
 
-static void defaults_are_zero(void **state) {
-    (void)state;
+TEST(defaults_are_zero) {
     toliman_bank_destroy(NULL);
 }
 
-static void bad_arguments_are_refused(void **state) {
-    (void)state;
+TEST(bad_arguments_are_refused) {
     static double bad[2 * kPixels];
     toliman_bank_result result = {.struct_size = sizeof result}, results[2] = {{.struct_size = sizeof *results}};
     const toliman_bank_result before = result;
@@ -158,8 +153,7 @@ static void bad_arguments_are_refused(void **state) {
 }
 
 /* Of another capture range, of another free parameter, of stars at rest. */
-static void other_fits_are_refused(void **state) {
-    (void)state;
+TEST(other_fits_are_refused) {
     const toliman_fit_options more = {.struct_size = sizeof more, .free = "scale", .capture_px = 2};
     toliman_sim *const resting = bank_sim(kSide, kSide, BANK_AT_REST);
     toliman_fit *others[3] = {bank_fit(sim, 1), NULL, bank_fit(resting, 2)};
@@ -182,8 +176,7 @@ static void other_fits_are_refused(void **state) {
 }
 
 /* In float32 with the same results, in 16 bits with nearly the same; saving again gives the same bytes. */
-static void saved_banks_give_the_same_results(void **state) {
-    (void)state;
+TEST(saved_banks_give_the_same_results) {
     const toliman_bank_result expected = encoded(bank);
     const toliman_bank_info info = bank_info_of(bank);
     assert_int_equal(info.trained_networks, 1);
@@ -220,8 +213,7 @@ static void saved_banks_give_the_same_results(void **state) {
     assert_invalid(toliman_bank_load(little, 8, NULL, NULL), "out");
 }
 
-static void banks_are_saved_to_files(void **state) {
-    (void)state;
+TEST(banks_are_saved_to_files) {
     char folder[200], path[300], missing[300];
     make_folder(folder, sizeof folder);
     snprintf(path, sizeof path, "%s/bank.tlmb", folder);
@@ -278,8 +270,7 @@ static uint8_t *with_weights(const uint8_t *given, const float *weights, size_t 
     return out;
 }
 
-static void truncated_banks_are_refused(void **state) {
-    (void)state;
+TEST(truncated_banks_are_refused) {
     size_t size;
     uint8_t *const bytes = bank_bytes(bank, 0, &size);
     for (size_t n = 0; n < size; n += n < 400 ? 1 : 9973) {
@@ -313,8 +304,7 @@ static void truncated_banks_are_refused(void **state) {
 }
 
 /* Changed numbers, with a correct checksum. */
-static void impossible_numbers_are_refused(void **state) {
-    (void)state;
+TEST(impossible_numbers_are_refused) {
     const uint64_t nan_bits = 0x7ff8000000000000u, infinite = 0x7ff0000000000000u, two = 0x4000000000000000u,
                    minus_one = 0xbff0000000000000u, large = 0x41dfffffffc00000u /* 2^31 */;
     const struct {
@@ -387,8 +377,7 @@ static int is_bias(size_t i) {
     return 0;
 }
 
-static void impossible_weights_are_refused(void **state) {
-    (void)state;
+TEST(impossible_weights_are_refused) {
     static float weights[2 * kStored];
     const float bad[] = {NAN, INFINITY, -INFINITY, 2e30f, 1e-38f, -1e-45f};
     size_t size, other;

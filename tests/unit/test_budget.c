@@ -86,8 +86,7 @@ static const toliman_sim_budget_row *row_of(const toliman_sim_budget_row *rows, 
     return NULL;
 }
 
-static void fit_matches_the_fisher_matrix(void **state) {
-    (void)state;
+TEST(fit_matches_the_fisher_matrix) {
     fit f = fit_of_scene();
     const toliman_sim_budget_options options = with_names(kFree);
     const toliman_sim_budget budget = budget_of(f.sim, &options);
@@ -121,8 +120,7 @@ static void fit_matches_the_fisher_matrix(void **state) {
 }
 
 /* A residual of one unit of a parameter that is not free, in the normal equations. */
-static void bias_is_that_of_the_normal_equations(void **state) {
-    (void)state;
+TEST(bias_is_that_of_the_normal_equations) {
     fit f = fit_of_scene();
     const toliman_sim_budget_options options = with_names(kFree);
     const double crb_px = budget_of(f.sim, &options).crb_px;
@@ -152,8 +150,7 @@ static void bias_is_that_of_the_normal_equations(void **state) {
 }
 
 /* K = 3 frames, each with its own separation, flux and shift, and one scale: the whole Fisher matrix. */
-static void shared_bound_is_that_of_many_frames(void **state) {
-    (void)state;
+TEST(shared_bound_is_that_of_many_frames) {
     enum { FRAMES = 3, OWN = 4, ALL = FRAMES * OWN + 1 };
     fit f = fit_of_scene();
     const int own[OWN] = {0, 1, 3, 4};
@@ -177,8 +174,7 @@ static void shared_bound_is_that_of_many_frames(void **state) {
     free_fit(&f);
 }
 
-static void steps_are_the_bounds_of_the_scene(void **state) {
-    (void)state;
+TEST(steps_are_the_bounds_of_the_scene) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     const toliman_sim_bounds bounds = sim_bounds_of(sim);
     toliman_sim_budget_step steps[8] = {TOLIMAN_SIM_BUDGET_STEP_INIT};
@@ -197,8 +193,7 @@ static void steps_are_the_bounds_of_the_scene(void **state) {
 
 /* Free parameters: linear ones leave nothing, a shift leaves what half the second derivative of the frame makes of it,
  * which is the derivative by the variance of the jitter. */
-static void curvature_of_a_shift_is_the_derivative_by_jitter(void **state) {
-    (void)state;
+TEST(curvature_of_a_shift_is_the_derivative_by_jitter) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     const toliman_sim_budget_options options = with_names(kFree);
     toliman_sim_budget_row rows[ROWS];
@@ -211,8 +206,7 @@ static void curvature_of_a_shift_is_the_derivative_by_jitter(void **state) {
     toliman_sim_destroy(sim);
 }
 
-static void earth_is_that_of_options_or_scene(void **state) {
-    (void)state;
+TEST(earth_is_that_of_options_or_scene) {
     toliman_sim *sim = sim_of(kBinaryScene);
     toliman_sim_budget_options options = with_names("");
     toliman_sim_budget budget = budget_of(sim, &options);
@@ -243,8 +237,7 @@ static void earth_is_that_of_options_or_scene(void **state) {
 }
 
 /* The position of a single star cannot be distinguished from a common shift, and it has no star B. */
-static void a_single_star_is_degenerate(void **state) {
-    (void)state;
+TEST(a_single_star_is_degenerate) {
     toliman_sim *const sim = sim_of(kSingleScene);
     toliman_sim_budget_options options = with_names("shift_x");
     toliman_sim_budget budget = budget_of(sim, &options);
@@ -262,8 +255,7 @@ static void a_single_star_is_degenerate(void **state) {
 }
 
 /* The padded FFT has its own pupil, so that a changed one has no effect. */
-static void second_order_is_not_known_for_the_padded_fft(void **state) {
-    (void)state;
+TEST(second_order_is_not_known_for_the_padded_fft) {
     const int32_t engines[2] = {TOLIMAN_SIM_ENGINE_MATRIX_DFT, TOLIMAN_SIM_ENGINE_PADDED_FFT};
     for (int i = 0; i < 2; i++) {
         toliman_sim_options engine = TOLIMAN_SIM_OPTIONS_INIT;
@@ -279,8 +271,7 @@ static void second_order_is_not_known_for_the_padded_fft(void **state) {
     }
 }
 
-static void bad_arguments_are_refused(void **state) {
-    (void)state;
+TEST(bad_arguments_are_refused) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     toliman_sim_budget budget = TOLIMAN_SIM_BUDGET_INIT;
     toliman_sim_budget_options options = with_names("shift_x zernike_37");

@@ -66,8 +66,7 @@ static uint64_t expected_hash(void) {
     return hash;
 }
 
-static void test_info(void **unused) {
-    (void)unused;
+TEST(test_info) {
     toliman_cae_info info = {.struct_size = sizeof info};
     toliman_sim_bounds bounds = {.struct_size = sizeof bounds};
     assert_ok(toliman_sim_get_bounds(sim, &bounds));
@@ -83,8 +82,7 @@ static void test_info(void **unused) {
     assert_true(info.trained == 1 && info.cosine == training.cosine);
 }
 
-static void test_latent_is_the_separation_in_px(void **unused) {
-    (void)unused;
+TEST(test_latent_is_the_separation_in_px) {
     const toliman_cae *networks[] = {untrained, trained};
     const double displacements[] = {1e-7, 1e-6, 1e-5};
     for (int n = 0; n < 2; n++) {
@@ -99,8 +97,7 @@ static void test_latent_is_the_separation_in_px(void **unused) {
     }
 }
 
-static void test_target_is_the_whitened_derivative(void **unused) {
-    (void)unused;
+TEST(test_target_is_the_whitened_derivative) {
     double *target = new_image(kPixels), *derivative = new_image(kPixels), *variance = new_image(kPixels);
     assert_ok(toliman_cae_get_target(trained, target, kSide));
     assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_SEPARATION, derivative, kSide));
@@ -110,8 +107,7 @@ static void test_target_is_the_whitened_derivative(void **unused) {
     free(target), free(derivative), free(variance);
 }
 
-static void test_training_reaches_the_target(void **unused) {
-    (void)unused;
+TEST(test_training_reaches_the_target) {
     assert_int_equal(training.steps, 100);
     assert_at_most(training.loss, 0.1);
     assert_close(training.cosine, sqrt(1 - training.loss), 1e-6, 0); /* cosine and tangent of one right triangle */
@@ -125,8 +121,7 @@ static void assert_trained_as_stated(const toliman_cae_training *report) {
 
 /* Figures of the default training stated in the header: the cosine for any seed, and with coarse pixels; the
  * nonlinearity of ELU, latent over displacement, for both signs. */
-static void test_figures_of_the_header(void **unused) {
-    (void)unused;
+TEST(test_figures_of_the_header) {
     const struct {
         double displacement, slope;
     } said[] = {{1e-4, 0.9996}, {1e-3, 0.996}, {1e-2, 0.96}, {-1e-4, 0.9996}, {-1e-3, 0.997}, {-1e-2, 0.97}};
@@ -147,8 +142,7 @@ static void test_figures_of_the_header(void **unused) {
 }
 
 /* Training with the largest learning rate converges badly, but every number stays finite. */
-static void test_no_rate_diverges(void **unused) {
-    (void)unused;
+TEST(test_no_rate_diverges) {
     toliman_cae *cae = make_cae(sim, 7, 0, NULL);
     toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     toliman_cae_training report = {.struct_size = sizeof report};
@@ -162,8 +156,7 @@ static void test_no_rate_diverges(void **unused) {
 
 /* The decoder's output is the target: gain 1, the cosine of the training result, and the same shape for every small
  * latent. */
-static void test_decode_is_linear(void **unused) {
-    (void)unused;
+TEST(test_decode_is_linear) {
     double *target = new_image(kPixels), *zero = new_image(kPixels), *image = new_image(kPixels);
     assert_ok(toliman_cae_get_target(trained, target, kSide));
     assert_ok(toliman_cae_decode(trained, 0, zero, kSide));
@@ -180,8 +173,7 @@ static void test_decode_is_linear(void **unused) {
 
 /* For small residuals r the latent is <D, r>/<D, target>, where D is the decoder's image: encoder and decoder are
  * transposes. */
-static void test_encoder_is_the_transposed_decoder(void **unused) {
-    (void)unused;
+TEST(test_encoder_is_the_transposed_decoder) {
     double *target = new_image(kPixels), *decoded = new_image(kPixels), *frame = new_image(kPixels);
     double *reference = new_image(kPixels), *variance = new_image(kPixels), *residual = new_image(kPixels);
     assert_ok(toliman_cae_get_target(trained, target, kSide));
@@ -207,8 +199,7 @@ static int32_t stop_half_way(const char *stage, double fraction, void *calls) {
     return fraction >= 0.5;
 }
 
-static void test_cancelled_training_changes_nothing(void **unused) {
-    (void)unused;
+TEST(test_cancelled_training_changes_nothing) {
     size_t size, size_after;
     int calls = 0;
     uint8_t *before = saved(trained, &size);
@@ -231,8 +222,7 @@ static int32_t count_calls(const char *stage, double fraction, void *calls) {
 }
 
 /* Resumes a cancelled training, also from a file, with the same bits as an uninterrupted one. */
-static void test_resume_after_cancellation(void **unused) {
-    (void)unused;
+TEST(test_resume_after_cancellation) {
     toliman_cae *broken = make_cae(sim, 7, 0, NULL), *loaded = NULL;
     toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     int calls = 0;
@@ -273,8 +263,7 @@ static void test_resume_after_cancellation(void **unused) {
 }
 
 /* Dark current so large that the stars are below the rounding of the expected image. */
-static void test_no_light_to_centre_the_crop_on(void **unused) {
-    (void)unused;
+TEST(test_no_light_to_centre_the_crop_on) {
     char json[2048];
     write_scene(json, sizeof json, kSide, kSide + 4, 0, "");
     char *text = replaced(json, "\"relative_flux\": 3", "\"photons_per_s\": 1e-4");
@@ -290,8 +279,7 @@ static void test_no_light_to_centre_the_crop_on(void **unused) {
 }
 
 /* The scatter of the latents of noisy frames is as the cosine predicts: sigma = crb / cosine. */
-static void test_efficiency_is_the_cosine(void **unused) {
-    (void)unused;
+TEST(test_efficiency_is_the_cosine) {
     enum { kFrames = 100 };
     static double displacements[kFrames];
     double *frame = new_image(kPixels), sum = 0, squares = 0;
@@ -310,8 +298,7 @@ static void test_efficiency_is_the_cosine(void **unused) {
     free(frame);
 }
 
-static void test_reconstruction(void **unused) {
-    (void)unused;
+TEST(test_reconstruction) {
     double *frame = new_image(kPixels), *image = new_image(kPixels), *variance = new_image(kPixels);
     double mmse, mssim, floor_, low = 1e300, high = -1e300, error = 0, noise = 0;
     assert_ok(toliman_sim_frame(sim, &(double){0}, 5, 0, 1, frame));
@@ -336,8 +323,7 @@ static void test_reconstruction(void **unused) {
 }
 
 /* A frame larger than the crop and off centre, with nuisances projected out. */
-static void test_crop_and_projection(void **unused) {
-    (void)unused;
+TEST(test_crop_and_projection) {
     enum { kRows = 270, kCols = 300, kFrame = kRows * kCols };
     toliman_sim *wide = make_sim(kRows, kCols, 9, "\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"");
     toliman_cae *cae = make_cae(wide, 1, 20, NULL);
@@ -386,8 +372,7 @@ static void test_crop_and_projection(void **unused) {
     free(reference), free(change), free(frame), toliman_cae_destroy(cae), toliman_sim_destroy(wide);
 }
 
-static void test_arguments(void **unused) {
-    (void)unused;
+TEST(test_arguments) {
     static double image[kPixels];
     double latent;
     size_t needed;
@@ -422,8 +407,7 @@ static void test_arguments(void **unused) {
 }
 
 /* Counts that can be encoded, but whose latent is beyond the decoder's range: the error must name the counts. */
-static void test_counts_too_far_to_reconstruct(void **unused) {
-    (void)unused;
+TEST(test_counts_too_far_to_reconstruct) {
     static double frame[kPixels], image[kPixels];
     double latent = 0;
     for (double size = 1e9; fabs(latent) <= 1e6; size *= 10) {
@@ -439,8 +423,7 @@ static void test_counts_too_far_to_reconstruct(void **unused) {
 }
 
 /* A frame whose contrast is negligible compared with the image it is compared to. */
-static void test_figures_that_overflow(void **unused) {
-    (void)unused;
+TEST(test_figures_that_overflow) {
     static double frame[kPixels], image[kPixels];
     double mmse = -5;
     frame[7] = 1e-300;
@@ -452,8 +435,7 @@ static void test_figures_that_overflow(void **unused) {
 
 /* A single star with shift_x projected out: the remaining signal is zero, and rounding errors must not pass for a
  * signal. */
-static void test_no_signal_is_left(void **unused) {
-    (void)unused;
+TEST(test_no_signal_is_left) {
     const char *const projects[] = {"\"shift_x\"", "\"shift_x\", \"shift_y\", \"flux_a\""};
     for (int k = 0; k < 2; k++) {
         char json[1024];

@@ -22,8 +22,7 @@ static int tear_down(void **unused) {
     return 0;
 }
 
-static void test_round_trip(void **unused) {
-    (void)unused;
+TEST(test_round_trip) {
     toliman_cae *loaded = NULL;
     size_t size;
     assert_ok(toliman_cae_load(blob, blob_size, NULL, &loaded));
@@ -58,8 +57,7 @@ static void test_round_trip(void **unused) {
 }
 
 /* A loaded network trains to the same weights as the network it was saved from. */
-static void test_training_after_loading(void **unused) {
-    (void)unused;
+TEST(test_training_after_loading) {
     toliman_cae *fresh = make_cae(sim, 3, 0, NULL), *loaded = NULL;
     size_t size;
     uint8_t *bytes = saved(fresh, &size);
@@ -74,8 +72,7 @@ static void test_training_after_loading(void **unused) {
     free(bytes), toliman_cae_destroy(fresh), toliman_cae_destroy(loaded);
 }
 
-static void test_files(void **unused) {
-    (void)unused;
+TEST(test_files) {
     char folder[256], path[300];
     toliman_cae *loaded = NULL;
     const char *parent = getenv("TMPDIR");
@@ -113,8 +110,7 @@ static toliman_cae *load_from_file(const uint8_t *bytes, size_t size) {
 }
 
 /* A blob written here with uncompressed floats: only latent.bias is non-zero, so every latent equals it. */
-static void test_blob_written_from_the_specification(void **unused) {
-    (void)unused;
+TEST(test_blob_written_from_the_specification) {
     static float weights[kParameters];
     static double frame[kSide * 260];
     size_t size;
@@ -130,8 +126,7 @@ static void test_blob_written_from_the_specification(void **unused) {
 }
 
 /* The largest weights that the format allows: an overflow must not be returned as a result. */
-static void test_weights_that_overflow(void **unused) {
-    (void)unused;
+TEST(test_weights_that_overflow) {
     static float weights[kParameters];
     static double frame[kSide * 260], image[kPixels];
     const float sizes[] = {1e30f, -1e30f};
@@ -162,8 +157,7 @@ static double unit_on(int planes, int i) {
 
 /* Orthonormal planes on disjoint pixels, written from the specification and read from a file: as many as the format
    allows are removed from a frame. Up to 8 of them are version 2, more are version 3. */
-static void test_many_planes(void **unused) {
-    (void)unused;
+TEST(test_many_planes) {
     enum { kFrame = kSide * 260, kMost = 32 };
     static float planes[(4 + kMost) * kPixels];
     double *frame = new_image(kFrame);
@@ -215,8 +209,7 @@ static void test_many_planes(void **unused) {
 }
 
 /* A network whose target is zero cannot be trained. */
-static void test_no_target(void **unused) {
-    (void)unused;
+TEST(test_no_target) {
     enum { kFloats = 5 * kPixels };
     static float planes[kFloats];
     for (int i = 0; i < kFloats; i++)
@@ -234,8 +227,7 @@ static void test_no_target(void **unused) {
     free(bytes), free(after), toliman_cae_destroy(cae);
 }
 
-static void test_arguments(void **unused) {
-    (void)unused;
+TEST(test_arguments) {
     toliman_cae *out = NULL;
     assert_invalid(toliman_cae_load(NULL, 5, NULL, &out), "bytes");
     assert_invalid(toliman_cae_load(blob, blob_size, NULL, NULL), "out");

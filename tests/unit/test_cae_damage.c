@@ -41,8 +41,7 @@ static int tear_down(void **unused) {
 }
 
 /* Every wrong length of the small blob, in a buffer of exactly that length, so that reads beyond it are detected. */
-static void test_every_truncation(void **unused) {
-    (void)unused;
+TEST(test_every_truncation) {
     for (size_t size = 0; size < blob_size; size += size < 1000 ? 1 : 97)
         refused(blob, size, size < 4 ? "weights blob: truncated" : "truncated");
     for (size_t size = 0; size < small_size; size++) {
@@ -66,8 +65,7 @@ static void test_every_truncation(void **unused) {
     free(longer);
 }
 
-static void test_every_flipped_bit(void **unused) {
-    (void)unused;
+TEST(test_every_flipped_bit) {
     for (size_t i = 0; i < small_size; i++)
         for (int bit = 0; bit < 8; bit++) {
             small[i] ^= (uint8_t)(1 << bit);
@@ -87,8 +85,7 @@ static void test_every_flipped_bit(void **unused) {
 }
 
 /* Changed header fields, with a correct checksum. */
-static void test_impossible_headers(void **unused) {
-    (void)unused;
+TEST(test_impossible_headers) {
     const uint64_t nan_bits = 0x7ff8000000000000u, infinite = 0x7ff0000000000000u, two = 0x4000000000000000u;
     const struct {
         int offset, bytes;
@@ -148,8 +145,7 @@ static void test_impossible_headers(void **unused) {
 }
 
 /* The same for the training state after the planes. */
-static void test_impossible_trainings(void **unused) {
-    (void)unused;
+TEST(test_impossible_trainings) {
     const uint64_t nan_bits = 0x7ff8000000000000u, minus_one = 0xbff0000000000000u, two = 0x4000000000000000u;
     const struct {
         int offset, bytes;
@@ -202,8 +198,7 @@ static void test_impossible_trainings(void **unused) {
     toliman_cae_destroy(cae), toliman_sim_destroy(plain), free(bytes), free(kept);
 }
 
-static void test_unusable_numbers(void **unused) {
-    (void)unused;
+TEST(test_unusable_numbers) {
     static float weights[kParameters], planes[kFloats];
     const float bad[] = {NAN, INFINITY, -INFINITY, 2e30f, -2e30f, 1e-38f, -1e-45f};
     size_t size;
@@ -236,8 +231,7 @@ static void test_unusable_numbers(void **unused) {
 }
 
 /* 16-bit numbers that encode infinity or NaN, and scales that would produce them. */
-static void test_unusable_narrow_numbers(void **unused) {
-    (void)unused;
+TEST(test_unusable_narrow_numbers) {
     static uint8_t raw[2 * kParameters + 2 * kTensors];
     const struct {
         int32_t encoding;
@@ -292,8 +286,7 @@ static long peak_kib(void) {
     return usage.ru_maxrss;
 }
 
-static void test_streams_of_another_size(void **unused) {
-    (void)unused;
+TEST(test_streams_of_another_size) {
     const size_t planes_size = get(blob + kAtPlanes, 4), right = 4 * kParameters;
     const uint8_t *planes = blob + kHeader + get(blob + kAtWeights, 4);
     uint8_t *stream = malloc(4u << 20), *raw = calloc(right + 10, 1);

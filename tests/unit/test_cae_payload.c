@@ -43,8 +43,7 @@ static void assert_blob(const toliman_cae *cae, int pair) {
     free(bytes);
 }
 
-static void test_same_bytes_after_loading(void **unused) {
-    (void)unused;
+TEST(test_same_bytes_after_loading) {
     for (int k = 0; k < PAIRS; k++) {
         assert_int_equal(get(blobs[k] + kAtWeightsEncoding, 2), pairs[k][0]);
         assert_int_equal(get(blobs[k] + kAtPlanesEncoding, 2), pairs[k][1]);
@@ -62,8 +61,7 @@ static void test_same_bytes_after_loading(void **unused) {
 }
 
 /* The bit patterns of 0.625 from the definition of the formats; one tensor in fp16 stores it as 5 times 2^-3. */
-static void test_blobs_written_from_the_specification(void **unused) {
-    (void)unused;
+TEST(test_blobs_written_from_the_specification) {
     static uint8_t raw[2 * kParameters + 2 * kTensors];
     static double frame[kPixels];
     size_t size;
@@ -90,8 +88,7 @@ static void test_blobs_written_from_the_specification(void **unused) {
 }
 
 /* The derivative image can be read as a plane: 8 bits, or 11 bits down to 2^-30 of its maximum. */
-static void test_rounding_of_planes(void **unused) {
-    (void)unused;
+TEST(test_rounding_of_planes) {
     static double exact[kPixels], target[kPixels];
     assert_ok(toliman_cae_get_target(trained, exact, kSide));
     double largest = 0;
@@ -111,15 +108,13 @@ static void test_rounding_of_planes(void **unused) {
 
 /* The reference reaches 1e9 counts and stays exact: without noise and displacement the latent equals that of
  * float32. */
-static void test_no_bias(void **unused) {
-    (void)unused;
+TEST(test_no_bias) {
     const double zero = encode_expected(trained, sim, 0);
     for (int k = 0; k < PAIRS; k++)
         assert_close(encode_expected(rounded[k], sim, 0), zero, 0, 1e-11);
 }
 
-static void test_latents_keep_their_slope_and_scatter(void **unused) {
-    (void)unused;
+TEST(test_latents_keep_their_slope_and_scatter) {
     enum { kFrames = 40 };
     static double frame[kPixels], latents[PAIRS][kFrames];
     for (int i = 0; i < kFrames; i++) {
@@ -143,8 +138,7 @@ static void test_latents_keep_their_slope_and_scatter(void **unused) {
 
 /* Numbers from the smallest to the largest that a blob can hold, all just below powers of two. In fp16, whose range is
  * smaller, no variance may become 0 and no number infinite. */
-static void test_numbers_of_any_size(void **unused) {
-    (void)unused;
+TEST(test_numbers_of_any_size) {
     enum { kFloats = 5 * kPixels };
     static float planes[kFloats];
     static double frame[kPixels];
@@ -170,8 +164,7 @@ static void test_numbers_of_any_size(void **unused) {
 
 /* Training on an extremely small or large derivative gives weights at either limit of float32. Saving them is refused,
  * or the blob loads again. */
-static void test_weights_out_of_range(void **unused) {
-    (void)unused;
+TEST(test_weights_out_of_range) {
     enum { kFloats = 5 * kPixels };
     static float planes[kFloats];
     toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
@@ -209,8 +202,7 @@ static void test_weights_out_of_range(void **unused) {
     assert_true(refusals > 0 && failures > 0);
 }
 
-static void test_options(void **unused) {
-    (void)unused;
+TEST(test_options) {
     size_t needed = 7;
     toliman_cae_save_options options = TOLIMAN_CAE_SAVE_OPTIONS_INIT;
     options.weights_encoding = 3;

@@ -74,8 +74,7 @@ static double first_latent(const toliman_cae *cae) {
     return latent;
 }
 
-static void test_one_epoch(void **unused) {
-    (void)unused;
+TEST(test_one_epoch) {
     Source source = make_source(1e-2);
     for (int32_t layout = TOLIMAN_CAE_LAYOUT_FLIGHT; layout <= TOLIMAN_CAE_LAYOUT_PAPER; layout++) {
         toliman_cae_training one = {.struct_size = sizeof one}, other = one;
@@ -113,8 +112,7 @@ static int32_t note_epoch(const toliman_cae *so_far, const toliman_cae_training 
 }
 
 /* The result of each epoch is that of a training of as many epochs; a training stopped by the callback resumes. */
-static void test_results_of_each_epoch(void **unused) {
-    (void)unused;
+TEST(test_results_of_each_epoch) {
     Source source = make_source(1e-2);
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_RAW);
     Epochs epochs = {.cae = cae, .last = 2};
@@ -149,8 +147,7 @@ static int32_t stop_in_time(const char *stage, double fraction, void *user_data)
 }
 
 /* Three epochs in one run; two epochs, cancelled in the third and resumed; two epochs plus one. */
-static void test_resume_after_cancellation(void **unused) {
-    (void)unused;
+TEST(test_resume_after_cancellation) {
     Source source = make_source(1e-2);
     toliman_cae_training report = {.struct_size = sizeof report};
     toliman_cae *whole = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
@@ -187,8 +184,7 @@ static void test_resume_after_cancellation(void **unused) {
 }
 
 /* A signal of 1e-2 px is above the noise: the latents of new frames follow it, up to sign and scale. */
-static void test_learns_a_large_signal(void **unused) {
-    (void)unused;
+TEST(test_learns_a_large_signal) {
     Source source = make_source(1e-2);
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
     toliman_cae_train_options options = options_for(&source, kMostFrames, 9);
@@ -211,8 +207,7 @@ static void test_learns_a_large_signal(void **unused) {
     free(frames), toliman_cae_destroy(cae);
 }
 
-static void test_paper_has_no_decoder_without_a_frame(void **unused) {
-    (void)unused;
+TEST(test_paper_has_no_decoder_without_a_frame) {
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_RAW);
     toliman_cae_info info = {.struct_size = sizeof info};
     assert_ok(toliman_cae_get_info(cae, NULL, &info));
@@ -233,8 +228,7 @@ static int32_t cancel(const char *stage, double fraction, void *user_data) {
 }
 
 /* A training that cannot start leaves the last training resumable. */
-static void test_failures_keep_the_last_training(void **unused) {
-    (void)unused;
+TEST(test_failures_keep_the_last_training) {
     Source source = make_source(1e-2);
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_WHITENED), *loaded = NULL;
     toliman_cae_train_options options = options_for(&source, 10, 2), known = {.struct_size = sizeof known};
@@ -276,8 +270,7 @@ static void test_failures_keep_the_last_training(void **unused) {
 }
 
 /* Tied training gives the same network, regardless of earlier training. */
-static void test_tied_after_unsupervised(void **unused) {
-    (void)unused;
+TEST(test_tied_after_unsupervised) {
     Source source = make_source(1e-2);
     toliman_cae *fresh = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
     toliman_cae *used = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
@@ -296,8 +289,7 @@ static void test_tied_after_unsupervised(void **unused) {
 
 /* A learning rate that is too large, stopped after some epochs: the result is usable and can be saved, or the error is
  * E_RANGE. */
-static void test_divergence_is_never_a_result(void **unused) {
-    (void)unused;
+TEST(test_divergence_is_never_a_result) {
     Source source = make_source(1e-2);
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
     toliman_cae_train_options options = options_for(&source, 2, 0);
@@ -319,8 +311,7 @@ static void test_divergence_is_never_a_result(void **unused) {
     toliman_cae_destroy(cae);
 }
 
-static void test_refusals(void **unused) {
-    (void)unused;
+TEST(test_refusals) {
     Source source = make_source(1e-2);
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_RESIDUAL), *out = NULL;
     toliman_cae_train_options options = options_for(&source, 10, 1);

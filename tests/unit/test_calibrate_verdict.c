@@ -57,8 +57,7 @@ static toliman_sim_info opened(const char *path, char (*warning)[300]) {
     return info;
 }
 
-static void both_sides_of_chi_square_count(void **state) {
-    (void)state;
+TEST(both_sides_of_chi_square_count) {
     static double given[FEW * PIXELS];
     for (size_t i = 0; i < CASES; i++) {
         char read_e[40];
@@ -102,8 +101,7 @@ static int32_t save_and_stop(const toliman_calibration *so_far, const toliman_ca
 }
 
 /* Scenes without a calibration, of one that was stopped, and of one from before the verdict existed. */
-static void verdicts_may_be_missing(void **state) {
-    (void)state;
+TEST(verdicts_may_be_missing) {
     char warning[300];
     toliman_sim_info info = TOLIMAN_SIM_INFO_INIT;
     assert_ok(toliman_sim_get_info(nominal, &info));
@@ -129,8 +127,7 @@ static void verdicts_may_be_missing(void **state) {
     toliman_sim_destroy(old), free(text);
 }
 
-static void damaged_verdicts_are_refused(void **state) {
-    (void)state;
+TEST(damaged_verdicts_are_refused) {
     static const char *const cases[][2] = {
         {"\"goodness\": \"fine\"", "calibration.goodness = \"fine\": must be \"good\", \"poor\", \"too good\" or"},
         {"\"goodness\": 3", "calibration.goodness"},
@@ -148,8 +145,7 @@ static void damaged_verdicts_are_refused(void **state) {
 }
 
 /* Parameters that vanish are named. */
-static void missing_default_parameters_are_named(void **state) {
-    (void)state;
+TEST(missing_default_parameters_are_named) {
     static const struct {
         const char *from, *to;
         const char *names[5], *reason;
@@ -182,8 +178,7 @@ static void missing_default_parameters_are_named(void **state) {
 }
 
 /* The frames are those of a mask with edges "area"; the model has others. */
-static void a_model_is_completed(void **state) {
-    (void)state;
+TEST(a_model_is_completed) {
     toliman_sim *const cell = changed("\"area\"", "\"cell\"");
     toliman_calibration_options options = {.struct_size = sizeof options, .flags = TOLIMAN_CALIBRATION_IMPROVE};
     toliman_calibration *made = calibrated(cell, plain, FEW, &options);
@@ -218,8 +213,7 @@ static void a_model_is_completed(void **state) {
 }
 
 /* A complete model is left as it is. */
-static void nothing_is_tried_without_need(void **state) {
-    (void)state;
+TEST(nothing_is_tried_without_need) {
     const toliman_calibration_options options = {
         .struct_size = sizeof options, .flags = TOLIMAN_CALIBRATION_IMPROVE, .free = kKnown};
     toliman_calibration *const made = calibrated(nominal, frames, FRAMES, &options);

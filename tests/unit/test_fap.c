@@ -11,8 +11,7 @@ enum { DAYS = 200, MOST = 400 };
 static double times[MOST], values[MOST], sigmas[MOST];
 
 /* The trials of the benchmark on shorter series. */
-static void alarm_rate_is_as_documented(void **unused) {
-    (void)unused;
+TEST(alarm_rate_is_as_documented) {
     enum { ENDS = 2500, STREAMS = 200 };
     toliman_period *const period = fap_periodogram(DAYS);
     int at_end[FAP_METHODS] = {0}, ever[FAP_METHODS] = {0};
@@ -40,8 +39,7 @@ static void alarm_rate_is_as_documented(void **unused) {
 
 /* The chapter's signal of 1e-6 px, with a standard error of 1.24e-6 px per frame: the sequential method must not need
  * many more samples. */
-static void sequential_finds_signals(void **unused) {
-    (void)unused;
+TEST(sequential_finds_signals) {
     enum { SERIES = 51, SIGNAL_DAYS = 280 };
     static int found[FAP_METHODS][SERIES];
     toliman_period *const period = fap_periodogram(1095);
@@ -79,8 +77,7 @@ static double fap_of(const toliman_period *period, int32_t method, double log10_
 
 /* From the power 1/(N - 3) on, no method's FAP ever rises with the power. One query counts less than many, one
  * frequency less than several. */
-static void faps_fall(void **unused) {
-    (void)unused;
+TEST(faps_fall) {
     const int counts[] = {5, 6, 10, 100, 101, 102, MOST};
     for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
         toliman_period *const period = filled(counts[c]);
@@ -102,8 +99,7 @@ static void faps_fall(void **unused) {
     }
 }
 
-static void thresholds_invert_the_fap(void **unused) {
-    (void)unused;
+TEST(thresholds_invert_the_fap) {
     const int counts[] = {5, 6, 30, MOST};
     const double faps[] = {0, -1e-9, -1e-3, -0.1, -0.3, -1, -2, -10, -300, -1e4, -1e5};
     for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
@@ -137,8 +133,7 @@ static int32_t record_fraction(const char *stage, double fraction, void *user_da
     return user_data != NULL;
 }
 
-static void bootstrap_is_the_same_for_any_threads(void **unused) {
-    (void)unused;
+TEST(bootstrap_is_the_same_for_any_threads) {
     enum { COUNT = 60 };
     toliman_period *const period = filled(100);
     double alone[COUNT], three[COUNT], longer[2 * COUNT];
@@ -171,8 +166,7 @@ static void bootstrap_is_the_same_for_any_threads(void **unused) {
 }
 
 /* Five values of which four are equal: some resamplings are constant and have no power. */
-static void bootstrap_of_few_distinct_values(void **unused) {
-    (void)unused;
+TEST(bootstrap_of_few_distinct_values) {
     enum { COUNT = 200 };
     toliman_period *const period = fap_periodogram(50);
     const double t[5] = {0, 1, 3, 4, 9}, y[5] = {1, 1, 1, 1, 2};
@@ -190,8 +184,7 @@ static void bootstrap_of_few_distinct_values(void **unused) {
 
 /* Just below the Nyquist frequency of even times the power is high; exactly at it, half of the model vanishes. A
  * parabola through this step would be unrelated to the power in between. */
-static void no_parabola_over_a_step(void **unused) {
-    (void)unused;
+TEST(no_parabola_over_a_step) {
     fap_noise noise = fap_seeded(11);
     for (int series = 0; series < 200; series++) {
         toliman_period *const period = fap_periodogram(1095);
@@ -214,8 +207,7 @@ static toliman_period_sampling sampling_of(const toliman_period *period, const d
     return sampling;
 }
 
-static void sampling_flags_depend_on_the_times(void **unused) {
-    (void)unused;
+TEST(sampling_flags_depend_on_the_times) {
     toliman_period *period = filled(MOST);
     for (int given = 0; given < 2; given++) {
         const toliman_period_sampling even = sampling_of(period, given ? times : NULL, given ? MOST : 0);
@@ -259,8 +251,7 @@ static void sampling_flags_depend_on_the_times(void **unused) {
     toliman_period_destroy(period);
 }
 
-static void invalid_arguments_are_refused(void **unused) {
-    (void)unused;
+TEST(invalid_arguments_are_refused) {
     toliman_period *const period = filled(100), *const empty = fap_periodogram(100);
     double out = 7, peaks[3];
     assert_invalid(toliman_period_query_fap(period, 115, -1, &out), "method");

@@ -64,8 +64,7 @@ static double separation_of(const double *places) {
 }
 
 /* Noise-free images of other places and fluxes, propagated there, through every stage of the detector. */
-static void places_of_propagated_images_are_found(void **state) {
-    (void)state;
+TEST(places_of_propagated_images_are_found) {
     static const double moves[][5] = {/* of A, of B, relative brightness of A */
                                       {0, 0, 0, 0, 0},
                                       {0.3, -0.2, 0.3, -0.2, 0},
@@ -107,8 +106,7 @@ static void places_of_propagated_images_are_found(void **state) {
 }
 
 /* The position angle is that on the sky: of the scene's own stars it is the scene's. */
-static void position_angles_are_on_the_sky(void **state) {
-    (void)state;
+TEST(position_angles_are_on_the_sky) {
     toliman_sim *const sim = sim_with(kBinaryScene, "\"pixel_scale_arcsec\": 0.2",
                                       "\"pixel_scale_arcsec\": 0.2, \"rotation_deg\": 75, \"shear\": 1e-3");
     toliman_fit *const fit = fit_of(sim, NULL);
@@ -140,8 +138,7 @@ static void invert(long double (*a)[N], long double (*inverse)[N]) {
 }
 
 /* The Fisher matrix of places, fluxes and background, from differences of propagated images. */
-static void covariances_are_the_cramer_rao_bound(void **state) {
-    (void)state;
+TEST(covariances_are_the_cramer_rao_bound) {
     static double slope[N][PIXELS];
     toliman_sim *const sim = scene_of(kPlaces, 0, "", "");
     double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
@@ -201,8 +198,7 @@ static void covariances_are_the_cramer_rao_bound(void **state) {
 }
 
 /* The template is one step of the fit from the scene's places: to first order in the noise both agree. */
-static void the_template_is_one_step(void **state) {
-    (void)state;
+TEST(the_template_is_one_step) {
     static const char *const free_in_both =
         ", \"preprocess\": {\"project\": [\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\", \"roll\", \"background\"]}";
     toliman_sim *const sim = scene_of(kPlaces, 0, "", free_in_both);
@@ -225,8 +221,7 @@ static void the_template_is_one_step(void **state) {
 }
 
 /* Stars up to 15 px from their places. */
-static void stars_are_searched_for(void **state) {
-    (void)state;
+TEST(stars_are_searched_for) {
     static const double shifts[][2] = {{0.9, 0.4}, {3, -2.3}, {-8.4, 5.1}, {14.6, -14.7}, {-14.9, 14.2}};
     toliman_sim *const sim = scene_of(kPlaces, 0, "", "");
     toliman_fit *const fit = fit_of(sim, NULL);
@@ -258,8 +253,7 @@ static void stars_are_searched_for(void **state) {
 
 /* Where fringes are narrow, steps from 1.9 px away, almost along y, end at a false maximum: the search corrects them.
  */
-static void false_maxima_are_left(void **state) {
-    (void)state;
+TEST(false_maxima_are_left) {
     char *const text =
         replaced_again(scene_text(kPlaces, 0, "", ""), "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 1");
     toliman_sim *const sim = sim_of(text);
@@ -280,8 +274,7 @@ static void false_maxima_are_left(void **state) {
 
 /* Scatter of noisy frames with pointing in units of their own standard deviations; the same with saturated pixels and
  * with few photons. */
-static void errors_are_as_predicted(void **state) {
-    (void)state;
+TEST(errors_are_as_predicted) {
     static const char *const pointing = ", \"systematics\": {\"pointing_rms_px\": 0.3}";
     static const struct {
         const char *detector;
@@ -316,8 +309,7 @@ static void errors_are_as_predicted(void **state) {
 }
 
 /* With few photons and an exact prediction, steps are not much shorter from one to the next. */
-static void faint_frames_converge(void **state) {
-    (void)state;
+TEST(faint_frames_converge) {
     char *text = scene_text(kPlaces, 0, "", "");
     text = replaced_again(text, "\"exposure_s\": 100", "\"exposure_s\": 0.01");
     text = replaced_again(text, "\"read_e\": 2.5", "\"read_e\": 1.3");
@@ -339,8 +331,7 @@ static void faint_frames_converge(void **state) {
 }
 
 /* A damaged frame has a flag; whatever the frame, numbers are finite unless it did not converge. */
-static void damage_is_flagged(void **state) {
-    (void)state;
+TEST(damage_is_flagged) {
     toliman_sim *const sim = scene_of(kPlaces, 0, "", "");
     toliman_fit *const fit = fit_of(sim, NULL);
     double *const good = malloc(PIXELS * sizeof *good), *const bad = malloc(PIXELS * sizeof *bad);
@@ -391,8 +382,7 @@ static void damage_is_flagged(void **state) {
 
 /* Focus, scale or jitter that differ from the scene's: fitted, they leave the separation as it is; not fitted, focus
  * and jitter do not (the control). */
-static void freed_parameters_are_found(void **state) {
-    (void)state;
+TEST(freed_parameters_are_found) {
     static const struct {
         const char *from, *to;
         int number; /* of the parameter */
@@ -420,8 +410,7 @@ static void freed_parameters_are_found(void **state) {
 }
 
 /* Parameters whose derivative is an image of its own, of one star or of both. */
-static void spectra_and_aberrations_are_found(void **state) {
-    (void)state;
+TEST(spectra_and_aberrations_are_found) {
     static const struct {
         const char *name, *from, *to;
         double value, error_px;
@@ -445,8 +434,7 @@ static void spectra_and_aberrations_are_found(void **state) {
 }
 
 /* Without struts, defocus has no first-order effect behind this mask: its sign cannot be known. */
-static void parameters_without_effect_are_refused(void **state) {
-    (void)state;
+TEST(parameters_without_effect_are_refused) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     const toliman_fit_options options = {.struct_size = sizeof options, .free = "focus"};
     toliman_fit *fit = NULL;
@@ -456,8 +444,7 @@ static void parameters_without_effect_are_refused(void **state) {
     toliman_sim_destroy(sim);
 }
 
-static void frames_with_too_few_pixels_are_refused(void **state) {
-    (void)state;
+TEST(frames_with_too_few_pixels_are_refused) {
     static const struct {
         const char *from, *to, *message;
     } cases[] = {{"[64, 64]", "[2, 2]", "detector"}, {"\"bit_depth\": 16", "\"bit_depth\": 1", "detector"}};

@@ -65,8 +65,7 @@ static toliman_fit_info info_of(const toliman_fit *fit) {
     return info;
 }
 
-static void frames_at_starts_have_the_bits_of_their_window(void **state) {
-    (void)state;
+TEST(frames_at_starts_have_the_bits_of_their_window) {
     toliman_fit *const all = windows_of(kStarts, WINDOWS);
     toliman_fit_prediction predictions[FRAMES];
     toliman_fit_result results[FRAMES] = {{.struct_size = sizeof *results}};
@@ -93,8 +92,7 @@ static void frames_at_starts_have_the_bits_of_their_window(void **state) {
 }
 
 /* With both stars at the same places in both scenes: their images are means, whose weights are linear in time. */
-static void images_are_interpolated_between_starts(void **state) {
-    (void)state;
+TEST(images_are_interpolated_between_starts) {
     static double first[PIXELS], next[PIXELS], image[PIXELS], values[2][8], value[8];
     toliman_fit *const all = windows_of(kStarts, WINDOWS), *const one = single(0), *const two = single(1);
     toliman_fit_prediction at = {.struct_size = sizeof at, .separation_px = 20, .position_angle_deg = 30};
@@ -121,8 +119,7 @@ static void images_are_interpolated_between_starts(void **state) {
 
 /* The image between two depths of the mask against that of a scene with their mean: the error falls by 4 if the
  * difference is halved. */
-static void interpolation_has_an_error_of_second_order(void **state) {
-    (void)state;
+TEST(interpolation_has_an_error_of_second_order) {
     static const char *const depths[][2] = {{"293.5", "301.5"}, {"295.5", "299.5"}};
     static double exact[PIXELS], image[PIXELS], errors[2];
     toliman_fit *const middle = single(0);
@@ -144,8 +141,7 @@ static void interpolation_has_an_error_of_second_order(void **state) {
     assert_at_most(errors[0], 0.02 * exact[largest_of(exact, PIXELS)]);
 }
 
-static void properties_are_those_of_all_windows(void **state) {
-    (void)state;
+TEST(properties_are_those_of_all_windows) {
     toliman_fit *const all = windows_of(kStarts, WINDOWS), *const first = windows_of(kStarts, 1);
     uint32_t images = 0;
     double error = 0;
@@ -164,8 +160,7 @@ static void properties_are_those_of_all_windows(void **state) {
     toliman_fit_destroy(all), toliman_fit_destroy(first);
 }
 
-static void digests_cover_starts_and_scenes(void **state) {
-    (void)state;
+TEST(digests_cover_starts_and_scenes) {
     static const double starts[][WINDOWS] = {{10, 20, 40}, {10, 20, 41}, {10, 21, 40}, {9, 20, 40}};
     const double alone[] = {9};
     toliman_fit *const all = windows_of(kStarts, WINDOWS), *const two = windows_of(kStarts, 2);
@@ -181,8 +176,7 @@ static void digests_cover_starts_and_scenes(void **state) {
     toliman_fit_destroy(one), toliman_fit_destroy(first), toliman_fit_destroy(two), toliman_fit_destroy(all);
 }
 
-static void bad_windows_are_refused(void **state) {
-    (void)state;
+TEST(bad_windows_are_refused) {
     const struct {
         double starts[2];
         size_t count;
@@ -204,8 +198,7 @@ static void bad_windows_are_refused(void **state) {
     assert_null(made);
 }
 
-static void scenes_that_differ_are_refused(void **state) {
-    (void)state;
+TEST(scenes_that_differ_are_refused) {
     static const char *const changes[][3] = {{"[64, 64]", "[64, 72]", "sims[1]"},
                                              {"\"position_angle_deg\": 30", "\"position_angle_deg\": 31", "sims[1]"},
                                              {"\"interval_days\": 2", "\"interval_days\": 3", "sims[1]"}};
@@ -227,8 +220,7 @@ static int32_t record(const char *stage, double fraction, void *largest) {
 }
 
 /* The fractions increase over all windows. */
-static void progress_is_that_of_all_windows(void **state) {
-    (void)state;
+TEST(progress_is_that_of_all_windows) {
     double largest = 0;
     const toliman_fit_options options = {
         .struct_size = sizeof options, .capture_px = 3, .progress = record, .progress_data = &largest};
@@ -239,8 +231,7 @@ static void progress_is_that_of_all_windows(void **state) {
     assert_null(made);
 }
 
-static void banks_need_one_scene(void **state) {
-    (void)state;
+TEST(banks_need_one_scene) {
     toliman_fit *const all = windows_of(kStarts, WINDOWS);
     toliman_bank *bank = NULL;
     assert_refused(toliman_bank_create(all, NULL, &bank), TOLIMAN_E_UNSUPPORTED, "fit");

@@ -79,8 +79,7 @@ static void fill(int32_t kind, size_t stride, size_t frame_stride, unsigned char
             }
 }
 
-static void every_kind_of_pixels_and_every_layout_gives_the_same_bits(void **unused) {
-    (void)unused;
+TEST(every_kind_of_pixels_and_every_layout_gives_the_same_bits) {
     /* without gaps, with gaps, and with the rows of all frames interleaved */
     const size_t strides[][2] = {{0, 0}, {kSide + kGap, (kSide + kGap) * (kSide + kGap)}, {COUNT * kSide, kSide}};
     unsigned char *pixels = malloc(8 * COUNT * (kSide + kGap) * (kSide + kGap));
@@ -114,8 +113,7 @@ static void every_kind_of_pixels_and_every_layout_gives_the_same_bits(void **unu
     free(plain), free(pixels);
 }
 
-static void components_take_many_frames_or_none(void **unused) {
-    (void)unused;
+TEST(components_take_many_frames_or_none) {
     enum { SMALL = 1 << 4 };
     const toliman_components_options options = {.struct_size = sizeof options, .bin = SMALL, .capacity = COUNT};
     toliman_components *one_by_one, *at_once;
@@ -142,8 +140,7 @@ static void components_take_many_frames_or_none(void **unused) {
     toliman_components_destroy(one_by_one), toliman_components_destroy(at_once), free(plain), free(pixels);
 }
 
-static void impossible_images_are_refused(void **unused) {
-    (void)unused;
+TEST(impossible_images_are_refused) {
     double *frames = new_image(2 * kPixels), values[2] = {1, 2};
     toliman_frame_goodness fits[2] = {TOLIMAN_FRAME_GOODNESS_INIT};
     fits[0].chi_square = 3;
@@ -224,8 +221,7 @@ static double slow_chi_square(const double *frame) {
     return (double)(left / (kPixels - PLANES));
 }
 
-static void chi_square_matches_a_plain_fit(void **unused) {
-    (void)unused;
+TEST(chi_square_matches_a_plain_fit) {
     static double frame[kPixels];
     double value, alone;
     toliman_frame_goodness fits[2] = {TOLIMAN_FRAME_GOODNESS_INIT, TOLIMAN_FRAME_GOODNESS_INIT};
@@ -295,14 +291,12 @@ static void check_scene(const toliman_sim *scene, const toliman_cae *network, co
     free(frames);
 }
 
-static void damaged_frames_are_detected(void **unused) {
-    (void)unused;
+TEST(damaged_frames_are_detected) {
     check_scene(sim, cae, linear);
 }
 
 /* This network projects nothing out, so its own residual is not available. */
-static void damaged_frames_are_detected_in_the_chapter_scene(void **unused) {
-    (void)unused;
+TEST(damaged_frames_are_detected_in_the_chapter_scene) {
     toliman_sim *scene;
     toliman_linear *fit;
     assert_ok(toliman_sim_create_file("examples/scenes/chapter.json", NULL, &scene));
@@ -324,8 +318,7 @@ static void damaged_frames_are_detected_in_the_chapter_scene(void **unused) {
     toliman_linear_destroy(fit), toliman_sim_destroy(scene);
 }
 
-static void chi_square_is_the_same_on_any_number_of_workers(void **unused) {
-    (void)unused;
+TEST(chi_square_is_the_same_on_any_number_of_workers) {
     double *frames = new_image(COUNT * kPixels), values[COUNT];
     toliman_frame_goodness first[2][COUNT], fits[COUNT] = {{.struct_size = sizeof fits[0]}};
     for (size_t k = 0; k < COUNT; k++)

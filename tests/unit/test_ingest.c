@@ -4,8 +4,7 @@
 
 #include "pair_files.h"
 
-static void test_frames(void **state) {
-    (void)state;
+TEST(test_frames) {
     static const char *const lines[] = {
         "{\"frame_id\": -5, \"timestamp_ns\": -9223372036854775808, \"host_time\": 1.5, \"nframes_dropped\": 65535, "
         "\"roi_label\": \"a\", \"n_rows\": 1, \"n_cols\": 5, \"session_id\": \"s.1_-\"}\n",
@@ -61,8 +60,7 @@ static void test_frames(void **state) {
     }
 }
 
-static void test_stamps(void **state) {
-    (void)state;
+TEST(test_stamps) {
     put_lines(3, 1);
     put_pixels(FRAME_BYTES);
     const struct {
@@ -109,8 +107,7 @@ static void test_stamps(void **state) {
 #define REST "\"timestamp_ns\": 5, \"nframes_dropped\": 0, \"host_time\": 0"
 #define LONG_NAME "abcdefghijklmnopqrstuvwxyzabcdefghijklmnopqrstuvwxyzabcdefghijklm"
 
-static void test_malformed_lines(void **state) {
-    (void)state;
+TEST(test_malformed_lines) {
     static const struct {
         const char *line, *text;
         int has_key;
@@ -176,8 +173,7 @@ static void test_malformed_lines(void **state) {
 }
 
 /* Lines longer than 4096 bytes, also longer than what is read at once, are reported and skipped. */
-static void test_long_lines(void **state) {
-    (void)state;
+TEST(test_long_lines) {
     static char spaces[200001];
     memset(spaces, ' ', sizeof spaces - 1);
     const size_t sizes[] = {4096, 4097, 65535, 65536, 65537, 200000};
@@ -214,8 +210,7 @@ static void put_odd_lines(int odd, const char *line) {
         put_text(side_path, "ab", i == odd ? line : side_line(text, i, i * INT64_C(1000000000), i, ROWS, COLS));
 }
 
-static void test_positions(void **state) {
-    (void)state;
+TEST(test_positions) {
     char text[512];
     /* The shapes of the lines fill the file: every position is known. */
     put_odd_lines(2, side_line(text, 2, 2000000000, 2, 1, 5));
@@ -268,8 +263,7 @@ static void test_positions(void **state) {
     }
 }
 
-static void test_sizes(void **state) {
-    (void)state;
+TEST(test_sizes) {
     put_lines(0, 3);
     put_pixels(2 * FRAME_BYTES + 5);
     toliman_ingest *ingest = open_pair(0);
@@ -300,8 +294,7 @@ static void test_sizes(void **state) {
     toliman_ingest_destroy(ingest);
 }
 
-static void test_other_pixel_type(void **state) {
-    (void)state;
+TEST(test_other_pixel_type) {
     put_lines(0, 3);
     put_pixels(6 * FRAME_BYTES);
     toliman_ingest_options options = pair_options(0);
@@ -324,8 +317,7 @@ static void test_other_pixel_type(void **state) {
     toliman_ingest_destroy(ingest);
 }
 
-static void test_too_many_lines(void **state) {
-    (void)state;
+TEST(test_too_many_lines) {
     put_pixels(1);
     for (int i = 0; i < 1034; i++)
         put_text(side_path, "ab", "\n");
@@ -336,8 +328,7 @@ static void test_too_many_lines(void **state) {
     toliman_ingest_destroy(ingest);
 }
 
-static void test_range_of_ids(void **state) {
-    (void)state;
+TEST(test_range_of_ids) {
     put_lines(-3, 8);
     put_pixels(7 * FRAME_BYTES); // of the last frame none
     toliman_ingest_options options = pair_options(0);
@@ -358,8 +349,7 @@ static void test_range_of_ids(void **state) {
 }
 
 /* Of malformed lines, and of those of a wrong shape, the id decides, too, if it is known. */
-static void test_range_of_damaged_ids(void **state) {
-    (void)state;
+TEST(test_range_of_damaged_ids) {
     char text[512];
     put_lines(0, 2);
     for (int id = 2; id < 6; id++) {
@@ -387,8 +377,7 @@ static void test_range_of_damaged_ids(void **state) {
 }
 
 /* The memory of a frame and the text of an event stay valid during the next `buffers` - 1 calls, and are reused. */
-static void test_buffers(void **state) {
-    (void)state;
+TEST(test_buffers) {
     enum { COUNT = 12, BUFFERS = 4 };
     put_lines(0, COUNT);
     put_pixels(COUNT * FRAME_BYTES);
@@ -438,8 +427,7 @@ static void give_back(void *block, size_t size, void *user_data) {
     free(block);
 }
 
-static void test_allocator(void **state) {
-    (void)state;
+TEST(test_allocator) {
     put_lines(0, 9);
     put_pixels(9 * FRAME_BYTES);
     const toliman_allocator allocator = {sizeof allocator, 0, take, give_back, &memory};
@@ -479,8 +467,7 @@ static void test_allocator(void **state) {
     assert_int_equal(memory.held, 0);
 }
 
-static void test_options(void **state) {
-    (void)state;
+TEST(test_options) {
     put_lines(0, 1);
     put_pixels(FRAME_BYTES);
     toliman_ingest *ingest = NULL;
@@ -525,8 +512,7 @@ static void test_options(void **state) {
     assert_string_equal(toliman_constant_name(15), "?");
 }
 
-static void test_files(void **state) {
-    (void)state;
+TEST(test_files) {
     const toliman_ingest_options options = pair_options(0);
     toliman_ingest *ingest = NULL;
     char message[512];

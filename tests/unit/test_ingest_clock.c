@@ -4,8 +4,7 @@
 #include "pair_files.h"
 
 /* The times in s of up to 12 lines, NaN for a malformed one, and the lines that are reported. */
-static void test_clock(void **state) {
-    (void)state;
+TEST(test_clock) {
     static const struct {
         int count;
         double times[12];
@@ -48,8 +47,7 @@ static void test_clock(void **state) {
     }
 }
 
-static void test_drift(void **state) {
-    (void)state;
+TEST(test_drift) {
     const struct {
         double scale, late;
         int line;
@@ -76,8 +74,7 @@ static void test_drift(void **state) {
 }
 
 /* Exposures of frames 1 s apart; a length in ms was taken for s. */
-static void test_overlaps(void **state) {
-    (void)state;
+TEST(test_overlaps) {
     put_lines(0, 4);
     put_pixels(4 * FRAME_BYTES);
     const double lengths[] = {0, 0.9, 1.04, 1.1, 900};

@@ -19,8 +19,7 @@ static void start_files(void) {
 }
 
 /* A frame is reported as soon as its line and all its pixels are there, and not before. */
-static void test_byte_by_byte(void **state) {
-    (void)state;
+TEST(test_byte_by_byte) {
     char text[512];
     for (int pixels_first = 0; pixels_first < 2; pixels_first++) {
         start_files();
@@ -49,8 +48,7 @@ static void test_byte_by_byte(void **state) {
 }
 
 /* Every combination of what is left over, with the calls before finish. */
-static void test_finish(void **state) {
-    (void)state;
+TEST(test_finish) {
     for (int calls = 0; calls < 4; calls++) // that return NOTHING before finish
         for (int later = 0; later < 3; later++) {
             start_files();
@@ -75,7 +73,8 @@ static void test_finish(void **state) {
             for (int i = 0; calls == 0 && i < 3; i++) // the first call always examines the files
                 assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
             for (int i = 0; i < 3; i++)
-                assert_end(ingest);
+                assert_nothing(ingest);
+            toliman_ingest_destroy(ingest);
         }
     start_files();
     put_lines(0, 1);
@@ -111,8 +110,7 @@ static void touch(const char *path, time_t seconds) {
 }
 
 /* A file that another one replaces, by rename, truncation or overwriting: the first call waits for the second file. */
-static void test_replaced(void **state) {
-    (void)state;
+TEST(test_replaced) {
     for (int way = 0; way < 3; way++) {
         char text[512], moved[400];
         start_files();
@@ -162,8 +160,7 @@ static void test_replaced(void **state) {
 }
 
 /* The files disappear and come back; the file of pixels is truncated while frames are read. */
-static void test_unreadable(void **state) {
-    (void)state;
+TEST(test_unreadable) {
     start_files();
     put_lines(0, 3);
     put_pixels(3 * FRAME_BYTES);
@@ -196,8 +193,7 @@ static void test_unreadable(void **state) {
 }
 
 /* A pair that grows through the size of the other pixel type, and one that has it. */
-static void test_other_pixel_type(void **state) {
-    (void)state;
+TEST(test_other_pixel_type) {
     for (int grows = 0; grows < 2; grows++) {
         start_files();
         put_lines(0, 1);
@@ -414,8 +410,7 @@ static void compare_complete(model m, size_t side, size_t pixels) {
     toliman_ingest_destroy(ingest);
 }
 
-static void test_random_growth(void **state) {
-    (void)state;
+TEST(test_random_growth) {
     uint64_t random = 20280301;
     int64_t frames = 0, damaged = 0, warnings = 0;
     for (int round = 0; round < 300; round++) {
@@ -478,8 +473,7 @@ static double seconds_per_line(int count) {
     return seconds / count;
 }
 
-static void test_linear_time(void **state) {
-    (void)state;
+TEST(test_linear_time) {
     const char *const lines = getenv("TOLIMAN_INGEST_LINES");
     const int many = lines != NULL ? atoi(lines) : 100000;
     const double few = seconds_per_line(10000), last = seconds_per_line(many);

@@ -27,8 +27,7 @@ static void assert_intervals(const toliman_frame *found, size_t count, const dou
         assert_true(found->intervals[i] == intervals[i]);
 }
 
-static void intervals_of_frames(void **state) {
-    (void)state;
+TEST(intervals_of_frames) {
     char text[5000], lists[MOST * 40] = "[";
     double most[2 * MOST];
     for (int i = 0; i < 2 * MOST; i++) {
@@ -68,8 +67,7 @@ static void intervals_of_frames(void **state) {
     }
 }
 
-static void malformed_intervals(void **state) {
-    (void)state;
+TEST(malformed_intervals) {
     char text[5000], many[2 * (MOST + 1) * 6] = "[0";
     for (int i = 1; i < 2 * (MOST + 1); i++)
         snprintf(many + strlen(many), sizeof many - strlen(many), ",%.1f", i / 2.0);
@@ -128,8 +126,7 @@ static toliman_status read_table(int64_t *intervals, size_t capacity, size_t *co
     return toliman_ingest_read_on_target(stem_path, NULL, 0, intervals, capacity, count);
 }
 
-static void tables(void **state) {
-    (void)state;
+TEST(tables) {
     const int64_t start = INT64_C(1835524837000000000), s = 1000000000; /* 2028-03-01T12:00:00 UTC */
     const char *const texts[] = {
         "start_tai_ns,end_tai_ns\n1835524837000000000,1835524838500000000\n1835524838500000000,1835524839000000000\n",
@@ -161,8 +158,7 @@ static void tables(void **state) {
     }
 }
 
-static void leap_seconds_of_the_caller(void **state) {
-    (void)state;
+TEST(leap_seconds_of_the_caller) {
     const toliman_leap_second table[2] = {{sizeof *table, 10, 41317}, {0, 11, 41499}};
     const char *const text = "start_utc,end_utc\n2016-12-31T23:59:59,2017-01-01T00:00:00\n";
     int64_t known[2], given[2];
@@ -182,8 +178,7 @@ static void leap_seconds_of_the_caller(void **state) {
 #define NS "start_tai_ns,end_tai_ns\n"
 #define UTC "start_utc,end_utc\n"
 
-static void malformed_tables(void **state) {
-    (void)state;
+TEST(malformed_tables) {
     const char *const header = "the header must name exactly two columns: start_tai_ns and end_tai_ns (integers), ";
     const char *const bad[][3] = {
         {"", "is empty", ""},
@@ -231,8 +226,7 @@ static void malformed_tables(void **state) {
     }
 }
 
-static void wrong_arguments(void **state) {
-    (void)state;
+TEST(wrong_arguments) {
     int64_t intervals[2];
     size_t count = 0;
     assert_invalid(toliman_ingest_read_on_target(NULL, NULL, 0, NULL, 0, &count), "path");

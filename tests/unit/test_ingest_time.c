@@ -57,8 +57,7 @@ enum {
 };
 
 /* Time(text, scale=..., format=...).tai of astropy 5.2; GPS = TAI - 19 s and TDB = TT by definition. */
-static void constants(void **unused) {
-    (void)unused;
+TEST(constants) {
     const struct {
         const char *text;
         int32_t format, scale;
@@ -117,8 +116,7 @@ static void print_day(char *text, size_t size, int64_t whole, int64_t ns) {
     text[at] = '\0';
 }
 
-static void every_nanosecond_is_exact(void **unused) {
-    (void)unused;
+TEST(every_nanosecond_is_exact) {
     uint64_t random = 1;
     for (int i = 0; i < 20000; i++) {
         const int64_t days = -4383 + (int64_t)(uniform(&random) * 51865); /* 1958 to 2099 */
@@ -143,8 +141,7 @@ static void every_nanosecond_is_exact(void **unused) {
     }
 }
 
-static void leap_seconds(void **unused) {
-    (void)unused;
+TEST(leap_seconds) {
     size_t count = 0, again = 0;
     int64_t expires = 0;
     assert_asks(toliman_ingest_read_leap_seconds(NULL, NULL, 0, &count, &expires));
@@ -176,8 +173,7 @@ static void leap_seconds(void **unused) {
 }
 
 /* A table of the caller, with the first negative leap second. */
-static void tables_of_the_caller(void **unused) {
-    (void)unused;
+TEST(tables_of_the_caller) {
     toliman_leap_second table[3] = {{sizeof table[0], 10, 41317}, {0, 11, 41499}, {0, 10, 62502}};
     int64_t ns = 0, times[2] = {(62502 - 40587) * kDay - 1, (62502 - 40587) * kDay};
     assert_ok(toliman_ingest_parse_time("2029-12-31T23:59:58.999999999", ISO, UTC, table, 3, &ns));
@@ -207,8 +203,7 @@ static void *convert_alone(void *unused) {
 }
 
 /* Only days of UTC count, also of a table of the caller; the first test of this program. */
-static void latest_day_of_utc(void **unused) {
-    (void)unused;
+TEST(latest_day_of_utc) {
     const toliman_leap_second table[1] = {{sizeof table[0], 10, 41317}};
     int64_t ns = 0, time = (62000 - 40587) * kDay;
     assert_int_equal(toliman_ingest_last_utc_day(), 0);
@@ -227,8 +222,7 @@ static void latest_day_of_utc(void **unused) {
     assert_int_equal(toliman_ingest_last_utc_day(), 62000);
 }
 
-static void malformed_texts(void **unused) {
-    (void)unused;
+TEST(malformed_texts) {
     const struct {
         int32_t format, scale;
         const char *texts[20];
@@ -262,8 +256,7 @@ static void malformed_texts(void **unused) {
 }
 
 /* A time of another zone is refused, and the message names its offset. */
-static void offsets_from_utc(void **unused) {
-    (void)unused;
+TEST(offsets_from_utc) {
     int64_t tai_ns = -7;
     assert_refused(toliman_ingest_parse_time("2028-03-01T12:00:00+01:00", ISO, UTC, NULL, 0, &tai_ns), TOLIMAN_E_FORMAT,
                    "text");
@@ -272,8 +265,7 @@ static void offsets_from_utc(void **unused) {
     assert_int_equal(tai_ns, -7);
 }
 
-static void range_ends(void **unused) {
-    (void)unused;
+TEST(range_ends) {
     const struct {
         const char *text;
         int32_t format, scale;
@@ -313,8 +305,7 @@ static void range_ends(void **unused) {
     assert_ok(toliman_ingest_convert_times(NULL, 0, TAI, NULL, 0, NULL));
 }
 
-static void wrong_arguments(void **unused) {
-    (void)unused;
+TEST(wrong_arguments) {
     int64_t ns = 0;
     size_t count = 0;
     toliman_leap_second row = TOLIMAN_LEAP_SECOND_INIT;
@@ -341,8 +332,7 @@ static void wrong_arguments(void **unused) {
 #define SEALED "#$\t3960835200\n#@\t3991593600\n#hash of what follows\n" ROWS "3692217600 37\n"
 #define HASH "#h 49db2447 571e5e1b 2f002a53 9c8da8e4 39b8e49e"
 
-static void leap_second_files(void **unused) {
-    (void)unused;
+TEST(leap_second_files) {
     const char *const good[] = {LIST, LIST "\n", SEALED HASH};
     toliman_leap_second table[30] = {TOLIMAN_LEAP_SECOND_INIT};
     size_t count = 0;
@@ -407,8 +397,7 @@ static void keep_warning(int32_t level, const char *text, void *user_data) {
     snprintf(kept, 300, "%s", text);
 }
 
-static void clock_tables(void **unused) {
-    (void)unused;
+TEST(clock_tables) {
     const char *const texts[] = {
         "# x\n\n  # y\ncamera_ns, tai_ns\n0,5 # z\n# between\n 1000,1005\n",
         "0,5\r\n1000,1005\r\n",
@@ -459,8 +448,7 @@ static void clock_tables(void **unused) {
                    "/none/clock.csv");
 }
 
-static void rates_of_clocks(void **unused) {
-    (void)unused;
+TEST(rates_of_clocks) {
     const struct {
         int64_t last; /* of 1,000,000 ns */
         const char *odd;

@@ -21,8 +21,7 @@ static toliman_period *make_period(void) {
         assert_string_equal(toliman_last_error_field(), field);                                                        \
     } while (0)
 
-static void arguments_and_members(void **unused) {
-    (void)unused;
+TEST(arguments_and_members) {
     toliman_period *period = NULL, *made = make_period();
     double power;
     assert_field(toliman_get_machine(NULL), TOLIMAN_E_ARGUMENT, "out");
@@ -43,8 +42,7 @@ static void arguments_and_members(void **unused) {
     assert_null(period);
 }
 
-static void keys_of_scenes(void **unused) {
-    (void)unused;
+TEST(keys_of_scenes) {
     static const char *const cases[][3] = {
         {"\"aperture_m\": 0.125", "\"aperture_m\": -1", "telescope.aperture_m"},
         {"\"aperture_m\": 0.125", "\"aperture_km\": 1", "telescope.aperture_km"},
@@ -66,8 +64,7 @@ static void keys_of_scenes(void **unused) {
     assert_null(sim);
 }
 
-static void files(void **unused) {
-    (void)unused;
+TEST(files) {
     toliman_period *period = make_period(), *loaded = NULL;
     assert_field(toliman_period_load_file("no/such", NULL, &loaded), TOLIMAN_E_NOT_FOUND, "no/such");
     assert_field(toliman_period_save_file(period, "no/such/state"), TOLIMAN_E_WRITE, "no/such/state");
@@ -93,8 +90,7 @@ static void *fields_of_a_new_thread(void *out) {
 }
 
 /* An error without a name clears the field, a success leaves it, another thread has its own. */
-static void field_of_the_last_failure_of_the_thread(void **unused) {
-    (void)unused;
+TEST(field_of_the_last_failure_of_the_thread) {
     toliman_period *period = make_period();
     toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;
     assert_field(toliman_period_push(period, NAN, 1, 1), TOLIMAN_E_ARGUMENT, "t");

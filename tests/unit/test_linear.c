@@ -44,8 +44,7 @@ static toliman_linear *make_linear(const toliman_sim *sim) {
     return linear;
 }
 
-static void sigma_is_the_bound_with_projected_parameters_free(void **state) {
-    (void)state;
+TEST(sigma_is_the_bound_with_projected_parameters_free) {
     const char *const projects[] = {"", "\"flux_a\", \"flux_b\"", all_four};
     double last = 0;
     for (size_t k = 0; k < 3; k++) {
@@ -63,8 +62,7 @@ static void sigma_is_the_bound_with_projected_parameters_free(void **state) {
 }
 
 /* 2,000 noisy frames: the relative error of their scatter is 1.6 %. */
-static void values_are_unbiased_with_the_predicted_scatter(void **state) {
-    (void)state;
+TEST(values_are_unbiased_with_the_predicted_scatter) {
     enum { frames = 2000 };
     const char *const projects[] = {"", all_four};
     for (size_t k = 0; k < 2; k++) {
@@ -102,15 +100,13 @@ static double value_of_disturbed_frame(const char *project) {
     return value;
 }
 
-static void projected_disturbances_do_not_leak(void **state) {
-    (void)state;
+TEST(projected_disturbances_do_not_leak) {
     const double open = value_of_disturbed_frame(""), blind = value_of_disturbed_frame(all_four);
     assert_true(fabs(open) > 1e-6);
     assert_at_most(fabs(blind), 1e-3 * fabs(open));
 }
 
-static void stride_skips_the_end_of_rows(void **state) {
-    (void)state;
+TEST(stride_skips_the_end_of_rows) {
     enum { stride = SIDE + 5 };
     static double tight[PIXELS], wide[SIDE * stride];
     toliman_sim *sim = make_scene(0, 0, "");
@@ -128,8 +124,7 @@ static void stride_skips_the_end_of_rows(void **state) {
     toliman_linear_destroy(linear), toliman_sim_destroy(sim);
 }
 
-static void errors_name_the_argument_and_change_nothing(void **state) {
-    (void)state;
+TEST(errors_name_the_argument_and_change_nothing) {
     static double image[PIXELS];
     toliman_sim *sim = make_scene(0, 0, "");
     toliman_linear *linear = make_linear(sim), *untouched = NULL;

@@ -60,8 +60,7 @@ static toliman_period_peak peak_of(const toliman_components *components, const d
 
 /* 1e-3 px are more than three times the threshold for this number of photons; a tenth of the threshold is not
  * detected. */
-static void every_method_finds_a_period_above_the_threshold_and_none_below(void **state) {
-    (void)state;
+TEST(every_method_finds_a_period_above_the_threshold_and_none_below) {
     toliman_sim *sim = sim_with(kBinaryScene, "\"peak_photons\": 1e5", "\"peak_photons\": 1e7");
     double times[FRAMES], displacement[FRAMES];
     assert_ok(toliman_sim_get_series(sim, 0, FRAMES, times, displacement));
@@ -93,8 +92,7 @@ static void every_method_finds_a_period_above_the_threshold_and_none_below(void 
 
 /* Whitened frames: the signal's eigenvalue is A^2/(2 crb^2), as the Cramer-Rao bound says, within the noise of the
  * others. The bound equals the simulator's. */
-static void eigenvalue_and_bound_match_the_scene(void **state) {
-    (void)state;
+TEST(eigenvalue_and_bound_match_the_scene) {
     toliman_sim *sim = sim_with(kBinaryScene, "\"peak_photons\": 1e5", "\"peak_photons\": 1e8");
     toliman_components *const components = collection(sim, 0, 1);
     push_frames(components, sim, 1, FRAMES);
@@ -114,8 +112,7 @@ static void eigenvalue_and_bound_match_the_scene(void **state) {
 
 /* Frames with varying fluxes of the stars and without photon noise: the variation vanishes completely if
  * preprocess.project lists the fluxes. */
-static void projected_nuisances_leave_nothing(void **state) {
-    (void)state;
+TEST(projected_nuisances_leave_nothing) {
     static double image[PIXELS], both[PIXELS], star[PIXELS];
     const char *const read = "\"read_e\": 2.5, \"seed\": 7}";
     double length[2] = {0};
@@ -144,8 +141,7 @@ static void projected_nuisances_leave_nothing(void **state) {
     assert_at_most(length[1], 1e-12 * length[0]);
 }
 
-static void same_frames_and_seed_give_the_same_bits(void **state) {
-    (void)state;
+TEST(same_frames_and_seed_give_the_same_bits) {
     enum { COUNT = 3 };
     toliman_sim *sim = sim_of(kBinaryScene);
     double series[2][2][COUNT][FRAMES];
@@ -173,8 +169,7 @@ static int32_t stop_at(const char *stage, double fraction, void *user_data) {
     return strcmp(stage, user_data) == 0;
 }
 
-static void push_discards_a_training_and_cancellation_does_not(void **state) {
-    (void)state;
+TEST(push_discards_a_training_and_cancellation_does_not) {
     static double image[PIXELS];
     double before[FRAMES], after[FRAMES], share;
     toliman_sim *sim = sim_of(kBinaryScene);
@@ -212,8 +207,7 @@ static void push_discards_a_training_and_cancellation_does_not(void **state) {
     toliman_components_destroy(components), toliman_sim_destroy(sim);
 }
 
-static void errors_name_the_argument_and_change_nothing(void **state) {
-    (void)state;
+TEST(errors_name_the_argument_and_change_nothing) {
     static double image[PIXELS];
     toliman_sim *sim = sim_of(kBinaryScene);
     toliman_components *components = NULL;
@@ -282,8 +276,7 @@ static void count_line(int32_t level, const char *text, void *lines) {
 }
 
 /* The roll of a single star to the right of the centre is a shift along y. Each estimator that projects reports it. */
-static void dependent_nuisances_are_logged(void **state) {
-    (void)state;
+TEST(dependent_nuisances_are_logged) {
     char *const json = replaced_again(
         replaced_again(replaced(kSingleScene, "[0, 0]", "[4, 0]"), "[32, 32]", "[256, 256]"), "\"cadence\"",
         "\"preprocess\": {\"project\": [\"flux_a\", \"shift_y\", \"roll\"]}, \"cadence\"");

@@ -93,8 +93,7 @@ static Expected expected_of(const toliman_sim *sim) {
 }
 
 /* The bounds alone, and with fluxes and shifts free. No mask goes below the quantum bounds. */
-static void scores_are_those_of_the_scenes(void **state) {
-    (void)state;
+TEST(scores_are_those_of_the_scenes) {
     toliman_sim *const own = sim_of(kBinaryScene);
     toliman_mask *const mask = design(own, options_of(2, 25, 0));
     const toliman_mask_info info = info_of(mask);
@@ -127,8 +126,7 @@ static void scores_are_those_of_the_scenes(void **state) {
     toliman_sim_destroy(own), toliman_sim_destroy(better), toliman_mask_destroy(mask);
 }
 
-static void a_seed_gives_one_mask_on_any_number_of_threads(void **state) {
-    (void)state;
+TEST(a_seed_gives_one_mask_on_any_number_of_threads) {
     static double cells[3][CELLS], descent[2][40];
     toliman_sim *const sim = sim_of(kBinaryScene);
     toliman_mask *const masks[3] = {design(sim, options_of(7, 5, 1)), design(sim, options_of(7, 5, 3)),
@@ -164,8 +162,7 @@ static int32_t stop_in_stage(const char *stage, double fraction, void *given) {
 }
 
 /* A stopped design calls the callback no more, and its result is the mask so far. */
-static void a_stopped_design_keeps_its_mask(void **state) {
-    (void)state;
+TEST(a_stopped_design_keeps_its_mask) {
     static const struct {
         const char *stage;
         int call;
@@ -200,8 +197,7 @@ static void assert_step(const char *mask, const char *step) {
 }
 
 /* Half of 575 nm, the middle of the band, where the scene's mask gives no step. */
-static void scenes_with_other_masks(void **state) {
-    (void)state;
+TEST(scenes_with_other_masks) {
     static double opd_m[CELLS];
     static unsigned char steps[CELLS];
     for (int i = 0; i < CELLS; i++) {
@@ -223,8 +219,7 @@ static void scenes_with_other_masks(void **state) {
 }
 
 /* Files of the pupil have a fixed size, so the sketch has all samples. The design reads them again. */
-static void scenes_with_files_of_the_pupil(void **state) {
-    (void)state;
+TEST(scenes_with_files_of_the_pupil) {
     static double grey[CELLS];
     for (int i = 0; i < CELLS; i++)
         grey[i] = 0.5;
@@ -244,8 +239,7 @@ static void scenes_with_files_of_the_pupil(void **state) {
     toliman_sim_destroy(sim), free(text);
 }
 
-static void refusals(void **state) {
-    (void)state;
+TEST(refusals) {
     static double few[1];
     toliman_sim *const sim = sim_of(kBinaryScene);
     toliman_mask *mask = NULL;

@@ -43,8 +43,7 @@ static size_t write_npy(char *out) {
     return 128 + N * 3 * sizeof(double);
 }
 
-static void every_source_gives_the_same_numbers(void **state) {
-    (void)state;
+TEST(every_source_gives_the_same_numbers) {
     char texts[3][600];
     size_t sizes[3] = {0, 0, write_npy(texts[2])};
     sizes[0] = (size_t)snprintf(texts[0], sizeof *texts, "# a comment\nmjd,y,other,sigma\n");
@@ -74,8 +73,7 @@ static void every_source_gives_the_same_numbers(void **state) {
 }
 
 /* Days of UTC become those of TAI, and exposures about them. */
-static void times_are_those_of_the_exposures(void **state) {
-    (void)state;
+TEST(times_are_those_of_the_exposures) {
     static const char text[] = "mjd,y\n61041.5,9.8\n61042.5,9.9\n";
     const toliman_measure_options options = {
         .struct_size = sizeof options, .kind = TOLIMAN_MEASURE_SEPARATION, .exposure_s = 60};
@@ -109,8 +107,7 @@ static void times_are_those_of_the_exposures(void **state) {
 }
 
 /* T_j(cos x) = cos(j x); columns keep their values. */
-static void functions_are_polynomials_and_columns(void **state) {
-    (void)state;
+TEST(functions_are_polynomials_and_columns) {
     toliman_measure *const made = measure_of(kTimes, kValues, kSigmas, N);
     assert_ok(toliman_measure_set_trend(made, 3, 0, 0));
     assert_ok(toliman_measure_add_column(made, "a column", kSigmas, N, 0.5));
@@ -141,8 +138,7 @@ static void functions_are_polynomials_and_columns(void **state) {
 }
 
 /* A reduced series has the errors of the orbit, or a trend. */
-static void a_reduction_adds_its_functions(void **state) {
-    (void)state;
+TEST(a_reduction_adds_its_functions) {
     static int64_t pairs[2 * 20];
     double values[20], sigmas[20];
     for (int i = 0; i < 20; i++) {
@@ -174,8 +170,7 @@ static void a_reduction_adds_its_functions(void **state) {
 
 static const char *const kReserved[] = {"t", "y", "sigma", "factor", "position_angle_deg", "T1", "T8"};
 
-static void bad_series_are_refused(void **state) {
-    (void)state;
+TEST(bad_series_are_refused) {
     toliman_measure *made = NULL;
     const double bad[N] = {1, NAN, 3, 4}, zero[N] = {1, 1, 0, 1};
     const int64_t near[2 * N] = {12345, 12346, 12347, 12348, 12349, 12350, 12351, 12352};

@@ -18,8 +18,7 @@ static toliman_measure_info info_of_measure(const toliman_measure *measure) {
 }
 
 /* A periodogram of the series has the sums of the tracker. */
-static void values_are_those_of_the_sums(void **unused) {
-    (void)unused;
+TEST(values_are_those_of_the_sums) {
     fill_folder(orbit, 1, LAST);
     toliman_track *const track = open_reader();
     toliman_measure *const series = load(0);
@@ -52,8 +51,7 @@ static void values_are_those_of_the_sums(void **unused) {
 }
 
 /* Reducing the measured separations gives the values. */
-static void separations_reduce_to_the_values(void **unused) {
-    (void)unused;
+TEST(separations_reduce_to_the_values) {
     static const double pairs[] = {100, 400, 1500, 1900};
     toliman_track_options options = reduced_options(folder, orbit);
     toliman_track *const track = make_track(&options);
@@ -88,8 +86,7 @@ static void separations_reduce_to_the_values(void **unused) {
 }
 
 /* It keeps no lists: the time on target of such a frame is not known. */
-static void a_tracker_in_memory_leaves_lists_out(void **unused) {
-    (void)unused;
+TEST(a_tracker_in_memory_leaves_lists_out) {
     static const double pairs[] = {100, 400, 1500, 1900};
     toliman_track *const track = reduced_in_memory(orbit, 1, 10);
     small_frame frame;
@@ -106,8 +103,7 @@ static void a_tracker_in_memory_leaves_lists_out(void **unused) {
 }
 
 /* Times and exposures go through the clock of the rebuilt folder. */
-static void times_are_those_of_a_new_clock(void **unused) {
-    (void)unused;
+TEST(times_are_those_of_a_new_clock) {
     fill_folder(orbit, 1, 10);
     const int64_t clock[] = {START_NS, START_NS + SECOND_NS, START_NS + 1000000 * SECOND_NS,
                              START_NS + 1000001 * SECOND_NS};
@@ -128,8 +124,7 @@ static void times_are_those_of_a_new_clock(void **unused) {
     toliman_measure_destroy(measured), toliman_measure_destroy(values);
 }
 
-static void options_of_files_are_refused(void **unused) {
-    (void)unused;
+TEST(options_of_files_are_refused) {
     fill_folder(orbit, 1, 5);
     toliman_measure *made = NULL;
     const struct {

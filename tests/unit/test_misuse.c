@@ -71,8 +71,7 @@ static void assert_same_state(const toliman_period *a, const toliman_period *b) 
 
 /* A push during another push fails and changes nothing: the sums equal those of the pushes that returned TOLIMAN_OK, to
  * the last bit. */
-static void pushes_of_many_threads_exclude_each_other(void **state) {
-    (void)state;
+TEST(pushes_of_many_threads_exclude_each_other) {
     void *(*const ways[])(void *) = {push_once, push_until_in};
     for (int way = 0; way < 2; way++) {
         toliman_period *shared = new_period(FREQUENCIES), *alone = new_period(FREQUENCIES);
@@ -125,8 +124,7 @@ static int32_t while_it_runs(const char *stage, double fraction, void *given) {
 }
 
 /* A const call permits concurrent readers, but no writers. */
-static void callback_may_read_while_a_const_call_runs(void **state) {
-    (void)state;
+TEST(callback_may_read_while_a_const_call_runs) {
     enum { N = 20 };
     double t[N], y[N], residuals[3];
     Callback callback = {.period = new_period(50)};
@@ -150,8 +148,7 @@ static void callback_may_read_while_a_const_call_runs(void **state) {
     toliman_period_destroy(callback.period);
 }
 
-static void callback_cannot_use_what_is_being_trained(void **state) {
-    (void)state;
+TEST(callback_cannot_use_what_is_being_trained) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     Callback callback = {.cae = make_cae(sim, 1, 0, NULL)};
     toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
@@ -180,8 +177,7 @@ static int32_t estimate(const toliman_estimate_input *input, toliman_estimate *m
 }
 
 /* Neither the tracker nor its periodogram can be read during a push. */
-static void tracker_cannot_be_read_while_it_changes(void **state) {
-    (void)state;
+TEST(tracker_cannot_be_read_while_it_changes) {
     Estimating e = {NULL, NULL, TOLIMAN_OK, TOLIMAN_OK};
     toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
     options.ledger.capacity = 10;
@@ -211,8 +207,7 @@ static void tracker_cannot_be_read_while_it_changes(void **state) {
     toliman_track_destroy(e.track);
 }
 
-static void pointer_to_another_type_is_refused(void **state) {
-    (void)state;
+TEST(pointer_to_another_type_is_refused) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     toliman_linear *linear = NULL;
     assert_ok(toliman_linear_create(sim, NULL, &linear));
@@ -258,8 +253,7 @@ static const struct {
     DESTROYS(toliman_track, toliman_track_destroy),
 };
 
-static void functions_without_status_check_their_object(void **state) {
-    (void)state;
+TEST(functions_without_status_check_their_object) {
     toliman_sky *sky = NULL;
     toliman_period *period = new_period(5);
     assert_ok(toliman_sky_create("alpha-cen", NULL, &sky));
@@ -291,8 +285,7 @@ static void functions_without_status_check_their_object(void **state) {
 }
 
 /* Works as long as the freed memory still shows it; a sanitizer would stop the program at the first access. */
-static void destroyed_object_is_refused(void **state) {
-    (void)state;
+TEST(destroyed_object_is_refused) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
     toliman_period *period = new_period(5);
     toliman_period *volatile hidden = period; /* hides from the compiler that the object was freed */
@@ -305,8 +298,7 @@ static void destroyed_object_is_refused(void **state) {
 #endif
 }
 
-static void counts_beyond_memory_are_refused(void **state) {
-    (void)state;
+TEST(counts_beyond_memory_are_refused) {
     const size_t many = (size_t)1 << 60;
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     toliman_cae *cae = make_cae(sim, 1, 0, NULL);
@@ -321,8 +313,7 @@ static void counts_beyond_memory_are_refused(void **state) {
 }
 
 /* Options of a newer header are larger than the library's, which would have to ignore their additional members. */
-static void newer_options_are_refused(void **state) {
-    (void)state;
+TEST(newer_options_are_refused) {
     static unsigned char bytes[1024];
     toliman_period *period = NULL;
     memcpy(bytes, &(uint32_t){sizeof(toliman_period_options) + 8}, sizeof(uint32_t));
