@@ -52,54 +52,32 @@ static unsigned char *weights, *state, *bank_bytes;
 static double two_frames[2 * kPixels];
 static size_t weights_size, state_size, bank_size;
 
-static toliman_load_options load_options_of(const toliman_allocator *allocator) {
-    toliman_load_options options = TOLIMAN_LOAD_OPTIONS_INIT;
-    options.allocator = allocator;
-    return options;
-}
-
+/* Each creates an object with an allocator. */
 static toliman_status sim_in(const toliman_allocator *allocator, void **out) {
     char json[2048];
     const size_t size = write_scene(json, sizeof json, kSide, kSide, 0, "");
-    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
-    options.threads = 1;
-    options.allocator = allocator;
+    const toliman_sim_options options = {.struct_size = sizeof options, .threads = 1, .allocator = allocator};
     return toliman_sim_create_json(json, size, NULL, &options, (toliman_sim **)out);
 }
 
 static toliman_status cae_in(const toliman_allocator *allocator, void **out) {
-    toliman_cae_options options = TOLIMAN_CAE_OPTIONS_INIT;
-    options.allocator = allocator;
+    const toliman_cae_options options = {.struct_size = sizeof options, .allocator = allocator};
     return toliman_cae_create(scene, 3, &options, (toliman_cae **)out);
 }
 
-static toliman_status loaded_cae_in(const toliman_allocator *allocator, void **out) {
-    const toliman_load_options options = load_options_of(allocator);
-    return toliman_cae_load(weights, weights_size, &options, (toliman_cae **)out);
-}
-
-static toliman_status cae_file_in(const toliman_allocator *allocator, void **out) {
-    const toliman_load_options options = load_options_of(allocator);
-    return toliman_cae_load_file(weights_file, &options, (toliman_cae **)out);
-}
-
 static toliman_status linear_in(const toliman_allocator *allocator, void **out) {
-    toliman_linear_options options = TOLIMAN_LINEAR_OPTIONS_INIT;
-    options.allocator = allocator;
+    const toliman_linear_options options = {.struct_size = sizeof options, .allocator = allocator};
     return toliman_linear_create(scene, &options, (toliman_linear **)out);
 }
 
 static toliman_status fit_in(const toliman_allocator *allocator, void **out) {
-    toliman_fit_options options = TOLIMAN_FIT_OPTIONS_INIT;
-    options.allocator = allocator;
+    const toliman_fit_options options = {.struct_size = sizeof options, .allocator = allocator};
     return toliman_fit_create((const toliman_sim *[]){scene}, NULL, 1, &options, (toliman_fit **)out);
 }
 
 static toliman_status calibration_in(const toliman_allocator *allocator, void **out) {
-    toliman_calibration_options options = TOLIMAN_CALIBRATION_OPTIONS_INIT;
-    options.allocator = allocator;
-    options.free = "scale";
-    options.threads = 1;
+    const toliman_calibration_options options = {
+        .struct_size = sizeof options, .allocator = allocator, .free = "scale", .threads = 1};
     return toliman_calibration_create(scene, PLAIN_IMAGE(two_frames), 2, NULL, &options, (toliman_calibration **)out);
 }
 
@@ -108,48 +86,38 @@ static toliman_status bank_in(const toliman_allocator *allocator, void **out) {
     return toliman_bank_create(fit, &options, (toliman_bank **)out);
 }
 
-static toliman_status loaded_bank_in(const toliman_allocator *allocator, void **out) {
-    const toliman_load_options options = load_options_of(allocator);
-    return toliman_bank_load(bank_bytes, bank_size, &options, (toliman_bank **)out);
-}
-
-static toliman_status bank_file_in(const toliman_allocator *allocator, void **out) {
-    const toliman_load_options options = load_options_of(allocator);
-    return toliman_bank_load_file(bank_file, &options, (toliman_bank **)out);
-}
-
 static toliman_status components_in(const toliman_allocator *allocator, void **out) {
-    toliman_components_options options = TOLIMAN_COMPONENTS_OPTIONS_INIT;
-    options.capacity = COLLECTED;
-    options.allocator = allocator;
+    const toliman_components_options options = {
+        .struct_size = sizeof options, .capacity = COLLECTED, .allocator = allocator};
     return toliman_components_create(scene, &options, (toliman_components **)out);
 }
 
 static toliman_status period_in(const toliman_allocator *allocator, void **out) {
-    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
-    options.allocator = allocator;
+    const toliman_period_options options = {.struct_size = sizeof options, .allocator = allocator};
     return toliman_period_create(0.1, 0.01, FREQUENCIES, &options, (toliman_period **)out);
 }
 
-static toliman_status loaded_period_in(const toliman_allocator *allocator, void **out) {
-    const toliman_load_options options = load_options_of(allocator);
-    return toliman_period_load(state, state_size, &options, (toliman_period **)out);
-}
-
-static toliman_status period_file_in(const toliman_allocator *allocator, void **out) {
-    const toliman_load_options options = load_options_of(allocator);
-    return toliman_period_load_file(state_file, &options, (toliman_period **)out);
-}
+/* From bytes, and from their file. */
+#define LOADED(type, bytes, size, path)                                                                                \
+    static toliman_status loaded_##type##_in(const toliman_allocator *allocator, void **out) {                         \
+        const toliman_load_options options = {.struct_size = sizeof options, .allocator = allocator};                  \
+        return toliman_##type##_load(bytes, size, &options, (toliman_##type **)out);                                   \
+    }                                                                                                                  \
+    static toliman_status type##_file_in(const toliman_allocator *allocator, void **out) {                             \
+        const toliman_load_options options = {.struct_size = sizeof options, .allocator = allocator};                  \
+        return toliman_##type##_load_file(path, &options, (toliman_##type **)out);                                     \
+    }
+LOADED(cae, weights, weights_size, weights_file)
+LOADED(bank, bank_bytes, bank_size, bank_file)
+LOADED(period, state, state_size, state_file)
 
 static toliman_status tracker_in(const toliman_allocator *allocator, const char *place, void **out) {
-    toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
-    options.allocator = allocator;
-    options.estimator.linear = estimator;
-    options.folder = place;
-    options.ledger.capacity = TRACKED;
-    options.grid.f0 = 0.01;
-    options.grid.df = 0.001;
-    options.grid.nf = FREQUENCIES;
+    const toliman_track_options options = {.struct_size = sizeof options,
+                                           .allocator = allocator,
+                                           .estimator.linear = estimator,
+                                           .folder = place,
+                                           .ledger.capacity = TRACKED,
+                                           .grid = {0.01, 0.001, FREQUENCIES}};
     return toliman_track_create(&options, (toliman_track **)out);
 }
 
@@ -161,33 +129,7 @@ static toliman_status track_folder_in(const toliman_allocator *allocator, void *
     return tracker_in(allocator, folder, out);
 }
 
-static void destroy_sim(void *object) {
-    toliman_sim_destroy(object);
-}
-static void destroy_cae(void *object) {
-    toliman_cae_destroy(object);
-}
-static void destroy_linear(void *object) {
-    toliman_linear_destroy(object);
-}
-static void destroy_fit(void *object) {
-    toliman_fit_destroy(object);
-}
-static void destroy_calibration(void *object) {
-    toliman_calibration_destroy(object);
-}
-static void destroy_bank(void *object) {
-    toliman_bank_destroy(object);
-}
-static void destroy_components(void *object) {
-    toliman_components_destroy(object);
-}
-static void destroy_period(void *object) {
-    toliman_period_destroy(object);
-}
-static void destroy_track(void *object) {
-    toliman_track_destroy(object);
-}
+#define DESTROYS(type) (void (*)(void *)) toliman_##type##_destroy
 
 static const struct kind {
     const char *name;
@@ -195,22 +137,22 @@ static const struct kind {
     void (*end)(void *);
     size_t least; /* bytes that the object needs at least */
 } kinds[] = {
-    {"sim", sim_in, destroy_sim, 2 * kPixels * 8},
-    {"cae", cae_in, destroy_cae, 4 * kPixels * 4},
-    {"cae_load", loaded_cae_in, destroy_cae, 4 * kPixels * 4},
-    {"cae_load_file", cae_file_in, destroy_cae, 4 * kPixels * 4},
-    {"linear", linear_in, destroy_linear, 2 * kPixels * 8},
-    {"fit", fit_in, destroy_fit, 2 * kPixels * 8},
-    {"calibration", calibration_in, destroy_calibration, 3 * kPixels * 8},
-    {"bank", bank_in, destroy_bank, 4 * kPixels * 4},
-    {"bank_load", loaded_bank_in, destroy_bank, 4 * kPixels * 4},
-    {"bank_load_file", bank_file_in, destroy_bank, 4 * kPixels * 4},
-    {"components", components_in, destroy_components, (size_t)COLLECTED *kPixels * 4},
-    {"period", period_in, destroy_period, FREQUENCIES * 100},
-    {"period_load", loaded_period_in, destroy_period, FREQUENCIES * 100},
-    {"period_load_file", period_file_in, destroy_period, FREQUENCIES * 100},
-    {"track", track_in, destroy_track, TRACKED * 80 + FREQUENCIES * 100},
-    {"track with a folder", track_folder_in, destroy_track, TRACKED * 24 + FREQUENCIES * 100},
+    {"sim", sim_in, DESTROYS(sim), 2 * kPixels * 8},
+    {"cae", cae_in, DESTROYS(cae), 4 * kPixels * 4},
+    {"cae_load", loaded_cae_in, DESTROYS(cae), 4 * kPixels * 4},
+    {"cae_load_file", cae_file_in, DESTROYS(cae), 4 * kPixels * 4},
+    {"linear", linear_in, DESTROYS(linear), 2 * kPixels * 8},
+    {"fit", fit_in, DESTROYS(fit), 2 * kPixels * 8},
+    {"calibration", calibration_in, DESTROYS(calibration), 3 * kPixels * 8},
+    {"bank", bank_in, DESTROYS(bank), 4 * kPixels * 4},
+    {"bank_load", loaded_bank_in, DESTROYS(bank), 4 * kPixels * 4},
+    {"bank_load_file", bank_file_in, DESTROYS(bank), 4 * kPixels * 4},
+    {"components", components_in, DESTROYS(components), (size_t)COLLECTED *kPixels * 4},
+    {"period", period_in, DESTROYS(period), FREQUENCIES * 100},
+    {"period_load", loaded_period_in, DESTROYS(period), FREQUENCIES * 100},
+    {"period_load_file", period_file_in, DESTROYS(period), FREQUENCIES * 100},
+    {"track", track_in, DESTROYS(track), TRACKED * 80 + FREQUENCIES * 100},
+    {"track with a folder", track_folder_in, DESTROYS(track), TRACKED * 24 + FREQUENCIES * 100},
 };
 enum { KINDS = sizeof kinds / sizeof *kinds };
 

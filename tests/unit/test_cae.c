@@ -272,8 +272,7 @@ TEST(test_no_light_to_centre_the_crop_on) {
     text = replaced_again(text, "\"pixel\": \"point\"", "\"pixel\": \"point\", \"dark_e_per_s\": 1e9");
     toliman_sim *dark = sim_of(text);
     toliman_cae *cae = NULL;
-    assert_fails(toliman_cae_create(dark, 1, NULL, &cae), TOLIMAN_E_SCENE,
-                 "the reference frame has no counts above the background");
+    assert_refused(toliman_cae_create(dark, 1, NULL, &cae), TOLIMAN_E_SCENE, "");
     assert_null(cae);
     toliman_sim_destroy(dark), free(text);
 }
@@ -365,19 +364,19 @@ TEST(test_crop_and_projection) {
     assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL));
     frame[first + 2 * kCols + 3] = INFINITY;
     char text[64];
-    snprintf(text, sizeof text, "counts[%d][%d] = inf", (int)info.crop_row + 2, (int)info.crop_col + 3);
+    snprintf(text, sizeof text, "counts[%d][%d]", (int)info.crop_row + 2, (int)info.crop_col + 3);
     latent = -5;
-    assert_fails(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL), TOLIMAN_E_ARGUMENT, text);
+    assert_invalid(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL), text);
     assert_true(latent == -5);
     free(reference), free(change), free(frame), toliman_cae_destroy(cae), toliman_sim_destroy(wide);
 }
 
+/* Ranges of options: bind/test_options; images: test_images. */
 TEST(test_arguments) {
     static double image[kPixels];
     double latent;
     size_t needed;
     toliman_cae *out = NULL;
-    toliman_cae_train_options options;
     toliman_sim *small = make_sim(255, 300, 0, "");
     assert_refused(toliman_cae_create(small, 1, NULL, &out), TOLIMAN_E_UNSUPPORTED, "detector.shape");
     assert_null(out);
@@ -385,17 +384,11 @@ TEST(test_arguments) {
     assert_invalid(toliman_cae_create(NULL, 1, NULL, &out), "sim");
     assert_invalid(toliman_cae_create(sim, 1, NULL, NULL), "out");
     assert_invalid(toliman_cae_encode(trained, PLAIN_IMAGE(image), 1, NULL, NULL), "latents_px");
-    assert_invalid(toliman_cae_encode(trained, NULL, 1, &latent, NULL), "image");
     assert_invalid(toliman_cae_decode(trained, NAN, image, kSide), "latent_px");
-    assert_invalid(toliman_cae_decode(trained, 0, image, 3), "stride");
+    assert_invalid(toliman_cae_decode(trained, 0, image, 3), "stride of image");
     assert_invalid(toliman_cae_get_target(NULL, image, kSide), "cae");
     assert_invalid(toliman_cae_save(trained, NULL, NULL, 0, NULL), "needed");
     assert_refused(toliman_cae_save(trained, NULL, image, 100, &needed), TOLIMAN_E_CAPACITY, "capacity");
-    options = (toliman_cae_train_options)TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
-    options.learning_rate = 1.5;
-    assert_invalid(toliman_cae_train(trained, &options, NULL), "options->learning_rate");
-    options.learning_rate = NAN;
-    assert_invalid(toliman_cae_train(trained, &options, NULL), "options->learning_rate");
     toliman_cae_training report = {.struct_size = 1};
     assert_invalid(toliman_cae_train(trained, NULL, &report), "report->struct_size");
     toliman_cae_train_options nowhere = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;

@@ -1,6 +1,5 @@
 /* Tests the weights blob: round trips, and blobs written by this test from the format's specification. */
-#include <unistd.h>
-
+#include "test_folder.h"
 #include "tlmw.h"
 
 static toliman_sim *sim;
@@ -75,11 +74,9 @@ TEST(test_training_after_loading) {
 TEST(test_files) {
     char folder[256], path[300];
     toliman_cae *loaded = NULL;
-    const char *parent = getenv("TMPDIR");
-    snprintf(folder, sizeof folder, "%s/toliman-cae-XXXXXX", parent != NULL ? parent : P_tmpdir);
-    assert_non_null(mkdtemp(folder));
+    make_folder(folder, sizeof folder);
     snprintf(path, sizeof path, "%s/network.tlmw", folder);
-    assert_fails(toliman_cae_load_file(path, NULL, &loaded), TOLIMAN_E_NOT_FOUND, path);
+    assert_refused(toliman_cae_load_file(path, NULL, &loaded), TOLIMAN_E_NOT_FOUND, path);
     assert_ok(toliman_cae_save_file(trained, NULL, path));
     assert_ok(toliman_cae_load_file(path, NULL, &loaded));
     size_t size;
@@ -88,24 +85,21 @@ TEST(test_files) {
     assert_memory_equal(blob, again, size);
     free(again), toliman_cae_destroy(loaded);
     assert_int_equal(truncate(path, 0), 0);
-    assert_fails(toliman_cae_load_file(path, NULL, &loaded), TOLIMAN_E_FORMAT, "network.tlmw: is empty");
-    assert_int_equal(remove(path), 0);
-    assert_int_equal(rmdir(folder), 0);
-    assert_fails(toliman_cae_save_file(trained, NULL, path), TOLIMAN_E_WRITE, path);
+    assert_refused(toliman_cae_load_file(path, NULL, &loaded), TOLIMAN_E_FORMAT, path);
+    remove_folder(folder);
+    assert_refused(toliman_cae_save_file(trained, NULL, path), TOLIMAN_E_WRITE, path);
 }
 
 static toliman_cae *load_from_file(const uint8_t *bytes, size_t size) {
-    char path[300];
-    const char *parent = getenv("TMPDIR");
-    snprintf(path, sizeof path, "%s/toliman-blob-XXXXXX", parent != NULL ? parent : P_tmpdir);
-    FILE *file = fdopen(mkstemp(path), "wb");
+    char folder[256], path[300];
+    make_folder(folder, sizeof folder);
+    snprintf(path, sizeof path, "%s/blob", folder);
+    FILE *file = fopen(path, "wb");
     assert_non_null(file);
-    assert_true(fwrite(bytes, 1, size, file) == size);
-    assert_int_equal(fclose(file), 0);
+    assert_true(fwrite(bytes, 1, size, file) == size && fclose(file) == 0);
     toliman_cae *cae = NULL;
-    const toliman_status status = toliman_cae_load_file(path, NULL, &cae);
-    assert_int_equal(remove(path), 0);
-    assert_ok(status);
+    assert_ok(toliman_cae_load_file(path, NULL, &cae));
+    remove_folder(folder);
     return cae;
 }
 
@@ -139,7 +133,7 @@ TEST(test_weights_that_overflow) {
         uint8_t *bytes = with_payloads(blob, weights, NULL, 0, &size);
         assert_ok(toliman_cae_load(bytes, size, NULL, &cae));
         image[0] = latent = -5;
-        assert_fails(toliman_cae_decode(cae, 1, image, kSide), TOLIMAN_E_RANGE, "overflows");
+        assert_refused(toliman_cae_decode(cae, 1, image, kSide), TOLIMAN_E_RANGE, "");
         assert_true(image[0] == -5);
         assert_ok(toliman_sim_frame(sim, &(double){0}, 1, 0, 1, frame));
         const toliman_status status = toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL);

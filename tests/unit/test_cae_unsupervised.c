@@ -311,54 +311,56 @@ TEST(test_divergence_is_never_a_result) {
     toliman_cae_destroy(cae);
 }
 
+/* Other ranges of options: bind/test_options. */
 TEST(test_refusals) {
-    Source source = make_source(1e-2);
+    Source source = make_source(1e-2), failing = source, poisoned = source, dark = source;
+    failing.failure = TOLIMAN_E_NOT_FOUND;
+    poisoned.poisoned = 1;
+    dark.dark = 1;
+    const struct {
+        Source *source; /* NULL: no callback */
+        uint64_t frames, validation;
+        uint32_t batch;
+        int32_t mode;
+        toliman_status status;
+        const char *field;
+    } cases[] = {{NULL, 10, 0, 4, 0, TOLIMAN_E_ARGUMENT, "options->frames"},
+                 {&source, 1, 0, 4, 0, TOLIMAN_E_ARGUMENT, "options->frame_count"},
+                 {&source, 10, 10, 4, 0, TOLIMAN_E_ARGUMENT, "options->validation"},
+                 {&source, 10, 0, 5000, 0, TOLIMAN_E_ARGUMENT, "options->batch"},
+                 {&source, 10, 0, 4, 223, TOLIMAN_E_ARGUMENT, "options->mode"},
+                 {&failing, 10, 0, 4, 0, TOLIMAN_E_NOT_FOUND, "frames"},
+                 {&poisoned, 10, 0, 4, 0, TOLIMAN_E_ARGUMENT, "counts[3][9]"},
+                 {&dark, 10, 0, 4, 0, TOLIMAN_E_ARGUMENT, "counts"}};
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_RESIDUAL), *out = NULL;
-    toliman_cae_train_options options = options_for(&source, 10, 1);
-    options.frames = NULL;
-    assert_invalid(toliman_cae_train(cae, &options, NULL), "options->frames");
-    options = options_for(&source, 1, 1);
-    assert_invalid(toliman_cae_train(cae, &options, NULL), "options->frame_count");
-    options = options_for(&source, 10, 1);
-    options.validation = 10;
-    assert_invalid(toliman_cae_train(cae, &options, NULL), "options->validation");
-    options.validation = 0;
-    options.batch = 5000;
-    assert_invalid(toliman_cae_train(cae, &options, NULL), "options->batch");
-    options.batch = 4;
-    options.mode = 223;
-    assert_invalid(toliman_cae_train(cae, &options, NULL), "options->mode");
-    options.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
-    source.failure = TOLIMAN_E_NOT_FOUND;
-    assert_refused(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_NOT_FOUND, "frames");
-    source.failure = TOLIMAN_OK;
-    source.poisoned = 1;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "frame 0: counts[3][9] = nan");
-    source.poisoned = 0;
-    source.dark = 1;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT,
-                 "frame 0: counts: all pixels are 0: must not all be equal");
-    source.dark = 0;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        toliman_cae_train_options options = options_for(cases[i].source, cases[i].frames, 1);
+        options.frames = cases[i].source != NULL ? give_frames : NULL;
+        options.validation = cases[i].validation;
+        options.batch = cases[i].batch;
+        options.mode = cases[i].mode != 0 ? cases[i].mode : TOLIMAN_CAE_MODE_UNSUPERVISED;
+        assert_refused(toliman_cae_train(cae, &options, NULL), cases[i].status, cases[i].field);
+    }
+    toliman_cae_train_options options = options_for(&source, 10, 30);
     options.learning_rate = 1;
-    options.epochs = 30;
-    assert_refused(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_RANGE, "learning_rate");
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_RANGE, "diverged in epoch");
     first_latent(cae);
 
-    toliman_cae_options how = TOLIMAN_CAE_OPTIONS_INIT;
-    how.layout = 203;
-    assert_invalid(toliman_cae_create(sim, 1, &how, &out), "options->layout");
-    how.layout = 0;
-    how.reserved = 3;
-    assert_invalid(toliman_cae_create(sim, 1, &how, &out), "options->reserved");
-    how.reserved = 0;
-    how.centre = 3;
-    assert_invalid(toliman_cae_create(sim, 1, &how, &out), "options->centre");
-    how.centre = 0;
-    how.input = 214;
-    assert_invalid(toliman_cae_create(sim, 1, &how, &out), "options->input");
+    const struct {
+        toliman_cae_options options;
+        const char *field;
+    } wrong[] = {{{.layout = 203}, "options->layout"},
+                 {{.reserved = 3}, "options->reserved"},
+                 {{.centre = 3}, "options->centre"},
+                 {{.input = 214}, "options->input"}};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        toliman_cae_options how = wrong[i].options;
+        how.struct_size = sizeof how;
+        assert_invalid(toliman_cae_create(sim, 1, &how, &out), wrong[i].field);
+    }
     toliman_sim *projecting = make_sim(kSide, kSide, 0, "\"flux_a\"");
-    how.input = TOLIMAN_CAE_INPUT_RAW;
-    assert_refused(toliman_cae_create(projecting, 1, &how, &out), TOLIMAN_E_UNSUPPORTED, "preprocess.project");
+    const toliman_cae_options raw = {.struct_size = sizeof raw, .input = TOLIMAN_CAE_INPUT_RAW};
+    assert_refused(toliman_cae_create(projecting, 1, &raw, &out), TOLIMAN_E_UNSUPPORTED, "preprocess.project");
     assert_null(out);
     toliman_sim_destroy(projecting), toliman_cae_destroy(cae);
 }

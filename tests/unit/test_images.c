@@ -103,7 +103,7 @@ TEST(every_kind_of_pixels_and_every_layout_gives_the_same_bits) {
             assert_memory_equal(&latents[0], &alone, sizeof alone);
             assert_ok(toliman_linear_encode(linear, &image, 1, &alone, NULL));
             assert_memory_equal(&values[0], &alone, sizeof alone);
-            for (size_t k = 0; k < COUNT; k++) {
+            for (size_t k = s; k < COUNT; k += 3) { /* one of the frames for each layout */
                 assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(plain + k * kPixels), 1, &alone, NULL));
                 assert_memory_equal(&latents[k], &alone, sizeof alone);
                 assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(plain + k * kPixels), 1, &alone, NULL));
@@ -140,52 +140,52 @@ TEST(components_take_many_frames_or_none) {
     toliman_components_destroy(one_by_one), toliman_components_destroy(at_once), free(plain), free(pixels);
 }
 
-TEST(impossible_images_are_refused) {
-    double *frames = new_image(2 * kPixels), values[2] = {1, 2};
+static void assert_image_refused(const toliman_image *image, size_t count, toliman_status status, const char *field) {
+    double values[2] = {1, 2};
     toliman_frame_goodness fits[2] = {TOLIMAN_FRAME_GOODNESS_INIT};
     fits[0].chi_square = 3;
+    assert_refused(toliman_cae_encode(cae, image, count, values, fits), status, field);
+    assert_refused(toliman_linear_encode(linear, image, count, values, fits), status, field);
+    assert_true(values[0] == 1 && values[1] == 2 && fits[0].chi_square == 3 && fits[1].struct_size == 0);
+}
+
+TEST(impossible_images_are_refused) {
+    double *frames = new_image(2 * kPixels), values[2];
     for (size_t i = 0; i < 2 * kPixels; i++)
         frames[i] = 1;
     const toliman_image good = {.struct_size = sizeof good, .pixels = frames};
-    struct {
+    const uint32_t size = sizeof good;
+    const struct {
         toliman_image image;
         size_t count;
-        toliman_status status;
-        const char *text;
-    } cases[13];
-    for (size_t i = 0; i < 13; i++)
-        cases[i].image = good, cases[i].count = 2, cases[i].status = TOLIMAN_E_ARGUMENT;
-    cases[0].image.pixel = 42, cases[0].text = "image->pixel";
-    cases[1].image.pixels = NULL, cases[1].text = "image->pixels";
-    cases[2].image.rows = 255, cases[2].text = "image->rows";
-    cases[3].image.cols = -1, cases[3].text = "image->cols";
-    cases[4].image.stride = 255, cases[4].text = "image->stride";
-    cases[5].image.frame_stride = -1, cases[5].text = "image->frame_stride";
-    cases[6].image.pixels = (char *)frames + 4, cases[6].text = "image->pixels";
-    cases[7].image.struct_size = 3, cases[7].text = "image->struct_size";
-    cases[8].count = (size_t)1 << 60, cases[8].text = "image";
-    cases[9].image.stride = INT64_MAX, cases[9].text = "image";
-    cases[10].image.frame_stride = INT64_MAX, cases[10].text = "image";
-    cases[11].count = SIZE_MAX, cases[11].text = "image";
-    cases[12].image.stride = INT64_MAX / 8, cases[12].text = "image";
-    for (size_t i = 8; i < 13; i++)
-        cases[i].status = TOLIMAN_E_RANGE;
-    for (size_t i = 0; i < 13; i++) {
-        const toliman_image *const image = &cases[i].image;
-        assert_refused(toliman_cae_encode(cae, image, cases[i].count, values, fits), cases[i].status, cases[i].text);
-        assert_refused(toliman_linear_encode(linear, image, cases[i].count, values, fits), cases[i].status,
-                       cases[i].text);
-    }
+        const char *field;
+    } cases[] = {{{.struct_size = size, .pixels = frames, .pixel = 42}, 2, "image->pixel"},
+                 {{.struct_size = size}, 2, "image->pixels"},
+                 {{.struct_size = size, .pixels = frames, .rows = 255}, 2, "image->rows"},
+                 {{.struct_size = size, .pixels = frames, .cols = -1}, 2, "image->cols"},
+                 {{.struct_size = size, .pixels = frames, .stride = 255}, 2, "image->stride"},
+                 {{.struct_size = size, .pixels = frames, .frame_stride = -1}, 2, "image->frame_stride"},
+                 {{.struct_size = size, .pixels = (char *)frames + 4}, 2, "image->pixels"}, /* not aligned */
+                 {{.struct_size = 3, .pixels = frames}, 2, "image->struct_size"},
+                 {good, (size_t)1 << 60, "image"}, /* from here on: does not fit in memory */
+                 {good, SIZE_MAX, "image"},
+                 {{.struct_size = size, .pixels = frames, .stride = INT64_MAX}, 2, "image"},
+                 {{.struct_size = size, .pixels = frames, .stride = INT64_MAX / 8}, 2, "image"},
+                 {{.struct_size = size, .pixels = frames, .frame_stride = INT64_MAX}, 2, "image"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        assert_image_refused(&cases[i].image, cases[i].count, i < 8 ? TOLIMAN_E_ARGUMENT : TOLIMAN_E_RANGE,
+                             cases[i].field);
+    assert_image_refused(NULL, 1, TOLIMAN_E_ARGUMENT, "image");
+    frames[kPixels + 259] = INFINITY;
+    assert_image_refused(&good, 2, TOLIMAN_E_ARGUMENT, "counts[1][3]");
+    assert_fails(toliman_linear_encode(linear, &good, 2, values, NULL), TOLIMAN_E_ARGUMENT,
+                 "frame 1: counts[1][3] = inf");
     assert_invalid(toliman_linear_encode(NULL, &good, 1, values, NULL), "linear");
-    assert_invalid(toliman_linear_encode(linear, NULL, 1, values, NULL), "image");
     assert_invalid(toliman_linear_encode(linear, &good, 1, NULL, NULL), "values_px");
     assert_ok(toliman_linear_encode(linear, NULL, 0, NULL, NULL));
-    frames[kPixels + 259] = INFINITY;
-    assert_fails(toliman_linear_encode(linear, &good, 2, values, fits), TOLIMAN_E_ARGUMENT,
-                 "frame 1: counts[1][3] = inf");
-    assert_true(values[0] == 1 && values[1] == 2 && fits[0].chi_square == 3 && fits[1].struct_size == 0);
-    fits[0].struct_size = 4;
-    assert_invalid(toliman_linear_encode(linear, &good, 2, values, fits), "goodness->struct_size");
+    assert_ok(toliman_cae_encode(cae, NULL, 0, NULL, NULL));
+    toliman_frame_goodness older[2] = {{.struct_size = 4}};
+    assert_invalid(toliman_linear_encode(linear, &good, 2, values, older), "goodness->struct_size");
     free(frames);
 }
 
@@ -323,7 +323,7 @@ TEST(chi_square_is_the_same_on_any_number_of_workers) {
     toliman_frame_goodness first[2][COUNT], fits[COUNT] = {{.struct_size = sizeof fits[0]}};
     for (size_t k = 0; k < COUNT; k++)
         assert_ok(toliman_sim_frame(sim, &(double){0}, 1, (int64_t)k, 1, frames + k * kPixels));
-    for (uint32_t threads = 1; threads <= 4; threads++) {
+    for (uint32_t threads = 1; threads <= 3; threads += 2) {
         const toliman_linear_options options = {.struct_size = sizeof options, .threads = threads};
         toliman_cae *const network = cae_on_threads(cae, threads);
         toliman_linear *template = NULL;

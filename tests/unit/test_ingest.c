@@ -300,9 +300,7 @@ TEST(test_other_pixel_type) {
     toliman_ingest_options options = pair_options(0);
     toliman_ingest *ingest = open_with(options);
     for (int i = 0; i < 2; i++)
-        assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT,
-                     "has 144 bytes, twice those of 3 frames of u16: is the pixel type u32?");
-    assert_string_equal(toliman_last_error_field(), pixel_path);
+        assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT, "is the pixel type u32?");
     toliman_ingest_destroy(ingest);
     options.pixel = TOLIMAN_PIXEL_U32;
     ingest = open_with(options);
@@ -312,8 +310,7 @@ TEST(test_other_pixel_type) {
     remove(pixel_path);
     put_pixels(3 * FRAME_BYTES);
     ingest = open_with(options);
-    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT,
-                 "has 72 bytes, half those of 3 frames of u32: is the pixel type u16?");
+    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT, "is the pixel type u16?");
     toliman_ingest_destroy(ingest);
 }
 
@@ -322,9 +319,7 @@ TEST(test_too_many_lines) {
     for (int i = 0; i < 1034; i++)
         put_text(side_path, "ab", "\n");
     toliman_ingest *ingest = open_pair(0);
-    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT,
-                 "has more than 1032 lines in 1034 bytes: a frame takes 120 bytes");
-    assert_string_equal(toliman_last_error_field(), side_path);
+    assert_refused(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT, side_path);
     toliman_ingest_destroy(ingest);
 }
 
@@ -467,39 +462,45 @@ TEST(test_allocator) {
     assert_int_equal(memory.held, 0);
 }
 
+/* Other ranges of numbers: bind/test_options. */
 TEST(test_options) {
     put_lines(0, 1);
     put_pixels(FRAME_BYTES);
     toliman_ingest *ingest = NULL;
-#define ASSERT_REFUSED(change, text)                                                                                   \
-    do {                                                                                                               \
-        toliman_ingest_options options = pair_options(0);                                                              \
-        options.change;                                                                                                \
-        assert_fails(toliman_ingest_create(stem_path, &options, &ingest), TOLIMAN_E_ARGUMENT, text);                   \
-        assert_null(ingest);                                                                                           \
-    } while (0)
-    ASSERT_REFUSED(flags = 2, "options->flags = 0x2: unknown bits");
-    ASSERT_REFUSED(pixel = 0, "options->pixel = 0: must be TOLIMAN_PIXEL_U16");
-    ASSERT_REFUSED(pixel = TOLIMAN_PIXEL_F64, "options->pixel = ");
-    ASSERT_REFUSED(stamp = TOLIMAN_FRAME_STAMP_END + 1, "options->stamp = 604");
-    ASSERT_REFUSED(exposure_s = -1, "options->exposure_s = -1: must be in [0, 1e+09] s");
-    ASSERT_REFUSED(exposure_s = NAN, "options->exposure_s = nan");
-    ASSERT_REFUSED(exposure_s = 1.1e9, "options->exposure_s");
-    ASSERT_REFUSED(rows = 0, "options->rows = 0: rows and cols must both be 0");
-    ASSERT_REFUSED(cols = 0, "options->cols = 0: rows and cols must both be 0");
-    ASSERT_REFUSED(rows = -1, "options->rows = -1: must be in [1, 65536]");
-    ASSERT_REFUSED(cols = 65537, "options->cols = 65537: must be in [1, 65536]");
-    ASSERT_REFUSED(first_id = 5, "options->end_id = 0: must be above first_id, 5");
-    ASSERT_REFUSED(end_id = -5, "options->end_id = -5: must be above first_id, 0");
-    ASSERT_REFUSED(buffers = 4097, "options->buffers = 4097: must be in [1, 4096]");
-    ASSERT_REFUSED(reserved = 1, "options->reserved = 1: must be 0");
-    ASSERT_REFUSED(struct_size = 8, "options");
+    const struct {
+        toliman_ingest_options options; /* members that are 0 are those of pair_options */
+        const char *field;
+    } cases[] = {{{.first_id = 5}, "options->end_id"},
+                 {{.end_id = -5}, "options->end_id"},
+                 {{.flags = 2}, "options->flags"},
+                 {{.buffers = 4097}, "options->buffers"},
+                 {{.rows = -1}, "options->rows"},
+                 {{.cols = 65537}, "options->cols"},
+                 {{.reserved = 1}, "options->reserved"},
+                 {{.struct_size = 8}, "options->struct_size"},
+                 {{.pixel = TOLIMAN_PIXEL_F64}, "options->pixel"}};
     toliman_ingest_options options = pair_options(0);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const toliman_ingest_options *const c = &cases[i].options;
+        toliman_ingest_options wrong = *c;
+        wrong.struct_size = c->struct_size != 0 ? c->struct_size : options.struct_size;
+        wrong.pixel = c->pixel != 0 ? c->pixel : options.pixel;
+        wrong.rows = c->rows != 0 ? c->rows : ROWS;
+        wrong.cols = c->cols != 0 ? c->cols : COLS;
+        assert_invalid(toliman_ingest_create(stem_path, &wrong, &ingest), cases[i].field);
+        assert_null(ingest);
+    }
+    options.rows = 0; /* both or none */
+    assert_invalid(toliman_ingest_create(stem_path, &options, &ingest), "options->rows");
+    options = pair_options(0);
+    options.cols = 0;
+    assert_invalid(toliman_ingest_create(stem_path, &options, &ingest), "options->cols");
+    options = pair_options(0);
     assert_invalid(toliman_ingest_create(NULL, &options, &ingest), "path");
     assert_invalid(toliman_ingest_create(stem_path, NULL, &ingest), "options");
     assert_invalid(toliman_ingest_create(stem_path, &options, NULL), "out");
     ingest = open_with(options);
-    assert_fails(toliman_ingest_next(ingest, NULL, &event), TOLIMAN_E_ARGUMENT, "frame is NULL");
+    assert_invalid(toliman_ingest_next(ingest, NULL, &event), "frame");
     assert_invalid(toliman_ingest_next(ingest, &frame, NULL), "event");
     frame.struct_size = 4; /* refused before the event is taken */
     assert_invalid(toliman_ingest_next(ingest, &frame, &event), "frame->struct_size");
@@ -515,23 +516,19 @@ TEST(test_options) {
 TEST(test_files) {
     const toliman_ingest_options options = pair_options(0);
     toliman_ingest *ingest = NULL;
-    char message[512];
-    snprintf(message, sizeof message, "%s: No such file or directory", side_path);
-    assert_fails(toliman_ingest_create(pixel_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, message);
+    assert_refused(toliman_ingest_create(pixel_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, side_path);
     put_lines(0, 1);
-    snprintf(message, sizeof message, "%s: No such file or directory", pixel_path);
-    assert_fails(toliman_ingest_create(side_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, message);
-    assert_string_equal(toliman_last_error_field(), pixel_path);
+    assert_refused(toliman_ingest_create(side_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, pixel_path);
     assert_int_equal(mkfifo(pixel_path, 0600), 0); /* is not waited for */
-    assert_fails(toliman_ingest_create(stem_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, "not a regular file");
+    assert_refused(toliman_ingest_create(stem_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, pixel_path);
     remove(pixel_path);
     assert_int_equal(mkdir(pixel_path, 0700), 0);
-    assert_fails(toliman_ingest_create(stem_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, "not a regular file");
+    assert_refused(toliman_ingest_create(stem_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, pixel_path);
     rmdir(pixel_path);
     put_pixels(FRAME_BYTES);
     assert_ok(toliman_ingest_create(stem_path, &options, &ingest));
     remove(pixel_path);
-    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_NOT_FOUND, message);
+    assert_refused(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_NOT_FOUND, pixel_path);
     put_pixels(FRAME_BYTES);
     assert_frame(ingest, 0, 1, 0);
     toliman_ingest_destroy(ingest);
@@ -540,21 +537,13 @@ TEST(test_files) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_frames, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_stamps, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_malformed_lines, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_long_lines, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_positions, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_sizes, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_other_pixel_type, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_too_many_lines, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_range_of_ids, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_range_of_damaged_ids, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_buffers, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_allocator, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_options, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_files, make_pair, remove_pair),
-    };
+#define WITH_PAIR(test) cmocka_unit_test_setup_teardown(test, make_pair, remove_pair)
+    const struct CMUnitTest tests[] = {WITH_PAIR(test_frames),           WITH_PAIR(test_stamps),
+                                       WITH_PAIR(test_malformed_lines),  WITH_PAIR(test_long_lines),
+                                       WITH_PAIR(test_positions),        WITH_PAIR(test_sizes),
+                                       WITH_PAIR(test_other_pixel_type), WITH_PAIR(test_too_many_lines),
+                                       WITH_PAIR(test_range_of_ids),     WITH_PAIR(test_range_of_damaged_ids),
+                                       WITH_PAIR(test_buffers),          WITH_PAIR(test_allocator),
+                                       WITH_PAIR(test_options),          WITH_PAIR(test_files)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
