@@ -105,6 +105,14 @@ static inline uint8_t *saved(const toliman_cae *cae, size_t *size) {
     return saved_as(cae, 0, 0, size);
 }
 
+static inline void assert_saved(const toliman_cae *cae, const uint8_t *bytes, size_t size) {
+    size_t found;
+    uint8_t *const again = saved(cae, &found);
+    assert_int_equal(found, size);
+    assert_memory_equal(again, bytes, size);
+    free(again);
+}
+
 /* A copy of a network that encodes on this number of threads. */
 static inline toliman_cae *cae_on_threads(const toliman_cae *cae, uint32_t threads) {
     const toliman_load_options options = {.struct_size = sizeof options, .threads = threads};

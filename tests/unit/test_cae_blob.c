@@ -25,10 +25,7 @@ TEST(test_round_trip) {
     toliman_cae *loaded = NULL;
     size_t size;
     assert_ok(toliman_cae_load(blob, blob_size, NULL, &loaded));
-    uint8_t *again = saved(loaded, &size);
-    assert_true(size == blob_size);
-    assert_memory_equal(blob, again, size);
-    size = 0;
+    assert_saved(loaded, blob, blob_size);
     assert_asks(toliman_cae_save(loaded, NULL, NULL, 0, &size));
     assert_true(size == blob_size);
 
@@ -52,7 +49,7 @@ TEST(test_round_trip) {
     assert_ok(toliman_cae_get_info(trained, NULL, &info));
     assert_ok(toliman_cae_get_info(loaded, NULL, &info_loaded));
     assert_memory_equal(&info, &info_loaded, sizeof info);
-    free(again), free(frame), free(image), free(image_loaded), toliman_cae_destroy(loaded);
+    free(frame), free(image), free(image_loaded), toliman_cae_destroy(loaded);
 }
 
 /* A loaded network trains to the same weights as the network it was saved from. */
@@ -65,10 +62,8 @@ TEST(test_training_after_loading) {
     toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.steps = 15;
     assert_ok(toliman_cae_train(loaded, &options, NULL));
-    bytes = saved(loaded, &size);
-    assert_true(size == blob_size);
-    assert_memory_equal(bytes, blob, size);
-    free(bytes), toliman_cae_destroy(fresh), toliman_cae_destroy(loaded);
+    assert_saved(loaded, blob, blob_size);
+    toliman_cae_destroy(fresh), toliman_cae_destroy(loaded);
 }
 
 TEST(test_files) {
@@ -79,11 +74,8 @@ TEST(test_files) {
     assert_refused(toliman_cae_load_file(path, NULL, &loaded), TOLIMAN_E_NOT_FOUND, path);
     assert_ok(toliman_cae_save_file(trained, NULL, path));
     assert_ok(toliman_cae_load_file(path, NULL, &loaded));
-    size_t size;
-    uint8_t *again = saved(loaded, &size);
-    assert_true(size == blob_size);
-    assert_memory_equal(blob, again, size);
-    free(again), toliman_cae_destroy(loaded);
+    assert_saved(loaded, blob, blob_size);
+    toliman_cae_destroy(loaded);
     assert_int_equal(truncate(path, 0), 0);
     assert_refused(toliman_cae_load_file(path, NULL, &loaded), TOLIMAN_E_FORMAT, path);
     remove_folder(folder);
@@ -170,7 +162,7 @@ TEST(test_many_planes) {
         memcpy(header, blob, blob_size);
         put(header + kAtVersion, version, 4);
         put(header + kAtProjected, (uint64_t)projected, 4);
-        size_t size, size_again;
+        size_t size;
         uint8_t *bytes = with_payloads(header, NULL, planes, 4 + (size_t)projected, &size);
         toliman_cae *cae = load_from_file(bytes, size), *again = NULL;
         assert_ok(toliman_cae_get_info(cae, NULL, &info));
@@ -191,13 +183,11 @@ TEST(test_many_planes) {
         uint8_t *first = saved(cae, &size);
         assert_int_equal(get(first + kAtVersion, 4), version);
         assert_ok(toliman_cae_load(first, size, NULL, &again));
-        uint8_t *second = saved(again, &size_again);
-        assert_true(size == size_again);
-        assert_memory_equal(first, second, size);
+        assert_saved(again, first, size);
         put(first + kAtVersion, 5 - version, 4); /* the other version refuses as many */
         seal(first, size);
         refused(first, size, version == 3 ? "must be in [0, 8] in version 2" : "must be in [9, 32] in version 3");
-        toliman_cae_destroy(cae), toliman_cae_destroy(again), free(header), free(bytes), free(first), free(second);
+        toliman_cae_destroy(cae), toliman_cae_destroy(again), free(header), free(bytes), free(first);
     }
     free(frame);
 }
@@ -208,17 +198,15 @@ TEST(test_no_target) {
     static float planes[kFloats];
     for (int i = 0; i < kFloats; i++)
         planes[i] = i / kPixels != 3;
-    size_t size, size_after;
+    size_t size;
     toliman_cae *cae = NULL;
     uint8_t *bytes = with_payloads(blob, NULL, planes, 5, &size);
     assert_ok(toliman_cae_load(bytes, size, NULL, &cae));
     free(bytes);
     bytes = saved(cae, &size);
     assert_refused(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_STATE, "");
-    uint8_t *after = saved(cae, &size_after);
-    assert_true(size == size_after);
-    assert_memory_equal(bytes, after, size);
-    free(bytes), free(after), toliman_cae_destroy(cae);
+    assert_saved(cae, bytes, size);
+    free(bytes), toliman_cae_destroy(cae);
 }
 
 TEST(test_arguments) {

@@ -94,9 +94,9 @@ TEST(test_overlaps) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_clock, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_drift, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_overlaps, make_pair, remove_pair),
+        WITH_PAIR(test_clock),
+        WITH_PAIR(test_drift),
+        WITH_PAIR(test_overlaps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -482,13 +482,9 @@ TEST(test_linear_time) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_byte_by_byte, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_finish, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_replaced, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_unreadable, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_other_pixel_type, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_random_growth, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_linear_time, make_pair, remove_pair),
+        WITH_PAIR(test_byte_by_byte), WITH_PAIR(test_finish),           WITH_PAIR(test_replaced),
+        WITH_PAIR(test_unreadable),   WITH_PAIR(test_other_pixel_type), WITH_PAIR(test_random_growth),
+        WITH_PAIR(test_linear_time),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

