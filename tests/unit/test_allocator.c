@@ -136,24 +136,22 @@ static const struct kind {
     toliman_status (*make)(const toliman_allocator *, void **);
     void (*end)(void *);
     size_t least; /* bytes that the object needs at least */
-} kinds[] = {
-    {"sim", sim_in, DESTROYS(sim), 2 * kPixels * 8},
-    {"cae", cae_in, DESTROYS(cae), 4 * kPixels * 4},
-    {"cae_load", loaded_cae_in, DESTROYS(cae), 4 * kPixels * 4},
-    {"cae_load_file", cae_file_in, DESTROYS(cae), 4 * kPixels * 4},
-    {"linear", linear_in, DESTROYS(linear), 2 * kPixels * 8},
-    {"fit", fit_in, DESTROYS(fit), 2 * kPixels * 8},
-    {"calibration", calibration_in, DESTROYS(calibration), 3 * kPixels * 8},
-    {"bank", bank_in, DESTROYS(bank), 4 * kPixels * 4},
-    {"bank_load", loaded_bank_in, DESTROYS(bank), 4 * kPixels * 4},
-    {"bank_load_file", bank_file_in, DESTROYS(bank), 4 * kPixels * 4},
-    {"components", components_in, DESTROYS(components), (size_t)COLLECTED *kPixels * 4},
-    {"period", period_in, DESTROYS(period), FREQUENCIES * 100},
-    {"period_load", loaded_period_in, DESTROYS(period), FREQUENCIES * 100},
-    {"period_load_file", period_file_in, DESTROYS(period), FREQUENCIES * 100},
-    {"track", track_in, DESTROYS(track), TRACKED * 80 + FREQUENCIES * 100},
-    {"track with a folder", track_folder_in, DESTROYS(track), TRACKED * 24 + FREQUENCIES * 100},
-};
+} kinds[] = {{"sim", sim_in, DESTROYS(sim), 2 * kPixels * 8},
+             {"cae", cae_in, DESTROYS(cae), 4 * kPixels * 4},
+             {"cae_load", loaded_cae_in, DESTROYS(cae), 4 * kPixels * 4},
+             {"cae_load_file", cae_file_in, DESTROYS(cae), 4 * kPixels * 4},
+             {"linear", linear_in, DESTROYS(linear), 2 * kPixels * 8},
+             {"fit", fit_in, DESTROYS(fit), 2 * kPixels * 8},
+             {"calibration", calibration_in, DESTROYS(calibration), 3 * kPixels * 8},
+             {"bank", bank_in, DESTROYS(bank), 4 * kPixels * 4},
+             {"bank_load", loaded_bank_in, DESTROYS(bank), 4 * kPixels * 4},
+             {"bank_load_file", bank_file_in, DESTROYS(bank), 4 * kPixels * 4},
+             {"components", components_in, DESTROYS(components), (size_t)COLLECTED *kPixels * 4},
+             {"period", period_in, DESTROYS(period), FREQUENCIES * 100},
+             {"period_load", loaded_period_in, DESTROYS(period), FREQUENCIES * 100},
+             {"period_load_file", period_file_in, DESTROYS(period), FREQUENCIES * 100},
+             {"track", track_in, DESTROYS(track), TRACKED * 80 + FREQUENCIES * 100},
+             {"track with a folder", track_folder_in, DESTROYS(track), TRACKED * 24 + FREQUENCIES * 100}};
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
 static int set_up(void **unused) {
@@ -307,12 +305,10 @@ TEST(load_options_are_checked_and_zero_is_their_default) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(large_arrays_come_from_the_caller),
-        cmocka_unit_test(no_memory_is_an_error),
-        cmocka_unit_test(memory_belongs_to_its_object),
-        cmocka_unit_test(load_options_are_checked_and_zero_is_their_default),
-        cmocka_unit_test(halves_of_an_allocator_are_refused),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(large_arrays_come_from_the_caller),
+                                       cmocka_unit_test(no_memory_is_an_error),
+                                       cmocka_unit_test(memory_belongs_to_its_object),
+                                       cmocka_unit_test(load_options_are_checked_and_zero_is_their_default),
+                                       cmocka_unit_test(halves_of_an_allocator_are_refused)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

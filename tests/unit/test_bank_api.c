@@ -41,20 +41,18 @@ TEST(bad_options_are_refused) {
     const struct {
         toliman_bank_options options;
         const char *field;
-    } cases[] = {
-        {{.layout = 3}, "options->layout"},
-        {{.first_days = NAN}, "options->first_days"},
-        {{.last_days = INFINITY}, "options->last_days"},
-        {{.first_days = 2, .last_days = 1}, "options->last_days"},
-        {{.first_days = 2}, "options->last_days"},
-        {{.spacing_px = 0.01}, "options->spacing_px"},
-        {{.spacing_px = 5}, "options->spacing_px"},
-        {{.spacing_px = NAN}, "options->spacing_px"},
-        {{.places = 9}, "options->places"},
-        {{.steps = 1000001}, "options->steps"},
-        {{.spacing_px = 0.05, .places = 8}, "options"},
-        {{.struct_size = 4}, "options->struct_size"},
-    };
+    } cases[] = {{{.layout = 3}, "options->layout"},
+                 {{.first_days = NAN}, "options->first_days"},
+                 {{.last_days = INFINITY}, "options->last_days"},
+                 {{.first_days = 2, .last_days = 1}, "options->last_days"},
+                 {{.first_days = 2}, "options->last_days"},
+                 {{.spacing_px = 0.01}, "options->spacing_px"},
+                 {{.spacing_px = 5}, "options->spacing_px"},
+                 {{.spacing_px = NAN}, "options->spacing_px"},
+                 {{.places = 9}, "options->places"},
+                 {{.steps = 1000001}, "options->steps"},
+                 {{.spacing_px = 0.05, .places = 8}, "options"},
+                 {{.struct_size = 4}, "options->struct_size"}};
     toliman_bank *made = NULL;
     toliman_bank_plan_info plan = {.struct_size = sizeof plan};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -311,47 +309,45 @@ TEST(impossible_numbers_are_refused) {
         int offset, bytes;
         uint64_t value;
         const char *text;
-    } cases[] = {
-        {kAtVersion, 4, 2, "unsupported version 2 (supported:"},
-        {16, 4, 0, "layout = "},
-        {16, 4, 2, "layout = "}, /* with the hash of layout 1 */
-        {20, 4, 3, "encoding = "},
-        {20, 4, 1, "compressed payload"},
-        {24, 8, 1, "layout = "},
-        {48, 8, nan_bits, "first_days = "},
-        {48, 8, large, "first_days = "},
-        {56, 8, minus_one, "last_days = "},
-        {56, 8, infinite, "last_days = "},
-        {64, 8, 0, "spacing_px = "},
-        {64, 8, nan_bits, "spacing_px = "},
-        {72, 4, 0, "places = "},
-        {72, 4, 9, "places = "},
-        {72, 4, 2, "bytes:"},
-        {76, 4, 0, "steps = "},
-        {76, 4, 1000001, "steps = "},
-        {80, 4, 255, "rows = "},
-        {80, 4, 4097, "rows = "},
-        {84, 4, 0xffffffffu, "cols = "},
-        {88, 4, 0, "dates = "},
-        {88, 4, 1025, "dates = "},
-        {88, 4, 3, "bytes:"},
-        {kAtPacked, 4, 0, "bytes:"},
-        {kAtPacked, 4, 0xffffffffu, "bytes:"},
-        {kAtDates, 8, nan_bits, "days = "},
-        {kAtDates + 8, 8, minus_one, "days = "},
-        {kAtDates + kDate + 16, 8, large, "days = "},
-        {kAtFirst, 8, large, "place = "},
-        {kAtFirst + 24, 8, nan_bits, "place = "},
-        {kAtFirst + 32, 8, two, "share = "},
-        {kAtFirst + 40, 4, 1, "crop_row = "},
-        {kAtFirst + 44, 4, 1, "crop_col = "},
-        {kAtFirst + kNetwork + 48, 8, two, "cosine = "},
-        {kAtFirst + kNetwork + 48, 8, minus_one, "cosine = "},
-        {kAtFirst + 56, 8, infinite, "gain = "},
-        {kAtFirst + 56, 8, 0, "gain = "},
-        {kAtFirst + 64, 8, nan_bits, "efficiency = "},
-        {kAtFirst + 2 * kNetwork, 1, 0x5a, "compressed payload"},
-    };
+    } cases[] = {{kAtVersion, 4, 2, "unsupported version 2 (supported:"},
+                 {16, 4, 0, "layout = "},
+                 {16, 4, 2, "layout = "}, /* with the hash of layout 1 */
+                 {20, 4, 3, "encoding = "},
+                 {20, 4, 1, "compressed payload"},
+                 {24, 8, 1, "layout = "},
+                 {48, 8, nan_bits, "first_days = "},
+                 {48, 8, large, "first_days = "},
+                 {56, 8, minus_one, "last_days = "},
+                 {56, 8, infinite, "last_days = "},
+                 {64, 8, 0, "spacing_px = "},
+                 {64, 8, nan_bits, "spacing_px = "},
+                 {72, 4, 0, "places = "},
+                 {72, 4, 9, "places = "},
+                 {72, 4, 2, "bytes:"},
+                 {76, 4, 0, "steps = "},
+                 {76, 4, 1000001, "steps = "},
+                 {80, 4, 255, "rows = "},
+                 {80, 4, 4097, "rows = "},
+                 {84, 4, 0xffffffffu, "cols = "},
+                 {88, 4, 0, "dates = "},
+                 {88, 4, 1025, "dates = "},
+                 {88, 4, 3, "bytes:"},
+                 {kAtPacked, 4, 0, "bytes:"},
+                 {kAtPacked, 4, 0xffffffffu, "bytes:"},
+                 {kAtDates, 8, nan_bits, "days = "},
+                 {kAtDates + 8, 8, minus_one, "days = "},
+                 {kAtDates + kDate + 16, 8, large, "days = "},
+                 {kAtFirst, 8, large, "place = "},
+                 {kAtFirst + 24, 8, nan_bits, "place = "},
+                 {kAtFirst + 32, 8, two, "share = "},
+                 {kAtFirst + 40, 4, 1, "crop_row = "},
+                 {kAtFirst + 44, 4, 1, "crop_col = "},
+                 {kAtFirst + kNetwork + 48, 8, two, "cosine = "},
+                 {kAtFirst + kNetwork + 48, 8, minus_one, "cosine = "},
+                 {kAtFirst + 56, 8, infinite, "gain = "},
+                 {kAtFirst + 56, 8, 0, "gain = "},
+                 {kAtFirst + 64, 8, nan_bits, "efficiency = "},
+                 {kAtFirst + 2 * kNetwork, 1, 0x5a, "compressed payload"}};
     size_t size;
     uint8_t *const bytes = bank_bytes(bank, 0, &size), *const kept = malloc(size);
     memcpy(kept, bytes, size);
@@ -411,7 +407,6 @@ int main(void) {
         cmocka_unit_test(unsuitable_scenes_are_refused),  cmocka_unit_test(bad_arguments_are_refused),
         cmocka_unit_test(other_fits_are_refused),         cmocka_unit_test(saved_banks_give_the_same_results),
         cmocka_unit_test(banks_are_saved_to_files),       cmocka_unit_test(truncated_banks_are_refused),
-        cmocka_unit_test(impossible_numbers_are_refused), cmocka_unit_test(impossible_weights_are_refused),
-    };
+        cmocka_unit_test(impossible_numbers_are_refused), cmocka_unit_test(impossible_weights_are_refused)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -91,37 +91,35 @@ TEST(test_impossible_headers) {
         int offset, bytes;
         uint64_t value;
         const char *text;
-    } cases[] = {
-        {kAtVersion, 4, 1, "unsupported version 1 (supported:"},
-        {kAtVersion, 4, 4, "unsupported version 4 (supported:"},
-        {kAtVersion, 4, 3, "number of nuisance planes = "},
-        {kAtSize, 8, 5, "bytes:"},
-        {16, 4, 77, "layout = "},
-        {20, 4, 0x80000000u, "flags = "},
-        {24, 8, 1, "hash = "},
-        {48, 4, 255, "frame shape = "},
-        {48, 4, 4097, "frame shape = "},
-        {52, 4, 0, "frame shape = "},
-        {52, 4, 0xffffffffu, "frame shape = "},
-        {56, 4, 1, "crop = "},
-        {60, 4, 5, "crop = "},
-        {kAtProjected, 4, 9, "number of nuisance planes = "},
-        {64, 4, 2, "compressed payload"},
-        {64, 4, 0, "compressed payload"},
-        {kAtWeightsEncoding, 2, 1, "compressed payload"},
-        {kAtWeightsEncoding, 2, 3, "encoding of the weights = "},
-        {kAtPlanesEncoding, 2, 2, "compressed payload"},
-        {kAtPlanesEncoding, 2, 0xffff, "encoding of the planes = "},
-        {72, 8, 0, "input scale = "},
-        {72, 8, 1, "input scale = "},
-        {72, 8, nan_bits, "input scale = "},
-        {80, 8, nan_bits, "bound = "},
-        {80, 8, infinite, "bound = "},
-        {88, 8, two, "cosine = "},
-        {kAtWeights, 4, 0, "do not match the blob's "},
-        {kAtWeights, 4, 0xffffffffu, "do not match the blob's "},
-        {kAtPlanes, 4, 0xffffffffu, "do not match the blob's "},
-    };
+    } cases[] = {{kAtVersion, 4, 1, "unsupported version 1 (supported:"},
+                 {kAtVersion, 4, 4, "unsupported version 4 (supported:"},
+                 {kAtVersion, 4, 3, "number of nuisance planes = "},
+                 {kAtSize, 8, 5, "bytes:"},
+                 {16, 4, 77, "layout = "},
+                 {20, 4, 0x80000000u, "flags = "},
+                 {24, 8, 1, "hash = "},
+                 {48, 4, 255, "frame shape = "},
+                 {48, 4, 4097, "frame shape = "},
+                 {52, 4, 0, "frame shape = "},
+                 {52, 4, 0xffffffffu, "frame shape = "},
+                 {56, 4, 1, "crop = "},
+                 {60, 4, 5, "crop = "},
+                 {kAtProjected, 4, 9, "number of nuisance planes = "},
+                 {64, 4, 2, "compressed payload"},
+                 {64, 4, 0, "compressed payload"},
+                 {kAtWeightsEncoding, 2, 1, "compressed payload"},
+                 {kAtWeightsEncoding, 2, 3, "encoding of the weights = "},
+                 {kAtPlanesEncoding, 2, 2, "compressed payload"},
+                 {kAtPlanesEncoding, 2, 0xffff, "encoding of the planes = "},
+                 {72, 8, 0, "input scale = "},
+                 {72, 8, 1, "input scale = "},
+                 {72, 8, nan_bits, "input scale = "},
+                 {80, 8, nan_bits, "bound = "},
+                 {80, 8, infinite, "bound = "},
+                 {88, 8, two, "cosine = "},
+                 {kAtWeights, 4, 0, "do not match the blob's "},
+                 {kAtWeights, 4, 0xffffffffu, "do not match the blob's "},
+                 {kAtPlanes, 4, 0xffffffffu, "do not match the blob's "}};
     uint8_t *bytes = malloc(blob_size);
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         memcpy(bytes, blob, blob_size);
@@ -151,26 +149,24 @@ TEST(test_impossible_trainings) {
         int offset, bytes;
         uint64_t value;
         const char *text;
-    } cases[] = {
-        {0, 4, 2, "mode = "},
-        {0, 4, 1, "steps in all = "},
-        {4, 4, 0, "done = "},
-        {4, 4, 16, "done = "},
-        {8, 8, 14, "steps of the optimiser = "},
-        {16, 8, 0, "steps in all = "},
-        {16, 8, (uint64_t)1 << 32, "steps in all = "},
-        {24, 8, 1, "frames = "},
-        {32, 8, 1, "validation = "},
-        {40, 4, 1, "batch = "},
-        {44, 4, 0, "training:"},
-        {44, 4, 0xffffffffu, "training:"},
-        {48, 8, 0, "learning rate = "},
-        {48, 8, two, "learning rate = "},
-        {48, 8, nan_bits, "learning rate = "},
-        {56, 8, minus_one, "loss = "},
-        {56, 8, nan_bits, "loss = "},
-        {64, 8, nan_bits, "loss = "},
-    };
+    } cases[] = {{0, 4, 2, "mode = "},
+                 {0, 4, 1, "steps in all = "},
+                 {4, 4, 0, "done = "},
+                 {4, 4, 16, "done = "},
+                 {8, 8, 14, "steps of the optimiser = "},
+                 {16, 8, 0, "steps in all = "},
+                 {16, 8, (uint64_t)1 << 32, "steps in all = "},
+                 {24, 8, 1, "frames = "},
+                 {32, 8, 1, "validation = "},
+                 {40, 4, 1, "batch = "},
+                 {44, 4, 0, "training:"},
+                 {44, 4, 0xffffffffu, "training:"},
+                 {48, 8, 0, "learning rate = "},
+                 {48, 8, two, "learning rate = "},
+                 {48, 8, nan_bits, "learning rate = "},
+                 {56, 8, minus_one, "loss = "},
+                 {56, 8, nan_bits, "loss = "},
+                 {64, 8, nan_bits, "loss = "}};
     size_t size;
     toliman_cae *cae = make_cae(sim, 3, 15, NULL);
     uint8_t *bytes = saved_with_training(cae, &size), *kept = malloc(size);
@@ -215,12 +211,10 @@ TEST(test_unusable_numbers) {
         int at;
         float value;
         const char *text;
-    } cases[] = {
-        {2 * kPixels + 17, -3, "variance[17] = -3: must be positive"},
-        {4 * kPixels, NAN, "planes[262144] = nan: must be 0 or of magnitude in [1.18e-38, 1.27e+30]"},
-        {0, INFINITY, "planes[0] = inf"},
-        {kPixels + 1, 1e-40f, "planes[65537] = 9.99995e-41"},
-    };
+    } cases[] = {{2 * kPixels + 17, -3, "variance[17] = -3: must be positive"},
+                 {4 * kPixels, NAN, "planes[262144] = nan: must be 0 or of magnitude in [1.18e-38, 1.27e+30]"},
+                 {0, INFINITY, "planes[0] = inf"},
+                 {kPixels + 1, 1e-40f, "planes[65537] = 9.99995e-41"}};
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         planes[cases[k].at] = cases[k].value;
         uint8_t *bytes = with_payloads(blob, NULL, planes, 5, &size);
@@ -237,17 +231,15 @@ TEST(test_unusable_narrow_numbers) {
         int32_t encoding;
         int at, value;
         const char *text;
-    } cases[] = {
-        {1, 0, 0x7f80, "weights[0] = inf"},
-        {1, 0, 0xffc0, "weights[0] = -nan"},
-        {1, 0, 0x7201, "weights[0] = 2.55"},
-        {1, 0, 0x007f, "weights[0] = 1.1"},
-        {2, 2, 0x7c00, "weights[0] = inf"},
-        {2, 2, 0xfc01, "weights[0] = -nan"},
-        {2, 0, 86, "scale of a block = 2^86: must be in [2^-141, 2^85]"},
-        {2, 0, -142, "scale of a block = 2^-142"},
-        {2, 0, 0x8000, "scale of a block = 2^-32768"},
-    };
+    } cases[] = {{1, 0, 0x7f80, "weights[0] = inf"},
+                 {1, 0, 0xffc0, "weights[0] = -nan"},
+                 {1, 0, 0x7201, "weights[0] = 2.55"},
+                 {1, 0, 0x007f, "weights[0] = 1.1"},
+                 {2, 2, 0x7c00, "weights[0] = inf"},
+                 {2, 2, 0xfc01, "weights[0] = -nan"},
+                 {2, 0, 86, "scale of a block = 2^86: must be in [2^-141, 2^85]"},
+                 {2, 0, -142, "scale of a block = 2^-142"},
+                 {2, 0, 0x8000, "scale of a block = 2^-32768"}};
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         const int narrow = cases[k].encoding == 2, scale = narrow && cases[k].at == 0;
         memset(raw, 0, sizeof raw);
@@ -318,10 +310,9 @@ TEST(test_streams_of_another_size) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_truncation),        cmocka_unit_test(test_every_flipped_bit),
-        cmocka_unit_test(test_impossible_headers),      cmocka_unit_test(test_impossible_trainings),
-        cmocka_unit_test(test_unusable_numbers),        cmocka_unit_test(test_unusable_narrow_numbers),
-        cmocka_unit_test(test_streams_of_another_size),
-    };
+        cmocka_unit_test(test_every_truncation),       cmocka_unit_test(test_every_flipped_bit),
+        cmocka_unit_test(test_impossible_headers),     cmocka_unit_test(test_impossible_trainings),
+        cmocka_unit_test(test_unusable_numbers),       cmocka_unit_test(test_unusable_narrow_numbers),
+        cmocka_unit_test(test_streams_of_another_size)};
     return cmocka_run_group_tests_name("cae_damage", tests, set_up, tear_down);
 }

@@ -11,21 +11,19 @@ TEST(bad_options_are_refused) {
     const struct {
         toliman_calibration_options options;
         const char *field;
-    } cases[] = {
-        {{.flags = 4}, "options->flags"},
-        {{.most_iterations = -1}, "options->most_iterations"},
-        {{.most_iterations = 1001}, "options->most_iterations"},
-        {{.capture_px = -1}, "options->capture_px"},
-        {{.capture_px = 64.5}, "options->capture_px"},
-        {{.capture_px = NAN}, "options->capture_px"},
-        {{.window_days = -1}, "options->window_days"},
-        {{.window_days = NAN}, "options->window_days"},
-        {{.smoothness = -1}, "options->smoothness"},
-        {{.smoothness = INFINITY}, "options->smoothness"},
-        {{.map_rms_nm = -1}, "options->map_rms_nm"},
-        {{.map_rms_nm = NAN}, "options->map_rms_nm"},
-        {{.struct_size = 4}, "options->struct_size"},
-    };
+    } cases[] = {{{.flags = 4}, "options->flags"},
+                 {{.most_iterations = -1}, "options->most_iterations"},
+                 {{.most_iterations = 1001}, "options->most_iterations"},
+                 {{.capture_px = -1}, "options->capture_px"},
+                 {{.capture_px = 64.5}, "options->capture_px"},
+                 {{.capture_px = NAN}, "options->capture_px"},
+                 {{.window_days = -1}, "options->window_days"},
+                 {{.window_days = NAN}, "options->window_days"},
+                 {{.smoothness = -1}, "options->smoothness"},
+                 {{.smoothness = INFINITY}, "options->smoothness"},
+                 {{.map_rms_nm = -1}, "options->map_rms_nm"},
+                 {{.map_rms_nm = NAN}, "options->map_rms_nm"},
+                 {{.struct_size = 4}, "options->struct_size"}};
     toliman_calibration *made = NULL;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_calibration_options options = cases[i].options;
@@ -83,16 +81,14 @@ TEST(bad_frames_are_refused) {
         size_t count;
         const toliman_fit_prediction *predictions;
         const char *text; /* with the number of the frame */
-    } cases[] = {
-        {PLAIN_IMAGE(bad[0]), 2, NULL, "frame 1: counts[3][7] = nan"},
-        {PLAIN_IMAGE(bad[1]), 2, NULL, "frame 1: counts[3][7] = inf"},
-        {PLAIN_IMAGE(bad[2]), 2, NULL, "frame 1: the stars are not found"},
-        {PLAIN_IMAGE(frames), 2, lost, "frame 1: predictions->x_px = nan"},
-        {PLAIN_IMAGE(frames), 2, far, "frame 1: the stars are not found within options->capture_px = 6 px"},
-        {PLAIN_IMAGE(frames), 0, NULL, "count"},
-        {PLAIN_IMAGE(frames), 1, NULL, "count"},
-        {&small, 2, NULL, "image->rows"},
-    };
+    } cases[] = {{PLAIN_IMAGE(bad[0]), 2, NULL, "frame 1: counts[3][7] = nan"},
+                 {PLAIN_IMAGE(bad[1]), 2, NULL, "frame 1: counts[3][7] = inf"},
+                 {PLAIN_IMAGE(bad[2]), 2, NULL, "frame 1: the stars are not found"},
+                 {PLAIN_IMAGE(frames), 2, lost, "frame 1: predictions->x_px = nan"},
+                 {PLAIN_IMAGE(frames), 2, far, "frame 1: the stars are not found within options->capture_px = 6 px"},
+                 {PLAIN_IMAGE(frames), 0, NULL, "count"},
+                 {PLAIN_IMAGE(frames), 1, NULL, "count"},
+                 {&small, 2, NULL, "image->rows"}};
     toliman_calibration *made = NULL;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         assert_fails(

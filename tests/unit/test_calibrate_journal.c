@@ -158,16 +158,14 @@ TEST(others_are_refused) {
         double window_days;
         const toliman_sim *start;
         const char *what;
-    } cases[] = {
-        {truth, frames, FRAMES, NULL, NULL, 0, NULL, "scene"},
-        {nominal, changed, FRAMES, NULL, NULL, 0, NULL, "frames"},
-        {nominal, frames, FRAMES - 1, NULL, NULL, 0, NULL, "frames"},
-        {nominal, frames, FRAMES, predictions, NULL, 0, NULL, "frames"},
-        {nominal, frames, FRAMES, NULL, "focus scale", 0, NULL, "free parameters"},
-        {nominal, frames, FRAMES, NULL, "focus=50", 0, NULL, "free parameters"},
-        {nominal, frames, FRAMES, NULL, NULL, 20, NULL, "windows"},
-        {nominal, frames, FRAMES, NULL, NULL, 0, truth, "start"},
-    };
+    } cases[] = {{truth, frames, FRAMES, NULL, NULL, 0, NULL, "scene"},
+                 {nominal, changed, FRAMES, NULL, NULL, 0, NULL, "frames"},
+                 {nominal, frames, FRAMES - 1, NULL, NULL, 0, NULL, "frames"},
+                 {nominal, frames, FRAMES, predictions, NULL, 0, NULL, "frames"},
+                 {nominal, frames, FRAMES, NULL, "focus scale", 0, NULL, "free parameters"},
+                 {nominal, frames, FRAMES, NULL, "focus=50", 0, NULL, "free parameters"},
+                 {nominal, frames, FRAMES, NULL, NULL, 20, NULL, "windows"},
+                 {nominal, frames, FRAMES, NULL, NULL, 0, truth, "start"}};
     const int64_t size = size_of_journal();
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         options = (toliman_calibration_options){.struct_size = sizeof options,
@@ -228,7 +226,6 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_call_continues),    cmocka_unit_test(more_iterations_continue),
         cmocka_unit_test(damage_costs_time_only), cmocka_unit_test(other_versions_are_refused),
-        cmocka_unit_test(others_are_refused),     cmocka_unit_test(other_times_are_refused),
-    };
+        cmocka_unit_test(others_are_refused),     cmocka_unit_test(other_times_are_refused)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

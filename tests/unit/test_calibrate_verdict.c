@@ -25,17 +25,15 @@ static const struct {
     int32_t goodness;
     uint32_t flags;
     const char *warning; /* of the fitted scene */
-} kCases[] = {
-    {"right", "1.3", 1, 0, 1, TOLIMAN_GOODNESS_GOOD, 0, NULL},
-    {"counts in DN, 1.5 photons each", "1.3", 1 / 1.5, 0, 1 / 1.5, TOLIMAN_GOODNESS_TOO_GOOD,
-     TOLIMAN_CALIBRATION_TOO_GOOD, ": its calibration is too good: chi-square 0.6"},
-    {"counts in another unit", "1.3", 1.5, 0, 1.5, TOLIMAN_GOODNESS_POOR, TOLIMAN_CALIBRATION_INCOMPLETE,
-     ": its calibration is incomplete: chi-square 1."},
-    {"read noise too large", "500", 1, 0, 0, TOLIMAN_GOODNESS_TOO_GOOD, TOLIMAN_CALIBRATION_TOO_GOOD,
-     ": its calibration is too good: chi-square 0."},
-    {"bias not subtracted", "1.3", 1, 1e6, 0, TOLIMAN_GOODNESS_TOO_GOOD, TOLIMAN_CALIBRATION_TOO_GOOD,
-     ": its calibration is too good: chi-square 0."},
-};
+} kCases[] = {{"right", "1.3", 1, 0, 1, TOLIMAN_GOODNESS_GOOD, 0, NULL},
+              {"counts in DN, 1.5 photons each", "1.3", 1 / 1.5, 0, 1 / 1.5, TOLIMAN_GOODNESS_TOO_GOOD,
+               TOLIMAN_CALIBRATION_TOO_GOOD, ": its calibration is too good: chi-square 0.6"},
+              {"counts in another unit", "1.3", 1.5, 0, 1.5, TOLIMAN_GOODNESS_POOR, TOLIMAN_CALIBRATION_INCOMPLETE,
+               ": its calibration is incomplete: chi-square 1."},
+              {"read noise too large", "500", 1, 0, 0, TOLIMAN_GOODNESS_TOO_GOOD, TOLIMAN_CALIBRATION_TOO_GOOD,
+               ": its calibration is too good: chi-square 0."},
+              {"bias not subtracted", "1.3", 1, 1e6, 0, TOLIMAN_GOODNESS_TOO_GOOD, TOLIMAN_CALIBRATION_TOO_GOOD,
+               ": its calibration is too good: chi-square 0."}};
 enum { CASES = sizeof kCases / sizeof *kCases };
 
 static void record_log(int32_t level, const char *text, void *user_data) {
@@ -149,14 +147,12 @@ TEST(missing_default_parameters_are_named) {
     static const struct {
         const char *from, *to;
         const char *names[5], *reason;
-    } cases[] = {
-        {"\"seed\": 7", "\"seed\": 8", {NULL}, ""},
-        {"\"area\"", "\"cell\"", {"mask_rotation"}, "needs a spiral mask with mask.edges = \"area\""},
-        {"{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
-         "{\"kind\": \"lines\", \"wavelength_nm\": [570, 600], \"weight\": [1, 1]}",
-         {"temperature_b", "spectrum_b_1", "spectrum_b_2"},
-         "the spectrum consists of lines"},
-    };
+    } cases[] = {{"\"seed\": 7", "\"seed\": 8", {NULL}, ""},
+                 {"\"area\"", "\"cell\"", {"mask_rotation"}, "needs a spiral mask with mask.edges = \"area\""},
+                 {"{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
+                  "{\"kind\": \"lines\", \"wavelength_nm\": [570, 600], \"weight\": [1, 1]}",
+                  {"temperature_b", "spectrum_b_1", "spectrum_b_2"},
+                  "the spectrum consists of lines"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_sim *const sim = changed(cases[i].from, cases[i].to);
         const toliman_calibration_options options = {.struct_size = sizeof options, .most_iterations = 1};

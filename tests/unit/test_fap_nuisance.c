@@ -43,9 +43,7 @@ TEST(degrees_of_freedom_decide) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(false_alarms_are_as_many_as_promised),
-        cmocka_unit_test(degrees_of_freedom_decide),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(false_alarms_are_as_many_as_promised),
+                                       cmocka_unit_test(degrees_of_freedom_decide)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -377,7 +377,6 @@ int main(void) {
         cmocka_unit_test_setup_teardown(bare_names_are_files_of_the_working_directory, make_outside, remove_outside),
         cmocka_unit_test_setup_teardown(temporaries_are_private_to_their_owner, make_outside, remove_outside),
         cmocka_unit_test_setup_teardown(permission_errors_are_reported, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(parent_folders_may_deny_access, make_outside, remove_outside),
-    };
+        cmocka_unit_test_setup_teardown(parent_folders_may_deny_access, make_outside, remove_outside)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -161,19 +161,17 @@ TEST(bad_frames_and_predictions_are_refused) {
     const struct {
         toliman_fit_prediction prediction;
         const char *of_frame, *of_predict; /* fields */
-    } cases[] = {
-        {{.flags = 1}, "predictions->flags", "prediction->flags"},
-        {{.time_days = NAN}, "predictions->time_days", "prediction->time_days"},
-        {{.x_px = INFINITY}, "predictions->x_px", "prediction->x_px"},
-        {{.y_px = -INFINITY}, "predictions->y_px", "prediction->y_px"},
-        {{.separation_px = NAN}, "predictions->separation_px", "prediction->separation_px"},
-        {{.separation_px = -1}, "predictions->separation_px", "prediction->separation_px"},
-        {{.separation_px = 20, .position_angle_deg = NAN},
-         "predictions->position_angle_deg",
-         "prediction->position_angle_deg"},
-        {{.x_px = 1e6}, "predictions", "prediction"},
-        {{.struct_size = 4}, "predictions->struct_size", "prediction->struct_size"},
-    };
+    } cases[] = {{{.flags = 1}, "predictions->flags", "prediction->flags"},
+                 {{.time_days = NAN}, "predictions->time_days", "prediction->time_days"},
+                 {{.x_px = INFINITY}, "predictions->x_px", "prediction->x_px"},
+                 {{.y_px = -INFINITY}, "predictions->y_px", "prediction->y_px"},
+                 {{.separation_px = NAN}, "predictions->separation_px", "prediction->separation_px"},
+                 {{.separation_px = -1}, "predictions->separation_px", "prediction->separation_px"},
+                 {{.separation_px = 20, .position_angle_deg = NAN},
+                  "predictions->position_angle_deg",
+                  "prediction->position_angle_deg"},
+                 {{.x_px = 1e6}, "predictions", "prediction"},
+                 {{.struct_size = 4}, "predictions->struct_size", "prediction->struct_size"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_fit_prediction prediction = cases[i].prediction;
         if (prediction.struct_size == 0)
@@ -312,17 +310,15 @@ TEST(numbers_of_frames_without_a_fit_are_nan) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bad_options_are_refused),
-        cmocka_unit_test(parameters_are_listed),
-        cmocka_unit_test(digests_distinguish_fits),
-        cmocka_unit_test(digests_distinguish_scenes),
-        cmocka_unit_test(single_stars_and_padded_transforms_are_unsupported),
-        cmocka_unit_test(bad_frames_and_predictions_are_refused),
-        cmocka_unit_test(all_calls_give_the_same_bits),
-        cmocka_unit_test(values_and_covariance_match_the_result),
-        cmocka_unit_test(predictions_state_what_is_expected),
-        cmocka_unit_test(numbers_of_frames_without_a_fit_are_nan),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(bad_options_are_refused),
+                                       cmocka_unit_test(parameters_are_listed),
+                                       cmocka_unit_test(digests_distinguish_fits),
+                                       cmocka_unit_test(digests_distinguish_scenes),
+                                       cmocka_unit_test(single_stars_and_padded_transforms_are_unsupported),
+                                       cmocka_unit_test(bad_frames_and_predictions_are_refused),
+                                       cmocka_unit_test(all_calls_give_the_same_bits),
+                                       cmocka_unit_test(values_and_covariance_match_the_result),
+                                       cmocka_unit_test(predictions_state_what_is_expected),
+                                       cmocka_unit_test(numbers_of_frames_without_a_fit_are_nan)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -144,8 +144,7 @@ TEST(test_malformed_lines) {
          1},
         {"{" KEY ", " SHAPE ", " REST ", \"gain\": 3}", "unknown key \"gain\"", 1},
         {"{" KEY ", " SHAPE ", " REST ", \"\\u001b[2J\": 3}", "unknown key \"?[2J\"", 1},
-        {"{" KEY ", " SHAPE ", " REST ", \"n_rows\": 3}", "duplicate key \"n_rows\"", 1},
-    };
+        {"{" KEY ", " SHAPE ", " REST ", \"n_rows\": 3}", "duplicate key \"n_rows\"", 1}};
     put_pixels(3 * FRAME_BYTES);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char text[512];

@@ -10,17 +10,15 @@ TEST(test_clock) {
         double times[12];
         int reported[3];
         const char *text;
-    } cases[] = {
-        {4, {0, 1, 2, 3}, {0}, ""},
-        {4, {0, 1, 2, 1001.9}, {0}, ""},
-        {5, {0, 1, 2, 1003, 1004}, {4}, "timestamp_ns advances by 1001 s, the median step is 1 s"},
-        {5, {0, 1, 2, 1.5, 2.5}, {4}, "timestamp_ns goes back by 0.5 s"},
-        {6, {0, 1, 1, 1, 2, 2}, {3, 6}, "as in the frame before"},
-        {6, {0, 1, 2, NAN, NAN, 1.5}, {6}, "goes back by 0.5 s"},
-        {7, {0, 1, 2, NAN, NAN, 3001.9, 3003}, {0}, ""},
-        {7, {0, 1, 2, NAN, NAN, 3002.1, 3003}, {6}, "advances by 3000.1 s"},
-        {1, {-5}, {0}, ""},
-    };
+    } cases[] = {{4, {0, 1, 2, 3}, {0}, ""},
+                 {4, {0, 1, 2, 1001.9}, {0}, ""},
+                 {5, {0, 1, 2, 1003, 1004}, {4}, "timestamp_ns advances by 1001 s, the median step is 1 s"},
+                 {5, {0, 1, 2, 1.5, 2.5}, {4}, "timestamp_ns goes back by 0.5 s"},
+                 {6, {0, 1, 1, 1, 2, 2}, {3, 6}, "as in the frame before"},
+                 {6, {0, 1, 2, NAN, NAN, 1.5}, {6}, "goes back by 0.5 s"},
+                 {7, {0, 1, 2, NAN, NAN, 3001.9, 3003}, {0}, ""},
+                 {7, {0, 1, 2, NAN, NAN, 3002.1, 3003}, {6}, "advances by 3000.1 s"},
+                 {1, {-5}, {0}, ""}};
     char text[512];
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         remove(side_path);
@@ -93,10 +91,6 @@ TEST(test_overlaps) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        WITH_PAIR(test_clock),
-        WITH_PAIR(test_drift),
-        WITH_PAIR(test_overlaps),
-    };
+    const struct CMUnitTest tests[] = {WITH_PAIR(test_clock), WITH_PAIR(test_drift), WITH_PAIR(test_overlaps)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

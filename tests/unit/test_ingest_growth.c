@@ -481,10 +481,9 @@ TEST(test_linear_time) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        WITH_PAIR(test_byte_by_byte), WITH_PAIR(test_finish),           WITH_PAIR(test_replaced),
-        WITH_PAIR(test_unreadable),   WITH_PAIR(test_other_pixel_type), WITH_PAIR(test_random_growth),
-        WITH_PAIR(test_linear_time),
-    };
+    const struct CMUnitTest tests[] = {WITH_PAIR(test_byte_by_byte),     WITH_PAIR(test_finish),
+                                       WITH_PAIR(test_replaced),         WITH_PAIR(test_unreadable),
+                                       WITH_PAIR(test_other_pixel_type), WITH_PAIR(test_random_growth),
+                                       WITH_PAIR(test_linear_time)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -94,8 +94,7 @@ TEST(times) {
         {{.mjd_beg = "61831.5", .timesys = "'UTC'"},
          NOON,
          0,
-         "MJD-BEG, taken as mid-exposure as its length is missing, in"},
-    };
+         "MJD-BEG, taken as mid-exposure as its length is missing, in"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_ingest_header_time time;
         assert_ok(read(&cases[i].header, &time));
@@ -116,52 +115,50 @@ TEST(refused) {
     const struct {
         toliman_ingest_header header;
         const char *field, *other; /* other: what it contradicts */
-    } cases[] = {
-        /* contradictions name both */
-        {{.date_obs = DATE, .mjd_obs = "61832.5243", .exptime = "3600"}, "DATE-OBS", "MJD-OBS"},
-        {{.date_obs = DATE, .mjd_obs = "61831.5", .exptime = "3600"}, "MJD-OBS", "DATE-OBS"},
-        {{.date_beg = DATE, .date_obs = "'2028-03-01T13:06:00'", .exptime = "3600"}, "DATE-BEG", "DATE-OBS"},
-        {{.date_avg = DATE, .date_obs = "'2028-03-01T12:35:56'", .exptime = "3600"}, "DATE-AVG", "DATE-OBS"},
-        {{.date_avg = DATE, .mjd_end = "61830.5"}, "DATE-AVG", "MJD-END"},
-        {{.date_beg = DATE, .date_end = "'2028-03-01T12:34:50'"}, "DATE-BEG", "DATE-END"},
-        {{.date_beg = DATE, .date_end = "'2028-03-01T14:34:56'", .xposure = "3600"}, "DATE-BEG", "DATE-END"},
-        {{.date_beg = DATE, .xposure = "3600", .exptime = "60"}, "XPOSURE", "EXPTIME"},
-        {{.date_beg = DATE, .exptime = "46", .exposure = "0.000046"}, "EXPTIME", "EXPOSURE"},
-        {{.date_beg = DATE, .telapse = "60", .xposure = "3600"}, "TELAPSE", "XPOSURE"},
-        {{.date_obs = DATE, .time_obs = "'22:34:56'", .exptime = "10"}, "DATE-OBS", "DATE-OBS + TIME-OBS"},
-        {{.date_obs = DAY, .time_obs = CLOCK, .ut = "'10:34:56'"}, "DATE-OBS + TIME-OBS", "DATE-OBS + UT"},
-        {{.date_obs = "'2028-03-03'", .mjd_obs = "61831.5", .exptime = "3600"}, "MJD-OBS", "DATE-OBS"},
-        {{.date_avg = DATE, .mjd_avg = "61831.5"}, "MJD-AVG", "DATE-AVG"},
-        {{.date_obs = DAY, .ut = CLOCK, .timesys = "'TAI'"}, "UT", "TIMESYS"},
-        /* a bare date */
-        {{.date_obs = DAY, .exptime = "3600"}, "DATE-OBS", ""},
-        {{.date_avg = "2028-061"}, "DATE-AVG", ""},
-        {{.date_beg = DAY, .date_end = "'2028-03-02'"}, "DATE-BEG", ""},
-        /* malformed values */
-        {{.mjd_avg = "NaN"}, "MJD-AVG", ""},
-        {{.mjd_avg = "'60000'"}, "MJD-AVG", ""},
-        {{.mjd_end = "x", .date_obs = DATE, .exptime = "1"}, "MJD-END", ""},
-        {{.date_avg = "'2028-03-01Z'"}, "DATE-AVG", ""},
-        {{.date_avg = "'01/03/28'"}, "DATE-AVG", ""},
-        {{.date_avg = ""}, "DATE-AVG", ""},
-        {{.date_avg = "''"}, "DATE-AVG", ""},
-        {{.date_avg = "'2028-03-01T12:00:00Z'", .timesys = "'TAI'"}, "DATE-AVG", ""},
-        {{.date_avg = "'2028-03-01T12:00:00+02:00'"}, "DATE-AVG", ""},
-        {{.date_obs = DAY, .time_obs = "12.5"}, "TIME-OBS", ""},
-        {{.date_obs = DAY, .ut = "'12:34'"}, "UT", ""},
-        {{.mjd_beg = "60000", .xposure = "-1E-9"}, "XPOSURE", ""},
-        {{.mjd_beg = "60000", .xposure = "1000000000.1"}, "XPOSURE", ""},
-        {{.mjd_beg = "60000", .telapse = "1e300"}, "TELAPSE", ""},
-        {{.date_obs = DATE, .exptime = "NaN"}, "EXPTIME", ""},
-        {{.date_beg = "'1972-01-01T00:00:00'", .date_end = "'2028-03-01T00:00:00'"}, "DATE-BEG", ""},
-        {{.mjd_avg = "60000", .timesys = "'UT1'"}, "TIMESYS", ""},
-        {{.mjd_avg = "60000", .timesys = "'UTC(NIST'"}, "TIMESYS", ""},
-        {{.mjd_avg = "60000", .timesys = "'TCB'"}, "TIMESYS", ""},
-        {{.mjd_avg = "60000", .timesys = "' TAI'"}, "TIMESYS", ""},
-        {{.mjd_avg = "60000", .timesys = ""}, "TIMESYS", ""},
-        {{.date_obs = DATE, .xposure = "0.04", .timeunit = "'d'"}, "TIMEUNIT", ""},
-        {{.date_obs = DATE, .exptime = "1", .trefpos = "'BARYCENTER'"}, "TREFPOS", ""},
-    };
+    } cases[] = {                  /* contradictions name both */
+                 {{.date_obs = DATE, .mjd_obs = "61832.5243", .exptime = "3600"}, "DATE-OBS", "MJD-OBS"},
+                 {{.date_obs = DATE, .mjd_obs = "61831.5", .exptime = "3600"}, "MJD-OBS", "DATE-OBS"},
+                 {{.date_beg = DATE, .date_obs = "'2028-03-01T13:06:00'", .exptime = "3600"}, "DATE-BEG", "DATE-OBS"},
+                 {{.date_avg = DATE, .date_obs = "'2028-03-01T12:35:56'", .exptime = "3600"}, "DATE-AVG", "DATE-OBS"},
+                 {{.date_avg = DATE, .mjd_end = "61830.5"}, "DATE-AVG", "MJD-END"},
+                 {{.date_beg = DATE, .date_end = "'2028-03-01T12:34:50'"}, "DATE-BEG", "DATE-END"},
+                 {{.date_beg = DATE, .date_end = "'2028-03-01T14:34:56'", .xposure = "3600"}, "DATE-BEG", "DATE-END"},
+                 {{.date_beg = DATE, .xposure = "3600", .exptime = "60"}, "XPOSURE", "EXPTIME"},
+                 {{.date_beg = DATE, .exptime = "46", .exposure = "0.000046"}, "EXPTIME", "EXPOSURE"},
+                 {{.date_beg = DATE, .telapse = "60", .xposure = "3600"}, "TELAPSE", "XPOSURE"},
+                 {{.date_obs = DATE, .time_obs = "'22:34:56'", .exptime = "10"}, "DATE-OBS", "DATE-OBS + TIME-OBS"},
+                 {{.date_obs = DAY, .time_obs = CLOCK, .ut = "'10:34:56'"}, "DATE-OBS + TIME-OBS", "DATE-OBS + UT"},
+                 {{.date_obs = "'2028-03-03'", .mjd_obs = "61831.5", .exptime = "3600"}, "MJD-OBS", "DATE-OBS"},
+                 {{.date_avg = DATE, .mjd_avg = "61831.5"}, "MJD-AVG", "DATE-AVG"},
+                 {{.date_obs = DAY, .ut = CLOCK, .timesys = "'TAI'"}, "UT", "TIMESYS"},
+                 /* a bare date */
+                 {{.date_obs = DAY, .exptime = "3600"}, "DATE-OBS", ""},
+                 {{.date_avg = "2028-061"}, "DATE-AVG", ""},
+                 {{.date_beg = DAY, .date_end = "'2028-03-02'"}, "DATE-BEG", ""},
+                 /* malformed values */
+                 {{.mjd_avg = "NaN"}, "MJD-AVG", ""},
+                 {{.mjd_avg = "'60000'"}, "MJD-AVG", ""},
+                 {{.mjd_end = "x", .date_obs = DATE, .exptime = "1"}, "MJD-END", ""},
+                 {{.date_avg = "'2028-03-01Z'"}, "DATE-AVG", ""},
+                 {{.date_avg = "'01/03/28'"}, "DATE-AVG", ""},
+                 {{.date_avg = ""}, "DATE-AVG", ""},
+                 {{.date_avg = "''"}, "DATE-AVG", ""},
+                 {{.date_avg = "'2028-03-01T12:00:00Z'", .timesys = "'TAI'"}, "DATE-AVG", ""},
+                 {{.date_avg = "'2028-03-01T12:00:00+02:00'"}, "DATE-AVG", ""},
+                 {{.date_obs = DAY, .time_obs = "12.5"}, "TIME-OBS", ""},
+                 {{.date_obs = DAY, .ut = "'12:34'"}, "UT", ""},
+                 {{.mjd_beg = "60000", .xposure = "-1E-9"}, "XPOSURE", ""},
+                 {{.mjd_beg = "60000", .xposure = "1000000000.1"}, "XPOSURE", ""},
+                 {{.mjd_beg = "60000", .telapse = "1e300"}, "TELAPSE", ""},
+                 {{.date_obs = DATE, .exptime = "NaN"}, "EXPTIME", ""},
+                 {{.date_beg = "'1972-01-01T00:00:00'", .date_end = "'2028-03-01T00:00:00'"}, "DATE-BEG", ""},
+                 {{.mjd_avg = "60000", .timesys = "'UT1'"}, "TIMESYS", ""},
+                 {{.mjd_avg = "60000", .timesys = "'UTC(NIST'"}, "TIMESYS", ""},
+                 {{.mjd_avg = "60000", .timesys = "'TCB'"}, "TIMESYS", ""},
+                 {{.mjd_avg = "60000", .timesys = "' TAI'"}, "TIMESYS", ""},
+                 {{.mjd_avg = "60000", .timesys = ""}, "TIMESYS", ""},
+                 {{.date_obs = DATE, .xposure = "0.04", .timeunit = "'d'"}, "TIMEUNIT", ""},
+                 {{.date_obs = DATE, .exptime = "1", .trefpos = "'BARYCENTER'"}, "TREFPOS", ""}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_ingest_header_time time;
         assert_refused(read(&cases[i].header, &time), TOLIMAN_E_FORMAT, cases[i].field);
@@ -199,10 +196,6 @@ TEST(expiry) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(times),
-        cmocka_unit_test(refused),
-        cmocka_unit_test(expiry),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(times), cmocka_unit_test(refused), cmocka_unit_test(expiry)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

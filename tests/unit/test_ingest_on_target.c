@@ -76,29 +76,27 @@ TEST(malformed_intervals) {
     const struct {
         const char *list, *text;
         double exposure_s;
-    } cases[] = {
-        {"null", whole, 100},
-        {"5", whole, 100},
-        {"{\"a\": 1}", whole, 100},
-        {"[]", whole, 100},
-        {"[1]", whole, 100},
-        {"[1, 2, 3]", whole, 100},
-        {"[[1, 2]]", whole, 100},
-        {many, whole, 100},
-        {"[1, \"2\"]", "on_target_s[1] must", 100},
-        {"[[1], [2]]", "on_target_s[0] must", 100},
-        {"[null, 2]", "on_target_s[0] must", 100},
-        {"[-1, 2]", "on_target_s[0] must", 100},
-        {"[1, 1]", "on_target_s[1] must", 100},
-        {"[2, 1]", "on_target_s[1] must", 100},
-        {"[1, 5, 4, 6]", "on_target_s[2] must", 100},
-        {"[1, 5, 5, 5]", "on_target_s[3] must", 100},
-        {"[1, 100.5]", "on_target_s[1] must", 100},
-        {"[101, 102]", "on_target_s[0] must", 100},
-        {"[1, 1e999]", "range of double", 100},
-        {"[0, 1], \"on_target_s\": [0, 1]", "duplicate", 100},
-        {"[0, 1]", "exposure_s", 0},
-    };
+    } cases[] = {{"null", whole, 100},
+                 {"5", whole, 100},
+                 {"{\"a\": 1}", whole, 100},
+                 {"[]", whole, 100},
+                 {"[1]", whole, 100},
+                 {"[1, 2, 3]", whole, 100},
+                 {"[[1, 2]]", whole, 100},
+                 {many, whole, 100},
+                 {"[1, \"2\"]", "on_target_s[1] must", 100},
+                 {"[[1], [2]]", "on_target_s[0] must", 100},
+                 {"[null, 2]", "on_target_s[0] must", 100},
+                 {"[-1, 2]", "on_target_s[0] must", 100},
+                 {"[1, 1]", "on_target_s[1] must", 100},
+                 {"[2, 1]", "on_target_s[1] must", 100},
+                 {"[1, 5, 4, 6]", "on_target_s[2] must", 100},
+                 {"[1, 5, 5, 5]", "on_target_s[3] must", 100},
+                 {"[1, 100.5]", "on_target_s[1] must", 100},
+                 {"[101, 102]", "on_target_s[0] must", 100},
+                 {"[1, 1e999]", "range of double", 100},
+                 {"[0, 1], \"on_target_s\": [0, 1]", "duplicate", 100},
+                 {"[0, 1]", "exposure_s", 0}};
     put_pixels(3 * FRAME_BYTES);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         remove(side_path);
@@ -179,36 +177,34 @@ TEST(leap_seconds_of_the_caller) {
 #define UTC "start_utc,end_utc\n"
 
 TEST(malformed_tables) {
-    const char *const bad[][2] = {
-        {"", "is empty"},
-        {"# nothing\n\n", "contains no window"},
-        {NS "# nothing\n", "contains no window"},
-        {"1,2\n", "day1:1: "},
-        {"#\nstart,end\n1,2\n", "day1:2: "},
-        {"start_tai_ns\n1\n", "day1:1: "},
-        {"start_tai_ns,end_tai_ns,flag\n1,2,3\n", "day1:1: "},
-        {"start_tai_ns,end_utc\n", "day1:1: "},
-        {"start_tai_ns,start_tai_ns\n", "day1:1: "},
-        {"start_tcb,end_tcb\n", "day1:1: "},
-        {"START_UTC,END_UTC\n", "day1:1: "},
-        {NS "1\n", "day1:2: "},
-        {NS "1,2,3\n", "day1:2: "},
-        {NS "1;2\n", "day1:2: "},
-        {NS "1,\n", "day1:2: "},
-        {NS "1e3,2e3\n", "day1:2: "},
-        {NS "1,9223372036854775808\n", "day1:2: "},
-        {NS "1,4102444800000000000\n", "day1:2: "},
-        {NS "-378691200000000001,1\n", "day1:2: "},
-        {NS "# y\n5,5\n", "day1:3: "},
-        {NS "5,4\n", "day1:2: "},
-        {NS "0,1000000000\n\n999999999,1500000000\n", "day1:4: "},
-        {NS "0,5\n-5,-1\n", "day1:3: "},
-        {NS "1,2\n" NS, "day1:3: "},
-        {UTC "2028-03-01,2028-03-02\n", "day1:2: "},
-        {UTC "2028-03-01T12:00:00,2028-02-30T12:00:00\n", "day1:2: "},
-        {UTC "1971-03-01T12:00:00,1973-02-20T12:00:00\n", "day1:2: "},
-        {"start_gps,end_gps\n2028-03-01T12:00:00,2028-03-01T12:00:01Z\n", "day1:2: "},
-    };
+    const char *const bad[][2] = {{"", "is empty"},
+                                  {"# nothing\n\n", "contains no window"},
+                                  {NS "# nothing\n", "contains no window"},
+                                  {"1,2\n", "day1:1: "},
+                                  {"#\nstart,end\n1,2\n", "day1:2: "},
+                                  {"start_tai_ns\n1\n", "day1:1: "},
+                                  {"start_tai_ns,end_tai_ns,flag\n1,2,3\n", "day1:1: "},
+                                  {"start_tai_ns,end_utc\n", "day1:1: "},
+                                  {"start_tai_ns,start_tai_ns\n", "day1:1: "},
+                                  {"start_tcb,end_tcb\n", "day1:1: "},
+                                  {"START_UTC,END_UTC\n", "day1:1: "},
+                                  {NS "1\n", "day1:2: "},
+                                  {NS "1,2,3\n", "day1:2: "},
+                                  {NS "1;2\n", "day1:2: "},
+                                  {NS "1,\n", "day1:2: "},
+                                  {NS "1e3,2e3\n", "day1:2: "},
+                                  {NS "1,9223372036854775808\n", "day1:2: "},
+                                  {NS "1,4102444800000000000\n", "day1:2: "},
+                                  {NS "-378691200000000001,1\n", "day1:2: "},
+                                  {NS "# y\n5,5\n", "day1:3: "},
+                                  {NS "5,4\n", "day1:2: "},
+                                  {NS "0,1000000000\n\n999999999,1500000000\n", "day1:4: "},
+                                  {NS "0,5\n-5,-1\n", "day1:3: "},
+                                  {NS "1,2\n" NS, "day1:3: "},
+                                  {UTC "2028-03-01,2028-03-02\n", "day1:2: "},
+                                  {UTC "2028-03-01T12:00:00,2028-02-30T12:00:00\n", "day1:2: "},
+                                  {UTC "1971-03-01T12:00:00,1973-02-20T12:00:00\n", "day1:2: "},
+                                  {"start_gps,end_gps\n2028-03-01T12:00:00,2028-03-01T12:00:01Z\n", "day1:2: "}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         size_t count = 77;
         put_table(bad[i][0]);
@@ -232,7 +228,6 @@ TEST(wrong_arguments) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         WITH_PAIR(intervals_of_frames),        WITH_PAIR(malformed_intervals), WITH_PAIR(tables),
-        WITH_PAIR(leap_seconds_of_the_caller), WITH_PAIR(malformed_tables),    cmocka_unit_test(wrong_arguments),
-    };
+        WITH_PAIR(leap_seconds_of_the_caller), WITH_PAIR(malformed_tables),    cmocka_unit_test(wrong_arguments)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -62,43 +62,41 @@ TEST(constants) {
         const char *text;
         int32_t format, scale;
         int64_t tai_ns;
-    } cases[] = {
-        {"2028-03-01T12:00:00", ISO, UTC, 1835524837000000000},
-        {"2028-03-01T12:00:00Z", ISO, UTC, 1835524837000000000},
-        {"2028-03-01T12:00:00+00:00", ISO, UTC, 1835524837000000000},
-        {"2028-03-01T12:00:00-00:00", ISO, UTC, 1835524837000000000},
-        {"2028-03-01 12:00:00+0000", ISO, UTC, 1835524837000000000},
-        {"2028-03-01 12:00:00.000-00", ISO, UTC, 1835524837000000000},
-        {"2028-03-01 12:00:00", ISO, UTC, 1835524837000000000},
-        {"2028-061T12:00:00", ISO, UTC, 1835524837000000000},
-        {"2028-061 12:00:00.Z", ISO, UTC, 1835524837000000000},
-        {"2028-061", ISO, TAI, 1835481600000000000},
-        {"2016-366T23:59:60", ISO, UTC, 1483228836000000000},
-        {"2028-03-01T12:00:00", ISO, TAI, 1835524800000000000},
-        {"2028-03-01T12:00:00", ISO, TT, 1835524767816000000},
-        {"2028-03-01T12:00:00", ISO, TDB, 1835524767816000000},
-        {"2028-03-01T12:00:00", ISO, GPS, 1835524819000000000},
-        {"2016-12-31T23:59:59", ISO, UTC, 1483228835000000000},
-        {"2016-12-31T23:59:60", ISO, UTC, 1483228836000000000},
-        {"2016-12-31T23:59:60.5", ISO, UTC, 1483228836500000000},
-        {"2016-12-31T23:59:60.9999999999", ISO, UTC, 1483228836999999999},
-        {"2017-01-01", ISO, UTC, 1483228837000000000},
-        {"2017-01-01T00:00:00.", ISO, UTC, 1483228837000000000},
-        {"57753.5", MJD, UTC, 1483185636500000000}, /* of a day of 86,401 s */
-        {"57753.25", MJD, TAI, 1483164000000000000},
-        {"+5.775325E4", MJD, TAI, 1483164000000000000},
-        {"577532.5d-1", MJD, TAI, 1483164000000000000},
-        {"0.000005775325e+10", MJD, TAI, 1483164000000000000},
-        {"60000.123456789", MJD, TT, 1677293834482569600},
-        {"2457754.25", JD, UTC, 1483207236750000000},
-        {"2457754.25", JD, TT, 1483207167816000000},
-        {"2457754.25", JD, GPS, 1483207219000000000},
-        {"1972-01-01", ISO, UTC, 63072010000000000},
-        {"1958-01-01", ISO, TAI, -378691200000000000},
-        {"2436204.5", JD, TAI, -378691200000000000},
-        {"2099-12-31T23:59:59.999999999", ISO, UTC, 4102444836999999999},
-        {"88068.99999999999999999999", MJD, TAI, 4102444800000000000},
-    };
+    } cases[] = {{"2028-03-01T12:00:00", ISO, UTC, 1835524837000000000},
+                 {"2028-03-01T12:00:00Z", ISO, UTC, 1835524837000000000},
+                 {"2028-03-01T12:00:00+00:00", ISO, UTC, 1835524837000000000},
+                 {"2028-03-01T12:00:00-00:00", ISO, UTC, 1835524837000000000},
+                 {"2028-03-01 12:00:00+0000", ISO, UTC, 1835524837000000000},
+                 {"2028-03-01 12:00:00.000-00", ISO, UTC, 1835524837000000000},
+                 {"2028-03-01 12:00:00", ISO, UTC, 1835524837000000000},
+                 {"2028-061T12:00:00", ISO, UTC, 1835524837000000000},
+                 {"2028-061 12:00:00.Z", ISO, UTC, 1835524837000000000},
+                 {"2028-061", ISO, TAI, 1835481600000000000},
+                 {"2016-366T23:59:60", ISO, UTC, 1483228836000000000},
+                 {"2028-03-01T12:00:00", ISO, TAI, 1835524800000000000},
+                 {"2028-03-01T12:00:00", ISO, TT, 1835524767816000000},
+                 {"2028-03-01T12:00:00", ISO, TDB, 1835524767816000000},
+                 {"2028-03-01T12:00:00", ISO, GPS, 1835524819000000000},
+                 {"2016-12-31T23:59:59", ISO, UTC, 1483228835000000000},
+                 {"2016-12-31T23:59:60", ISO, UTC, 1483228836000000000},
+                 {"2016-12-31T23:59:60.5", ISO, UTC, 1483228836500000000},
+                 {"2016-12-31T23:59:60.9999999999", ISO, UTC, 1483228836999999999},
+                 {"2017-01-01", ISO, UTC, 1483228837000000000},
+                 {"2017-01-01T00:00:00.", ISO, UTC, 1483228837000000000},
+                 {"57753.5", MJD, UTC, 1483185636500000000}, /* of a day of 86,401 s */
+                 {"57753.25", MJD, TAI, 1483164000000000000},
+                 {"+5.775325E4", MJD, TAI, 1483164000000000000},
+                 {"577532.5d-1", MJD, TAI, 1483164000000000000},
+                 {"0.000005775325e+10", MJD, TAI, 1483164000000000000},
+                 {"60000.123456789", MJD, TT, 1677293834482569600},
+                 {"2457754.25", JD, UTC, 1483207236750000000},
+                 {"2457754.25", JD, TT, 1483207167816000000},
+                 {"2457754.25", JD, GPS, 1483207219000000000},
+                 {"1972-01-01", ISO, UTC, 63072010000000000},
+                 {"1958-01-01", ISO, TAI, -378691200000000000},
+                 {"2436204.5", JD, TAI, -378691200000000000},
+                 {"2099-12-31T23:59:59.999999999", ISO, UTC, 4102444836999999999},
+                 {"88068.99999999999999999999", MJD, TAI, 4102444800000000000}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         if (parsed(cases[i].text, cases[i].format, cases[i].scale) != cases[i].tai_ns)
             fail_msg("%s: %" PRId64, cases[i].text, parsed(cases[i].text, cases[i].format, cases[i].scale));
@@ -242,8 +240,7 @@ TEST(malformed_texts) {
         {MJD,
          TAI,
          {"", ".", "-", "NaN", "inf", "60000,5", "60000.5.5", "60000E", "60000e+", "60000e1x", " 60000", "0x10"}},
-        {JD, TT, {"", "2028-01-01", "2460000.5 "}},
-    };
+        {JD, TT, {"", "2028-01-01", "2460000.5 "}}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         for (size_t k = 0; k < 20 && cases[i].texts[k] != NULL; k++) {
             int64_t tai_ns = -7;
@@ -269,24 +266,22 @@ TEST(range_ends) {
     const struct {
         const char *text;
         int32_t format, scale;
-    } cases[] = {
-        {"1957-12-31T23:59:59.999999999", ISO, TAI},
-        {"1971-12-31T23:59:59", ISO, UTC},
-        {"2100-01-01", ISO, TT},
-        {"0000-01-01", ISO, TAI},
-        {"9999-12-31", ISO, TAI},
-        {"36203.999999999", MJD, TAI},
-        {"88069", MJD, TAI},
-        {"41316.999", MJD, UTC},
-        {"2436204.49999", JD, TAI},
-        {"2488069.5", JD, TAI},
-        {"-60000", MJD, TAI},
-        {"1e99999999", MJD, TAI},
-        {"60000", JD, TAI},
-        {"-1e-99999", MJD, TAI},
-        {"1e-30", JD, TAI},
-        {"999999999999999999999999999", MJD, TAI},
-    };
+    } cases[] = {{"1957-12-31T23:59:59.999999999", ISO, TAI},
+                 {"1971-12-31T23:59:59", ISO, UTC},
+                 {"2100-01-01", ISO, TT},
+                 {"0000-01-01", ISO, TAI},
+                 {"9999-12-31", ISO, TAI},
+                 {"36203.999999999", MJD, TAI},
+                 {"88069", MJD, TAI},
+                 {"41316.999", MJD, UTC},
+                 {"2436204.49999", JD, TAI},
+                 {"2488069.5", JD, TAI},
+                 {"-60000", MJD, TAI},
+                 {"1e99999999", MJD, TAI},
+                 {"60000", JD, TAI},
+                 {"-1e-99999", MJD, TAI},
+                 {"1e-30", JD, TAI},
+                 {"999999999999999999999999999", MJD, TAI}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         int64_t tai_ns = -7;
         assert_refused(toliman_ingest_parse_time(cases[i].text, cases[i].format, cases[i].scale, NULL, 0, &tai_ns),
@@ -378,8 +373,7 @@ TEST(leap_second_files) {
         {LIST "\n" HASH, "its hash (#h) is not that"},
         {SEALED "#h 49db2447 571e5e1b 2f002a53 9c8da8e4", "table:32: "},
         {SEALED "#h 49db2447 571e5e1b 2f002a53 9c8da8e4 39b8e49g", "table:32: "},
-        {SEALED HASH " 1", "table:32: "},
-    };
+        {SEALED HASH " 1", "table:32: "}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         write_file(bad[i][0]);
         count = 77;
@@ -417,24 +411,22 @@ TEST(clock_tables) {
         assert_true(clock[0] == 0 && clock[1] == 5 && clock[2] == 1000 && clock[3] == 1005);
         assert_string_equal(warning, "");
     }
-    const char *const bad[][2] = {
-        {"", "is empty"},
-        {"# y\n", "contains no pair"},
-        {"camera_ns,tai_ns\n", "contains no pair"},
-        {"\ntai_ns,camera_ns\n0,5\n", "table:2: "},
-        {"#\nns,tai_ns\n0,5\n", "table:2: "},
-        {"# y\ncamera_s,tai_s\n0,5\n", "table:2: "},
-        {"\n,\n", "table:2: "},
-        {"0,5\ncamera_ns,tai_ns\n", "table:2: "},
-        {"0,5\n6\n", "table:2: "},
-        {"0,5,7\n", "table:1: "},
-        {"0,1e9\n", "table:1: "},
-        {"0,9223372036854775808\n", "table:1: "},
-        {"# y\n0,5\n\n7,5\n", "table:4: "},
-        {"5,1\n5,2\n", "table:2: "},
-        {"5,1\n4,2\n", "table:2: "},
-        {"-4611686018427387904,0\n1,9\n", "by 2^62 ns at most"},
-    };
+    const char *const bad[][2] = {{"", "is empty"},
+                                  {"# y\n", "contains no pair"},
+                                  {"camera_ns,tai_ns\n", "contains no pair"},
+                                  {"\ntai_ns,camera_ns\n0,5\n", "table:2: "},
+                                  {"#\nns,tai_ns\n0,5\n", "table:2: "},
+                                  {"# y\ncamera_s,tai_s\n0,5\n", "table:2: "},
+                                  {"\n,\n", "table:2: "},
+                                  {"0,5\ncamera_ns,tai_ns\n", "table:2: "},
+                                  {"0,5\n6\n", "table:2: "},
+                                  {"0,5,7\n", "table:1: "},
+                                  {"0,1e9\n", "table:1: "},
+                                  {"0,9223372036854775808\n", "table:1: "},
+                                  {"# y\n0,5\n\n7,5\n", "table:4: "},
+                                  {"5,1\n5,2\n", "table:2: "},
+                                  {"5,1\n4,2\n", "table:2: "},
+                                  {"-4611686018427387904,0\n1,9\n", "by 2^62 ns at most"}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         size_t points = 77;
         write_file(bad[i][0]);
@@ -465,19 +457,17 @@ TEST(rates_of_clocks) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(latest_day_of_utc),
-        cmocka_unit_test(constants),
-        cmocka_unit_test(every_nanosecond_is_exact),
-        cmocka_unit_test(leap_seconds),
-        cmocka_unit_test(tables_of_the_caller),
-        cmocka_unit_test(malformed_texts),
-        cmocka_unit_test(offsets_from_utc),
-        cmocka_unit_test(range_ends),
-        cmocka_unit_test(wrong_arguments),
-        cmocka_unit_test_setup_teardown(leap_second_files, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(clock_tables, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(rates_of_clocks, set_up, tear_down),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(latest_day_of_utc),
+                                       cmocka_unit_test(constants),
+                                       cmocka_unit_test(every_nanosecond_is_exact),
+                                       cmocka_unit_test(leap_seconds),
+                                       cmocka_unit_test(tables_of_the_caller),
+                                       cmocka_unit_test(malformed_texts),
+                                       cmocka_unit_test(offsets_from_utc),
+                                       cmocka_unit_test(range_ends),
+                                       cmocka_unit_test(wrong_arguments),
+                                       cmocka_unit_test_setup_teardown(leap_second_files, set_up, tear_down),
+                                       cmocka_unit_test_setup_teardown(clock_tables, set_up, tear_down),
+                                       cmocka_unit_test_setup_teardown(rates_of_clocks, set_up, tear_down)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -61,10 +61,8 @@ TEST(field_of_the_last_failure_of_the_thread) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(files),
-        cmocka_unit_test(field_of_the_last_failure_of_the_thread),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(files),
+                                       cmocka_unit_test(field_of_the_last_failure_of_the_thread)};
     const int file = mkstemp(path);
     if (file < 0)
         return 1;

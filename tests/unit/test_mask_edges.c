@@ -253,24 +253,21 @@ TEST(refusals) {
         {"\"spiral\", \"shift_m\": [0, 1e300]", "mask.shift_m[1] = 1e+300: must be in [-0.1, 0.1] m"},
         {"\"file\", \"edges\": \"area\"", "telescope.mask.edges: needs kind \"spiral\""},
         {"\"file\", \"rotation_deg\": 1", "telescope.mask.rotation_deg: needs kind \"spiral\""},
-        {"\"clear\", \"shift_m\": [0, 0]", "telescope.mask.shift_m: needs kind \"spiral\""},
-    };
+        {"\"clear\", \"shift_m\": [0, 0]", "telescope.mask.shift_m: needs kind \"spiral\""}};
     char *const text = replaced(kBinaryScene, "\"edges\": \"cell\", ", "");
     check_additions(text, "\"spiral\"", "%s", cases, sizeof cases / sizeof *cases);
     free(text);
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(straight_edges_cover_exact_areas),
-        cmocka_unit_test(discs_cover_their_area),
-        cmocka_unit_test(right_angles_rotate_the_cells),
-        cmocka_unit_test(whole_cells_shift_the_cells),
-        cmocka_unit_test(defaults_change_nothing),
-        cmocka_unit_test(transmissions_are_averaged),
-        cmocka_unit_test(area_is_smooth_in_rotation),
-        cmocka_unit_test(both_engines_average),
-        cmocka_unit_test(refusals),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(straight_edges_cover_exact_areas),
+                                       cmocka_unit_test(discs_cover_their_area),
+                                       cmocka_unit_test(right_angles_rotate_the_cells),
+                                       cmocka_unit_test(whole_cells_shift_the_cells),
+                                       cmocka_unit_test(defaults_change_nothing),
+                                       cmocka_unit_test(transmissions_are_averaged),
+                                       cmocka_unit_test(area_is_smooth_in_rotation),
+                                       cmocka_unit_test(both_engines_average),
+                                       cmocka_unit_test(refusals)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

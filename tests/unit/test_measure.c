@@ -177,21 +177,19 @@ TEST(bad_series_are_refused) {
     const struct {
         toliman_measure_data data;
         const char *message;
-    } cases[] = {
-        {{.kind = 7, .n = N, .t = kTimes, .y = kValues}, "data->kind"},
-        {{.n = N, .y = kValues}, "data->t"},
-        {{.n = N, .t = kTimes}, "data->y"},
-        {{.n = N, .t = bad, .y = kValues}, "t[1]"},
-        {{.n = N, .t = kTimes, .y = bad}, "y[1]"},
-        {{.n = N, .t = kTimes, .y = kValues, .sigma = zero}, "sigma[2]"},
-        {{.kind = TOLIMAN_MEASURE_SEPARATION, .n = N, .t = kTimes, .y = zero}, "y[2]"},
-        {{.n = N, .t = kTimes, .y = kValues, .unit = -1}, "unit"},
-        {{.n = N, .t = kTimes, .y = kValues, .time_unit_days = NAN}, "data->time_unit_days"},
-        {{.n = N, .t = kTimes, .y = kValues, .frame_chi_square = -1}, "data->frame_chi_square"},
-        {{.n = N, .y = kValues, .intervals = near}, "intervals"},
-        {{.kind = TOLIMAN_MEASURE_VELOCITY, .n = N, .t = kTimes, .y = kValues, .position_angle_deg = kTimes},
-         "data->position_angle_deg"},
-    };
+    } cases[] = {{{.kind = 7, .n = N, .t = kTimes, .y = kValues}, "data->kind"},
+                 {{.n = N, .y = kValues}, "data->t"},
+                 {{.n = N, .t = kTimes}, "data->y"},
+                 {{.n = N, .t = bad, .y = kValues}, "t[1]"},
+                 {{.n = N, .t = kTimes, .y = bad}, "y[1]"},
+                 {{.n = N, .t = kTimes, .y = kValues, .sigma = zero}, "sigma[2]"},
+                 {{.kind = TOLIMAN_MEASURE_SEPARATION, .n = N, .t = kTimes, .y = zero}, "y[2]"},
+                 {{.n = N, .t = kTimes, .y = kValues, .unit = -1}, "unit"},
+                 {{.n = N, .t = kTimes, .y = kValues, .time_unit_days = NAN}, "data->time_unit_days"},
+                 {{.n = N, .t = kTimes, .y = kValues, .frame_chi_square = -1}, "data->frame_chi_square"},
+                 {{.n = N, .y = kValues, .intervals = near}, "intervals"},
+                 {{.kind = TOLIMAN_MEASURE_VELOCITY, .n = N, .t = kTimes, .y = kValues, .position_angle_deg = kTimes},
+                  "data->position_angle_deg"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_measure_data data = cases[i].data;
         data.struct_size = sizeof data;
@@ -201,11 +199,11 @@ TEST(bad_series_are_refused) {
         const char *text;
         int32_t status;
         const char *message;
-    } texts[] = {
-        {"", TOLIMAN_E_FORMAT, "s.csv"},          {"t,y\n", TOLIMAN_E_FORMAT, "s.csv"},
-        {"1,2\nx,3\n", TOLIMAN_E_FORMAT, "t"},    {"a,b\n1,2\n", TOLIMAN_E_MISMATCH, "t"},
-        {"\x93NUMPY", TOLIMAN_E_FORMAT, "s.csv"},
-    };
+    } texts[] = {{"", TOLIMAN_E_FORMAT, "s.csv"},
+                 {"t,y\n", TOLIMAN_E_FORMAT, "s.csv"},
+                 {"1,2\nx,3\n", TOLIMAN_E_FORMAT, "t"},
+                 {"a,b\n1,2\n", TOLIMAN_E_MISMATCH, "t"},
+                 {"\x93NUMPY", TOLIMAN_E_FORMAT, "s.csv"}};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
         assert_refused(load(texts[i].text, strlen(texts[i].text), NULL, &made), texts[i].status, texts[i].message);
     const toliman_measure_options long_ones = {.struct_size = sizeof long_ones, .exposure_s = 1e9};
@@ -246,11 +244,8 @@ TEST(bad_series_are_refused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_source_gives_the_same_numbers),
-        cmocka_unit_test(times_are_those_of_the_exposures),
-        cmocka_unit_test(functions_are_polynomials_and_columns),
-        cmocka_unit_test(a_reduction_adds_its_functions),
-        cmocka_unit_test(bad_series_are_refused),
-    };
+        cmocka_unit_test(every_source_gives_the_same_numbers), cmocka_unit_test(times_are_those_of_the_exposures),
+        cmocka_unit_test(functions_are_polynomials_and_columns), cmocka_unit_test(a_reduction_adds_its_functions),
+        cmocka_unit_test(bad_series_are_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

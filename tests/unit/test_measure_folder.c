@@ -130,14 +130,12 @@ TEST(options_of_files_are_refused) {
     const struct {
         toliman_measure_options options;
         const char *message;
-    } cases[] = {
-        {{.columns = "t,y"}, "options->columns"},
-        {{.time_scale = TOLIMAN_INGEST_SCALE_TAI}, "options->time_scale"},
-        {{.exposure_s = 1}, "options->exposure_s"},
-        {{.kind = TOLIMAN_MEASURE_VELOCITY}, "options->kind"},
-        {{.unit = -1}, "options->unit"},
-        {{.unit = 2}, "options->unit"},
-    };
+    } cases[] = {{{.columns = "t,y"}, "options->columns"},
+                 {{.time_scale = TOLIMAN_INGEST_SCALE_TAI}, "options->time_scale"},
+                 {{.exposure_s = 1}, "options->exposure_s"},
+                 {{.kind = TOLIMAN_MEASURE_VELOCITY}, "options->kind"},
+                 {{.unit = -1}, "options->unit"},
+                 {{.unit = 2}, "options->unit"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_measure_options options = cases[i].options;
         options.struct_size = sizeof options;
@@ -153,7 +151,6 @@ int main(void) {
         cmocka_unit_test_setup_teardown(separations_reduce_to_the_values, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_tracker_in_memory_leaves_lists_out, set_up, tear_down),
         cmocka_unit_test_setup_teardown(times_are_those_of_a_new_clock, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(options_of_files_are_refused, set_up, tear_down),
-    };
+        cmocka_unit_test_setup_teardown(options_of_files_are_refused, set_up, tear_down)};
     return cmocka_run_group_tests(tests, make_skies, destroy_skies);
 }

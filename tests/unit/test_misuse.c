@@ -250,8 +250,7 @@ static const struct {
     DESTROYS(toliman_series, toliman_series_destroy),
     DESTROYS(toliman_sim, toliman_sim_destroy),
     DESTROYS(toliman_sky, toliman_sky_destroy),
-    DESTROYS(toliman_track, toliman_track_destroy),
-};
+    DESTROYS(toliman_track, toliman_track_destroy)};
 
 TEST(functions_without_status_check_their_object) {
     toliman_sky *sky = NULL;
@@ -324,16 +323,14 @@ TEST(newer_options_are_refused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pushes_of_many_threads_exclude_each_other),
-        cmocka_unit_test(callback_may_read_while_a_const_call_runs),
-        cmocka_unit_test(callback_cannot_use_what_is_being_trained),
-        cmocka_unit_test(tracker_cannot_be_read_while_it_changes),
-        cmocka_unit_test(pointer_to_another_type_is_refused),
-        cmocka_unit_test(functions_without_status_check_their_object),
-        cmocka_unit_test(destroyed_object_is_refused),
-        cmocka_unit_test(counts_beyond_memory_are_refused),
-        cmocka_unit_test(newer_options_are_refused),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(pushes_of_many_threads_exclude_each_other),
+                                       cmocka_unit_test(callback_may_read_while_a_const_call_runs),
+                                       cmocka_unit_test(callback_cannot_use_what_is_being_trained),
+                                       cmocka_unit_test(tracker_cannot_be_read_while_it_changes),
+                                       cmocka_unit_test(pointer_to_another_type_is_refused),
+                                       cmocka_unit_test(functions_without_status_check_their_object),
+                                       cmocka_unit_test(destroyed_object_is_refused),
+                                       cmocka_unit_test(counts_beyond_memory_are_refused),
+                                       cmocka_unit_test(newer_options_are_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
