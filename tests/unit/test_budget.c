@@ -1,6 +1,7 @@
 /* Tests error budgets against the Fisher matrix of the derivative images, in long double. */
 #include <toliman/budget.h>
 
+#include "invert.h"
 #include "scene_text.h"
 
 enum { PIXELS = 64 * 64, FREE = 4, ROWS = 100 };
@@ -9,24 +10,6 @@ static const char kFree[] = "flux_a,scale  shift_x shift_y";
 /* The separation, then the free parameters; scale is of the instrument, the others are of a frame. */
 static const int32_t kKinds[FREE + 1] = {TOLIMAN_SIM_IMAGE_SEPARATION, TOLIMAN_SIM_IMAGE_STAR_A,
                                          TOLIMAN_SIM_IMAGE_SCALE, TOLIMAN_SIM_IMAGE_SHIFT_X, TOLIMAN_SIM_IMAGE_SHIFT_Y};
-
-/* Inverts a symmetric positive definite matrix by Gauss-Jordan elimination. */
-static void invert(size_t n, long double *matrix) {
-    for (size_t k = 0; k < n; k++) {
-        const long double pivot = matrix[k * n + k];
-        matrix[k * n + k] = 1;
-        for (size_t j = 0; j < n; j++)
-            matrix[k * n + j] /= pivot;
-        for (size_t i = 0; i < n; i++) {
-            if (i == k)
-                continue;
-            const long double factor = matrix[i * n + k];
-            matrix[i * n + k] = 0;
-            for (size_t j = 0; j < n; j++)
-                matrix[i * n + j] -= factor * matrix[k * n + j];
-        }
-    }
-}
 
 static long double weighted(const double *a, const double *b, const double *variance) {
     long double sum = 0;

@@ -170,7 +170,7 @@ TEST(bad_frames_and_predictions_are_refused) {
                  {{.separation_px = 20, .position_angle_deg = NAN},
                   "predictions->position_angle_deg",
                   "prediction->position_angle_deg"},
-                 {{.x_px = 1e6}, "predictions", "prediction"},
+                 {{.x_px = 1e6}, "prediction", "prediction"},
                  {{.struct_size = 4}, "predictions->struct_size", "prediction->struct_size"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_fit_prediction prediction = cases[i].prediction;

@@ -180,7 +180,7 @@ TEST(bad_windows_are_refused) {
     const struct {
         double starts[2];
         size_t count;
-        const char *message;
+        const char *field;
     } cases[] = {{{0, 1}, 0, "count"},
                  {{0, 0}, 2, "first_days[1]"},
                  {{5, 2}, 2, "first_days[1]"},
@@ -189,7 +189,7 @@ TEST(bad_windows_are_refused) {
     const toliman_sim *const *const given = (const toliman_sim *const *)sims;
     toliman_fit *made = NULL;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
-        assert_invalid(toliman_fit_create(given, cases[i].starts, cases[i].count, NULL, &made), cases[i].message);
+        assert_invalid(toliman_fit_create(given, cases[i].starts, cases[i].count, NULL, &made), cases[i].field);
     const toliman_sim *const missing[] = {sims[0], NULL};
     assert_invalid(toliman_fit_create(missing, kStarts, 2, NULL, &made), "sims[1]");
     assert_invalid(toliman_fit_create(NULL, kStarts, 2, NULL, &made), "sims");

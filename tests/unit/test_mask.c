@@ -234,7 +234,7 @@ TEST(scenes_with_files_of_the_pupil) {
     toliman_mask_destroy(made);
     made = NULL;
     assert_int_equal(unlink(path_of("amplitude.npy")), 0);
-    assert_fails(toliman_mask_create(sim, NULL, &made), TOLIMAN_E_NOT_FOUND, "amplitude.npy");
+    assert_refused(toliman_mask_create(sim, NULL, &made), TOLIMAN_E_NOT_FOUND, path_of("amplitude.npy"));
     assert_null(made);
     toliman_sim_destroy(sim), free(text);
 }
@@ -250,7 +250,6 @@ TEST(refusals) {
     options = options_of(1, 1, 1);
     options.free = "flux_a separation";
     assert_invalid(toliman_mask_create(sim, &options, &mask), "options->free");
-    assert_string_equal(toliman_last_error_field(), "options->free");
     assert_invalid(toliman_mask_create(NULL, NULL, &mask), "sim");
     assert_invalid(toliman_mask_create(sim, NULL, NULL), "out");
     assert_invalid(toliman_mask_get_info(NULL, &info), "mask");
@@ -259,21 +258,19 @@ TEST(refusals) {
     mask = design(sim, options_of(1, 1, 1));
     assert_invalid(toliman_mask_get_descent(mask, 0, few), "count");
     assert_invalid(toliman_mask_get_cells(mask, 1, few), "side");
-    assert_refused(toliman_mask_get_place(mask, 1, &info), TOLIMAN_E_RANGE, "place");
-    assert_refused(toliman_mask_get_place(mask, -1, &info), TOLIMAN_E_RANGE, "place");
-    toliman_mask_destroy(mask);
+    for (int place = -1; place < 2; place += 2)
+        assert_refused(toliman_mask_get_place(mask, place, &info), TOLIMAN_E_RANGE, "place");
+    toliman_mask_destroy(mask), toliman_mask_destroy(NULL), toliman_sim_destroy(sim);
     mask = NULL;
-    toliman_mask_destroy(NULL), toliman_sim_destroy(sim);
 
-    toliman_sim_options fft = TOLIMAN_SIM_OPTIONS_INIT;
+    const toliman_sim_options fft = {.struct_size = sizeof fft, .engine = TOLIMAN_SIM_ENGINE_PADDED_FFT};
     toliman_sim *padded = NULL;
-    fft.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     assert_ok(toliman_sim_create_json(kSingleScene, strlen(kSingleScene), NULL, &fft, &padded));
     assert_refused(toliman_mask_create(padded, NULL, &mask), TOLIMAN_E_UNSUPPORTED, "sim");
     toliman_sim_destroy(padded);
 
     toliman_sim *const pixel = sim_with(kSingleScene, "[32, 32]", "[1, 1]"); /* one number, eight unknown */
-    assert_fails(toliman_mask_create(pixel, NULL, &mask), TOLIMAN_E_SCENE, "the separation has no Cramer-Rao bound");
+    assert_refused(toliman_mask_create(pixel, NULL, &mask), TOLIMAN_E_SCENE, "");
     toliman_sim_destroy(pixel);
     assert_null(mask);
 }

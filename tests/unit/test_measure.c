@@ -176,7 +176,7 @@ TEST(bad_series_are_refused) {
     const int64_t near[2 * N] = {12345, 12346, 12347, 12348, 12349, 12350, 12351, 12352};
     const struct {
         toliman_measure_data data;
-        const char *message;
+        const char *field;
     } cases[] = {{{.kind = 7, .n = N, .t = kTimes, .y = kValues}, "data->kind"},
                  {{.n = N, .y = kValues}, "data->t"},
                  {{.n = N, .t = kTimes}, "data->y"},
@@ -193,19 +193,20 @@ TEST(bad_series_are_refused) {
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_measure_data data = cases[i].data;
         data.struct_size = sizeof data;
-        assert_invalid(toliman_measure_create(&data, &made), cases[i].message);
+        assert_invalid(toliman_measure_create(&data, &made), cases[i].field);
     }
     const struct {
         const char *text;
         int32_t status;
-        const char *message;
+        const char *field;
     } texts[] = {{"", TOLIMAN_E_FORMAT, "s.csv"},
                  {"t,y\n", TOLIMAN_E_FORMAT, "s.csv"},
                  {"1,2\nx,3\n", TOLIMAN_E_FORMAT, "t"},
                  {"a,b\n1,2\n", TOLIMAN_E_MISMATCH, "t"},
                  {"\x93NUMPY", TOLIMAN_E_FORMAT, "s.csv"}};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
-        assert_refused(load(texts[i].text, strlen(texts[i].text), NULL, &made), texts[i].status, texts[i].message);
+        assert_refused(load(texts[i].text, strlen(texts[i].text), NULL, &made), texts[i].status, texts[i].field);
+    assert_fails(load("1,2\nx,3\n", 8, NULL, &made), TOLIMAN_E_FORMAT, "s.csv:2: ");
     const toliman_measure_options long_ones = {.struct_size = sizeof long_ones, .exposure_s = 1e9};
     assert_invalid(load("1,2\n", 4, &long_ones, &made), "options->exposure_s");
     const toliman_measure_options undated = {.struct_size = sizeof undated, .exposure_s = 60};

@@ -129,7 +129,7 @@ TEST(options_of_files_are_refused) {
     toliman_measure *made = NULL;
     const struct {
         toliman_measure_options options;
-        const char *message;
+        const char *field;
     } cases[] = {{{.columns = "t,y"}, "options->columns"},
                  {{.time_scale = TOLIMAN_INGEST_SCALE_TAI}, "options->time_scale"},
                  {{.exposure_s = 1}, "options->exposure_s"},
@@ -139,9 +139,9 @@ TEST(options_of_files_are_refused) {
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_measure_options options = cases[i].options;
         options.struct_size = sizeof options;
-        assert_invalid(toliman_measure_load_file(folder, &options, &made), cases[i].message);
+        assert_invalid(toliman_measure_load_file(folder, &options, &made), cases[i].field);
     }
-    assert_fails(toliman_measure_load_file("/tmp", NULL, &made), TOLIMAN_E_NOT_FOUND, "/tmp: has no ledger of frames");
+    assert_refused(toliman_measure_load_file("/tmp", NULL, &made), TOLIMAN_E_NOT_FOUND, "/tmp");
     assert_null(made);
 }
 
