@@ -13,8 +13,9 @@
 
 #include <toliman/base.h>
 
-/* Begins a test of the list of main, which does not use the state of CMocka. */
+/* Begin a test of the list of main, and its set-up or tear-down; they do not use the state of CMocka. */
 #define TEST(name) static void name(void **unused_ __attribute__((unused)))
+#define FIXTURE(name) static int name(void **unused_ __attribute__((unused)))
 
 /* |actual - expected| <= atol + rtol |expected|; NaN fails. */
 #define assert_close(actual, expected, rtol, atol)                                                                     \

@@ -63,6 +63,12 @@ static inline toliman_cae *make_cae(const toliman_sim *sim, uint64_t seed, uint3
     return cae;
 }
 
+static inline toliman_cae_info cae_info_of(const toliman_cae *cae) {
+    toliman_cae_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_cae_get_info(cae, NULL, &info));
+    return info;
+}
+
 static inline double *new_image(size_t pixels) {
     double *image = malloc(pixels * sizeof *image);
     assert_non_null(image);

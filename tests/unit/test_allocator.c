@@ -154,8 +154,7 @@ static const struct kind {
              {"track with a folder", track_folder_in, DESTROYS(track), TRACKED * 24 + FREQUENCIES * 100}};
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     void *made[6] = {NULL};
     make_folder(folder, sizeof folder);
     assert_ok(sim_in(NULL, &made[0]));
@@ -187,8 +186,7 @@ static int set_up(void **unused) {
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     unlink(weights_file);
     unlink(state_file);
     unlink(bank_file);
@@ -275,18 +273,17 @@ TEST(memory_belongs_to_its_object) {
 
 TEST(halves_of_an_allocator_are_refused) {
     arena memory = {.fails_at = SIZE_MAX};
+    const toliman_allocator whole = allocator_of(&memory);
+    const struct {
+        toliman_allocator allocator;
+        const char *field;
+    } cases[] = {{{sizeof whole, 0, whole.allocate, NULL, &memory}, "allocator->release"},
+                 {{sizeof whole, 0, NULL, whole.release, &memory}, "allocator->allocate"},
+                 {{sizeof whole, 1, whole.allocate, whole.release, &memory}, "allocator->reserved"},
+                 {{4, 0, whole.allocate, whole.release, &memory}, "allocator->struct_size"}};
     void *made = NULL;
-    toliman_allocator allocator = allocator_of(&memory);
-    allocator.release = NULL;
-    assert_invalid(period_in(&allocator, &made), "allocator->release");
-    allocator = allocator_of(&memory);
-    allocator.allocate = NULL;
-    assert_invalid(period_in(&allocator, &made), "allocator->allocate");
-    allocator = allocator_of(&memory);
-    allocator.reserved = 1;
-    assert_invalid(period_in(&allocator, &made), "allocator->reserved");
-    allocator.struct_size = 4;
-    assert_invalid(period_in(&allocator, &made), "allocator->struct_size");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        assert_invalid(period_in(&cases[i].allocator, &made), cases[i].field);
     assert_null(made);
 }
 

@@ -15,8 +15,7 @@ static toliman_fit *fit;
 static toliman_bank *bank;            /* 2 dates, 1 place */
 static double frames[FRAMES][PIXELS]; /* of the cadence, one per day, without a signal */
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     sim = bank_sim(SIDE, SIDE, BANK_ORBIT);
     fit = bank_fit(sim, 3);
     bank = bank_of(fit, 1, 2.5, STEPS);
@@ -26,8 +25,7 @@ static int set_up(void **unused) {
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     toliman_bank_destroy(bank), toliman_fit_destroy(fit), toliman_sim_destroy(sim);
     return 0;
 }

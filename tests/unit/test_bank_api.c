@@ -14,8 +14,7 @@ static int32_t stop(const char *stage, double fraction, void *unused) {
     return fraction > 0;
 }
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     sim = bank_sim(kSide, kSide, BANK_ORBIT);
     fit = bank_fit(sim, 2);
     bank = bank_of(fit, 1, 4, 8);
@@ -25,8 +24,7 @@ static int set_up(void **unused) {
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     toliman_bank_destroy(bank), toliman_fit_destroy(fit), toliman_sim_destroy(sim);
     return 0;
 }

@@ -254,21 +254,17 @@ TEST(second_order_is_not_known_for_the_padded_fft) {
     }
 }
 
+/* Numbers that are not finite: bind/test_options. */
 TEST(bad_arguments_are_refused) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     toliman_sim_budget budget = TOLIMAN_SIM_BUDGET_INIT;
-    toliman_sim_budget_options options = with_names("shift_x zernike_37");
-    assert_invalid(toliman_sim_get_budget(sim, &options, &budget), "options->free_names");
-    options.free_names = "separation";
-    assert_invalid(toliman_sim_get_budget(sim, &options, &budget), "options->free_names");
-    options.free_names = "roll, roll";
-    assert_invalid(toliman_sim_get_budget(sim, &options, &budget), "options->free_names");
-    options = with_names(NULL);
-    options.frames = -1;
-    assert_invalid(toliman_sim_get_budget(sim, &options, &budget), "options->frames");
-    options.frames = 0;
-    options.earth_px = NAN;
-    assert_invalid(toliman_sim_get_budget(sim, &options, &budget), "options->earth_px");
+    static const char *const lists[] = {"shift_x zernike_37", "separation", "roll, roll"};
+    for (size_t i = 0; i < 3; i++) {
+        const toliman_sim_budget_options options = with_names(lists[i]);
+        assert_invalid(toliman_sim_get_budget(sim, &options, &budget), "options->free_names");
+    }
+    const toliman_sim_budget_options negative = {.struct_size = sizeof negative, .frames = -1};
+    assert_invalid(toliman_sim_get_budget(sim, &negative, &budget), "options->frames");
     toliman_sim_budget_row row = TOLIMAN_SIM_BUDGET_ROW_INIT;
     size_t count = 7;
     double correlations[4];

@@ -8,16 +8,14 @@ static toliman_cae *untrained; /* seed 7 */
 static toliman_cae *trained;   /* the same network after 100 steps */
 static toliman_cae_training training = {.struct_size = sizeof training};
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     sim = make_sim(kSide, kSide, 0, "");
     untrained = make_cae(sim, 7, 0, NULL);
     trained = make_cae(sim, 7, 100, &training);
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     toliman_cae_destroy(untrained), toliman_cae_destroy(trained), toliman_sim_destroy(sim), toliman_cae_destroy(NULL);
     return 0;
 }
@@ -67,10 +65,9 @@ static uint64_t expected_hash(void) {
 }
 
 TEST(test_info) {
-    toliman_cae_info info = {.struct_size = sizeof info};
     toliman_sim_bounds bounds = {.struct_size = sizeof bounds};
     assert_ok(toliman_sim_get_bounds(sim, &bounds));
-    assert_ok(toliman_cae_get_info(untrained, NULL, &info));
+    toliman_cae_info info = cae_info_of(untrained);
     assert_string_equal(info.layout, "flight");
     assert_true(info.layout_hash == expected_hash());
     assert_true(info.parameters == 97858);
@@ -78,7 +75,7 @@ TEST(test_info) {
     assert_true(info.rows == kSide && info.cols == kSide && info.crop_row == 0 && info.crop_col == 0);
     assert_true(info.crb_px == bounds.crb_projected_px);
     assert_true(info.input_scale == 1e-3 && info.seed == 7);
-    assert_ok(toliman_cae_get_info(trained, NULL, &info));
+    info = cae_info_of(trained);
     assert_true(info.trained == 1 && info.cosine == training.cosine);
 }
 
@@ -278,8 +275,7 @@ TEST(test_efficiency_is_the_cosine) {
     enum { kFrames = 100 };
     static double displacements[kFrames];
     double *frame = new_image(kPixels), sum = 0, squares = 0;
-    toliman_cae_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_cae_get_info(trained, NULL, &info));
+    const toliman_cae_info info = cae_info_of(trained);
     for (int k = 0; k < kFrames; k++) {
         double latent;
         assert_ok(toliman_sim_frame(sim, &displacements[k], 99, k, 1, frame));
@@ -330,8 +326,7 @@ TEST(test_crop_and_projection) {
         row += reference[i] * (i / kCols);
         col += reference[i] * (i % kCols);
     }
-    toliman_cae_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_cae_get_info(cae, NULL, &info));
+    const toliman_cae_info info = cae_info_of(cae);
     assert_true(info.rows == kRows && info.cols == kCols && info.projected == 4);
     assert_true(info.crop_row == (int64_t)fmin(fmax(floor(row / light - 127.5 + 0.5), 0), kRows - kSide));
     assert_true(info.crop_col == (int64_t)fmin(fmax(floor(col / light - 127.5 + 0.5), 0), kCols - kSide));

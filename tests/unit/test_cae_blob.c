@@ -7,16 +7,14 @@ static toliman_cae *trained;
 static uint8_t *blob;
 static size_t blob_size;
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     sim = make_sim(kSide, 260, 0, "\"flux_a\"");
     trained = make_cae(sim, 3, 15, NULL);
     blob = saved(trained, &blob_size);
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     free(blob), toliman_cae_destroy(trained), toliman_sim_destroy(sim);
     return 0;
 }
@@ -45,9 +43,7 @@ TEST(test_round_trip) {
     assert_ok(toliman_cae_get_target(loaded, image_loaded, kSide));
     assert_memory_equal(image, image_loaded, kPixels * sizeof *image);
 
-    toliman_cae_info info = {.struct_size = sizeof info}, info_loaded = {.struct_size = sizeof info};
-    assert_ok(toliman_cae_get_info(trained, NULL, &info));
-    assert_ok(toliman_cae_get_info(loaded, NULL, &info_loaded));
+    const toliman_cae_info info = cae_info_of(trained), info_loaded = cae_info_of(loaded);
     assert_memory_equal(&info, &info_loaded, sizeof info);
     free(frame), free(image), free(image_loaded), toliman_cae_destroy(loaded);
 }
@@ -157,7 +153,6 @@ TEST(test_many_planes) {
             planes[2 * kPixels + i] = 4;
             planes[(4 + i % projected) * kPixels + i] = (float)unit_on(projected, i);
         }
-        toliman_cae_info info = {.struct_size = sizeof info};
         uint8_t *header = malloc(blob_size);
         memcpy(header, blob, blob_size);
         put(header + kAtVersion, version, 4);
@@ -165,7 +160,7 @@ TEST(test_many_planes) {
         size_t size;
         uint8_t *bytes = with_payloads(header, NULL, planes, 4 + (size_t)projected, &size);
         toliman_cae *cae = load_from_file(bytes, size), *again = NULL;
-        assert_ok(toliman_cae_get_info(cae, NULL, &info));
+        const toliman_cae_info info = cae_info_of(cae);
         assert_int_equal(info.projected, projected);
 
         double latent;

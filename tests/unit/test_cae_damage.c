@@ -24,8 +24,7 @@ static uint8_t *small_blob(size_t *size) {
     return bytes;
 }
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     sim = make_sim(kSide, 260, 0, "\"flux_a\"");
     toliman_cae *trained = make_cae(sim, 3, 15, NULL);
     blob = saved(trained, &blob_size);
@@ -34,8 +33,7 @@ static int set_up(void **unused) {
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     free(blob), free(small), toliman_sim_destroy(sim);
     return 0;
 }
@@ -183,12 +181,10 @@ TEST(test_impossible_trainings) {
     /* A layout that does not support tied weights. */
     toliman_sim *plain = make_sim(kSide, kSide, 0, "");
     toliman_cae_options options = TOLIMAN_CAE_OPTIONS_INIT;
-    toliman_cae_info info = {.struct_size = sizeof info};
     options.layout = TOLIMAN_CAE_LAYOUT_PAPER;
     assert_ok(toliman_cae_create(plain, 1, &options, &cae));
-    assert_ok(toliman_cae_get_info(cae, NULL, &info));
     put(bytes + 16, 2, 4);
-    put(bytes + 24, info.layout_hash, 8);
+    put(bytes + 24, cae_info_of(cae).layout_hash, 8);
     seal(bytes, size);
     refused(bytes, size, "mode = 0: must be in [1, 1]");
     toliman_cae_destroy(cae), toliman_sim_destroy(plain), free(bytes), free(kept);

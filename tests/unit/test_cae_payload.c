@@ -15,8 +15,7 @@ static toliman_cae *loaded_from(const uint8_t *bytes, size_t size) {
     return out;
 }
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     sim = make_sim(kSide, kSide, 0, "\"flux_a\"");
     trained = make_cae(sim, 3, 100, NULL);
     for (int k = 0; k < PAIRS; k++) {
@@ -26,8 +25,7 @@ static int set_up(void **unused) {
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     for (int k = 0; k < PAIRS; k++) {
         free(blobs[k]), toliman_cae_destroy(rounded[k]);
     }

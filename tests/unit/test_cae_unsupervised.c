@@ -4,14 +4,12 @@
 
 static toliman_sim *sim;
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     sim = make_sim(kSide, kSide, 0, "");
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     toliman_sim_destroy(sim);
     return 0;
 }
@@ -209,8 +207,7 @@ TEST(test_learns_a_large_signal) {
 
 TEST(test_paper_has_no_decoder_without_a_frame) {
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_RAW);
-    toliman_cae_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_cae_get_info(cae, NULL, &info));
+    const toliman_cae_info info = cae_info_of(cae);
     assert_string_equal(info.layout, "paper");
     assert_true(info.input == TOLIMAN_CAE_INPUT_RAW && info.parameters == 97858 && info.input_scale == 1);
     double *image = new_image(kPixels), *frame = new_image(kPixels), mmse = -1;

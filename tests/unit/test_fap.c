@@ -252,23 +252,31 @@ TEST(sampling_flags_depend_on_the_times) {
 }
 
 TEST(invalid_arguments_are_refused) {
+    enum { BALUEV = TOLIMAN_PERIOD_FAP_BALUEV, SEQUENTIAL = TOLIMAN_PERIOD_FAP_SEQUENTIAL };
     toliman_period *const period = filled(100), *const empty = fap_periodogram(100);
     double out = 7, peaks[3];
-    assert_invalid(toliman_period_query_fap(period, 115, -1, &out), "method");
-    assert_invalid(toliman_period_query_fap(period, 110, -1, &out), "method");
-    assert_invalid(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, NAN, &out), "log10_residual");
-    assert_invalid(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, -4901, &out), "log10_residual");
-    assert_invalid(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, -1, NULL), "log10_fap");
-    assert_invalid(toliman_period_query_threshold(period, 110, -1, &out), "method");
-    assert_invalid(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, 1, &out), "log10_fap");
-    assert_invalid(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, NAN, &out), "log10_fap");
-    assert_invalid(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, -INFINITY, &out), "log10_fap");
-    assert_invalid(toliman_period_query_threshold(NULL, TOLIMAN_PERIOD_FAP_BALUEV, -1, &out), "period");
+    const struct {
+        int32_t method;
+        double given;
+        const char *of_fap, *of_threshold; /* fields */
+    } cases[] = {{115, -1, "method", "method"},
+                 {110, -1, "method", "method"},
+                 {BALUEV, NAN, "log10_residual", "log10_fap"},
+                 {BALUEV, 1, "log10_residual", "log10_fap"},
+                 {BALUEV, -INFINITY, "log10_residual", "log10_fap"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        assert_invalid(toliman_period_query_fap(period, cases[i].method, cases[i].given, &out), cases[i].of_fap);
+        assert_invalid(toliman_period_query_threshold(period, cases[i].method, cases[i].given, &out),
+                       cases[i].of_threshold);
+    }
+    assert_invalid(toliman_period_query_fap(period, BALUEV, -4901, &out), "log10_residual");
+    assert_invalid(toliman_period_query_fap(period, BALUEV, -1, NULL), "log10_fap");
+    assert_invalid(toliman_period_query_threshold(NULL, BALUEV, -1, &out), "period");
     assert_invalid(toliman_period_query_bootstrap(period, times, values, NULL, 99, NULL, 3, peaks), "n");
     assert_invalid(toliman_period_query_bootstrap(period, times, values, NULL, 100, NULL, 3, NULL), "log10_residuals");
     assert_ok(toliman_period_query_bootstrap(period, times, values, NULL, 100, NULL, 0, peaks));
-    assert_refused(toliman_period_query_fap(empty, TOLIMAN_PERIOD_FAP_SEQUENTIAL, -1, &out), TOLIMAN_E_STATE, "");
-    assert_refused(toliman_period_query_threshold(empty, TOLIMAN_PERIOD_FAP_SEQUENTIAL, -1, &out), TOLIMAN_E_STATE, "");
+    assert_refused(toliman_period_query_fap(empty, SEQUENTIAL, -1, &out), TOLIMAN_E_STATE, "");
+    assert_refused(toliman_period_query_threshold(empty, SEQUENTIAL, -1, &out), TOLIMAN_E_STATE, "");
     assert_refused(toliman_period_query_bootstrap(empty, times, values, NULL, 0, NULL, 3, peaks), TOLIMAN_E_STATE, "");
     assert_true(out == 7);
     toliman_period_destroy(period), toliman_period_destroy(empty);

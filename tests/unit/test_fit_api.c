@@ -17,16 +17,14 @@ static toliman_status create(const toliman_sim *of, const toliman_fit_options *o
     return toliman_fit_create(&of, NULL, 1, options, out);
 }
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     sim = sim_of(kBinaryScene);
     assert_ok(create(sim, &kOptions, &fit));
     assert_ok(toliman_sim_frame(sim, NULL, 3, 0, FRAMES, frames));
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     toliman_fit_destroy(fit), toliman_sim_destroy(sim);
     return 0;
 }
@@ -37,7 +35,6 @@ static toliman_fit_result fitted(const double *counts, const toliman_fit_predict
     return result;
 }
 
-/* Ranges of numbers: bind/test_options. */
 TEST(bad_options_are_refused) {
     static const struct {
         const char *free;
@@ -60,6 +57,10 @@ TEST(bad_options_are_refused) {
     for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
         const toliman_fit_options options = {.struct_size = sizeof options, .free = lists[i].free};
         assert_refused(create(sim, &options, &made), lists[i].status, "options->free");
+    }
+    for (size_t i = 0; i < 2; i++) {
+        const toliman_fit_options options = {.struct_size = sizeof options, .capture_px = i == 0 ? -1 : 64.5};
+        assert_invalid(create(sim, &options, &made), "options->capture_px");
     }
     const toliman_fit_options older = {.struct_size = 4};
     assert_invalid(create(sim, &older, &made), "options->struct_size");

@@ -22,8 +22,7 @@ static toliman_sim *scene_of(const char *opd_nm, const char *scale) {
     return sim;
 }
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     sims[0] = sim_of(kBinaryScene);
     sims[1] = scene_of("290", "0.2002}");
     sims[2] = scene_of("285", "0.21}");
@@ -31,8 +30,7 @@ static int set_up(void **unused) {
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     for (size_t i = 0; i < WINDOWS; i++)
         toliman_sim_destroy(sims[i]);
     return 0;

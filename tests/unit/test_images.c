@@ -17,16 +17,14 @@ static toliman_sim *sim;
 static toliman_cae *cae;
 static toliman_linear *linear;
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     sim = make_sim(kSide, kSide, 0, shared_nuisances);
     cae = make_cae(sim, 1, 0, NULL);
     assert_ok(toliman_linear_create(sim, NULL, &linear));
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     toliman_linear_destroy(linear), toliman_cae_destroy(cae), toliman_sim_destroy(sim);
     return 0;
 }

@@ -188,7 +188,7 @@ TEST(push_discards_a_training_and_cancellation_does_not) {
     toliman_components_destroy(components), toliman_sim_destroy(sim);
 }
 
-/* Ranges of options: bind/test_options. */
+/* Other ranges of options: bind/test_options. */
 TEST(errors_name_the_argument_and_change_nothing) {
     static double image[PIXELS];
     toliman_sim *sim = sim_of(kBinaryScene);
@@ -196,9 +196,15 @@ TEST(errors_name_the_argument_and_change_nothing) {
     toliman_components_options options = TOLIMAN_COMPONENTS_OPTIONS_INIT;
     assert_invalid(toliman_components_create(NULL, NULL, &components), "sim");
     assert_invalid(toliman_components_create(sim, NULL, NULL), "out");
-    const toliman_components_options wrong[] = {{.struct_size = sizeof options, .bin = 3}, {.struct_size = 3}};
-    assert_invalid(toliman_components_create(sim, &wrong[0], &components), "options->bin");
-    assert_invalid(toliman_components_create(sim, &wrong[1], &components), "options->struct_size");
+    const struct {
+        toliman_components_options options;
+        const char *field;
+    } wrong[] = {{{.struct_size = sizeof options, .bin = 3}, "options->bin"},
+                 {{.struct_size = sizeof options, .raw = 2}, "options->raw"},
+                 {{.struct_size = sizeof options, .capacity = 1}, "options->capacity"},
+                 {{.struct_size = 3}, "options->struct_size"}};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        assert_invalid(toliman_components_create(sim, &wrong[i].options, &components), wrong[i].field);
     assert_null(components);
     options.capacity = 2;
     assert_ok(toliman_components_create(sim, &options, &components));
@@ -222,6 +228,9 @@ TEST(errors_name_the_argument_and_change_nothing) {
     training.reserved = 1;
     assert_invalid(toliman_components_train(components, &training, NULL), "options->reserved");
     training.reserved = 0;
+    training.components = 65;
+    assert_invalid(toliman_components_train(components, &training, NULL), "options->components");
+    training.components = 0;
     double series[2] = {0};
     assert_ok(toliman_components_train(components, &training, NULL));
     for (int bad = -1; bad < 2; bad += 2)
