@@ -43,8 +43,7 @@ static void free_fit(fit *f) {
 }
 
 static toliman_sim_budget_options with_names(const char *names) {
-    toliman_sim_budget_options options = TOLIMAN_SIM_BUDGET_OPTIONS_INIT;
-    options.free_names = names;
+    toliman_sim_budget_options options = {.struct_size = sizeof options, .free_names = names};
     return options;
 }
 
@@ -241,8 +240,7 @@ TEST(a_single_star_is_degenerate) {
 TEST(second_order_is_not_known_for_the_padded_fft) {
     const int32_t engines[2] = {TOLIMAN_SIM_ENGINE_MATRIX_DFT, TOLIMAN_SIM_ENGINE_PADDED_FFT};
     for (int i = 0; i < 2; i++) {
-        toliman_sim_options engine = TOLIMAN_SIM_OPTIONS_INIT;
-        engine.engine = engines[i];
+        toliman_sim_options engine = {.struct_size = sizeof engine, .engine = engines[i]};
         toliman_sim *sim = NULL;
         assert_ok(toliman_sim_create_json(kSingleScene, strlen(kSingleScene), NULL, &engine, &sim));
         const toliman_sim_budget_options options = with_names("focus");

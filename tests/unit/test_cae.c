@@ -376,14 +376,13 @@ TEST(test_arguments) {
     assert_invalid(toliman_cae_create(sim, 1, NULL, NULL), "out");
     assert_invalid(toliman_cae_encode(trained, PLAIN_IMAGE(image), 1, NULL, NULL), "latents_px");
     assert_invalid(toliman_cae_decode(trained, NAN, image, kSide), "latent_px");
-    assert_invalid(toliman_cae_decode(trained, 0, image, 3), "stride of image");
+    assert_invalid(toliman_cae_decode(trained, 0, image, 3), "stride");
     assert_invalid(toliman_cae_get_target(NULL, image, kSide), "cae");
     assert_invalid(toliman_cae_save(trained, NULL, NULL, 0, NULL), "needed");
     assert_refused(toliman_cae_save(trained, NULL, image, 100, &needed), TOLIMAN_E_CAPACITY, "capacity");
     toliman_cae_training report = {.struct_size = 1};
     assert_invalid(toliman_cae_train(trained, NULL, &report), "report->struct_size");
-    toliman_cae_train_options nowhere = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
-    nowhere.loss_count = 1;
+    toliman_cae_train_options nowhere = {.struct_size = sizeof nowhere, .loss_count = 1};
     assert_invalid(toliman_cae_train(trained, &nowhere, NULL), "options->losses");
     for (int i = 0; i < kPixels; i++)
         image[i] = 1e300;

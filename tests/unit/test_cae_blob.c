@@ -55,8 +55,7 @@ TEST(test_training_after_loading) {
     uint8_t *bytes = saved(fresh, &size);
     assert_ok(toliman_cae_load(bytes, size, NULL, &loaded));
     free(bytes);
-    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
-    options.steps = 15;
+    toliman_cae_train_options options = {.struct_size = sizeof options, .steps = 15};
     assert_ok(toliman_cae_train(loaded, &options, NULL));
     assert_saved(loaded, blob, blob_size);
     toliman_cae_destroy(fresh), toliman_cae_destroy(loaded);

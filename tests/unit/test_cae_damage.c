@@ -180,8 +180,7 @@ TEST(test_impossible_trainings) {
 
     /* A layout that does not support tied weights. */
     toliman_sim *plain = make_sim(kSide, kSide, 0, "");
-    toliman_cae_options options = TOLIMAN_CAE_OPTIONS_INIT;
-    options.layout = TOLIMAN_CAE_LAYOUT_PAPER;
+    toliman_cae_options options = {.struct_size = sizeof options, .layout = TOLIMAN_CAE_LAYOUT_PAPER};
     assert_ok(toliman_cae_create(plain, 1, &options, &cae));
     put(bytes + 16, 2, 4);
     put(bytes + 24, cae_info_of(cae).layout_hash, 8);

@@ -165,8 +165,7 @@ TEST(test_numbers_of_any_size) {
 TEST(test_weights_out_of_range) {
     enum { kFloats = 5 * kPixels };
     static float planes[kFloats];
-    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
-    options.steps = 1;
+    toliman_cae_train_options options = {.struct_size = sizeof options, .steps = 1};
     int refusals = 0, failures = 0;
     const int exponents[] = {-126, -126, -112, -100, 0, 60, 97},
               pixels[] = {1, kPixels, kPixels, kPixels, kPixels, kPixels, kPixels};

@@ -149,7 +149,7 @@ TEST(bad_arguments_of_results_are_refused) {
     const int32_t images[] = {TOLIMAN_CALIBRATION_IMAGE_CHI, TOLIMAN_CALIBRATION_IMAGE_AFTER};
     for (int i = 0; i < 2; i++) {
         assert_invalid(toliman_calibration_get_image(whole, images[i], NULL, SIDE), "image");
-        assert_invalid(toliman_calibration_get_image(whole, images[i], numbers, SIDE - 1), "stride of image");
+        assert_invalid(toliman_calibration_get_image(whole, images[i], numbers, SIDE - 1), "stride");
     }
     assert_invalid(toliman_calibration_get_image(whole, 2, numbers, SIDE), "kind");
     assert_invalid(toliman_calibration_save_file(whole, 0, NULL), "path");

@@ -44,9 +44,7 @@ static void record_log(int32_t level, const char *text, void *user_data) {
 /* Opens a saved scene; its warning about the calibration goes to `warning`. */
 static toliman_sim_info opened(const char *path, char (*warning)[300]) {
     **warning = '\0';
-    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
-    options.log = record_log;
-    options.log_data = *warning;
+    toliman_sim_options options = {.struct_size = sizeof options, .log = record_log, .log_data = *warning};
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create_file(path, &options, &sim));
     toliman_sim_info info = TOLIMAN_SIM_INFO_INIT;

@@ -170,8 +170,7 @@ TEST(refused) {
     assert_refused(read(&late, &time), TOLIMAN_E_RANGE, "MJD-AVG");
     assert_refused(read(&none, &time), TOLIMAN_E_NOT_FOUND, "header");
     assert_invalid(toliman_ingest_read_header(NULL, NULL, 0, 0, &time), "header");
-    toliman_ingest_header header = TOLIMAN_INGEST_HEADER_INIT;
-    header.date_avg = DATE;
+    toliman_ingest_header header = {.struct_size = sizeof header, .date_avg = DATE};
     assert_invalid(toliman_ingest_read_header(&header, NULL, 0, 0, NULL), "time");
 }
 

@@ -12,9 +12,7 @@ enum { SIDE = 64, PIXELS = SIDE * SIDE, FRAMES = 100 };
 
 static toliman_components *collection(const toliman_sim *sim, int32_t raw, uint32_t bin) {
     toliman_components *components = NULL;
-    toliman_components_options options = TOLIMAN_COMPONENTS_OPTIONS_INIT;
-    options.raw = raw;
-    options.bin = bin;
+    toliman_components_options options = {.struct_size = sizeof options, .raw = raw, .bin = bin};
     assert_ok(toliman_components_create(sim, &options, &components));
     return components;
 }
@@ -224,8 +222,7 @@ TEST(errors_name_the_argument_and_change_nothing) {
     image[5] = 1;
     assert_ok(toliman_components_push(components, PLAIN_IMAGE(image), 1));
     assert_refused(toliman_components_push(components, PLAIN_IMAGE(image), 1), TOLIMAN_E_CAPACITY, "count");
-    toliman_components_train_options training = TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT;
-    training.reserved = 1;
+    toliman_components_train_options training = {.struct_size = sizeof training, .reserved = 1};
     assert_invalid(toliman_components_train(components, &training, NULL), "options->reserved");
     training.reserved = 0;
     training.components = 65;

@@ -1,4 +1,5 @@
-/* Tests the design of a mask: scores against images and spectra of the scenes, quantum bounds, the same result on any number of threads, a design that is stopped, and scenes with other masks or none. */
+/* Tests the design of a mask: scores against images and spectra of the scenes, quantum bounds, the same result on any
+ * number of threads, a design that is stopped, and scenes with other masks or none. */
 #include <toliman/mask.h>
 
 #include "scene_files.h"

@@ -230,8 +230,7 @@ TEST(both_engines_average) {
     double image[2][PIXELS];
     const int32_t engines[] = {TOLIMAN_SIM_ENGINE_MATRIX_DFT, TOLIMAN_SIM_ENGINE_PADDED_FFT};
     for (int i = 0; i < 2; i++) {
-        toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
-        options.engine = engines[i];
+        toliman_sim_options options = {.struct_size = sizeof options, .engine = engines[i]};
         toliman_sim *sim = NULL;
         assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
         assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, image[i], SIDE));
