@@ -339,7 +339,7 @@ TEST(test_refusals) {
     }
     toliman_cae_train_options options = options_for(&source, 10, 30);
     options.learning_rate = 1;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_RANGE, "diverged in epoch");
+    assert_refused(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_RANGE, "learning_rate");
     first_latent(cae);
 
     const struct {
