@@ -13,8 +13,9 @@
 
 #include <toliman/base.h>
 
-/* Head of a test without state: TEST(name) { ... } */
+/* Begin a test of the list of main, and its set-up or tear-down; they do not use the state of CMocka. */
 #define TEST(name) static void name(void **unused_state __attribute__((unused)))
+#define FIXTURE(name) static int name(void **unused_state __attribute__((unused)))
 
 /* main of a file whose tests share no state; the arguments are cmocka_unit_test(name) and the like. */
 #define RUN_TESTS(...)                                                                                                 \
@@ -84,5 +85,8 @@ static inline void assert_field_fits(toliman_status status, const char *call) {
                      toliman_last_error());                                                                            \
         assert_field_fits(refused_status_, #call);                                                                     \
     } while (0)
+
+/* The same with TOLIMAN_E_ARGUMENT. */
+#define assert_invalid(call, field) assert_refused(call, TOLIMAN_E_ARGUMENT, field)
 
 #endif

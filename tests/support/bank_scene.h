@@ -78,6 +78,14 @@ static inline uint8_t *bank_bytes(const toliman_bank *bank, int32_t encoding, si
     return bytes;
 }
 
+static inline void assert_bank_bytes(const toliman_bank *bank, int32_t encoding, const uint8_t *bytes, size_t size) {
+    size_t found;
+    uint8_t *const again = bank_bytes(bank, encoding, &found);
+    assert_int_equal(found, size);
+    assert_memory_equal(again, bytes, size);
+    free(again);
+}
+
 static inline toliman_bank *bank_from(const uint8_t *bytes, size_t size) {
     toliman_bank *bank = NULL;
     assert_ok(toliman_bank_load(bytes, size, NULL, &bank));

@@ -63,6 +63,12 @@ static inline toliman_cae *make_cae(const toliman_sim *sim, uint64_t seed, uint3
     return cae;
 }
 
+static inline toliman_cae_info cae_info_of(const toliman_cae *cae) {
+    toliman_cae_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_cae_get_info(cae, NULL, &info));
+    return info;
+}
+
 static inline double *new_image(size_t pixels) {
     double *image = malloc(pixels * sizeof *image);
     assert_non_null(image);
@@ -103,6 +109,14 @@ static inline uint8_t *saved_with_training(const toliman_cae *cae, size_t *size)
 
 static inline uint8_t *saved(const toliman_cae *cae, size_t *size) {
     return saved_as(cae, 0, 0, size);
+}
+
+static inline void assert_saved(const toliman_cae *cae, const uint8_t *bytes, size_t size) {
+    size_t found;
+    uint8_t *const again = saved(cae, &found);
+    assert_int_equal(found, size);
+    assert_memory_equal(again, bytes, size);
+    free(again);
 }
 
 /* A copy of a network that encodes on this number of threads. */

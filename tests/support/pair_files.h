@@ -28,6 +28,8 @@ static inline int remove_pair(void **state) {
     return 0;
 }
 
+#define WITH_PAIR(test) cmocka_unit_test_setup_teardown(test, make_pair, remove_pair)
+
 static inline void put_bytes(const char *path, const char *mode, const void *bytes, size_t size) {
     FILE *file = fopen(path, mode);
     assert_non_null(file);
@@ -115,6 +117,12 @@ static inline void assert_frame(toliman_ingest *ingest, int64_t id, int64_t line
         assert_int_equal(((const unsigned char *)frame.pixels)[i], pixel_byte(offset + i));
 }
 
+/* Frames first ... end - 1 of a pair with these ids, all of ROWS x COLS pixels of 16 bits. */
+static inline void assert_frames(toliman_ingest *ingest, int first, int end) {
+    for (int i = first; i < end; i++)
+        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+}
+
 static inline void assert_event(toliman_ingest *ingest, int32_t kind, int32_t reason, int64_t line, const char *text) {
     if (next_event(ingest) != kind || event.reason != reason || event.line != line || strstr(event.text, text) == NULL)
         fail_msg("event %d, %s, line %lld: \"%s\", expected %d, %s, line %lld: \"%s\"", event.event,
@@ -136,6 +144,12 @@ static inline void assert_nothing(toliman_ingest *ingest) {
     assert_null(frame.session);
     assert_null(frame.pixels);
     assert_string_equal(event.text, "");
+}
+
+/* Nothing is left; destroys the reader. */
+static inline void assert_end(toliman_ingest *ingest) {
+    assert_nothing(ingest);
+    toliman_ingest_destroy(ingest);
 }
 
 static inline toliman_ingest_info info_of(const toliman_ingest *ingest) {

@@ -52,54 +52,32 @@ static unsigned char *weights, *state, *bank_bytes;
 static double two_frames[2 * kPixels];
 static size_t weights_size, state_size, bank_size;
 
-static toliman_load_options load_options_of(const toliman_allocator *allocator) {
-    toliman_load_options options = TOLIMAN_LOAD_OPTIONS_INIT;
-    options.allocator = allocator;
-    return options;
-}
-
+/* Each creates an object with an allocator. */
 static toliman_status sim_in(const toliman_allocator *allocator, void **out) {
     char json[2048];
     const size_t size = write_scene(json, sizeof json, kSide, kSide, 0, "");
-    toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
-    options.threads = 1;
-    options.allocator = allocator;
+    const toliman_sim_options options = {.struct_size = sizeof options, .threads = 1, .allocator = allocator};
     return toliman_sim_create_json(json, size, NULL, &options, (toliman_sim **)out);
 }
 
 static toliman_status cae_in(const toliman_allocator *allocator, void **out) {
-    toliman_cae_options options = TOLIMAN_CAE_OPTIONS_INIT;
-    options.allocator = allocator;
+    const toliman_cae_options options = {.struct_size = sizeof options, .allocator = allocator};
     return toliman_cae_create(scene, 3, &options, (toliman_cae **)out);
 }
 
-static toliman_status loaded_cae_in(const toliman_allocator *allocator, void **out) {
-    const toliman_load_options options = load_options_of(allocator);
-    return toliman_cae_load(weights, weights_size, &options, (toliman_cae **)out);
-}
-
-static toliman_status cae_file_in(const toliman_allocator *allocator, void **out) {
-    const toliman_load_options options = load_options_of(allocator);
-    return toliman_cae_load_file(weights_file, &options, (toliman_cae **)out);
-}
-
 static toliman_status linear_in(const toliman_allocator *allocator, void **out) {
-    toliman_linear_options options = TOLIMAN_LINEAR_OPTIONS_INIT;
-    options.allocator = allocator;
+    const toliman_linear_options options = {.struct_size = sizeof options, .allocator = allocator};
     return toliman_linear_create(scene, &options, (toliman_linear **)out);
 }
 
 static toliman_status fit_in(const toliman_allocator *allocator, void **out) {
-    toliman_fit_options options = TOLIMAN_FIT_OPTIONS_INIT;
-    options.allocator = allocator;
+    const toliman_fit_options options = {.struct_size = sizeof options, .allocator = allocator};
     return toliman_fit_create((const toliman_sim *[]){scene}, NULL, 1, &options, (toliman_fit **)out);
 }
 
 static toliman_status calibration_in(const toliman_allocator *allocator, void **out) {
-    toliman_calibration_options options = TOLIMAN_CALIBRATION_OPTIONS_INIT;
-    options.allocator = allocator;
-    options.free = "scale";
-    options.threads = 1;
+    const toliman_calibration_options options = {
+        .struct_size = sizeof options, .allocator = allocator, .free = "scale", .threads = 1};
     return toliman_calibration_create(scene, PLAIN_IMAGE(two_frames), 2, NULL, &options, (toliman_calibration **)out);
 }
 
@@ -108,48 +86,38 @@ static toliman_status bank_in(const toliman_allocator *allocator, void **out) {
     return toliman_bank_create(fit, &options, (toliman_bank **)out);
 }
 
-static toliman_status loaded_bank_in(const toliman_allocator *allocator, void **out) {
-    const toliman_load_options options = load_options_of(allocator);
-    return toliman_bank_load(bank_bytes, bank_size, &options, (toliman_bank **)out);
-}
-
-static toliman_status bank_file_in(const toliman_allocator *allocator, void **out) {
-    const toliman_load_options options = load_options_of(allocator);
-    return toliman_bank_load_file(bank_file, &options, (toliman_bank **)out);
-}
-
 static toliman_status components_in(const toliman_allocator *allocator, void **out) {
-    toliman_components_options options = TOLIMAN_COMPONENTS_OPTIONS_INIT;
-    options.capacity = COLLECTED;
-    options.allocator = allocator;
+    const toliman_components_options options = {
+        .struct_size = sizeof options, .capacity = COLLECTED, .allocator = allocator};
     return toliman_components_create(scene, &options, (toliman_components **)out);
 }
 
 static toliman_status period_in(const toliman_allocator *allocator, void **out) {
-    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
-    options.allocator = allocator;
+    const toliman_period_options options = {.struct_size = sizeof options, .allocator = allocator};
     return toliman_period_create(0.1, 0.01, FREQUENCIES, &options, (toliman_period **)out);
 }
 
-static toliman_status loaded_period_in(const toliman_allocator *allocator, void **out) {
-    const toliman_load_options options = load_options_of(allocator);
-    return toliman_period_load(state, state_size, &options, (toliman_period **)out);
-}
-
-static toliman_status period_file_in(const toliman_allocator *allocator, void **out) {
-    const toliman_load_options options = load_options_of(allocator);
-    return toliman_period_load_file(state_file, &options, (toliman_period **)out);
-}
+/* From bytes, and from their file. */
+#define LOADED(type, bytes, size, path)                                                                                \
+    static toliman_status loaded_##type##_in(const toliman_allocator *allocator, void **out) {                         \
+        const toliman_load_options options = {.struct_size = sizeof options, .allocator = allocator};                  \
+        return toliman_##type##_load(bytes, size, &options, (toliman_##type **)out);                                   \
+    }                                                                                                                  \
+    static toliman_status type##_file_in(const toliman_allocator *allocator, void **out) {                             \
+        const toliman_load_options options = {.struct_size = sizeof options, .allocator = allocator};                  \
+        return toliman_##type##_load_file(path, &options, (toliman_##type **)out);                                     \
+    }
+LOADED(cae, weights, weights_size, weights_file)
+LOADED(bank, bank_bytes, bank_size, bank_file)
+LOADED(period, state, state_size, state_file)
 
 static toliman_status tracker_in(const toliman_allocator *allocator, const char *place, void **out) {
-    toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
-    options.allocator = allocator;
-    options.estimator.linear = estimator;
-    options.folder = place;
-    options.ledger.capacity = TRACKED;
-    options.grid.f0 = 0.01;
-    options.grid.df = 0.001;
-    options.grid.nf = FREQUENCIES;
+    const toliman_track_options options = {.struct_size = sizeof options,
+                                           .allocator = allocator,
+                                           .estimator.linear = estimator,
+                                           .folder = place,
+                                           .ledger.capacity = TRACKED,
+                                           .grid = {0.01, 0.001, FREQUENCIES}};
     return toliman_track_create(&options, (toliman_track **)out);
 }
 
@@ -161,61 +129,32 @@ static toliman_status track_folder_in(const toliman_allocator *allocator, void *
     return tracker_in(allocator, folder, out);
 }
 
-static void destroy_sim(void *object) {
-    toliman_sim_destroy(object);
-}
-static void destroy_cae(void *object) {
-    toliman_cae_destroy(object);
-}
-static void destroy_linear(void *object) {
-    toliman_linear_destroy(object);
-}
-static void destroy_fit(void *object) {
-    toliman_fit_destroy(object);
-}
-static void destroy_calibration(void *object) {
-    toliman_calibration_destroy(object);
-}
-static void destroy_bank(void *object) {
-    toliman_bank_destroy(object);
-}
-static void destroy_components(void *object) {
-    toliman_components_destroy(object);
-}
-static void destroy_period(void *object) {
-    toliman_period_destroy(object);
-}
-static void destroy_track(void *object) {
-    toliman_track_destroy(object);
-}
+#define DESTROYS(type) (void (*)(void *)) toliman_##type##_destroy
 
 static const struct kind {
     const char *name;
     toliman_status (*make)(const toliman_allocator *, void **);
     void (*end)(void *);
     size_t least; /* bytes that the object needs at least */
-} kinds[] = {
-    {"sim", sim_in, destroy_sim, 2 * kPixels * 8},
-    {"cae", cae_in, destroy_cae, 4 * kPixels * 4},
-    {"cae_load", loaded_cae_in, destroy_cae, 4 * kPixels * 4},
-    {"cae_load_file", cae_file_in, destroy_cae, 4 * kPixels * 4},
-    {"linear", linear_in, destroy_linear, 2 * kPixels * 8},
-    {"fit", fit_in, destroy_fit, 2 * kPixels * 8},
-    {"calibration", calibration_in, destroy_calibration, 3 * kPixels * 8},
-    {"bank", bank_in, destroy_bank, 4 * kPixels * 4},
-    {"bank_load", loaded_bank_in, destroy_bank, 4 * kPixels * 4},
-    {"bank_load_file", bank_file_in, destroy_bank, 4 * kPixels * 4},
-    {"components", components_in, destroy_components, (size_t)COLLECTED *kPixels * 4},
-    {"period", period_in, destroy_period, FREQUENCIES * 100},
-    {"period_load", loaded_period_in, destroy_period, FREQUENCIES * 100},
-    {"period_load_file", period_file_in, destroy_period, FREQUENCIES * 100},
-    {"track", track_in, destroy_track, TRACKED * 80 + FREQUENCIES * 100},
-    {"track with a folder", track_folder_in, destroy_track, TRACKED * 24 + FREQUENCIES * 100},
-};
+} kinds[] = {{"sim", sim_in, DESTROYS(sim), 2 * kPixels * 8},
+             {"cae", cae_in, DESTROYS(cae), 4 * kPixels * 4},
+             {"cae_load", loaded_cae_in, DESTROYS(cae), 4 * kPixels * 4},
+             {"cae_load_file", cae_file_in, DESTROYS(cae), 4 * kPixels * 4},
+             {"linear", linear_in, DESTROYS(linear), 2 * kPixels * 8},
+             {"fit", fit_in, DESTROYS(fit), 2 * kPixels * 8},
+             {"calibration", calibration_in, DESTROYS(calibration), 3 * kPixels * 8},
+             {"bank", bank_in, DESTROYS(bank), 4 * kPixels * 4},
+             {"bank_load", loaded_bank_in, DESTROYS(bank), 4 * kPixels * 4},
+             {"bank_load_file", bank_file_in, DESTROYS(bank), 4 * kPixels * 4},
+             {"components", components_in, DESTROYS(components), (size_t)COLLECTED *kPixels * 4},
+             {"period", period_in, DESTROYS(period), FREQUENCIES * 100},
+             {"period_load", loaded_period_in, DESTROYS(period), FREQUENCIES * 100},
+             {"period_load_file", period_file_in, DESTROYS(period), FREQUENCIES * 100},
+             {"track", track_in, DESTROYS(track), TRACKED * 80 + FREQUENCIES * 100},
+             {"track with a folder", track_folder_in, DESTROYS(track), TRACKED * 24 + FREQUENCIES * 100}};
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     void *made[6] = {NULL};
     make_folder(folder, sizeof folder);
     assert_ok(sim_in(NULL, &made[0]));
@@ -243,22 +182,15 @@ static int set_up(void **unused) {
     assert_ok(toliman_bank_save(made[5], 0, bank_bytes, bank_size, &bank_size));
     snprintf(bank_file, sizeof bank_file, "%s.tlmb", folder);
     assert_ok(toliman_bank_save_file(made[5], 0, bank_file));
-    toliman_bank_destroy(made[5]);
-    toliman_period_destroy(made[3]);
-    toliman_cae_destroy(made[1]);
+    toliman_bank_destroy(made[5]), toliman_period_destroy(made[3]), toliman_cae_destroy(made[1]);
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     unlink(weights_file);
     unlink(state_file);
     unlink(bank_file);
-    free(bank_bytes);
-    toliman_fit_destroy(fit);
-    free(weights);
-    free(state);
-    toliman_linear_destroy(estimator);
+    free(bank_bytes), toliman_fit_destroy(fit), free(weights), free(state), toliman_linear_destroy(estimator);
     toliman_sim_destroy(scene);
     remove_folder(folder);
     return 0;
@@ -270,8 +202,7 @@ static size_t system_bytes(void) {
     return info.uordblks + info.hblkhd;
 }
 
-static void large_arrays_come_from_the_caller(void **unused) {
-    (void)unused;
+TEST(large_arrays_come_from_the_caller) {
     for (size_t i = 0; i < KINDS; i++) {
         arena memory = {.fails_at = SIZE_MAX};
         const toliman_allocator allocator = allocator_of(&memory);
@@ -292,9 +223,8 @@ static void large_arrays_come_from_the_caller(void **unused) {
     }
 }
 
-/* One allocation after the other fails; from the 20th on, only some of them. */
-static void no_memory_is_an_error(void **unused) {
-    (void)unused;
+/* One allocation after the other fails; from the 8th on, only some of them. */
+TEST(no_memory_is_an_error) {
     for (size_t i = 0; i < KINDS; i++) {
         arena memory = {.fails_at = 0};
         const toliman_allocator allocator = allocator_of(&memory);
@@ -306,7 +236,7 @@ static void no_memory_is_an_error(void **unused) {
             assert_null(made);
             assert_int_equal(memory.held, 0);
             memory.calls = 0;
-            memory.fails_at += 1 + (memory.fails_at > 20 ? memory.fails_at / 4 : 0);
+            memory.fails_at += 1 + (memory.fails_at > 8 ? memory.fails_at / 2 : 0);
         }
         kinds[i].end(made);
         assert_int_equal(memory.held, 0);
@@ -315,8 +245,7 @@ static void no_memory_is_an_error(void **unused) {
 }
 
 /* A copy uses the same allocator; scratch memory of a call does not come from it. */
-static void memory_belongs_to_its_object(void **unused) {
-    (void)unused;
+TEST(memory_belongs_to_its_object) {
     arena memory = {.fails_at = SIZE_MAX};
     const toliman_allocator allocator = allocator_of(&memory);
     void *made = NULL;
@@ -342,26 +271,23 @@ static void memory_belongs_to_its_object(void **unused) {
     assert_int_equal(memory.held, 0);
 }
 
-static void halves_of_an_allocator_are_refused(void **unused) {
-    (void)unused;
+TEST(halves_of_an_allocator_are_refused) {
     arena memory = {.fails_at = SIZE_MAX};
+    const toliman_allocator whole = allocator_of(&memory);
+    const struct {
+        toliman_allocator allocator;
+        const char *field;
+    } cases[] = {{{sizeof whole, 0, whole.allocate, NULL, &memory}, "allocator->release"},
+                 {{sizeof whole, 0, NULL, whole.release, &memory}, "allocator->allocate"},
+                 {{sizeof whole, 1, whole.allocate, whole.release, &memory}, "allocator->reserved"},
+                 {{4, 0, whole.allocate, whole.release, &memory}, "allocator->struct_size"}};
     void *made = NULL;
-    toliman_allocator allocator = allocator_of(&memory);
-    allocator.release = NULL;
-    assert_fails(period_in(&allocator, &made), TOLIMAN_E_ARGUMENT, "allocator->release is NULL");
-    allocator = allocator_of(&memory);
-    allocator.allocate = NULL;
-    assert_fails(period_in(&allocator, &made), TOLIMAN_E_ARGUMENT, "allocator->allocate is NULL");
-    allocator = allocator_of(&memory);
-    allocator.reserved = 1;
-    assert_fails(period_in(&allocator, &made), TOLIMAN_E_ARGUMENT, "allocator->reserved = 1");
-    allocator.struct_size = 4;
-    assert_fails(period_in(&allocator, &made), TOLIMAN_E_ARGUMENT, "struct_size");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        assert_invalid(period_in(&cases[i].allocator, &made), cases[i].field);
     assert_null(made);
 }
 
-static void load_options_are_checked_and_zero_is_their_default(void **unused) {
-    (void)unused;
+TEST(load_options_are_checked_and_zero_is_their_default) {
     toliman_load_options filled, options = TOLIMAN_LOAD_OPTIONS_INIT;
     memset(&filled, 0xff, sizeof filled);
     filled = (toliman_load_options)TOLIMAN_LOAD_OPTIONS_INIT;
@@ -371,17 +297,15 @@ static void load_options_are_checked_and_zero_is_their_default(void **unused) {
     toliman_period_destroy(made);
     made = NULL;
     options.struct_size = 4;
-    assert_fails(toliman_period_load_file(state_file, &options, &made), TOLIMAN_E_ARGUMENT, "struct_size");
+    assert_invalid(toliman_period_load_file(state_file, &options, &made), "options->struct_size");
     assert_null(made);
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(large_arrays_come_from_the_caller),
-        cmocka_unit_test(no_memory_is_an_error),
-        cmocka_unit_test(memory_belongs_to_its_object),
-        cmocka_unit_test(load_options_are_checked_and_zero_is_their_default),
-        cmocka_unit_test(halves_of_an_allocator_are_refused),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(large_arrays_come_from_the_caller),
+                                       cmocka_unit_test(no_memory_is_an_error),
+                                       cmocka_unit_test(memory_belongs_to_its_object),
+                                       cmocka_unit_test(load_options_are_checked_and_zero_is_their_default),
+                                       cmocka_unit_test(halves_of_an_allocator_are_refused)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -8,20 +8,15 @@ static toliman_cae *untrained; /* seed 7 */
 static toliman_cae *trained;   /* the same network after 100 steps */
 static toliman_cae_training training = {.struct_size = sizeof training};
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     sim = make_sim(kSide, kSide, 0, "");
     untrained = make_cae(sim, 7, 0, NULL);
     trained = make_cae(sim, 7, 100, &training);
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
-    toliman_cae_destroy(untrained);
-    toliman_cae_destroy(trained);
-    toliman_sim_destroy(sim);
-    toliman_cae_destroy(NULL);
+FIXTURE(tear_down) {
+    toliman_cae_destroy(untrained), toliman_cae_destroy(trained), toliman_sim_destroy(sim), toliman_cae_destroy(NULL);
     return 0;
 }
 
@@ -69,12 +64,10 @@ static uint64_t expected_hash(void) {
     return hash;
 }
 
-static void test_info(void **unused) {
-    (void)unused;
-    toliman_cae_info info = {.struct_size = sizeof info};
+TEST(test_info) {
     toliman_sim_bounds bounds = {.struct_size = sizeof bounds};
     assert_ok(toliman_sim_get_bounds(sim, &bounds));
-    assert_ok(toliman_cae_get_info(untrained, NULL, &info));
+    toliman_cae_info info = cae_info_of(untrained);
     assert_string_equal(info.layout, "flight");
     assert_true(info.layout_hash == expected_hash());
     assert_true(info.parameters == 97858);
@@ -82,12 +75,11 @@ static void test_info(void **unused) {
     assert_true(info.rows == kSide && info.cols == kSide && info.crop_row == 0 && info.crop_col == 0);
     assert_true(info.crb_px == bounds.crb_projected_px);
     assert_true(info.input_scale == 1e-3 && info.seed == 7);
-    assert_ok(toliman_cae_get_info(trained, NULL, &info));
+    info = cae_info_of(trained);
     assert_true(info.trained == 1 && info.cosine == training.cosine);
 }
 
-static void test_latent_is_the_separation_in_px(void **unused) {
-    (void)unused;
+TEST(test_latent_is_the_separation_in_px) {
     const toliman_cae *networks[] = {untrained, trained};
     const double displacements[] = {1e-7, 1e-6, 1e-5};
     for (int n = 0; n < 2; n++) {
@@ -102,8 +94,7 @@ static void test_latent_is_the_separation_in_px(void **unused) {
     }
 }
 
-static void test_target_is_the_whitened_derivative(void **unused) {
-    (void)unused;
+TEST(test_target_is_the_whitened_derivative) {
     double *target = new_image(kPixels), *derivative = new_image(kPixels), *variance = new_image(kPixels);
     assert_ok(toliman_cae_get_target(trained, target, kSide));
     assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_SEPARATION, derivative, kSide));
@@ -113,36 +104,42 @@ static void test_target_is_the_whitened_derivative(void **unused) {
     free(target), free(derivative), free(variance);
 }
 
-static void test_training_reaches_the_target(void **unused) {
-    (void)unused;
+TEST(test_training_reaches_the_target) {
     assert_int_equal(training.steps, 100);
     assert_at_most(training.loss, 0.1);
     assert_close(training.cosine, sqrt(1 - training.loss), 1e-6, 0); /* cosine and tangent of one right triangle */
 }
 
-/* Figures of the default training stated in the header: for any seed, and with coarse pixels. */
-static void test_cosine_of_the_header(void **unused) {
-    (void)unused;
-    const char *const scenes[] = {"examples/scenes/chapter.json", "examples/scenes/mission.json"};
-    for (int k = 0; k < 2; k++) {
+static void assert_trained_as_stated(const toliman_cae_training *report) {
+    assert_int_equal(report->steps, 300);
+    assert_at_most(0.985, report->cosine);
+    assert_close(report->loss, 0.02, 0, 5e-3);
+}
+
+/* Figures of the default training stated in the header: the cosine for any seed, and with coarse pixels; the
+ * nonlinearity of ELU, latent over displacement, for both signs. */
+TEST(test_figures_of_the_header) {
+    const struct {
+        double displacement, slope;
+    } said[] = {{1e-4, 0.9996}, {1e-3, 0.996}, {1e-2, 0.96}, {-1e-4, 0.9996}, {-1e-3, 0.997}, {-1e-2, 0.97}};
+    const char *const scenes[] = {"examples/scenes/mission.json", "examples/scenes/chapter.json"};
+    for (uint64_t seed = 1; seed <= 2; seed++) {
         toliman_sim *scene = NULL;
-        assert_ok(toliman_sim_create_file(scenes[k], NULL, &scene));
-        for (uint64_t seed = 1; seed <= 2; seed++) {
-            toliman_cae *cae = make_cae(scene, seed, 0, NULL);
-            toliman_cae_training report = {.struct_size = sizeof report};
-            assert_ok(toliman_cae_train(cae, NULL, &report));
-            assert_int_equal(report.steps, 300);
-            assert_at_most(0.985, report.cosine);
-            assert_close(report.loss, 0.02, 0, 5e-3);
-            toliman_cae_destroy(cae);
+        assert_ok(toliman_sim_create_file(scenes[seed - 1], NULL, &scene));
+        toliman_cae *cae = make_cae(scene, seed, 0, NULL);
+        toliman_cae_training report = {.struct_size = sizeof report};
+        assert_ok(toliman_cae_train(cae, NULL, &report));
+        assert_trained_as_stated(&report);
+        for (size_t k = 0; seed == 2 && k < sizeof said / sizeof *said; k++) {
+            const double change = encode_expected(cae, scene, said[k].displacement) - encode_expected(cae, scene, 0);
+            assert_close(1 - change / said[k].displacement, 1 - said[k].slope, 0.35, 0);
         }
-        toliman_sim_destroy(scene);
+        toliman_cae_destroy(cae), toliman_sim_destroy(scene);
     }
 }
 
 /* Training with the largest learning rate converges badly, but every number stays finite. */
-static void test_no_rate_diverges(void **unused) {
-    (void)unused;
+TEST(test_no_rate_diverges) {
     toliman_cae *cae = make_cae(sim, 7, 0, NULL);
     toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     toliman_cae_training report = {.struct_size = sizeof report};
@@ -156,8 +153,7 @@ static void test_no_rate_diverges(void **unused) {
 
 /* The decoder's output is the target: gain 1, the cosine of the training result, and the same shape for every small
  * latent. */
-static void test_decode_is_linear(void **unused) {
-    (void)unused;
+TEST(test_decode_is_linear) {
     double *target = new_image(kPixels), *zero = new_image(kPixels), *image = new_image(kPixels);
     assert_ok(toliman_cae_get_target(trained, target, kSide));
     assert_ok(toliman_cae_decode(trained, 0, zero, kSide));
@@ -174,8 +170,7 @@ static void test_decode_is_linear(void **unused) {
 
 /* For small residuals r the latent is <D, r>/<D, target>, where D is the decoder's image: encoder and decoder are
  * transposes. */
-static void test_encoder_is_the_transposed_decoder(void **unused) {
-    (void)unused;
+TEST(test_encoder_is_the_transposed_decoder) {
     double *target = new_image(kPixels), *decoded = new_image(kPixels), *frame = new_image(kPixels);
     double *reference = new_image(kPixels), *variance = new_image(kPixels), *residual = new_image(kPixels);
     assert_ok(toliman_cae_get_target(trained, target, kSide));
@@ -195,41 +190,24 @@ static void test_encoder_is_the_transposed_decoder(void **unused) {
     free(target), free(decoded), free(frame), free(reference), free(variance), free(residual);
 }
 
-static void test_training_is_deterministic(void **unused) {
-    (void)unused;
-    size_t size, size_again;
-    toliman_cae *again = make_cae(sim, 7, 30, NULL);
-    toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
-    options.steps = 100; /* initialised from the seed again, regardless of earlier training */
-    assert_ok(toliman_cae_train(again, &options, NULL));
-    uint8_t *bytes = saved(trained, &size), *bytes_again = saved(again, &size_again);
-    assert_true(size == size_again);
-    assert_memory_equal(bytes, bytes_again, size);
-    free(bytes), free(bytes_again);
-    toliman_cae_destroy(again);
-}
-
 static int32_t stop_half_way(const char *stage, double fraction, void *calls) {
     assert_true(strstr(stage, "train: step ") == stage);
     ++*(int *)calls;
     return fraction >= 0.5;
 }
 
-static void test_cancelled_training_changes_nothing(void **unused) {
-    (void)unused;
-    size_t size, size_after;
+TEST(test_cancelled_training_changes_nothing) {
+    size_t size;
     int calls = 0;
     uint8_t *before = saved(trained, &size);
     toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.steps = 8;
     options.progress = stop_half_way;
     options.progress_data = &calls;
-    assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_CANCELLED, "cancelled");
+    assert_refused(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_CANCELLED, "");
     assert_int_equal(calls, 4);
-    uint8_t *after = saved(trained, &size_after);
-    assert_true(size == size_after);
-    assert_memory_equal(before, after, size);
-    free(before), free(after);
+    assert_saved(trained, before, size);
+    free(before);
 }
 
 static int32_t count_calls(const char *stage, double fraction, void *calls) {
@@ -239,8 +217,7 @@ static int32_t count_calls(const char *stage, double fraction, void *calls) {
 }
 
 /* Resumes a cancelled training, also from a file, with the same bits as an uninterrupted one. */
-static void test_resume_after_cancellation(void **unused) {
-    (void)unused;
+TEST(test_resume_after_cancellation) {
     toliman_cae *broken = make_cae(sim, 7, 0, NULL), *loaded = NULL;
     toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     int calls = 0;
@@ -252,7 +229,7 @@ static void test_resume_after_cancellation(void **unused) {
         losses[k] = -1;
     options.losses = losses;
     options.loss_count = 99; /* one less than in the resumed training */
-    assert_fails(toliman_cae_train(broken, &options, NULL), TOLIMAN_E_CANCELLED, "cancelled");
+    assert_refused(toliman_cae_train(broken, &options, NULL), TOLIMAN_E_CANCELLED, "");
     assert_true(losses[0] > 0.5 && losses[0] < 1 && losses[49] < losses[0] && losses[50] == -1);
 
     size_t size, trained_size;
@@ -272,18 +249,14 @@ static void test_resume_after_cancellation(void **unused) {
         assert_true(losses[0] == -2 && losses[98] < losses[50] && losses[99] == -1); /* counts only its own steps */
         assert_true(fabs(losses[98] / training.loss - 1) < 0.01);
         assert_true(report.loss == training.loss && report.steps == 100);
-        uint8_t *found = saved(both[i], &size);
-        assert_int_equal(size, trained_size);
-        assert_memory_equal(found, expected, size);
-        free(found);
+        assert_saved(both[i], expected, trained_size);
         toliman_cae_destroy(both[i]);
     }
     free(expected);
 }
 
 /* Dark current so large that the stars are below the rounding of the expected image. */
-static void test_no_light_to_centre_the_crop_on(void **unused) {
-    (void)unused;
+TEST(test_no_light_to_centre_the_crop_on) {
     char json[2048];
     write_scene(json, sizeof json, kSide, kSide + 4, 0, "");
     char *text = replaced(json, "\"relative_flux\": 3", "\"photons_per_s\": 1e-4");
@@ -292,44 +265,17 @@ static void test_no_light_to_centre_the_crop_on(void **unused) {
     text = replaced_again(text, "\"pixel\": \"point\"", "\"pixel\": \"point\", \"dark_e_per_s\": 1e9");
     toliman_sim *dark = sim_of(text);
     toliman_cae *cae = NULL;
-    assert_fails(toliman_cae_create(dark, 1, NULL, &cae), TOLIMAN_E_SCENE,
-                 "the reference frame has no counts above the background");
+    assert_refused(toliman_cae_create(dark, 1, NULL, &cae), TOLIMAN_E_SCENE, "");
     assert_null(cae);
-    toliman_sim_destroy(dark);
-    free(text);
-}
-
-static void test_same_bits_on_any_number_of_workers(void **unused) {
-    (void)unused;
-    enum { kFrames = 7 };
-    double *frames = new_image((size_t)kFrames * kPixels), latents[kFrames], one;
-    assert_ok(toliman_sim_frame(sim, NULL, 3, 0, kFrames, frames));
-    for (uint32_t workers = 0; workers <= 3; workers++) {
-        toliman_cae *const copy = cae_on_threads(trained, workers);
-        assert_ok(toliman_cae_encode(copy, PLAIN_IMAGE(frames), kFrames, latents, NULL));
-        toliman_cae_destroy(copy);
-        for (int k = 0; k < kFrames; k++) {
-            assert_ok(toliman_cae_encode(trained, PLAIN_IMAGE(frames + (size_t)k * kPixels), 1, &one, NULL));
-            assert_memory_equal(&one, &latents[k], sizeof one);
-        }
-    }
-    latents[0] = latents[6] = -5;
-    frames[5 * kPixels + 300] = NAN;
-    assert_fails(toliman_cae_encode(trained, PLAIN_IMAGE(frames), kFrames, latents, NULL), TOLIMAN_E_ARGUMENT,
-                 "frame 5: counts[1][44] = nan");
-    assert_true(latents[0] == -5 && latents[6] == -5);
-    assert_ok(toliman_cae_encode(trained, NULL, 0, NULL, NULL));
-    free(frames);
+    toliman_sim_destroy(dark), free(text);
 }
 
 /* The scatter of the latents of noisy frames is as the cosine predicts: sigma = crb / cosine. */
-static void test_efficiency_is_the_cosine(void **unused) {
-    (void)unused;
+TEST(test_efficiency_is_the_cosine) {
     enum { kFrames = 100 };
     static double displacements[kFrames];
     double *frame = new_image(kPixels), sum = 0, squares = 0;
-    toliman_cae_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_cae_get_info(trained, NULL, &info));
+    const toliman_cae_info info = cae_info_of(trained);
     for (int k = 0; k < kFrames; k++) {
         double latent;
         assert_ok(toliman_sim_frame(sim, &displacements[k], 99, k, 1, frame));
@@ -343,8 +289,7 @@ static void test_efficiency_is_the_cosine(void **unused) {
     free(frame);
 }
 
-static void test_reconstruction(void **unused) {
-    (void)unused;
+TEST(test_reconstruction) {
     double *frame = new_image(kPixels), *image = new_image(kPixels), *variance = new_image(kPixels);
     double mmse, mssim, floor_, low = 1e300, high = -1e300, error = 0, noise = 0;
     assert_ok(toliman_sim_frame(sim, &(double){0}, 5, 0, 1, frame));
@@ -364,14 +309,12 @@ static void test_reconstruction(void **unused) {
     assert_ok(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL));
     for (int i = 0; i < kPixels; i++)
         frame[i] = 3;
-    assert_fails(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, &mmse, NULL, NULL), TOLIMAN_E_ARGUMENT,
-                 "must not all be equal");
+    assert_invalid(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, &mmse, NULL, NULL), "counts");
     free(frame), free(image), free(variance);
 }
 
 /* A frame larger than the crop and off centre, with nuisances projected out. */
-static void test_crop_and_projection(void **unused) {
-    (void)unused;
+TEST(test_crop_and_projection) {
     enum { kRows = 270, kCols = 300, kFrame = kRows * kCols };
     toliman_sim *wide = make_sim(kRows, kCols, 9, "\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"");
     toliman_cae *cae = make_cae(wide, 1, 20, NULL);
@@ -383,8 +326,7 @@ static void test_crop_and_projection(void **unused) {
         row += reference[i] * (i / kCols);
         col += reference[i] * (i % kCols);
     }
-    toliman_cae_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_cae_get_info(cae, NULL, &info));
+    const toliman_cae_info info = cae_info_of(cae);
     assert_true(info.rows == kRows && info.cols == kCols && info.projected == 4);
     assert_true(info.crop_row == (int64_t)fmin(fmax(floor(row / light - 127.5 + 0.5), 0), kRows - kSide));
     assert_true(info.crop_col == (int64_t)fmin(fmax(floor(col / light - 127.5 + 0.5), 0), kCols - kSide));
@@ -413,54 +355,42 @@ static void test_crop_and_projection(void **unused) {
     assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL));
     frame[first + 2 * kCols + 3] = INFINITY;
     char text[64];
-    snprintf(text, sizeof text, "counts[%d][%d] = inf", (int)info.crop_row + 2, (int)info.crop_col + 3);
+    snprintf(text, sizeof text, "counts[%d][%d]", (int)info.crop_row + 2, (int)info.crop_col + 3);
     latent = -5;
-    assert_fails(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL), TOLIMAN_E_ARGUMENT, text);
+    assert_invalid(toliman_cae_encode(cae, PLAIN_IMAGE(frame), 1, &latent, NULL), text);
     assert_true(latent == -5);
-    free(reference), free(change), free(frame);
-    toliman_cae_destroy(cae);
-    toliman_sim_destroy(wide);
+    free(reference), free(change), free(frame), toliman_cae_destroy(cae), toliman_sim_destroy(wide);
 }
 
-static void test_arguments(void **unused) {
-    (void)unused;
+/* Ranges of options: bind/test_options; images: test_images. */
+TEST(test_arguments) {
     static double image[kPixels];
     double latent;
     size_t needed;
     toliman_cae *out = NULL;
-    toliman_cae_train_options options;
     toliman_sim *small = make_sim(255, 300, 0, "");
-    assert_fails(toliman_cae_create(small, 1, NULL, &out), TOLIMAN_E_UNSUPPORTED, "scene: detector.shape = [255, 300]");
+    assert_refused(toliman_cae_create(small, 1, NULL, &out), TOLIMAN_E_UNSUPPORTED, "detector.shape");
     assert_null(out);
     toliman_sim_destroy(small);
-    assert_fails(toliman_cae_create(NULL, 1, NULL, &out), TOLIMAN_E_ARGUMENT, "sim is NULL");
-    assert_fails(toliman_cae_create(sim, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    assert_fails(toliman_cae_encode(trained, PLAIN_IMAGE(image), 1, NULL, NULL), TOLIMAN_E_ARGUMENT,
-                 "latents_px is NULL");
-    assert_fails(toliman_cae_encode(trained, NULL, 1, &latent, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
-    assert_fails(toliman_cae_decode(trained, NAN, image, kSide), TOLIMAN_E_ARGUMENT, "latent_px = nan");
-    assert_fails(toliman_cae_decode(trained, 0, image, 3), TOLIMAN_E_ARGUMENT, "stride of image = 3");
-    assert_fails(toliman_cae_get_target(NULL, image, kSide), TOLIMAN_E_ARGUMENT, "cae is NULL");
-    assert_fails(toliman_cae_save(trained, NULL, NULL, 0, NULL), TOLIMAN_E_ARGUMENT, "needed is NULL");
-    assert_fails(toliman_cae_save(trained, NULL, image, 100, &needed), TOLIMAN_E_CAPACITY, "capacity = 100");
-    options = (toliman_cae_train_options)TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
-    options.learning_rate = 1.5;
-    assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_ARGUMENT, "options->learning_rate = 1.5");
-    options.learning_rate = NAN;
-    assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_ARGUMENT, "options->learning_rate = nan");
+    assert_invalid(toliman_cae_create(NULL, 1, NULL, &out), "sim");
+    assert_invalid(toliman_cae_create(sim, 1, NULL, NULL), "out");
+    assert_invalid(toliman_cae_encode(trained, PLAIN_IMAGE(image), 1, NULL, NULL), "latents_px");
+    assert_invalid(toliman_cae_decode(trained, NAN, image, kSide), "latent_px");
+    assert_invalid(toliman_cae_decode(trained, 0, image, 3), "stride");
+    assert_invalid(toliman_cae_get_target(NULL, image, kSide), "cae");
+    assert_invalid(toliman_cae_save(trained, NULL, NULL, 0, NULL), "needed");
+    assert_refused(toliman_cae_save(trained, NULL, image, 100, &needed), TOLIMAN_E_CAPACITY, "capacity");
     toliman_cae_training report = {.struct_size = 1};
-    assert_fails(toliman_cae_train(trained, NULL, &report), TOLIMAN_E_ARGUMENT, "report->struct_size = 1");
-    toliman_cae_train_options nowhere = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
-    nowhere.loss_count = 1;
-    assert_fails(toliman_cae_train(trained, &nowhere, NULL), TOLIMAN_E_ARGUMENT, "options->losses is NULL");
+    assert_invalid(toliman_cae_train(trained, NULL, &report), "report->struct_size");
+    toliman_cae_train_options nowhere = {.struct_size = sizeof nowhere, .loss_count = 1};
+    assert_invalid(toliman_cae_train(trained, &nowhere, NULL), "options->losses");
     for (int i = 0; i < kPixels; i++)
         image[i] = 1e300;
-    assert_fails(toliman_cae_encode(trained, PLAIN_IMAGE(image), 1, &latent, NULL), TOLIMAN_E_RANGE, "not finite");
+    assert_refused(toliman_cae_encode(trained, PLAIN_IMAGE(image), 1, &latent, NULL), TOLIMAN_E_RANGE, "counts");
 }
 
 /* Counts that can be encoded, but whose latent is beyond the decoder's range: the error must name the counts. */
-static void test_counts_too_far_to_reconstruct(void **unused) {
-    (void)unused;
+TEST(test_counts_too_far_to_reconstruct) {
     static double frame[kPixels], image[kPixels];
     double latent = 0;
     for (double size = 1e9; fabs(latent) <= 1e6; size *= 10) {
@@ -470,27 +400,25 @@ static void test_counts_too_far_to_reconstruct(void **unused) {
         assert_ok(toliman_cae_encode(trained, PLAIN_IMAGE(frame), 1, &latent, NULL));
     }
     image[0] = -5;
-    assert_fails(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL), TOLIMAN_E_RANGE,
-                 "counts: latent = ");
+    assert_refused(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL), TOLIMAN_E_RANGE,
+                   "counts");
     assert_true(image[0] == -5);
 }
 
 /* A frame whose contrast is negligible compared with the image it is compared to. */
-static void test_figures_that_overflow(void **unused) {
-    (void)unused;
+TEST(test_figures_that_overflow) {
     static double frame[kPixels], image[kPixels];
     double mmse = -5;
     frame[7] = 1e-300;
-    assert_fails(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, &mmse, NULL, NULL), TOLIMAN_E_RANGE,
-                 "counts: range = 1e-300: too small compared with the reconstruction");
+    assert_refused(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, &mmse, NULL, NULL), TOLIMAN_E_RANGE,
+                   "counts");
     assert_true(mmse == -5);
     assert_ok(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL));
 }
 
 /* A single star with shift_x projected out: the remaining signal is zero, and rounding errors must not pass for a
  * signal. */
-static void test_no_signal_is_left(void **unused) {
-    (void)unused;
+TEST(test_no_signal_is_left) {
     const char *const projects[] = {"\"shift_x\"", "\"shift_x\", \"shift_y\", \"flux_a\""};
     for (int k = 0; k < 2; k++) {
         char json[1024];
@@ -509,55 +437,30 @@ static void test_no_signal_is_left(void **unused) {
         assert_ok(toliman_sim_create_json(json, (size_t)size, NULL, NULL, &single));
         assert_ok(toliman_sim_get_bounds(single, &bounds));
         assert_true(isinf(bounds.crb_projected_px) && isfinite(bounds.crb_px));
-        assert_fails(toliman_cae_create(single, 1, NULL, &out), TOLIMAN_E_SCENE,
-                     "the projection leaves no information about the separation");
+        assert_refused(toliman_cae_create(single, 1, NULL, &out), TOLIMAN_E_SCENE, "preprocess.project");
         assert_null(out);
         toliman_sim_destroy(single);
     }
 }
 
-/* The nonlinearity of ELU stated in the header: latent over displacement, for both signs. Chapter's scene, default
- * training. */
-static void test_slope_of_the_header(void **unused) {
-    (void)unused;
-    const struct {
-        double displacement, slope;
-    } said[] = {{1e-4, 0.9996}, {1e-3, 0.996}, {1e-2, 0.96}, {-1e-4, 0.9996}, {-1e-3, 0.997}, {-1e-2, 0.97}};
-    toliman_sim *chapter = NULL;
-    assert_ok(toliman_sim_create_file("examples/scenes/chapter.json", NULL, &chapter));
-    toliman_cae *cae = make_cae(chapter, 1, 300, NULL);
-    const double zero = encode_expected(cae, chapter, 0);
-    for (size_t k = 0; k < sizeof said / sizeof *said; k++) {
-        const double slope = (encode_expected(cae, chapter, said[k].displacement) - zero) / said[k].displacement;
-        assert_close(1 - slope, 1 - said[k].slope, 0.35, 0);
-    }
-    toliman_cae_destroy(cae);
-    toliman_sim_destroy(chapter);
-}
-
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_info),
-        cmocka_unit_test(test_latent_is_the_separation_in_px),
-        cmocka_unit_test(test_target_is_the_whitened_derivative),
-        cmocka_unit_test(test_training_reaches_the_target),
-        cmocka_unit_test(test_cosine_of_the_header),
-        cmocka_unit_test(test_no_rate_diverges),
-        cmocka_unit_test(test_decode_is_linear),
-        cmocka_unit_test(test_encoder_is_the_transposed_decoder),
-        cmocka_unit_test(test_training_is_deterministic),
-        cmocka_unit_test(test_cancelled_training_changes_nothing),
-        cmocka_unit_test(test_resume_after_cancellation),
-        cmocka_unit_test(test_same_bits_on_any_number_of_workers),
-        cmocka_unit_test(test_no_light_to_centre_the_crop_on),
-        cmocka_unit_test(test_efficiency_is_the_cosine),
-        cmocka_unit_test(test_reconstruction),
-        cmocka_unit_test(test_crop_and_projection),
-        cmocka_unit_test(test_arguments),
-        cmocka_unit_test(test_counts_too_far_to_reconstruct),
-        cmocka_unit_test(test_figures_that_overflow),
-        cmocka_unit_test(test_no_signal_is_left),
-        cmocka_unit_test(test_slope_of_the_header),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_info),
+                                       cmocka_unit_test(test_latent_is_the_separation_in_px),
+                                       cmocka_unit_test(test_target_is_the_whitened_derivative),
+                                       cmocka_unit_test(test_training_reaches_the_target),
+                                       cmocka_unit_test(test_figures_of_the_header),
+                                       cmocka_unit_test(test_no_rate_diverges),
+                                       cmocka_unit_test(test_decode_is_linear),
+                                       cmocka_unit_test(test_encoder_is_the_transposed_decoder),
+                                       cmocka_unit_test(test_cancelled_training_changes_nothing),
+                                       cmocka_unit_test(test_resume_after_cancellation),
+                                       cmocka_unit_test(test_no_light_to_centre_the_crop_on),
+                                       cmocka_unit_test(test_efficiency_is_the_cosine),
+                                       cmocka_unit_test(test_reconstruction),
+                                       cmocka_unit_test(test_crop_and_projection),
+                                       cmocka_unit_test(test_arguments),
+                                       cmocka_unit_test(test_counts_too_far_to_reconstruct),
+                                       cmocka_unit_test(test_figures_that_overflow),
+                                       cmocka_unit_test(test_no_signal_is_left)};
     return cmocka_run_group_tests_name("cae", tests, set_up, tear_down);
 }

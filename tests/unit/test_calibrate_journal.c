@@ -41,14 +41,13 @@ static int64_t size_of_journal(void) {
 }
 
 /* Cancelled after each step in turn. */
-static void each_call_continues(void **state) {
-    (void)state;
+TEST(each_call_continues) {
     toliman_calibration *made = NULL;
     const int32_t iterations = calibrate_info_of(whole).iterations;
     begin();
     for (int cancel_at = 1; cancel_at < iterations; cancel_at++) {
         steps all = {.cancel_at = cancel_at};
-        assert_fails(run(&all, 0, &made), TOLIMAN_E_CANCELLED, "");
+        assert_refused(run(&all, 0, &made), TOLIMAN_E_CANCELLED, "");
         assert_int_equal(all.recalled, cancel_at - 1);
     }
     steps all = {.cancel_at = 0};
@@ -59,8 +58,7 @@ static void each_call_continues(void **state) {
     toliman_calibration_destroy(made);
 }
 
-static void more_iterations_continue(void **state) {
-    (void)state;
+TEST(more_iterations_continue) {
     toliman_calibration *made = NULL;
     steps all = {.cancel_at = 0};
     begin();
@@ -75,13 +73,12 @@ static void more_iterations_continue(void **state) {
 }
 
 /* A journal that ends anywhere, as after a kill or a power cut, or with any byte changed. */
-static void damage_costs_time_only(void **state) {
-    (void)state;
-    enum { CASES = 12 };
+TEST(damage_costs_time_only) {
+    enum { CASES = 6 };
     toliman_calibration *made = NULL;
     steps all = {.cancel_at = 4};
     begin();
-    assert_fails(run(&all, 0, &made), TOLIMAN_E_CANCELLED, "");
+    assert_refused(run(&all, 0, &made), TOLIMAN_E_CANCELLED, "");
     const int64_t size = size_of_journal();
     unsigned char *const bytes = malloc((size_t)size);
     FILE *file = fopen(path, "rb");
@@ -89,7 +86,7 @@ static void damage_costs_time_only(void **state) {
     fclose(file);
     for (int i = 0; i < CASES; i++) {
         const int64_t at = i == 0 ? 10 : size * i / CASES; /* 0: in the header */
-        const int is_flip = i % 3 == 2;
+        const int is_flip = i % 2 == 1;
         file = fopen(path, "wb");
         bytes[at] ^= is_flip ? 0x10 : 0;
         fwrite(bytes, 1, (size_t)(is_flip ? size : at), file);
@@ -108,7 +105,7 @@ static int32_t call_again(const toliman_calibration *so_far, const toliman_calib
     (void)so_far, (void)step, (void)unused;
     toliman_calibration *second = NULL;
     steps all = {.cancel_at = 0};
-    assert_fails(run(&all, 0, &second), TOLIMAN_E_STATE, "another process is writing to it");
+    assert_refused(run(&all, 0, &second), TOLIMAN_E_STATE, path);
     return 1;
 }
 
@@ -129,26 +126,24 @@ static void change_version(void) {
     fclose(file);
 }
 
-static void other_versions_are_refused(void **state) {
-    (void)state;
+TEST(other_versions_are_refused) {
     toliman_calibration *made = NULL;
     steps all = {.cancel_at = 1};
     begin();
-    assert_fails(run(&all, 0, &made), TOLIMAN_E_CANCELLED, "");
+    assert_refused(run(&all, 0, &made), TOLIMAN_E_CANCELLED, "");
     change_version();
-    assert_fails(run(&all, 0, &made), TOLIMAN_E_MISMATCH, "was written with another version of the library: ");
+    assert_fails(run(&all, 0, &made), TOLIMAN_E_MISMATCH, "version of the library");
 }
 
-static void others_are_refused(void **state) {
-    (void)state;
+TEST(others_are_refused) {
     static double changed[FRAMES * PIXELS];
     toliman_calibration *made = NULL;
     steps all = {.cancel_at = 1};
     begin();
     toliman_calibration_options options = {
         .struct_size = sizeof options, .free = kKnown, .journal = path, .step = call_again};
-    assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
-                 TOLIMAN_E_CANCELLED, "");
+    assert_refused(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
+                   TOLIMAN_E_CANCELLED, "");
     memcpy(changed, frames, sizeof changed);
     changed[FRAMES * PIXELS - 1] += 1;
     toliman_fit_prediction predictions[FRAMES] = {{.struct_size = sizeof *predictions}};
@@ -163,16 +158,14 @@ static void others_are_refused(void **state) {
         double window_days;
         const toliman_sim *start;
         const char *what;
-    } cases[] = {
-        {truth, frames, FRAMES, NULL, NULL, 0, NULL, "with another scene: "},
-        {nominal, changed, FRAMES, NULL, NULL, 0, NULL, "with other frames: "},
-        {nominal, frames, FRAMES - 1, NULL, NULL, 0, NULL, "with other frames: "},
-        {nominal, frames, FRAMES, predictions, NULL, 0, NULL, "with other frames: "},
-        {nominal, frames, FRAMES, NULL, "focus scale", 0, NULL, "with other free parameters: "},
-        {nominal, frames, FRAMES, NULL, "focus=50", 0, NULL, "with other free parameters: "},
-        {nominal, frames, FRAMES, NULL, NULL, 20, NULL, "with other windows, smoothness or capture: "},
-        {nominal, frames, FRAMES, NULL, NULL, 0, truth, "with another start: "},
-    };
+    } cases[] = {{truth, frames, FRAMES, NULL, NULL, 0, NULL, "scene"},
+                 {nominal, changed, FRAMES, NULL, NULL, 0, NULL, "frames"},
+                 {nominal, frames, FRAMES - 1, NULL, NULL, 0, NULL, "frames"},
+                 {nominal, frames, FRAMES, predictions, NULL, 0, NULL, "frames"},
+                 {nominal, frames, FRAMES, NULL, "focus scale", 0, NULL, "free parameters"},
+                 {nominal, frames, FRAMES, NULL, "focus=50", 0, NULL, "free parameters"},
+                 {nominal, frames, FRAMES, NULL, NULL, 20, NULL, "windows"},
+                 {nominal, frames, FRAMES, NULL, NULL, 0, truth, "start"}};
     const int64_t size = size_of_journal();
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         options = (toliman_calibration_options){.struct_size = sizeof options,
@@ -191,11 +184,11 @@ static void others_are_refused(void **state) {
     FILE *const file = fopen(path, "wb");
     fputs("something else that is longer than the header of a journal with six inputs, or so", file);
     fclose(file);
-    assert_fails(run(&all, 0, &made), TOLIMAN_E_FORMAT, "is not a journal of this work and version");
+    assert_refused(run(&all, 0, &made), TOLIMAN_E_FORMAT, path);
     snprintf(path, sizeof path, "%s", folder);
-    assert_fails(run(&all, 0, &made), TOLIMAN_E_WRITE, folder);
+    assert_refused(run(&all, 0, &made), TOLIMAN_E_WRITE, path);
     snprintf(path, sizeof path, "%s", in_folder("none/c.part"));
-    assert_fails(run(&all, 0, &made), TOLIMAN_E_WRITE, path);
+    assert_refused(run(&all, 0, &made), TOLIMAN_E_WRITE, path);
 }
 
 /* The list of times is a file that the scene names. */
@@ -207,13 +200,11 @@ static toliman_sim *sim_at_times(const char *times) {
     snprintf(list, sizeof list, "\"times_days\": \"%s\"", in_folder("times.csv"));
     char *const scene = replaced(text, "\"frames\": 8, \"interval_days\": 15", list);
     toliman_sim *const sim = sim_of(scene);
-    free(scene);
-    free(text);
+    free(scene), free(text);
     return sim;
 }
 
-static void other_times_are_refused(void **state) {
-    (void)state;
+TEST(other_times_are_refused) {
     toliman_sim *const sims[] = {sim_at_times("0\n15\n30\n45\n"), sim_at_times("0\n15\n30\n46\n")};
     toliman_fit_prediction predictions[FRAMES] = {{.struct_size = sizeof *predictions}};
     toliman_calibration *made = NULL;
@@ -223,10 +214,10 @@ static void other_times_are_refused(void **state) {
         predictions[k] = (toliman_fit_prediction){.struct_size = sizeof *predictions, .time_days = 15.0 * k};
     const toliman_calibration_options options = {
         .struct_size = sizeof options, .free = kKnown, .journal = path, .step = watch, .step_data = &all};
-    assert_fails(toliman_calibration_create(sims[0], PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made),
-                 TOLIMAN_E_CANCELLED, "");
-    assert_fails(toliman_calibration_create(sims[1], PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made),
-                 TOLIMAN_E_MISMATCH, "with another scene: ");
+    assert_refused(toliman_calibration_create(sims[0], PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made),
+                   TOLIMAN_E_CANCELLED, "");
+    assert_refused(toliman_calibration_create(sims[1], PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made),
+                   TOLIMAN_E_MISMATCH, path);
     for (int i = 0; i < 2; i++)
         toliman_sim_destroy(sims[i]);
 }
@@ -235,7 +226,6 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_call_continues),    cmocka_unit_test(more_iterations_continue),
         cmocka_unit_test(damage_costs_time_only), cmocka_unit_test(other_versions_are_refused),
-        cmocka_unit_test(others_are_refused),     cmocka_unit_test(other_times_are_refused),
-    };
+        cmocka_unit_test(others_are_refused),     cmocka_unit_test(other_times_are_refused)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -5,8 +5,7 @@
 /* Results. */
 
 /* Each parameter that the truth has, and 0 for the others, within 4.5 standard deviations; their rms is 1. */
-static void the_truth_is_found(void **state) {
-    (void)state;
+TEST(the_truth_is_found) {
     static const char *const names[] = {"focus",     "zernike_5", "zernike_21", "scale",         "mask_rotation",
                                         "jitter_xx", "jitter_yy", "jitter_xy",  "temperature_a", "temperature_b"};
     static const int places[] = {0, 1, 17, 18, 19, 20, 21, 22, 23, 24};
@@ -41,8 +40,7 @@ static void the_truth_is_found(void **state) {
 }
 
 /* Without noise, what remains is the error of the method. */
-static void values_of_noise_free_frames_are_exact(void **state) {
-    (void)state;
+TEST(values_of_noise_free_frames_are_exact) {
     static double exact[3 * PIXELS];
     char *const text = replaced_again(calibrate_text(&kTrueChange), "\"photon\": true, \"read_e\": 1.3",
                                       "\"photon\": false, \"read_e\": 0");
@@ -59,14 +57,11 @@ static void values_of_noise_free_frames_are_exact(void **state) {
     }
     print_message("largest error without noise: %.1e standard deviations\n", worst);
     assert_at_most(worst, 0.02);
-    toliman_calibration_destroy(made);
-    toliman_sim_destroy(noiseless);
-    free(text);
+    toliman_calibration_destroy(made), toliman_sim_destroy(noiseless), free(text);
 }
 
 /* The separations of a fit with the true optics are those of the calibration, within the noise that it adds. */
-static void frames_agree_with_the_true_optics(void **state) {
-    (void)state;
+TEST(frames_agree_with_the_true_optics) {
     toliman_fit *fit = NULL;
     const toliman_fit_options options = {.struct_size = sizeof options, .capture_px = 3};
     const toliman_calibration_info info = calibrate_info_of(whole);
@@ -88,8 +83,7 @@ static void frames_agree_with_the_true_optics(void **state) {
     toliman_fit_destroy(fit);
 }
 
-static void covariances_belong_to_the_values(void **state) {
-    (void)state;
+TEST(covariances_belong_to_the_values) {
     double covariance[KNOWN * KNOWN];
     assert_ok(toliman_calibration_get_covariance(whole, 0, covariance));
     for (int32_t i = 0; i < KNOWN; i++) {
@@ -113,8 +107,7 @@ static double mean_square(const double *values) {
     return sum / PIXELS;
 }
 
-static void residuals_are_white_after_the_fit(void **state) {
-    (void)state;
+TEST(residuals_are_white_after_the_fit) {
     static double before[PIXELS], after[PIXELS], map[PIXELS + SIDE], mean;
     assert_ok(toliman_calibration_get_image(whole, TOLIMAN_CALIBRATION_IMAGE_BEFORE, before, SIDE));
     assert_ok(toliman_calibration_get_image(whole, TOLIMAN_CALIBRATION_IMAGE_AFTER, after, SIDE));
@@ -132,8 +125,7 @@ static void residuals_are_white_after_the_fit(void **state) {
 }
 
 /* Any number of threads, pixels of another type, and times given by the caller. */
-static void all_calls_give_the_same_bits(void **state) {
-    (void)state;
+TEST(all_calls_give_the_same_bits) {
     static float single[FRAMES * PIXELS];
     static double rounded[FRAMES * PIXELS];
     toliman_fit_prediction predictions[FRAMES] = {{.struct_size = sizeof *predictions}};
@@ -158,8 +150,7 @@ static void all_calls_give_the_same_bits(void **state) {
 }
 
 /* Photons relative to the peak of the image, which the optics change, are held: the true values are found. */
-static void photons_may_be_relative_to_the_peak(void **state) {
-    (void)state;
+TEST(photons_may_be_relative_to_the_peak) {
     static double of_peak[2 * PIXELS];
     toliman_sim *sims[2];
     for (int i = 0; i < 2; i++) {
@@ -179,9 +170,7 @@ static void photons_may_be_relative_to_the_peak(void **state) {
         const toliman_calibration_value value = calibrate_value_of(made, 0, i);
         assert_close(value.value, calibrate_truth(value.name), 0, 4.5 * value.sigma);
     }
-    toliman_calibration_destroy(made);
-    toliman_sim_destroy(sims[0]);
-    toliman_sim_destroy(sims[1]);
+    toliman_calibration_destroy(made), toliman_sim_destroy(sims[0]), toliman_sim_destroy(sims[1]);
 }
 
 /* Steps. */
@@ -208,8 +197,7 @@ static int32_t count_steps(const toliman_calibration *so_far, const toliman_cali
     return ++all->calls == all->cancel_at;
 }
 
-static void steps_are_reported_and_cancel(void **state) {
-    (void)state;
+TEST(steps_are_reported_and_cancel) {
     steps all = {.cancel_at = 0};
     toliman_calibration_options options = {
         .struct_size = sizeof options, .free = kKnown, .step = count_steps, .step_data = &all};
@@ -221,23 +209,22 @@ static void steps_are_reported_and_cancel(void **state) {
     toliman_calibration_destroy(made);
     made = NULL;
     all = (steps){.cancel_at = 2};
-    assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
-                 TOLIMAN_E_CANCELLED, "");
+    assert_refused(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
+                   TOLIMAN_E_CANCELLED, "");
     assert_null(made);
     assert_int_equal(all.calls, 2);
 }
 
 /* From the state that a cancelled calibration saved: fewer steps to the same maximum. */
-static void calibrations_resume(void **state) {
-    (void)state;
+TEST(calibrations_resume) {
     char path[400];
     snprintf(path, sizeof path, "%s", in_folder("so_far.json"));
     steps all = {.cancel_at = 3, .save = path};
     toliman_calibration_options options = {
         .struct_size = sizeof options, .free = kKnown, .step = count_steps, .step_data = &all};
     toliman_calibration *made = NULL;
-    assert_fails(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
-                 TOLIMAN_E_CANCELLED, "");
+    assert_refused(toliman_calibration_create(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made),
+                   TOLIMAN_E_CANCELLED, "");
     toliman_sim *start = NULL;
     assert_ok(toliman_sim_create_file(path, NULL, &start));
     options = (toliman_calibration_options){.struct_size = sizeof options, .free = kKnown, .start = start};
@@ -247,14 +234,12 @@ static void calibrations_resume(void **state) {
         const toliman_calibration_value value = calibrate_value_of(made, 0, i);
         assert_close(value.value, calibrate_value_of(whole, 0, i).value, 0, 0.02 * value.sigma);
     }
-    toliman_calibration_destroy(made);
-    toliman_sim_destroy(start);
+    toliman_calibration_destroy(made), toliman_sim_destroy(start);
 }
 
 /* Verdicts. */
 
-static void missing_parameters_are_reported(void **state) {
-    (void)state;
+TEST(missing_parameters_are_reported) {
     const toliman_calibration_options options = {.struct_size = sizeof options, .free = "focus zernike_5-11 scale"};
     toliman_calibration *const made = calibrated(nominal, frames, FRAMES, &options);
     const toliman_calibration_info info = calibrate_info_of(made);
@@ -269,8 +254,7 @@ static void missing_parameters_are_reported(void **state) {
 }
 
 /* A prior far narrower than what the frames tell determines its parameter. */
-static void priors_that_hold_are_reported(void **state) {
-    (void)state;
+TEST(priors_that_hold_are_reported) {
     const toliman_calibration_options options = {.struct_size = sizeof options, .free = "focus=1e-5 zernike_5-6=50"};
     static double exact[2 * PIXELS];
     assert_ok(toliman_sim_frame(nominal, NULL, 3, 0, 2, exact));
@@ -286,8 +270,7 @@ static void priors_that_hold_are_reported(void **state) {
 }
 
 /* Without struts, the images of an aberration of even order and of its negative are the same. */
-static void signs_that_have_no_effect_are_reported(void **state) {
-    (void)state;
+TEST(signs_that_have_no_effect_are_reported) {
     static double both[2][2 * PIXELS];
     const calibrate_change plain = {.no_struts = 1};
     toliman_sim *const open = calibrate_sim(&plain);
@@ -306,8 +289,7 @@ static void signs_that_have_no_effect_are_reported(void **state) {
         assert_int_equal(coma.flags, 0);
         assert_close(focus.value, 9, 0, 5 * focus.sigma);
         assert_close(coma.value, negative ? 8 : -8, 0, 5 * coma.sigma);
-        toliman_calibration_destroy(made);
-        toliman_sim_destroy(other);
+        toliman_calibration_destroy(made), toliman_sim_destroy(other);
     }
     /* From the other side: the value is positive all the same. */
     const calibrate_change below = {.no_struts = 1,
@@ -319,15 +301,12 @@ static void signs_that_have_no_effect_are_reported(void **state) {
     const toliman_calibration_value focus = calibrate_value_of(made, 0, 0), coma = calibrate_value_of(made, 0, 1);
     assert_close(focus.value, 9, 0, 5 * focus.sigma);
     assert_close(coma.value, -8, 0, 5 * coma.sigma);
-    toliman_calibration_destroy(made);
-    toliman_sim_destroy(start);
-    toliman_sim_destroy(open);
+    toliman_calibration_destroy(made), toliman_sim_destroy(start), toliman_sim_destroy(open);
 }
 
 /* Windows. */
 
-static void parameters_may_change_between_windows(void **state) {
-    (void)state;
+TEST(parameters_may_change_between_windows) {
     static double drifting[ALL * PIXELS];
     static const double ends[] = {5, 8, 6, 6, 9}; /* focus, nm, at the starts of the windows; linear between them */
     for (size_t k = 0; k < ALL; k++) {
@@ -370,8 +349,7 @@ static void parameters_may_change_between_windows(void **state) {
 
 /* The OPD of the saved scene minus that of the nominal one with the same mask is the reported change; its fit measures
  * the same places. */
-static void saved_scenes_are_the_fitted_ones(void **state) {
-    (void)state;
+TEST(saved_scenes_are_the_fitted_ones) {
     static double before[CELLS * CELLS], after[CELLS * CELLS], change[CELLS * CELLS], open[CELLS * CELLS];
     assert_ok(toliman_calibration_save_file(whole, 0, in_folder("fitted.json")));
     toliman_sim *fitted = NULL;
@@ -400,8 +378,7 @@ static void saved_scenes_are_the_fitted_ones(void **state) {
         assert_close(result.displacement_px, found.displacement_px, 0, 1e-7);
         assert_close(result.chi_square, found.chi_square, 1e-6, 0);
     }
-    toliman_fit_destroy(fit);
-    toliman_sim_destroy(fitted);
+    toliman_fit_destroy(fit), toliman_sim_destroy(fitted);
 }
 
 int main(void) {

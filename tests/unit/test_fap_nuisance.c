@@ -4,9 +4,8 @@
 
 /* 30 samples, of which the functions take a large part: without counting them, 0.28 of the series with 6 functions
  * would be below 0.1. */
-static void false_alarms_are_as_many_as_promised(void **unused) {
-    (void)unused;
-    enum { SERIES = 2500 };
+TEST(false_alarms_are_as_many_as_promised) {
+    enum { SERIES = 1250 };
     static const int functions[] = {1, 6, 9};
     for (size_t k = 0; k < sizeof functions / sizeof *functions; k++)
         for (int priors = 0; priors < (functions[k] > 1 ? 2 : 1); priors++) {
@@ -19,8 +18,7 @@ static void false_alarms_are_as_many_as_promised(void **unused) {
 
 /* Every method counts the functions: 20 samples with 5 functions have the FAP of 16 with the mean alone, if the
  * variance of their times is equal. */
-static void degrees_of_freedom_decide(void **unused) {
-    (void)unused;
+TEST(degrees_of_freedom_decide) {
     const int32_t methods[] = {TOLIMAN_PERIOD_FAP_BALUEV, TOLIMAN_PERIOD_FAP_NAIVE, TOLIMAN_PERIOD_FAP_SINGLE};
     toliman_period *periods[2] = {NULL};
     for (int with = 0; with < 2; with++) {
@@ -45,9 +43,7 @@ static void degrees_of_freedom_decide(void **unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(false_alarms_are_as_many_as_promised),
-        cmocka_unit_test(degrees_of_freedom_decide),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(false_alarms_are_as_many_as_promised),
+                                       cmocka_unit_test(degrees_of_freedom_decide)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -107,8 +107,7 @@ static void make_hostile(char *name, size_t capacity, uint64_t *random) {
     }
 }
 
-static void names_from_the_downlink_stay_inside(void **unused) {
-    (void)unused;
+TEST(names_from_the_downlink_stay_inside) {
     uint64_t random = 7;
     toliman_track_options options = small_options(folder);
     options.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;
@@ -164,8 +163,7 @@ static void use_folder(const toliman_track_options *with, int use) {
 
 /* Replaces each file of a tracker's folder and each temporary file by a link to a file, to a missing file, to a folder,
  * and to itself; then writes, reads, rebuilds and merges. */
-static void links_are_not_followed(void **unused) {
-    (void)unused;
+TEST(links_are_not_followed) {
     static const char *const names[] = {"ledger.tlml", "checkpoint.tlmc", "setup.tlms",          "streams.txt",
                                         "lock",        "ledger.tlml.tmp", "checkpoint.tlmc.tmp", "setup.tlms.tmp",
                                         NULL};
@@ -192,8 +190,7 @@ static void links_are_not_followed(void **unused) {
 }
 
 /* Replacing a file through a temporary file must not touch an existing file of the temporary's name. */
-static void temporaries_are_not_followed(void **unused) {
-    (void)unused;
+TEST(temporaries_are_not_followed) {
     char path[300], name[64];
     snprintf(path, sizeof path, "%s/sums", folder);
     toliman_period *period = NULL;
@@ -211,8 +208,7 @@ static void temporaries_are_not_followed(void **unused) {
 }
 
 /* Folders and pipes in place of files. Opening a pipe would block until the other end is opened. */
-static void non_regular_files_are_refused(void **unused) {
-    (void)unused;
+TEST(non_regular_files_are_refused) {
     const char *const places[] = {ledger, setup, checkpoint};
     for (int place = 0; place < 3; place++)
         for (int pipe = 0; pipe < 2; pipe++) {
@@ -230,8 +226,7 @@ static void non_regular_files_are_refused(void **unused) {
         }
 }
 
-static void bare_names_are_files_of_the_working_directory(void **unused) {
-    (void)unused;
+TEST(bare_names_are_files_of_the_working_directory) {
     char before[4096];
     toliman_period *period = NULL;
     assert_ok(toliman_period_create(0.1, 0.1, 10, NULL, &period));
@@ -250,8 +245,7 @@ static mode_t mode_of(const char *path) {
     return attributes.st_mode & 0777;
 }
 
-static void temporaries_are_private_to_their_owner(void **unused) {
-    (void)unused;
+TEST(temporaries_are_private_to_their_owner) {
     const mode_t masks[] = {022, 002, 027, 077, 0};
     char path[300];
     snprintf(path, sizeof path, "%s/sums", folder);
@@ -334,8 +328,7 @@ static void fail_to_read(void) {
 
 /* A read-only folder can be read, and is reported as not writable. A folder without permissions cannot be read
  * either. */
-static void permission_errors_are_reported(void **unused) {
-    (void)unused;
+TEST(permission_errors_are_reported) {
     const toliman_track_options options = filled_folder();
     assert_int_equal(chmod(folder, 0555), 0);
     for (int i = 0; i < 2; i++)
@@ -361,8 +354,7 @@ static void save_twice(void) {
 }
 
 /* A file is replaced through its relative name, although a parent folder is not readable. */
-static void parent_folders_may_deny_access(void **unused) {
-    (void)unused;
+TEST(parent_folders_may_deny_access) {
     char inside[300], here[1000];
     snprintf(inside, sizeof inside, "%s/in", folder);
     assert_int_equal(mkdir(inside, 0777), 0);
@@ -385,7 +377,6 @@ int main(void) {
         cmocka_unit_test_setup_teardown(bare_names_are_files_of_the_working_directory, make_outside, remove_outside),
         cmocka_unit_test_setup_teardown(temporaries_are_private_to_their_owner, make_outside, remove_outside),
         cmocka_unit_test_setup_teardown(permission_errors_are_reported, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(parent_folders_may_deny_access, make_outside, remove_outside),
-    };
+        cmocka_unit_test_setup_teardown(parent_folders_may_deny_access, make_outside, remove_outside)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -17,19 +17,15 @@ static toliman_sim *sim;
 static toliman_cae *cae;
 static toliman_linear *linear;
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     sim = make_sim(kSide, kSide, 0, shared_nuisances);
     cae = make_cae(sim, 1, 0, NULL);
     assert_ok(toliman_linear_create(sim, NULL, &linear));
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
-    toliman_linear_destroy(linear);
-    toliman_cae_destroy(cae);
-    toliman_sim_destroy(sim);
+FIXTURE(tear_down) {
+    toliman_linear_destroy(linear), toliman_cae_destroy(cae), toliman_sim_destroy(sim);
     return 0;
 }
 
@@ -81,8 +77,7 @@ static void fill(int32_t kind, size_t stride, size_t frame_stride, unsigned char
             }
 }
 
-static void every_kind_of_pixels_and_every_layout_gives_the_same_bits(void **unused) {
-    (void)unused;
+TEST(every_kind_of_pixels_and_every_layout_gives_the_same_bits) {
     /* without gaps, with gaps, and with the rows of all frames interleaved */
     const size_t strides[][2] = {{0, 0}, {kSide + kGap, (kSide + kGap) * (kSide + kGap)}, {COUNT * kSide, kSide}};
     unsigned char *pixels = malloc(8 * COUNT * (kSide + kGap) * (kSide + kGap));
@@ -106,19 +101,17 @@ static void every_kind_of_pixels_and_every_layout_gives_the_same_bits(void **unu
             assert_memory_equal(&latents[0], &alone, sizeof alone);
             assert_ok(toliman_linear_encode(linear, &image, 1, &alone, NULL));
             assert_memory_equal(&values[0], &alone, sizeof alone);
-            for (size_t k = 0; k < COUNT; k++) {
+            for (size_t k = s; k < COUNT; k += 3) { /* one of the frames for each layout */
                 assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(plain + k * kPixels), 1, &alone, NULL));
                 assert_memory_equal(&latents[k], &alone, sizeof alone);
                 assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(plain + k * kPixels), 1, &alone, NULL));
                 assert_memory_equal(&values[k], &alone, sizeof alone);
             }
         }
-    free(plain);
-    free(pixels);
+    free(plain), free(pixels);
 }
 
-static void components_take_many_frames_or_none(void **unused) {
-    (void)unused;
+TEST(components_take_many_frames_or_none) {
     enum { SMALL = 1 << 4 };
     const toliman_components_options options = {.struct_size = sizeof options, .bin = SMALL, .capacity = COUNT};
     toliman_components *one_by_one, *at_once;
@@ -132,8 +125,7 @@ static void components_take_many_frames_or_none(void **unused) {
         assert_ok(toliman_components_push(one_by_one, PLAIN_IMAGE(plain + k * kPixels), 1));
     const toliman_image *const image = IMAGE_OF(TOLIMAN_PIXEL_U16BE, pixels);
     assert_ok(toliman_components_push(at_once, NULL, 0));
-    assert_fails(toliman_components_push(at_once, image, COUNT + 1), TOLIMAN_E_CAPACITY,
-                 "count = 4: must be at most 3: 0 of 3 frames have been pushed");
+    assert_refused(toliman_components_push(at_once, image, COUNT + 1), TOLIMAN_E_CAPACITY, "count");
     plain[kPixels + 300] = NAN;
     assert_fails(toliman_components_push(at_once, PLAIN_IMAGE(plain), COUNT), TOLIMAN_E_ARGUMENT,
                  "frame 1: counts[1][44] = nan");
@@ -143,59 +135,55 @@ static void components_take_many_frames_or_none(void **unused) {
     assert_ok(toliman_components_get_series(one_by_one, 0, series[0], NULL));
     assert_ok(toliman_components_get_series(at_once, 0, series[1], NULL));
     assert_memory_equal(series[0], series[1], sizeof series[0]);
-    toliman_components_destroy(one_by_one);
-    toliman_components_destroy(at_once);
-    free(plain);
-    free(pixels);
+    toliman_components_destroy(one_by_one), toliman_components_destroy(at_once), free(plain), free(pixels);
 }
 
-static void impossible_images_are_refused(void **unused) {
-    (void)unused;
-    double *frames = new_image(2 * kPixels), values[2] = {1, 2};
+static void assert_image_refused(const toliman_image *image, size_t count, toliman_status status, const char *field) {
+    double values[2] = {1, 2};
     toliman_frame_goodness fits[2] = {TOLIMAN_FRAME_GOODNESS_INIT};
     fits[0].chi_square = 3;
+    assert_refused(toliman_cae_encode(cae, image, count, values, fits), status, field);
+    assert_refused(toliman_linear_encode(linear, image, count, values, fits), status, field);
+    assert_true(values[0] == 1 && values[1] == 2 && fits[0].chi_square == 3 && fits[1].struct_size == 0);
+}
+
+TEST(impossible_images_are_refused) {
+    double *frames = new_image(2 * kPixels), values[2];
     for (size_t i = 0; i < 2 * kPixels; i++)
         frames[i] = 1;
     const toliman_image good = {.struct_size = sizeof good, .pixels = frames};
-    struct {
+    const uint32_t size = sizeof good;
+    const struct {
         toliman_image image;
         size_t count;
-        toliman_status status;
-        const char *text;
-    } cases[13];
-    for (size_t i = 0; i < 13; i++)
-        cases[i].image = good, cases[i].count = 2, cases[i].status = TOLIMAN_E_ARGUMENT;
-    cases[0].image.pixel = 42, cases[0].text = "image->pixel = 42: must be one of TOLIMAN_PIXEL_..., 31 to 41";
-    cases[1].image.pixels = NULL, cases[1].text = "image->pixels is NULL";
-    cases[2].image.rows = 255, cases[2].text = "image->rows = 255: must be 256";
-    cases[3].image.cols = -1, cases[3].text = "image->cols = -1: must be 256";
-    cases[4].image.stride = 255, cases[4].text = "image->stride = 255: must be at least 256";
-    cases[5].image.frame_stride = -1, cases[5].text = "image->frame_stride = -1: must be at least 1";
-    cases[6].image.pixels = (char *)frames + 4, cases[6].text = "image->pixels: must be aligned to 8 bytes";
-    cases[7].image.struct_size = 3, cases[7].text = "struct_size";
-    cases[8].count = (size_t)1 << 60, cases[8].text = "image: 1152921504606846976 frames of 256x256 pixels";
-    cases[9].image.stride = INT64_MAX, cases[9].text = "does not fit in memory";
-    cases[10].image.frame_stride = INT64_MAX, cases[10].text = "does not fit in memory";
-    cases[11].count = SIZE_MAX, cases[11].text = "does not fit in memory";
-    cases[12].image.stride = INT64_MAX / 8, cases[12].text = "does not fit in memory";
-    for (size_t i = 8; i < 13; i++)
-        cases[i].status = TOLIMAN_E_RANGE;
-    for (size_t i = 0; i < 13; i++) {
-        const toliman_image *const image = &cases[i].image;
-        assert_fails(toliman_cae_encode(cae, image, cases[i].count, values, fits), cases[i].status, cases[i].text);
-        assert_fails(toliman_linear_encode(linear, image, cases[i].count, values, fits), cases[i].status,
-                     cases[i].text);
-    }
-    assert_fails(toliman_linear_encode(NULL, &good, 1, values, NULL), TOLIMAN_E_ARGUMENT, "linear is NULL");
-    assert_fails(toliman_linear_encode(linear, NULL, 1, values, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
-    assert_fails(toliman_linear_encode(linear, &good, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "values_px is NULL");
-    assert_ok(toliman_linear_encode(linear, NULL, 0, NULL, NULL));
+        const char *field;
+    } cases[] = {{{.struct_size = size, .pixels = frames, .pixel = 42}, 2, "image->pixel"},
+                 {{.struct_size = size}, 2, "image->pixels"},
+                 {{.struct_size = size, .pixels = frames, .rows = 255}, 2, "image->rows"},
+                 {{.struct_size = size, .pixels = frames, .cols = -1}, 2, "image->cols"},
+                 {{.struct_size = size, .pixels = frames, .stride = 255}, 2, "image->stride"},
+                 {{.struct_size = size, .pixels = frames, .frame_stride = -1}, 2, "image->frame_stride"},
+                 {{.struct_size = size, .pixels = (char *)frames + 4}, 2, "image->pixels"}, /* not aligned */
+                 {{.struct_size = 3, .pixels = frames}, 2, "image->struct_size"},
+                 {good, (size_t)1 << 60, "image"}, /* from here on: does not fit in memory */
+                 {good, SIZE_MAX, "image"},
+                 {{.struct_size = size, .pixels = frames, .stride = INT64_MAX}, 2, "image"},
+                 {{.struct_size = size, .pixels = frames, .stride = INT64_MAX / 8}, 2, "image"},
+                 {{.struct_size = size, .pixels = frames, .frame_stride = INT64_MAX}, 2, "image"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        assert_image_refused(&cases[i].image, cases[i].count, i < 8 ? TOLIMAN_E_ARGUMENT : TOLIMAN_E_RANGE,
+                             cases[i].field);
+    assert_image_refused(NULL, 1, TOLIMAN_E_ARGUMENT, "image");
     frames[kPixels + 259] = INFINITY;
-    assert_fails(toliman_linear_encode(linear, &good, 2, values, fits), TOLIMAN_E_ARGUMENT,
+    assert_image_refused(&good, 2, TOLIMAN_E_ARGUMENT, "counts[1][3]");
+    assert_fails(toliman_linear_encode(linear, &good, 2, values, NULL), TOLIMAN_E_ARGUMENT,
                  "frame 1: counts[1][3] = inf");
-    assert_true(values[0] == 1 && values[1] == 2 && fits[0].chi_square == 3 && fits[1].struct_size == 0);
-    fits[0].struct_size = 4;
-    assert_fails(toliman_linear_encode(linear, &good, 2, values, fits), TOLIMAN_E_ARGUMENT, "goodness");
+    assert_invalid(toliman_linear_encode(NULL, &good, 1, values, NULL), "linear");
+    assert_invalid(toliman_linear_encode(linear, &good, 1, NULL, NULL), "values_px");
+    assert_ok(toliman_linear_encode(linear, NULL, 0, NULL, NULL));
+    assert_ok(toliman_cae_encode(cae, NULL, 0, NULL, NULL));
+    toliman_frame_goodness older[2] = {{.struct_size = 4}};
+    assert_invalid(toliman_linear_encode(linear, &good, 2, values, older), "goodness->struct_size");
     free(frames);
 }
 
@@ -231,8 +219,7 @@ static double slow_chi_square(const double *frame) {
     return (double)(left / (kPixels - PLANES));
 }
 
-static void chi_square_matches_a_plain_fit(void **unused) {
-    (void)unused;
+TEST(chi_square_matches_a_plain_fit) {
     static double frame[kPixels];
     double value, alone;
     toliman_frame_goodness fits[2] = {TOLIMAN_FRAME_GOODNESS_INIT, TOLIMAN_FRAME_GOODNESS_INIT};
@@ -302,14 +289,12 @@ static void check_scene(const toliman_sim *scene, const toliman_cae *network, co
     free(frames);
 }
 
-static void damaged_frames_are_detected(void **unused) {
-    (void)unused;
+TEST(damaged_frames_are_detected) {
     check_scene(sim, cae, linear);
 }
 
 /* This network projects nothing out, so its own residual is not available. */
-static void damaged_frames_are_detected_in_the_chapter_scene(void **unused) {
-    (void)unused;
+TEST(damaged_frames_are_detected_in_the_chapter_scene) {
     toliman_sim *scene;
     toliman_linear *fit;
     assert_ok(toliman_sim_create_file("examples/scenes/chapter.json", NULL, &scene));
@@ -328,17 +313,15 @@ static void damaged_frames_are_detected_in_the_chapter_scene(void **unused) {
         toliman_cae_destroy(networks[i]);
     }
     assert_close(fits[0].chi_square, fits[1].chi_square, 1e-12, 0);
-    toliman_linear_destroy(fit);
-    toliman_sim_destroy(scene);
+    toliman_linear_destroy(fit), toliman_sim_destroy(scene);
 }
 
-static void chi_square_is_the_same_on_any_number_of_workers(void **unused) {
-    (void)unused;
+TEST(chi_square_is_the_same_on_any_number_of_workers) {
     double *frames = new_image(COUNT * kPixels), values[COUNT];
     toliman_frame_goodness first[2][COUNT], fits[COUNT] = {{.struct_size = sizeof fits[0]}};
     for (size_t k = 0; k < COUNT; k++)
         assert_ok(toliman_sim_frame(sim, &(double){0}, 1, (int64_t)k, 1, frames + k * kPixels));
-    for (uint32_t threads = 1; threads <= 4; threads++) {
+    for (uint32_t threads = 1; threads <= 3; threads += 2) {
         const toliman_linear_options options = {.struct_size = sizeof options, .threads = threads};
         toliman_cae *const network = cae_on_threads(cae, threads);
         toliman_linear *template = NULL;
@@ -350,8 +333,7 @@ static void chi_square_is_the_same_on_any_number_of_workers(void **unused) {
                 memcpy(first[which], fits, sizeof fits);
             assert_memory_equal(fits, first[which], sizeof fits);
         }
-        toliman_cae_destroy(network);
-        toliman_linear_destroy(template);
+        toliman_cae_destroy(network), toliman_linear_destroy(template);
     }
     for (size_t i = 0; i < kPixels; i++)
         frames[i] = 1e200;
@@ -361,14 +343,12 @@ static void chi_square_is_the_same_on_any_number_of_workers(void **unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_kind_of_pixels_and_every_layout_gives_the_same_bits),
-        cmocka_unit_test(components_take_many_frames_or_none),
-        cmocka_unit_test(impossible_images_are_refused),
-        cmocka_unit_test(chi_square_matches_a_plain_fit),
-        cmocka_unit_test(damaged_frames_are_detected),
-        cmocka_unit_test(damaged_frames_are_detected_in_the_chapter_scene),
-        cmocka_unit_test(chi_square_is_the_same_on_any_number_of_workers),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(every_kind_of_pixels_and_every_layout_gives_the_same_bits),
+                                       cmocka_unit_test(components_take_many_frames_or_none),
+                                       cmocka_unit_test(impossible_images_are_refused),
+                                       cmocka_unit_test(chi_square_matches_a_plain_fit),
+                                       cmocka_unit_test(damaged_frames_are_detected),
+                                       cmocka_unit_test(damaged_frames_are_detected_in_the_chapter_scene),
+                                       cmocka_unit_test(chi_square_is_the_same_on_any_number_of_workers)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

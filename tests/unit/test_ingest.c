@@ -4,8 +4,7 @@
 
 #include "pair_files.h"
 
-static void test_frames(void **state) {
-    (void)state;
+TEST(test_frames) {
     static const char *const lines[] = {
         "{\"frame_id\": -5, \"timestamp_ns\": -9223372036854775808, \"host_time\": 1.5, \"nframes_dropped\": 65535, "
         "\"roi_label\": \"a\", \"n_rows\": 1, \"n_cols\": 5, \"session_id\": \"s.1_-\"}\n",
@@ -61,8 +60,7 @@ static void test_frames(void **state) {
     }
 }
 
-static void test_stamps(void **state) {
-    (void)state;
+TEST(test_stamps) {
     put_lines(3, 1);
     put_pixels(FRAME_BYTES);
     const struct {
@@ -109,8 +107,7 @@ static void test_stamps(void **state) {
 #define REST "\"timestamp_ns\": 5, \"nframes_dropped\": 0, \"host_time\": 0"
 #define LONG_NAME "abcdefghijklmnopqrstuvwxyzabcdefghijklmnopqrstuvwxyzabcdefghijklm"
 
-static void test_malformed_lines(void **state) {
-    (void)state;
+TEST(test_malformed_lines) {
     static const struct {
         const char *line, *text;
         int has_key;
@@ -126,29 +123,28 @@ static void test_malformed_lines(void **state) {
          0},
         {"{}", "session_id is missing", 0},
         {"{\"session_id\": \"s\", \"roi_label\": \"r\", " SHAPE ", " REST "}", "frame_id is missing", 0},
-        {"{\"session_id\": \"s\", \"roi_label\": \"r\", \"frame_id\": 7.5}", "frame_id must be an integer", 0},
-        {"{\"session_id\": \"s\", \"roi_label\": \"r\", \"frame_id\": 9223372036854775808}", "frame_id must be an", 0},
-        {"{\"session_id\": \"s\", \"roi_label\": \"r\", \"frame_id\": \"7\"}", "frame_id must be an integer", 0},
-        {"{\"session_id\": \"../s\", \"roi_label\": \"r\", \"frame_id\": 7}", "session_id must be 1 to 64 of", 0},
-        {"{\"session_id\": \".s\", \"roi_label\": \"r\", \"frame_id\": 7}", "session_id must be 1 to 64 of", 0},
-        {"{\"session_id\": \"\", \"roi_label\": \"r\", \"frame_id\": 7}", "session_id must be 1 to 64 of", 0},
-        {"{\"session_id\": \"" LONG_NAME "\"}", "session_id must be 1 to 64 of", 0},
-        {"{\"session_id\": \"s\", \"roi_label\": 5, \"frame_id\": 7}", "roi_label must be 1 to 64 of", 0},
+        {"{\"session_id\": \"s\", \"roi_label\": \"r\", \"frame_id\": 7.5}", "frame_id must be", 0},
+        {"{\"session_id\": \"s\", \"roi_label\": \"r\", \"frame_id\": 9223372036854775808}", "frame_id must be", 0},
+        {"{\"session_id\": \"s\", \"roi_label\": \"r\", \"frame_id\": \"7\"}", "frame_id must be", 0},
+        {"{\"session_id\": \"../s\", \"roi_label\": \"r\", \"frame_id\": 7}", "session_id must be", 0},
+        {"{\"session_id\": \".s\", \"roi_label\": \"r\", \"frame_id\": 7}", "session_id must be", 0},
+        {"{\"session_id\": \"\", \"roi_label\": \"r\", \"frame_id\": 7}", "session_id must be", 0},
+        {"{\"session_id\": \"" LONG_NAME "\"}", "session_id must be", 0},
+        {"{\"session_id\": \"s\", \"roi_label\": 5, \"frame_id\": 7}", "roi_label must be", 0},
         {"{" KEY ", " SHAPE ", \"nframes_dropped\": 0, \"host_time\": 0}", "timestamp_ns is missing", 1},
-        {"{" KEY ", \"timestamp_ns\": 1e3}", "timestamp_ns must be an integer of 64 bits, not 1000", 1},
-        {"{" KEY ", \"timestamp_ns\": null}", "timestamp_ns must be an integer", 1},
+        {"{" KEY ", \"timestamp_ns\": 1e3}", "timestamp_ns must be", 1},
+        {"{" KEY ", \"timestamp_ns\": null}", "timestamp_ns must be", 1},
         {"{" KEY ", \"timestamp_ns\": 5}", "nframes_dropped is missing", 1},
-        {"{" KEY ", \"timestamp_ns\": 5, \"nframes_dropped\": -1}", "nframes_dropped must be in [0, 65535], not -1", 1},
-        {"{" KEY ", \"timestamp_ns\": 5, \"nframes_dropped\": 65536}", "nframes_dropped must be in", 1},
-        {"{" KEY ", " REST ", \"n_rows\": 0}", "n_rows must be in [1, 65536], not 0", 1},
-        {"{" KEY ", " REST ", \"n_rows\": 3, \"n_cols\": 65537}", "n_cols must be in [1, 65536], not 65537", 1},
+        {"{" KEY ", \"timestamp_ns\": 5, \"nframes_dropped\": -1}", "nframes_dropped must be", 1},
+        {"{" KEY ", \"timestamp_ns\": 5, \"nframes_dropped\": 65536}", "nframes_dropped must be", 1},
+        {"{" KEY ", " REST ", \"n_rows\": 0}", "n_rows must be", 1},
+        {"{" KEY ", " REST ", \"n_rows\": 3, \"n_cols\": 65537}", "n_cols must be", 1},
         {"{" KEY ", " SHAPE ", \"timestamp_ns\": 5, \"nframes_dropped\": 0}", "host_time is missing", 1},
-        {"{" KEY ", " SHAPE ", \"timestamp_ns\": 5, \"nframes_dropped\": 0, \"host_time\": true}",
-         "host_time must be a number", 1},
+        {"{" KEY ", " SHAPE ", \"timestamp_ns\": 5, \"nframes_dropped\": 0, \"host_time\": true}", "host_time must be",
+         1},
         {"{" KEY ", " SHAPE ", " REST ", \"gain\": 3}", "unknown key \"gain\"", 1},
         {"{" KEY ", " SHAPE ", " REST ", \"\\u001b[2J\": 3}", "unknown key \"?[2J\"", 1},
-        {"{" KEY ", " SHAPE ", " REST ", \"n_rows\": 3}", "duplicate key \"n_rows\"", 1},
-    };
+        {"{" KEY ", " SHAPE ", " REST ", \"n_rows\": 3}", "duplicate key \"n_rows\"", 1}};
     put_pixels(3 * FRAME_BYTES);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char text[512];
@@ -171,14 +167,12 @@ static void test_malformed_lines(void **state) {
         assert_int_equal(frame.rows, 0);
         assert_warning(ingest, TOLIMAN_INGEST_REASON_CLOCK_JUMP, 3, "as in the frame before");
         assert_frame(ingest, 2, 3, 2 * FRAME_BYTES);
-        assert_nothing(ingest);
-        toliman_ingest_destroy(ingest);
+        assert_end(ingest);
     }
 }
 
 /* Lines longer than 4096 bytes, also longer than what is read at once, are reported and skipped. */
-static void test_long_lines(void **state) {
-    (void)state;
+TEST(test_long_lines) {
     static char spaces[200001];
     memset(spaces, ' ', sizeof spaces - 1);
     const size_t sizes[] = {4096, 4097, 65535, 65536, 65537, 200000};
@@ -202,8 +196,7 @@ static void test_long_lines(void **state) {
                 assert_frame(ingest, 1, 2, FRAME_BYTES);
             if (!last)
                 assert_frame(ingest, 2, 3, 2 * FRAME_BYTES);
-            assert_nothing(ingest);
-            toliman_ingest_destroy(ingest);
+            assert_end(ingest);
         }
 }
 
@@ -216,8 +209,7 @@ static void put_odd_lines(int odd, const char *line) {
         put_text(side_path, "ab", i == odd ? line : side_line(text, i, i * INT64_C(1000000000), i, ROWS, COLS));
 }
 
-static void test_positions(void **state) {
-    (void)state;
+TEST(test_positions) {
     char text[512];
     /* The shapes of the lines fill the file: every position is known. */
     put_odd_lines(2, side_line(text, 2, 2000000000, 2, 1, 5));
@@ -225,19 +217,15 @@ static void test_positions(void **state) {
     toliman_ingest *ingest = open_pair(0);
     for (int i = 0; i < 5; i++)
         assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES - (i > 2 ? FRAME_BYTES - 10 : 0));
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
     /* Frames of the expected shape fill the file: the line is wrong. */
     put_pixels(5 * FRAME_BYTES);
     ingest = open_pair(0);
-    assert_frame(ingest, 0, 1, 0);
-    assert_frame(ingest, 1, 2, FRAME_BYTES);
+    assert_frames(ingest, 0, 2);
     assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 3, "n_rows = 1, n_cols = 5: the frames in ");
     assert_int_equal(frame.frame_id, 2);
-    assert_frame(ingest, 3, 4, 3 * FRAME_BYTES);
-    assert_frame(ingest, 4, 5, 4 * FRAME_BYTES);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_frames(ingest, 3, 5);
+    assert_end(ingest);
     /* Neither: the positions after the odd line are unknown, and bytes are not reported as extra. */
     const char *const odd[] = {side_line(text, 2, 2000000000, 2, 1, 5), "{}\n"};
     for (int k = 0; k < 2; k++)
@@ -245,8 +233,7 @@ static void test_positions(void **state) {
             put_odd_lines(2, odd[k]);
             put_pixels((longer ? 5 : 4) * FRAME_BYTES + 1);
             ingest = open_pair(0);
-            assert_frame(ingest, 0, 1, 0);
-            assert_frame(ingest, 1, 2, FRAME_BYTES);
+            assert_frames(ingest, 0, 2);
             if (k == 1)
                 assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 3, "session_id is missing");
             else
@@ -270,90 +257,72 @@ static void test_positions(void **state) {
         options.cols *= k;
         ingest = open_with(options);
         assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 1, "session_id");
-        for (int i = 1; i < 5; i++)
-            assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
-        assert_nothing(ingest);
-        toliman_ingest_destroy(ingest);
+        assert_frames(ingest, 1, 5);
+        assert_end(ingest);
     }
 }
 
-static void test_sizes(void **state) {
-    (void)state;
+TEST(test_sizes) {
     put_lines(0, 3);
     put_pixels(2 * FRAME_BYTES + 5);
     toliman_ingest *ingest = open_pair(0);
-    assert_frame(ingest, 0, 1, 0);
-    assert_frame(ingest, 1, 2, FRAME_BYTES);
+    assert_frames(ingest, 0, 2);
     assert_damage(ingest, TOLIMAN_INGEST_REASON_SHORT_FILE, 3, "ends before this frame");
     assert_int_equal(frame.frame_id, 2);
     assert_true(frame.camera_ns == event.stamp_ns && frame.camera_ns != 0 && frame.rows != 0 && frame.pixels == NULL);
     assert_string_equal(event.file, side_path);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
 
     put_pixels(3 * FRAME_BYTES + 3);
     ingest = open_pair(0);
-    for (int i = 0; i < 3; i++)
-        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_frames(ingest, 0, 3);
     assert_warning(ingest, TOLIMAN_INGEST_REASON_EXTRA_BYTES, 0, "has 3 bytes more than the frames of ");
     assert_string_equal(event.file, pixel_path);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
 
     put_text(side_path, "wb", "");
     ingest = open_pair(0);
     assert_warning(ingest, TOLIMAN_INGEST_REASON_EXTRA_BYTES, 0, "has 75 bytes more");
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
     put_text(pixel_path, "wb", "");
     ingest = open_pair(0);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
     put_lines(0, 1);
     ingest = open_pair(0);
     assert_damage(ingest, TOLIMAN_INGEST_REASON_SHORT_FILE, 1, "ends before");
     toliman_ingest_destroy(ingest);
 }
 
-static void test_other_pixel_type(void **state) {
-    (void)state;
+TEST(test_other_pixel_type) {
     put_lines(0, 3);
     put_pixels(6 * FRAME_BYTES);
     toliman_ingest_options options = pair_options(0);
     toliman_ingest *ingest = open_with(options);
     for (int i = 0; i < 2; i++)
-        assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT,
-                     "has 144 bytes, twice those of 3 frames of u16: is the pixel type u32?");
-    assert_string_equal(toliman_last_error_field(), pixel_path);
+        assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT, "is the pixel type u32?");
     toliman_ingest_destroy(ingest);
     options.pixel = TOLIMAN_PIXEL_U32;
     ingest = open_with(options);
     for (int i = 0; i < 3; i++)
         assert_frame(ingest, i, i + 1, (uint64_t)i * 2 * FRAME_BYTES);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
     remove(pixel_path);
     put_pixels(3 * FRAME_BYTES);
     ingest = open_with(options);
-    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT,
-                 "has 72 bytes, half those of 3 frames of u32: is the pixel type u16?");
+    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT, "is the pixel type u16?");
     toliman_ingest_destroy(ingest);
 }
 
-static void test_too_many_lines(void **state) {
-    (void)state;
+TEST(test_too_many_lines) {
     put_pixels(1);
     for (int i = 0; i < 1034; i++)
         put_text(side_path, "ab", "\n");
     toliman_ingest *ingest = open_pair(0);
-    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT,
-                 "has more than 1032 lines in 1034 bytes: a frame takes 120 bytes");
-    assert_string_equal(toliman_last_error_field(), side_path);
+    assert_refused(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT, side_path);
     toliman_ingest_destroy(ingest);
 }
 
-static void test_range_of_ids(void **state) {
-    (void)state;
+TEST(test_range_of_ids) {
     put_lines(-3, 8);
     put_pixels(7 * FRAME_BYTES); // of the last frame none
     toliman_ingest_options options = pair_options(0);
@@ -370,13 +339,11 @@ static void test_range_of_ids(void **state) {
     options.end_id = -2;
     ingest = open_with(options);
     assert_frame(ingest, -3, 1, 0);
-    assert_nothing(ingest);
-    toliman_ingest_destroy(ingest);
+    assert_end(ingest);
 }
 
 /* Of malformed lines, and of those of a wrong shape, the id decides, too, if it is known. */
-static void test_range_of_damaged_ids(void **state) {
-    (void)state;
+TEST(test_range_of_damaged_ids) {
     char text[512];
     put_lines(0, 2);
     for (int id = 2; id < 6; id++) {
@@ -404,8 +371,7 @@ static void test_range_of_damaged_ids(void **state) {
 }
 
 /* The memory of a frame and the text of an event stay valid during the next `buffers` - 1 calls, and are reused. */
-static void test_buffers(void **state) {
-    (void)state;
+TEST(test_buffers) {
     enum { COUNT = 12, BUFFERS = 4 };
     put_lines(0, COUNT);
     put_pixels(COUNT * FRAME_BYTES);
@@ -431,8 +397,7 @@ static void test_buffers(void **state) {
     assert_frame(ingest, 0, 1, 0);
     assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 2, "session_id is missing");
     const char *const text = event.text;
-    for (int i = 2; i < 5; i++)
-        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_frames(ingest, 2, 5);
     assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 6, "not a JSON object");
     assert_string_equal(text, "session_id is missing");
     toliman_ingest_destroy(ingest);
@@ -456,8 +421,7 @@ static void give_back(void *block, size_t size, void *user_data) {
     free(block);
 }
 
-static void test_allocator(void **state) {
-    (void)state;
+TEST(test_allocator) {
     put_lines(0, 9);
     put_pixels(9 * FRAME_BYTES);
     const toliman_allocator allocator = {sizeof allocator, 0, take, give_back, &memory};
@@ -466,8 +430,7 @@ static void test_allocator(void **state) {
     options.buffers = 2;
     memory.most = 2;
     toliman_ingest *ingest = open_with(options);
-    for (int i = 0; i < 9; i++)
-        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_frames(ingest, 0, 9);
     assert_int_equal(memory.taken, 2);
     assert_int_equal(memory.held, 2);
     toliman_ingest_destroy(ingest);
@@ -476,16 +439,14 @@ static void test_allocator(void **state) {
     for (int i = 0; i < 2; i++)
         assert_int_equal(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_MEMORY);
     memory.most = 4;
-    for (int i = 0; i < 9; i++)
-        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_frames(ingest, 0, 9);
     toliman_ingest_destroy(ingest);
     assert_int_equal(memory.held, 0);
     /* The memory is freed when the last frame is no longer valid, and allocated by the same allocator later. */
     memory.most = memory.taken + 2;
     options.flags = TOLIMAN_INGEST_GROWING;
     ingest = open_with(options);
-    for (int i = 0; i < 9; i++)
-        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_frames(ingest, 0, 9);
     assert_nothing(ingest);
     assert_int_equal(memory.held, 2);
     assert_nothing(ingest);
@@ -500,43 +461,50 @@ static void test_allocator(void **state) {
     assert_int_equal(memory.held, 0);
 }
 
-static void test_options(void **state) {
-    (void)state;
+/* Other ranges of numbers: bind/test_options. */
+TEST(test_options) {
     put_lines(0, 1);
     put_pixels(FRAME_BYTES);
     toliman_ingest *ingest = NULL;
-#define ASSERT_REFUSED(change, text)                                                                                   \
-    do {                                                                                                               \
-        toliman_ingest_options options = pair_options(0);                                                              \
-        options.change;                                                                                                \
-        assert_fails(toliman_ingest_create(stem_path, &options, &ingest), TOLIMAN_E_ARGUMENT, text);                   \
-        assert_null(ingest);                                                                                           \
-    } while (0)
-    ASSERT_REFUSED(flags = 2, "options->flags = 0x2: unknown bits");
-    ASSERT_REFUSED(pixel = 0, "options->pixel = 0: must be TOLIMAN_PIXEL_U16");
-    ASSERT_REFUSED(pixel = TOLIMAN_PIXEL_F64, "options->pixel = ");
-    ASSERT_REFUSED(stamp = TOLIMAN_FRAME_STAMP_END + 1, "options->stamp = 604");
-    ASSERT_REFUSED(exposure_s = -1, "options->exposure_s = -1: must be in [0, 1e+09] s");
-    ASSERT_REFUSED(exposure_s = NAN, "options->exposure_s = nan");
-    ASSERT_REFUSED(exposure_s = 1.1e9, "options->exposure_s");
-    ASSERT_REFUSED(rows = 0, "options->rows = 0: rows and cols must both be 0");
-    ASSERT_REFUSED(cols = 0, "options->cols = 0: rows and cols must both be 0");
-    ASSERT_REFUSED(rows = -1, "options->rows = -1: must be in [1, 65536]");
-    ASSERT_REFUSED(cols = 65537, "options->cols = 65537: must be in [1, 65536]");
-    ASSERT_REFUSED(first_id = 5, "options->end_id = 0: must be above first_id, 5");
-    ASSERT_REFUSED(end_id = -5, "options->end_id = -5: must be above first_id, 0");
-    ASSERT_REFUSED(buffers = 4097, "options->buffers = 4097: must be in [1, 4096]");
-    ASSERT_REFUSED(reserved = 1, "options->reserved = 1: must be 0");
-    ASSERT_REFUSED(struct_size = 8, "options");
+    const struct {
+        toliman_ingest_options options; /* members that are 0 are those of pair_options */
+        const char *field;
+    } cases[] = {{{.first_id = 5}, "options->end_id"},
+                 {{.end_id = -5}, "options->end_id"},
+                 {{.flags = 2}, "options->flags"},
+                 {{.buffers = 4097}, "options->buffers"},
+                 {{.rows = -1}, "options->rows"},
+                 {{.cols = 65537}, "options->cols"},
+                 {{.reserved = 1}, "options->reserved"},
+                 {{.struct_size = 8}, "options->struct_size"},
+                 {{.pixel = TOLIMAN_PIXEL_F64}, "options->pixel"},
+                 {{.exposure_s = -1}, "options->exposure_s"},
+                 {{.exposure_s = 1.1e9}, "options->exposure_s"}};
     toliman_ingest_options options = pair_options(0);
-    assert_fails(toliman_ingest_create(NULL, &options, &ingest), TOLIMAN_E_ARGUMENT, "path is NULL");
-    assert_fails(toliman_ingest_create(stem_path, NULL, &ingest), TOLIMAN_E_ARGUMENT, "options is NULL");
-    assert_fails(toliman_ingest_create(stem_path, &options, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const toliman_ingest_options *const c = &cases[i].options;
+        toliman_ingest_options wrong = *c;
+        wrong.struct_size = c->struct_size != 0 ? c->struct_size : options.struct_size;
+        wrong.pixel = c->pixel != 0 ? c->pixel : options.pixel;
+        wrong.rows = c->rows != 0 ? c->rows : ROWS;
+        wrong.cols = c->cols != 0 ? c->cols : COLS;
+        assert_invalid(toliman_ingest_create(stem_path, &wrong, &ingest), cases[i].field);
+        assert_null(ingest);
+    }
+    options.rows = 0; /* both or none */
+    assert_invalid(toliman_ingest_create(stem_path, &options, &ingest), "options->rows");
+    options = pair_options(0);
+    options.cols = 0;
+    assert_invalid(toliman_ingest_create(stem_path, &options, &ingest), "options->cols");
+    options = pair_options(0);
+    assert_invalid(toliman_ingest_create(NULL, &options, &ingest), "path");
+    assert_invalid(toliman_ingest_create(stem_path, NULL, &ingest), "options");
+    assert_invalid(toliman_ingest_create(stem_path, &options, NULL), "out");
     ingest = open_with(options);
-    assert_fails(toliman_ingest_next(ingest, NULL, &event), TOLIMAN_E_ARGUMENT, "frame is NULL");
-    assert_fails(toliman_ingest_next(ingest, &frame, NULL), TOLIMAN_E_ARGUMENT, "event is NULL");
+    assert_invalid(toliman_ingest_next(ingest, NULL, &event), "frame");
+    assert_invalid(toliman_ingest_next(ingest, &frame, NULL), "event");
     frame.struct_size = 4; /* refused before the event is taken */
-    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_ARGUMENT, "frame");
+    assert_invalid(toliman_ingest_next(ingest, &frame, &event), "frame->struct_size");
     assert_frame(ingest, 0, 1, 0);
     toliman_ingest_destroy(ingest);
     assert_string_equal(toliman_constant_name(TOLIMAN_INGEST_REASON_PLACE_UNKNOWN), "place unknown");
@@ -546,27 +514,22 @@ static void test_options(void **state) {
     assert_string_equal(toliman_constant_name(15), "?");
 }
 
-static void test_files(void **state) {
-    (void)state;
+TEST(test_files) {
     const toliman_ingest_options options = pair_options(0);
     toliman_ingest *ingest = NULL;
-    char message[512];
-    snprintf(message, sizeof message, "%s: No such file or directory", side_path);
-    assert_fails(toliman_ingest_create(pixel_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, message);
+    assert_refused(toliman_ingest_create(pixel_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, side_path);
     put_lines(0, 1);
-    snprintf(message, sizeof message, "%s: No such file or directory", pixel_path);
-    assert_fails(toliman_ingest_create(side_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, message);
-    assert_string_equal(toliman_last_error_field(), pixel_path);
+    assert_refused(toliman_ingest_create(side_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, pixel_path);
     assert_int_equal(mkfifo(pixel_path, 0600), 0); /* is not waited for */
-    assert_fails(toliman_ingest_create(stem_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, "not a regular file");
+    assert_refused(toliman_ingest_create(stem_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, pixel_path);
     remove(pixel_path);
     assert_int_equal(mkdir(pixel_path, 0700), 0);
-    assert_fails(toliman_ingest_create(stem_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, "not a regular file");
+    assert_refused(toliman_ingest_create(stem_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, pixel_path);
     rmdir(pixel_path);
     put_pixels(FRAME_BYTES);
     assert_ok(toliman_ingest_create(stem_path, &options, &ingest));
     remove(pixel_path);
-    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_NOT_FOUND, message);
+    assert_refused(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_NOT_FOUND, pixel_path);
     put_pixels(FRAME_BYTES);
     assert_frame(ingest, 0, 1, 0);
     toliman_ingest_destroy(ingest);
@@ -575,21 +538,12 @@ static void test_files(void **state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_frames, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_stamps, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_malformed_lines, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_long_lines, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_positions, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_sizes, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_other_pixel_type, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_too_many_lines, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_range_of_ids, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_range_of_damaged_ids, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_buffers, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_allocator, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_options, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_files, make_pair, remove_pair),
-    };
+    const struct CMUnitTest tests[] = {WITH_PAIR(test_frames),           WITH_PAIR(test_stamps),
+                                       WITH_PAIR(test_malformed_lines),  WITH_PAIR(test_long_lines),
+                                       WITH_PAIR(test_positions),        WITH_PAIR(test_sizes),
+                                       WITH_PAIR(test_other_pixel_type), WITH_PAIR(test_too_many_lines),
+                                       WITH_PAIR(test_range_of_ids),     WITH_PAIR(test_range_of_damaged_ids),
+                                       WITH_PAIR(test_buffers),          WITH_PAIR(test_allocator),
+                                       WITH_PAIR(test_options),          WITH_PAIR(test_files)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

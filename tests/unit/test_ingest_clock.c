@@ -4,24 +4,21 @@
 #include "pair_files.h"
 
 /* The times in s of up to 12 lines, NaN for a malformed one, and the lines that are reported. */
-static void test_clock(void **state) {
-    (void)state;
+TEST(test_clock) {
     static const struct {
         int count;
         double times[12];
         int reported[3];
         const char *text;
-    } cases[] = {
-        {4, {0, 1, 2, 3}, {0}, ""},
-        {4, {0, 1, 2, 1001.9}, {0}, ""},
-        {5, {0, 1, 2, 1003, 1004}, {4}, "timestamp_ns advances by 1001 s, the median step is 1 s"},
-        {5, {0, 1, 2, 1.5, 2.5}, {4}, "timestamp_ns goes back by 0.5 s"},
-        {6, {0, 1, 1, 1, 2, 2}, {3, 6}, "as in the frame before"},
-        {6, {0, 1, 2, NAN, NAN, 1.5}, {6}, "goes back by 0.5 s"},
-        {7, {0, 1, 2, NAN, NAN, 3001.9, 3003}, {0}, ""},
-        {7, {0, 1, 2, NAN, NAN, 3002.1, 3003}, {6}, "advances by 3000.1 s"},
-        {1, {-5}, {0}, ""},
-    };
+    } cases[] = {{4, {0, 1, 2, 3}, {0}, ""},
+                 {4, {0, 1, 2, 1001.9}, {0}, ""},
+                 {5, {0, 1, 2, 1003, 1004}, {4}, "timestamp_ns advances by 1001 s, the median step is 1 s"},
+                 {5, {0, 1, 2, 1.5, 2.5}, {4}, "timestamp_ns goes back by 0.5 s"},
+                 {6, {0, 1, 1, 1, 2, 2}, {3, 6}, "as in the frame before"},
+                 {6, {0, 1, 2, NAN, NAN, 1.5}, {6}, "goes back by 0.5 s"},
+                 {7, {0, 1, 2, NAN, NAN, 3001.9, 3003}, {0}, ""},
+                 {7, {0, 1, 2, NAN, NAN, 3002.1, 3003}, {6}, "advances by 3000.1 s"},
+                 {1, {-5}, {0}, ""}};
     char text[512];
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         remove(side_path);
@@ -44,13 +41,11 @@ static void test_clock(void **state) {
             else
                 assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
         }
-        assert_nothing(ingest);
-        toliman_ingest_destroy(ingest);
+        assert_end(ingest);
     }
 }
 
-static void test_drift(void **state) {
-    (void)state;
+TEST(test_drift) {
     const struct {
         double scale, late;
         int line;
@@ -72,14 +67,12 @@ static void test_drift(void **state) {
                                "since line 1 timestamp_ns has advanced by 100000 s, host_time by ");
             assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
         }
-        assert_nothing(ingest);
-        toliman_ingest_destroy(ingest);
+        assert_end(ingest);
     }
 }
 
 /* Exposures of frames 1 s apart; a length in ms was taken for s. */
-static void test_overlaps(void **state) {
-    (void)state;
+TEST(test_overlaps) {
     put_lines(0, 4);
     put_pixels(4 * FRAME_BYTES);
     const double lengths[] = {0, 0.9, 1.04, 1.1, 900};
@@ -93,16 +86,11 @@ static void test_overlaps(void **state) {
                                "frames 0 and 1 are 1 s apart, and their exposures");
             assert_frame(ingest, k, k + 1, (uint64_t)k * FRAME_BYTES);
         }
-        assert_nothing(ingest);
-        toliman_ingest_destroy(ingest);
+        assert_end(ingest);
     }
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_clock, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_drift, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(test_overlaps, make_pair, remove_pair),
-    };
+    const struct CMUnitTest tests[] = {WITH_PAIR(test_clock), WITH_PAIR(test_drift), WITH_PAIR(test_overlaps)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

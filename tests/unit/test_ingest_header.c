@@ -22,8 +22,7 @@ static toliman_status read(const toliman_ingest_header *given, toliman_ingest_he
     return toliman_ingest_read_header(&header, NULL, 0, 0, time);
 }
 
-static void times(void **unused) {
-    (void)unused;
+TEST(times) {
     const struct {
         toliman_ingest_header header;
         double tai_s, exposure_s;
@@ -95,8 +94,7 @@ static void times(void **unused) {
         {{.mjd_beg = "61831.5", .timesys = "'UTC'"},
          NOON,
          0,
-         "MJD-BEG, taken as mid-exposure as its length is missing, in"},
-    };
+         "MJD-BEG, taken as mid-exposure as its length is missing, in"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_ingest_header_time time;
         assert_ok(read(&cases[i].header, &time));
@@ -113,84 +111,71 @@ static void times(void **unused) {
     }
 }
 
-static void refused(void **unused) {
-    (void)unused;
+TEST(refused) {
     const struct {
         toliman_ingest_header header;
-        const char *field, *text;
-    } cases[] = {
-        /* contradictions name both */
-        {{.date_obs = DATE, .mjd_obs = "61832.5243", .exptime = "3600"}, "DATE-OBS", "contradicts MJD-OBS: 86"},
-        {{.date_obs = DATE, .mjd_obs = "61831.5", .exptime = "3600"}, "MJD-OBS", "contradicts DATE-OBS: 2096 s apart"},
-        {{.date_beg = DATE, .date_obs = "'2028-03-01T13:06:00'", .exptime = "3600"},
-         "DATE-BEG",
-         "contradicts DATE-OBS"},
-        {{.date_avg = DATE, .date_obs = "'2028-03-01T12:35:56'", .exptime = "3600"},
-         "DATE-AVG",
-         "contradicts DATE-OBS: 1860 s apart"},
-        {{.date_avg = DATE, .mjd_end = "61830.5"}, "DATE-AVG", "contradicts MJD-END"},
-        {{.date_beg = DATE, .date_end = "'2028-03-01T12:34:50'"}, "DATE-BEG", "contradicts DATE-END"},
-        {{.date_beg = DATE, .date_end = "'2028-03-01T14:34:56'", .xposure = "3600"},
-         "DATE-BEG",
-         "contradicts DATE-END"},
-        {{.date_beg = DATE, .xposure = "3600", .exptime = "60"}, "XPOSURE", "contradicts EXPTIME: 3600 s and 60 s"},
-        {{.date_beg = DATE, .exptime = "46", .exposure = "0.000046"}, "EXPTIME", "contradicts EXPOSURE"},
-        {{.date_beg = DATE, .telapse = "60", .xposure = "3600"}, "TELAPSE", "contradicts XPOSURE: 60 s and 3600 s"},
-        {{.date_obs = DATE, .time_obs = "'22:34:56'", .exptime = "10"}, "DATE-OBS", "contradicts DATE-OBS + TIME-OBS"},
-        {{.date_obs = DAY, .time_obs = CLOCK, .ut = "'10:34:56'"}, "DATE-OBS + TIME-OBS", "contradicts DATE-OBS + UT"},
-        {{.date_obs = "'2028-03-03'", .mjd_obs = "61831.5", .exptime = "3600"}, "MJD-OBS", "contradicts DATE-OBS"},
-        {{.date_avg = DATE, .mjd_avg = "61831.5"}, "MJD-AVG", "contradicts DATE-AVG: 2096 s apart"},
-        {{.date_obs = DAY, .ut = CLOCK, .timesys = "'TAI'"}, "UT", "contradicts TIMESYS"},
-        /* a bare date */
-        {{.date_obs = DAY, .exptime = "3600"},
-         "DATE-OBS",
-         "is a date without a time: must be YYYY-MM-DDThh:mm:ss, or have TIME-OBS"},
-        {{.date_avg = "2028-061"}, "DATE-AVG", "is a date without a time"},
-        {{.date_beg = DAY, .date_end = "'2028-03-02'"}, "DATE-BEG", "is a date without a time"},
-        /* malformed values */
-        {{.mjd_avg = "NaN"}, "MJD-AVG", "a Modified Julian Day"},
-        {{.mjd_avg = "'60000'"}, "MJD-AVG", "a Modified Julian Day"},
-        {{.mjd_end = "x", .date_obs = DATE, .exptime = "1"}, "MJD-END", "a Modified Julian Day"},
-        {{.date_avg = "'2028-03-01Z'"}, "DATE-AVG", "YYYY-MM-DD"},
-        {{.date_avg = "'01/03/28'"}, "DATE-AVG", "YYYY-MM-DD"},
-        {{.date_avg = ""}, "DATE-AVG", "YYYY-MM-DD"},
-        {{.date_avg = "''"}, "DATE-AVG", "YYYY-MM-DD"},
-        {{.date_avg = "'2028-03-01T12:00:00Z'", .timesys = "'TAI'"}, "DATE-AVG", "in UTC only"},
-        {{.date_avg = "'2028-03-01T12:00:00+02:00'"}, "DATE-AVG", "is +02:00 from UTC"},
-        {{.date_obs = DAY, .time_obs = "12.5"}, "TIME-OBS", "must be hh:mm:ss"},
-        {{.date_obs = DAY, .ut = "'12:34'"}, "UT", "must be hh:mm:ss"},
-        {{.mjd_beg = "60000", .xposure = "-1E-9"}, "XPOSURE", "from 0 to 1e9 s"},
-        {{.mjd_beg = "60000", .xposure = "1000000000.1"}, "XPOSURE", "from 0 to 1e9 s"},
-        {{.mjd_beg = "60000", .telapse = "1e300"}, "TELAPSE", "from 0 to 1e9 s"},
-        {{.date_obs = DATE, .exptime = "NaN"}, "EXPTIME", "from 0 to 1e9 s"},
-        {{.date_beg = "'1972-01-01T00:00:00'", .date_end = "'2028-03-01T00:00:00'"}, "DATE-BEG", "more than 1e9 s"},
-        {{.mjd_avg = "60000", .timesys = "'UT1'"}, "TIMESYS", "UTC, TAI, TT, TDT, ET, IAT, TDB, GPS or GMT"},
-        {{.mjd_avg = "60000", .timesys = "'UTC(NIST'"}, "TIMESYS", "a realisation in brackets"},
-        {{.mjd_avg = "60000", .timesys = "'TCB'"}, "TIMESYS", "UTC, TAI, TT"},
-        {{.mjd_avg = "60000", .timesys = "' TAI'"}, "TIMESYS", "UTC, TAI, TT"},
-        {{.mjd_avg = "60000", .timesys = ""}, "TIMESYS", "UTC, TAI, TT"},
-        {{.date_obs = DATE, .xposure = "0.04", .timeunit = "'d'"}, "TIMEUNIT", "must be 's'"},
-        {{.date_obs = DATE, .exptime = "1", .trefpos = "'BARYCENTER'"}, "TREFPOS", "500 s"},
-    };
+        const char *field, *other; /* other: what it contradicts */
+    } cases[] = {                  /* contradictions name both */
+                 {{.date_obs = DATE, .mjd_obs = "61832.5243", .exptime = "3600"}, "DATE-OBS", "MJD-OBS"},
+                 {{.date_obs = DATE, .mjd_obs = "61831.5", .exptime = "3600"}, "MJD-OBS", "DATE-OBS"},
+                 {{.date_beg = DATE, .date_obs = "'2028-03-01T13:06:00'", .exptime = "3600"}, "DATE-BEG", "DATE-OBS"},
+                 {{.date_avg = DATE, .date_obs = "'2028-03-01T12:35:56'", .exptime = "3600"}, "DATE-AVG", "DATE-OBS"},
+                 {{.date_avg = DATE, .mjd_end = "61830.5"}, "DATE-AVG", "MJD-END"},
+                 {{.date_beg = DATE, .date_end = "'2028-03-01T12:34:50'"}, "DATE-BEG", "DATE-END"},
+                 {{.date_beg = DATE, .date_end = "'2028-03-01T14:34:56'", .xposure = "3600"}, "DATE-BEG", "DATE-END"},
+                 {{.date_beg = DATE, .xposure = "3600", .exptime = "60"}, "XPOSURE", "EXPTIME"},
+                 {{.date_beg = DATE, .exptime = "46", .exposure = "0.000046"}, "EXPTIME", "EXPOSURE"},
+                 {{.date_beg = DATE, .telapse = "60", .xposure = "3600"}, "TELAPSE", "XPOSURE"},
+                 {{.date_obs = DATE, .time_obs = "'22:34:56'", .exptime = "10"}, "DATE-OBS", "DATE-OBS + TIME-OBS"},
+                 {{.date_obs = DAY, .time_obs = CLOCK, .ut = "'10:34:56'"}, "DATE-OBS + TIME-OBS", "DATE-OBS + UT"},
+                 {{.date_obs = "'2028-03-03'", .mjd_obs = "61831.5", .exptime = "3600"}, "MJD-OBS", "DATE-OBS"},
+                 {{.date_avg = DATE, .mjd_avg = "61831.5"}, "MJD-AVG", "DATE-AVG"},
+                 {{.date_obs = DAY, .ut = CLOCK, .timesys = "'TAI'"}, "UT", "TIMESYS"},
+                 /* a bare date */
+                 {{.date_obs = DAY, .exptime = "3600"}, "DATE-OBS", ""},
+                 {{.date_avg = "2028-061"}, "DATE-AVG", ""},
+                 {{.date_beg = DAY, .date_end = "'2028-03-02'"}, "DATE-BEG", ""},
+                 /* malformed values */
+                 {{.mjd_avg = "NaN"}, "MJD-AVG", ""},
+                 {{.mjd_avg = "'60000'"}, "MJD-AVG", ""},
+                 {{.mjd_end = "x", .date_obs = DATE, .exptime = "1"}, "MJD-END", ""},
+                 {{.date_avg = "'2028-03-01Z'"}, "DATE-AVG", ""},
+                 {{.date_avg = "'01/03/28'"}, "DATE-AVG", ""},
+                 {{.date_avg = ""}, "DATE-AVG", ""},
+                 {{.date_avg = "''"}, "DATE-AVG", ""},
+                 {{.date_avg = "'2028-03-01T12:00:00Z'", .timesys = "'TAI'"}, "DATE-AVG", ""},
+                 {{.date_avg = "'2028-03-01T12:00:00+02:00'"}, "DATE-AVG", ""},
+                 {{.date_obs = DAY, .time_obs = "12.5"}, "TIME-OBS", ""},
+                 {{.date_obs = DAY, .ut = "'12:34'"}, "UT", ""},
+                 {{.mjd_beg = "60000", .xposure = "-1E-9"}, "XPOSURE", ""},
+                 {{.mjd_beg = "60000", .xposure = "1000000000.1"}, "XPOSURE", ""},
+                 {{.mjd_beg = "60000", .telapse = "1e300"}, "TELAPSE", ""},
+                 {{.date_obs = DATE, .exptime = "NaN"}, "EXPTIME", ""},
+                 {{.date_beg = "'1972-01-01T00:00:00'", .date_end = "'2028-03-01T00:00:00'"}, "DATE-BEG", ""},
+                 {{.mjd_avg = "60000", .timesys = "'UT1'"}, "TIMESYS", ""},
+                 {{.mjd_avg = "60000", .timesys = "'UTC(NIST'"}, "TIMESYS", ""},
+                 {{.mjd_avg = "60000", .timesys = "'TCB'"}, "TIMESYS", ""},
+                 {{.mjd_avg = "60000", .timesys = "' TAI'"}, "TIMESYS", ""},
+                 {{.mjd_avg = "60000", .timesys = ""}, "TIMESYS", ""},
+                 {{.date_obs = DATE, .xposure = "0.04", .timeunit = "'d'"}, "TIMEUNIT", ""},
+                 {{.date_obs = DATE, .exptime = "1", .trefpos = "'BARYCENTER'"}, "TREFPOS", ""}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_ingest_header_time time;
-        assert_fails(read(&cases[i].header, &time), TOLIMAN_E_FORMAT, cases[i].text);
-        assert_string_equal(toliman_last_error_field(), cases[i].field);
+        assert_refused(read(&cases[i].header, &time), TOLIMAN_E_FORMAT, cases[i].field);
+        assert_non_null(strstr(toliman_last_error(), cases[i].other));
         assert_int_equal(time.tai_ns, 0);
     }
     toliman_ingest_header_time time;
     const toliman_ingest_header late = {.mjd_avg = "2460000.5"}, none = {.exposure = "46 us", .time_obs = CLOCK};
-    assert_fails(read(&late, &time), TOLIMAN_E_RANGE, "to 2099-12-31");
-    assert_fails(read(&none, &time), TOLIMAN_E_NOT_FOUND, "has no time");
-    assert_fails(toliman_ingest_read_header(NULL, NULL, 0, 0, &time), TOLIMAN_E_ARGUMENT, "header");
-    toliman_ingest_header header = TOLIMAN_INGEST_HEADER_INIT;
-    header.date_avg = DATE;
-    assert_fails(toliman_ingest_read_header(&header, NULL, 0, 0, NULL), TOLIMAN_E_ARGUMENT, "time");
+    assert_refused(read(&late, &time), TOLIMAN_E_RANGE, "MJD-AVG");
+    assert_refused(read(&none, &time), TOLIMAN_E_NOT_FOUND, "header");
+    assert_invalid(toliman_ingest_read_header(NULL, NULL, 0, 0, &time), "header");
+    toliman_ingest_header header = {.struct_size = sizeof header, .date_avg = DATE};
+    assert_invalid(toliman_ingest_read_header(&header, NULL, 0, 0, NULL), "time");
 }
 
 /* From `expires` on leap seconds are not known; only UTC has them. */
-static void expiry(void **unused) {
-    (void)unused;
+TEST(expiry) {
     const toliman_leap_second table[1] = {{sizeof table[0], 10, 41317}};
     toliman_ingest_header header = TOLIMAN_INGEST_HEADER_INIT;
     toliman_ingest_header_time time = TOLIMAN_INGEST_HEADER_TIME_INIT;
@@ -210,10 +195,6 @@ static void expiry(void **unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(times),
-        cmocka_unit_test(refused),
-        cmocka_unit_test(expiry),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(times), cmocka_unit_test(refused), cmocka_unit_test(expiry)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

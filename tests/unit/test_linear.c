@@ -44,8 +44,7 @@ static toliman_linear *make_linear(const toliman_sim *sim) {
     return linear;
 }
 
-static void sigma_is_the_bound_with_projected_parameters_free(void **state) {
-    (void)state;
+TEST(sigma_is_the_bound_with_projected_parameters_free) {
     const char *const projects[] = {"", "\"flux_a\", \"flux_b\"", all_four};
     double last = 0;
     for (size_t k = 0; k < 3; k++) {
@@ -58,14 +57,12 @@ static void sigma_is_the_bound_with_projected_parameters_free(void **state) {
         assert_close(sigma, bounds.crb_projected_px, 1e-9, 0);
         assert_true(sigma > last); /* the cost of free parameters */
         last = sigma;
-        toliman_linear_destroy(linear);
-        toliman_sim_destroy(sim);
+        toliman_linear_destroy(linear), toliman_sim_destroy(sim);
     }
 }
 
 /* 2,000 noisy frames: the relative error of their scatter is 1.6 %. */
-static void values_are_unbiased_with_the_predicted_scatter(void **state) {
-    (void)state;
+TEST(values_are_unbiased_with_the_predicted_scatter) {
     enum { frames = 2000 };
     const char *const projects[] = {"", all_four};
     for (size_t k = 0; k < 2; k++) {
@@ -84,8 +81,7 @@ static void values_are_unbiased_with_the_predicted_scatter(void **state) {
         }
         assert_close(sum / frames, 0, 0, 4 * sigma / sqrt(frames));
         assert_close(sqrt(squares / frames), sigma, 0.05, 0);
-        toliman_linear_destroy(linear);
-        toliman_sim_destroy(sim);
+        toliman_linear_destroy(linear), toliman_sim_destroy(sim);
     }
 }
 
@@ -100,73 +96,35 @@ static double value_of_disturbed_frame(const char *project) {
     for (size_t i = 0; i < PIXELS; i++)
         moved[i] += 1e-4 * star[i];
     assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(moved), 1, &value, NULL));
-    toliman_linear_destroy(linear);
-    toliman_sim_destroy(other);
-    toliman_sim_destroy(sim);
+    toliman_linear_destroy(linear), toliman_sim_destroy(other), toliman_sim_destroy(sim);
     return value;
 }
 
-static void projected_disturbances_do_not_leak(void **state) {
-    (void)state;
+TEST(projected_disturbances_do_not_leak) {
     const double open = value_of_disturbed_frame(""), blind = value_of_disturbed_frame(all_four);
     assert_true(fabs(open) > 1e-6);
     assert_at_most(fabs(blind), 1e-3 * fabs(open));
 }
 
-static void stride_skips_the_end_of_rows(void **state) {
-    (void)state;
-    enum { stride = SIDE + 5 };
-    static double tight[PIXELS], wide[SIDE * stride];
-    toliman_sim *sim = make_scene(0, 0, "");
-    toliman_linear *linear = make_linear(sim);
-    double value = 0, same = 1;
-    for (size_t i = 0; i < SIDE * stride; i++)
-        wide[i] = NAN;
-    assert_ok(toliman_sim_frame(sim, &(double){1e-3}, 5, 0, 1, tight));
-    for (size_t row = 0; row < SIDE; row++)
-        memcpy(wide + row * stride, tight + row * SIDE, SIDE * sizeof *tight);
-    assert_ok(toliman_linear_encode(linear, PLAIN_IMAGE(tight), 1, &value, NULL));
-    const toliman_image strided = {.struct_size = sizeof strided, .pixels = wide, .stride = stride};
-    assert_ok(toliman_linear_encode(linear, &strided, 1, &same, NULL));
-    assert_true(value == same);
-    toliman_linear_destroy(linear);
-    toliman_sim_destroy(sim);
-}
-
-static void errors_name_the_argument_and_change_nothing(void **state) {
-    (void)state;
-    static double image[PIXELS];
+/* Those of encode: test_images. */
+TEST(errors_name_the_argument) {
     toliman_sim *sim = make_scene(0, 0, "");
     toliman_linear *linear = make_linear(sim), *untouched = NULL;
     double value = 42;
-    assert_fails(toliman_linear_create(NULL, NULL, &untouched), TOLIMAN_E_ARGUMENT, "sim is NULL");
+    assert_invalid(toliman_linear_create(NULL, NULL, &untouched), "sim");
     assert_null(untouched);
-    assert_fails(toliman_linear_create(sim, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    assert_fails(toliman_linear_encode(NULL, PLAIN_IMAGE(image), 1, &value, NULL), TOLIMAN_E_ARGUMENT,
-                 "linear is NULL");
-    assert_fails(toliman_linear_encode(linear, PLAIN_IMAGE(image), 1, NULL, NULL), TOLIMAN_E_ARGUMENT,
-                 "values_px is NULL");
-    image[3 * SIDE + 17] = NAN;
-    assert_fails(toliman_linear_encode(linear, PLAIN_IMAGE(image), 1, &value, NULL), TOLIMAN_E_ARGUMENT,
-                 "counts[3][17] = nan");
-    image[3 * SIDE + 17] = -INFINITY;
-    assert_fails(toliman_linear_encode(linear, PLAIN_IMAGE(image), 1, &value, NULL), TOLIMAN_E_ARGUMENT,
-                 "counts[3][17] = -inf");
-    assert_fails(toliman_linear_get_sigma(NULL, &value), TOLIMAN_E_ARGUMENT, "linear is NULL");
-    assert_fails(toliman_linear_get_sigma(linear, NULL), TOLIMAN_E_ARGUMENT, "sigma_px is NULL");
+    assert_invalid(toliman_linear_create(sim, NULL, NULL), "out");
+    assert_invalid(toliman_linear_get_sigma(NULL, &value), "linear");
+    assert_invalid(toliman_linear_get_sigma(linear, NULL), "sigma_px");
     assert_true(value == 42);
     toliman_linear_destroy(NULL);
-    toliman_linear_destroy(linear);
-    toliman_sim_destroy(sim);
+    toliman_linear_destroy(linear), toliman_sim_destroy(sim);
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sigma_is_the_bound_with_projected_parameters_free),
-        cmocka_unit_test(values_are_unbiased_with_the_predicted_scatter),
-        cmocka_unit_test(projected_disturbances_do_not_leak),
-        cmocka_unit_test(stride_skips_the_end_of_rows),
-        cmocka_unit_test(errors_name_the_argument_and_change_nothing),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(sigma_is_the_bound_with_projected_parameters_free),
+                                       cmocka_unit_test(values_are_unbiased_with_the_predicted_scatter),
+                                       cmocka_unit_test(projected_disturbances_do_not_leak),
+                                       cmocka_unit_test(errors_name_the_argument)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -66,8 +66,7 @@ static double area_beyond(double cosine, double sine, double d) {
 
 /* cos(theta) > 0 is a half-plane; its edge is rotated by 20 deg about the centre, which is shifted by 3.2, -1.7 cells.
  */
-static void straight_edges_cover_exact_areas(void **state) {
-    (void)state;
+TEST(straight_edges_cover_exact_areas) {
     static double covered[N * N];
     const double cell = kAperture / N, angle = 20 * M_PI / 180, x0 = 3.2, y0 = -1.7;
     char keys[200];
@@ -88,8 +87,7 @@ static void straight_edges_cover_exact_areas(void **state) {
 }
 
 /* cos(2 pi f r) > 0 for r < 1/(4 f), and again for r > 3/(4 f) = 1.2: a disc of 0.4 radii, wherever it is shifted. */
-static void discs_cover_their_area(void **state) {
-    (void)state;
+TEST(discs_cover_their_area) {
     static double covered[N * N];
     const char *const places[] = {"", "\"shift_m\": [0.003, -0.0011], ", "\"shift_m\": [0, 0.00101], "};
     for (size_t place = 0; place < 3; place++) {
@@ -114,8 +112,7 @@ static int cell_before(int i, int turns) {
     return y * N + x;
 }
 
-static void right_angles_rotate_the_cells(void **state) {
-    (void)state;
+TEST(right_angles_rotate_the_cells) {
     static double still[N * N], rotated[N * N];
     for (int area = 0; area < 2; area++)
         for (int turns = 1; turns < 4; turns++) {
@@ -131,8 +128,7 @@ static void right_angles_rotate_the_cells(void **state) {
 }
 
 /* A shift by whole cells moves their fractions. */
-static void whole_cells_shift_the_cells(void **state) {
-    (void)state;
+TEST(whole_cells_shift_the_cells) {
     static double still[N * N], shifted[N * N];
     covered_of(kSpiral, "\"edges\": \"area\", ", still);
     char keys[100];
@@ -150,8 +146,7 @@ static void whole_cells_shift_the_cells(void **state) {
 }
 
 /* The keys' defaults are the mask without them, bit for bit. */
-static void defaults_change_nothing(void **state) {
-    (void)state;
+TEST(defaults_change_nothing) {
     double plain[PIXELS], named[PIXELS];
     image_with("", plain);
     image_with("\"edges\": \"area\", \"rotation_deg\": 0, \"shift_m\": [0, 0], ", named);
@@ -160,8 +155,7 @@ static void defaults_change_nothing(void **state) {
 
 /* F = sum of A (1 - c + c exp(2 pi i s/lambda)) exp(2 pi i (Zernike - x u - y v)/lambda), in long double. The
  * wavelength is not that of a half-wave step, so that the average has a phase of its own. */
-static void transmissions_are_averaged(void **state) {
-    (void)state;
+TEST(transmissions_are_averaged) {
     static double amplitude[N * N], mean[N * N], smooth[N * N];
     const long double wavelength = 610e-9L, scale = 0.125L / N * 0.2L * M_PIl / 648000 / wavelength;
     const char *const zernike = "\"aberrations\": {\"zernike_rms_nm\": {\"7\": 30}}, \"aperture_m\"";
@@ -193,9 +187,7 @@ static void transmissions_are_averaged(void **state) {
     }
     for (int pixel = 0, k = 0; pixel < PIXELS; pixel += 37, k++) /* the scene is scaled to its peak */
         assert_close(image[pixel] / (double)found, (double)(expected[k] / peak), 0, 1e-10);
-    free(text);
-    free(image);
-    toliman_sim_destroy(sim);
+    free(text), free(image), toliman_sim_destroy(sim);
 }
 
 static void difference_at(const char *edges, double step_deg, double *difference) {
@@ -211,8 +203,7 @@ static void difference_at(const char *edges, double step_deg, double *difference
 
 /* Central differences at steps of 1e-3 and 1e-4 deg agree. By the sign at the centre the image is a staircase: no cell
  * changes within 1e-3 deg, many do within 1 deg. */
-static void area_is_smooth_in_rotation(void **state) {
-    (void)state;
+TEST(area_is_smooth_in_rotation) {
     double coarse[PIXELS], fine[PIXELS];
     difference_at("area", 1e-3, coarse);
     difference_at("area", 1e-4, fine);
@@ -227,8 +218,7 @@ static void area_is_smooth_in_rotation(void **state) {
 }
 
 /* The baseline engine averages, too. With pixels of lambda/(4 D) its array of 128 has exactly 32 pupil samples. */
-static void both_engines_average(void **state) {
-    (void)state;
+TEST(both_engines_average) {
     char mask[400], scale[60];
     snprintf(mask, sizeof mask,
              "\"mask\": {\"kind\": \"spiral\", \"opd_nm\": 200, \"edges\": \"area\", \"terms\": [%s]}, \"aperture_m\"",
@@ -240,8 +230,7 @@ static void both_engines_average(void **state) {
     double image[2][PIXELS];
     const int32_t engines[] = {TOLIMAN_SIM_ENGINE_MATRIX_DFT, TOLIMAN_SIM_ENGINE_PADDED_FFT};
     for (int i = 0; i < 2; i++) {
-        toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
-        options.engine = engines[i];
+        toliman_sim_options options = {.struct_size = sizeof options, .engine = engines[i]};
         toliman_sim *sim = NULL;
         assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
         assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, image[i], SIDE));
@@ -252,8 +241,7 @@ static void both_engines_average(void **state) {
     free(text);
 }
 
-static void refusals(void **state) {
-    (void)state;
+TEST(refusals) {
     static const char *const cases[][2] = {
         {"\"spiral\", \"edges\": \"soft\"", "mask.edges = \"soft\": must be one of \"cell\", \"area\""},
         {"\"spiral\", \"edges\": true", "mask.edges = true: must be a string"},
@@ -264,24 +252,21 @@ static void refusals(void **state) {
         {"\"spiral\", \"shift_m\": [0, 1e300]", "mask.shift_m[1] = 1e+300: must be in [-0.1, 0.1] m"},
         {"\"file\", \"edges\": \"area\"", "telescope.mask.edges: needs kind \"spiral\""},
         {"\"file\", \"rotation_deg\": 1", "telescope.mask.rotation_deg: needs kind \"spiral\""},
-        {"\"clear\", \"shift_m\": [0, 0]", "telescope.mask.shift_m: needs kind \"spiral\""},
-    };
+        {"\"clear\", \"shift_m\": [0, 0]", "telescope.mask.shift_m: needs kind \"spiral\""}};
     char *const text = replaced(kBinaryScene, "\"edges\": \"cell\", ", "");
     check_additions(text, "\"spiral\"", "%s", cases, sizeof cases / sizeof *cases);
     free(text);
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(straight_edges_cover_exact_areas),
-        cmocka_unit_test(discs_cover_their_area),
-        cmocka_unit_test(right_angles_rotate_the_cells),
-        cmocka_unit_test(whole_cells_shift_the_cells),
-        cmocka_unit_test(defaults_change_nothing),
-        cmocka_unit_test(transmissions_are_averaged),
-        cmocka_unit_test(area_is_smooth_in_rotation),
-        cmocka_unit_test(both_engines_average),
-        cmocka_unit_test(refusals),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(straight_edges_cover_exact_areas),
+                                       cmocka_unit_test(discs_cover_their_area),
+                                       cmocka_unit_test(right_angles_rotate_the_cells),
+                                       cmocka_unit_test(whole_cells_shift_the_cells),
+                                       cmocka_unit_test(defaults_change_nothing),
+                                       cmocka_unit_test(transmissions_are_averaged),
+                                       cmocka_unit_test(area_is_smooth_in_rotation),
+                                       cmocka_unit_test(both_engines_average),
+                                       cmocka_unit_test(refusals)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

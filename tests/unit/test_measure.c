@@ -43,8 +43,7 @@ static size_t write_npy(char *out) {
     return 128 + N * 3 * sizeof(double);
 }
 
-static void every_source_gives_the_same_numbers(void **state) {
-    (void)state;
+TEST(every_source_gives_the_same_numbers) {
     char texts[3][600];
     size_t sizes[3] = {0, 0, write_npy(texts[2])};
     sizes[0] = (size_t)snprintf(texts[0], sizeof *texts, "# a comment\nmjd,y,other,sigma\n");
@@ -74,8 +73,7 @@ static void every_source_gives_the_same_numbers(void **state) {
 }
 
 /* Days of UTC become those of TAI, and exposures about them. */
-static void times_are_those_of_the_exposures(void **state) {
-    (void)state;
+TEST(times_are_those_of_the_exposures) {
     static const char text[] = "mjd,y\n61041.5,9.8\n61042.5,9.9\n";
     const toliman_measure_options options = {
         .struct_size = sizeof options, .kind = TOLIMAN_MEASURE_SEPARATION, .exposure_s = 60};
@@ -105,14 +103,11 @@ static void times_are_those_of_the_exposures(void **state) {
         toliman_measure_destroy(result);
     }
     assert_memory_equal(reduced[0], reduced[1], sizeof *reduced);
-    toliman_sky_destroy(sky);
-    toliman_measure_destroy(same);
-    toliman_measure_destroy(made);
+    toliman_sky_destroy(sky), toliman_measure_destroy(same), toliman_measure_destroy(made);
 }
 
 /* T_j(cos x) = cos(j x); columns keep their values. */
-static void functions_are_polynomials_and_columns(void **state) {
-    (void)state;
+TEST(functions_are_polynomials_and_columns) {
     toliman_measure *const made = measure_of(kTimes, kValues, kSigmas, N);
     assert_ok(toliman_measure_set_trend(made, 3, 0, 0));
     assert_ok(toliman_measure_add_column(made, "a column", kSigmas, N, 0.5));
@@ -143,8 +138,7 @@ static void functions_are_polynomials_and_columns(void **state) {
 }
 
 /* A reduced series has the errors of the orbit, or a trend. */
-static void a_reduction_adds_its_functions(void **state) {
-    (void)state;
+TEST(a_reduction_adds_its_functions) {
     static int64_t pairs[2 * 20];
     double values[20], sigmas[20];
     for (int i = 0; i < 20; i++) {
@@ -166,103 +160,93 @@ static void a_reduction_adds_its_functions(void **state) {
         assert_int_equal(info.columns, weighted ? 7 : 0);
         assert_true(info.parallax_arcsec > 0.7 && info.star_mass[1] > 0.8 && info.unit == 1);
         toliman_measure *again = NULL;
-        assert_fails(toliman_sky_reduce(sky, reduced, NULL, &again), TOLIMAN_E_ARGUMENT, "measured: its kind must be");
+        assert_invalid(toliman_sky_reduce(sky, reduced, NULL, &again), "measured");
         toliman_planet *planets = NULL;
-        assert_fails(toliman_planet_create(measured, NULL, &planets), TOLIMAN_E_ARGUMENT,
-                     "series: is of measured separations: reduce them");
-        toliman_measure_destroy(reduced);
-        toliman_measure_destroy(measured);
+        assert_invalid(toliman_planet_create(measured, NULL, &planets), "series");
+        toliman_measure_destroy(reduced), toliman_measure_destroy(measured);
     }
     toliman_sky_destroy(sky);
 }
 
 static const char *const kReserved[] = {"t", "y", "sigma", "factor", "position_angle_deg", "T1", "T8"};
 
-static void bad_series_are_refused(void **state) {
-    (void)state;
+TEST(bad_series_are_refused) {
     toliman_measure *made = NULL;
     const double bad[N] = {1, NAN, 3, 4}, zero[N] = {1, 1, 0, 1};
     const int64_t near[2 * N] = {12345, 12346, 12347, 12348, 12349, 12350, 12351, 12352};
     const struct {
         toliman_measure_data data;
-        const char *message;
-    } cases[] = {
-        {{.kind = 7, .n = N, .t = kTimes, .y = kValues}, "data->kind = 7: must be one of TOLIMAN_MEASURE_..."},
-        {{.n = N, .y = kValues}, "data->t is NULL"},
-        {{.n = N, .t = kTimes}, "data->y is NULL"},
-        {{.n = N, .t = bad, .y = kValues}, "t[1] = nan: must be finite"},
-        {{.n = N, .t = kTimes, .y = bad}, "y[1] = nan: must be finite"},
-        {{.n = N, .t = kTimes, .y = kValues, .sigma = zero}, "sigma[2] = 0: must be above 0"},
-        {{.kind = TOLIMAN_MEASURE_SEPARATION, .n = N, .t = kTimes, .y = zero}, "y[2] = 0: must be above 0"},
-        {{.n = N, .t = kTimes, .y = kValues, .unit = -1}, "unit = -1: must be in (0, 1e100], or 0"},
-        {{.n = N, .t = kTimes, .y = kValues, .time_unit_days = NAN}, "data->time_unit_days = nan"},
-        {{.n = N, .t = kTimes, .y = kValues, .frame_chi_square = -1}, "data->frame_chi_square = -1"},
-        {{.n = N, .y = kValues, .intervals = near}, "intervals: 12345 ns is near 1970-01-01"},
-        {{.kind = TOLIMAN_MEASURE_VELOCITY, .n = N, .t = kTimes, .y = kValues, .position_angle_deg = kTimes},
-         "data->position_angle_deg: must be NULL for velocities"},
-    };
+        const char *field;
+    } cases[] = {{{.kind = 7, .n = N, .t = kTimes, .y = kValues}, "data->kind"},
+                 {{.n = N, .y = kValues}, "data->t"},
+                 {{.n = N, .t = kTimes}, "data->y"},
+                 {{.n = N, .t = bad, .y = kValues}, "t[1]"},
+                 {{.n = N, .t = kTimes, .y = bad}, "y[1]"},
+                 {{.n = N, .t = kTimes, .y = kValues, .sigma = zero}, "sigma[2]"},
+                 {{.kind = TOLIMAN_MEASURE_SEPARATION, .n = N, .t = kTimes, .y = zero}, "y[2]"},
+                 {{.n = N, .t = kTimes, .y = kValues, .unit = -1}, "unit"},
+                 {{.n = N, .t = kTimes, .y = kValues, .time_unit_days = NAN}, "data->time_unit_days"},
+                 {{.n = N, .t = kTimes, .y = kValues, .frame_chi_square = -1}, "data->frame_chi_square"},
+                 {{.n = N, .y = kValues, .intervals = near}, "intervals"},
+                 {{.kind = TOLIMAN_MEASURE_VELOCITY, .n = N, .t = kTimes, .y = kValues, .position_angle_deg = kTimes},
+                  "data->position_angle_deg"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_measure_data data = cases[i].data;
         data.struct_size = sizeof data;
-        assert_fails(toliman_measure_create(&data, &made), TOLIMAN_E_ARGUMENT, cases[i].message);
+        assert_invalid(toliman_measure_create(&data, &made), cases[i].field);
     }
     const struct {
         const char *text;
         int32_t status;
-        const char *message;
-    } texts[] = {
-        {"", TOLIMAN_E_FORMAT, "s.csv: contains no samples"}, {"t,y\n", TOLIMAN_E_FORMAT, "s.csv: contains no samples"},
-        {"1,2\nx,3\n", TOLIMAN_E_FORMAT, "s.csv:2: "},        {"a,b\n1,2\n", TOLIMAN_E_MISMATCH, "s.csv"},
-        {"\x93NUMPY", TOLIMAN_E_FORMAT, "s.csv: "},
-    };
+        const char *field;
+    } texts[] = {{"", TOLIMAN_E_FORMAT, "s.csv"},
+                 {"t,y\n", TOLIMAN_E_FORMAT, "s.csv"},
+                 {"1,2\nx,3\n", TOLIMAN_E_FORMAT, "t"},
+                 {"a,b\n1,2\n", TOLIMAN_E_MISMATCH, "t"},
+                 {"\x93NUMPY", TOLIMAN_E_FORMAT, "s.csv"}};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
-        assert_fails(load(texts[i].text, strlen(texts[i].text), NULL, &made), texts[i].status, texts[i].message);
+        assert_refused(load(texts[i].text, strlen(texts[i].text), NULL, &made), texts[i].status, texts[i].field);
+    assert_fails(load("1,2\nx,3\n", 8, NULL, &made), TOLIMAN_E_FORMAT, "s.csv:2: ");
     const toliman_measure_options long_ones = {.struct_size = sizeof long_ones, .exposure_s = 1e9};
-    assert_fails(load("1,2\n", 4, &long_ones, &made), TOLIMAN_E_ARGUMENT, "options->exposure_s = 1e+09");
+    assert_invalid(load("1,2\n", 4, &long_ones, &made), "options->exposure_s");
     const toliman_measure_options undated = {.struct_size = sizeof undated, .exposure_s = 60};
-    assert_fails(load("1,2\n", 4, &undated, &made), TOLIMAN_E_ARGUMENT, "t: the times are plain numbers");
+    assert_invalid(load("1,2\n", 4, &undated, &made), "t");
     const toliman_measure_options growing = {.struct_size = sizeof growing, .flags = TOLIMAN_SERIES_GROWING};
-    assert_fails(load("1,2\n", 4, &growing, &made), TOLIMAN_E_ARGUMENT, "options->flags = 0x1: must be 0 or");
+    assert_invalid(load("1,2\n", 4, &growing, &made), "options->flags");
     char table[600];
     const toliman_measure_options named = {.struct_size = sizeof named, .columns = "t,y"};
-    assert_fails(load(table, write_npy(table), &named, &made), TOLIMAN_E_ARGUMENT,
-                 "options->columns: must be NULL for");
-    assert_fails(toliman_measure_load_file("no/such/file", NULL, &made), TOLIMAN_E_NOT_FOUND, "no/such/file");
+    assert_invalid(load(table, write_npy(table), &named, &made), "options->columns");
+    assert_refused(toliman_measure_load_file("no/such/file", NULL, &made), TOLIMAN_E_NOT_FOUND, "no/such/file");
     assert_null(made);
     made = measure_of(kTimes, kValues, NULL, N);
     double values[N];
     int64_t times[N];
     toliman_measure_function function = TOLIMAN_MEASURE_FUNCTION_INIT;
-    assert_fails(toliman_measure_get_values(made, "sigma", values, N), TOLIMAN_E_NOT_FOUND, "name = \"sigma\"");
-    assert_fails(toliman_measure_get_values(made, "y", values, 3), TOLIMAN_E_ARGUMENT, "n = 3: must be 4");
-    assert_fails(toliman_measure_get_times(made, times, N), TOLIMAN_E_ARGUMENT, "t: the times are plain numbers");
-    assert_fails(toliman_measure_get_function(made, 0, &function), TOLIMAN_E_RANGE, "index = 0: must be in [0, 0)");
-    assert_fails(toliman_measure_set_prior(made, -1, 1), TOLIMAN_E_RANGE, "function = -1: must be in [0, 0)");
-    assert_fails(toliman_measure_set_trend(made, 9, 0, 0), TOLIMAN_E_ARGUMENT, "order = 9: must be in [0, 8]");
-    assert_fails(toliman_measure_set_trend(made, 1, 2, 1), TOLIMAN_E_ARGUMENT, "trend: its span is from 2 to 1");
-    assert_fails(toliman_measure_add_column(made, "c", bad, N, 0), TOLIMAN_E_ARGUMENT, "values[1] = nan");
-    assert_fails(toliman_measure_add_column(made, "c", kValues, 3, 0), TOLIMAN_E_ARGUMENT, "n = 3: must be 4");
-    assert_fails(toliman_measure_add_column(made, "", kValues, N, 0), TOLIMAN_E_ARGUMENT, "name = \"\"");
-    assert_fails(toliman_measure_add_column(made, "c", kValues, N, -1), TOLIMAN_E_ARGUMENT, "sigma = -1");
+    assert_refused(toliman_measure_get_values(made, "sigma", values, N), TOLIMAN_E_NOT_FOUND, "name");
+    assert_invalid(toliman_measure_get_values(made, "y", values, 3), "n");
+    assert_invalid(toliman_measure_get_times(made, times, N), "t");
+    assert_refused(toliman_measure_get_function(made, 0, &function), TOLIMAN_E_RANGE, "index");
+    assert_refused(toliman_measure_set_prior(made, -1, 1), TOLIMAN_E_RANGE, "function");
+    assert_invalid(toliman_measure_set_trend(made, 9, 0, 0), "order");
+    assert_invalid(toliman_measure_set_trend(made, 1, 2, 1), "trend");
+    assert_invalid(toliman_measure_add_column(made, "c", bad, N, 0), "values[1]");
+    assert_invalid(toliman_measure_add_column(made, "c", kValues, 3, 0), "n");
+    assert_invalid(toliman_measure_add_column(made, "", kValues, N, 0), "name");
+    assert_invalid(toliman_measure_add_column(made, "c", kValues, N, -1), "sigma");
     for (size_t i = 0; i < sizeof kReserved / sizeof *kReserved; i++)
-        assert_fails(toliman_measure_add_column(made, kReserved[i], kValues, N, 0), TOLIMAN_E_ARGUMENT,
-                     "is a name of the series itself, or of a polynomial");
-    assert_fails(toliman_measure_set_trend(made, 1, -1e300, 1e300), TOLIMAN_E_ARGUMENT, "start = -1e+300");
+        assert_invalid(toliman_measure_add_column(made, kReserved[i], kValues, N, 0), "name");
+    assert_invalid(toliman_measure_set_trend(made, 1, -1e300, 1e300), "start");
     assert_ok(toliman_measure_add_column(made, "c", kValues, N, 0));
-    assert_fails(toliman_measure_add_column(made, "c", kValues, N, 0), TOLIMAN_E_ARGUMENT, "is the name of another");
+    assert_invalid(toliman_measure_add_column(made, "c", kValues, N, 0), "name");
     assert_string_equal(toliman_constant_name(TOLIMAN_MEASURE_REDUCED), "reduced");
     assert_string_equal(toliman_constant_name(15), "?");
-    toliman_measure_destroy(made);
-    toliman_measure_destroy(NULL);
+    toliman_measure_destroy(made), toliman_measure_destroy(NULL);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_source_gives_the_same_numbers),
-        cmocka_unit_test(times_are_those_of_the_exposures),
-        cmocka_unit_test(functions_are_polynomials_and_columns),
-        cmocka_unit_test(a_reduction_adds_its_functions),
-        cmocka_unit_test(bad_series_are_refused),
-    };
+        cmocka_unit_test(every_source_gives_the_same_numbers), cmocka_unit_test(times_are_those_of_the_exposures),
+        cmocka_unit_test(functions_are_polynomials_and_columns), cmocka_unit_test(a_reduction_adds_its_functions),
+        cmocka_unit_test(bad_series_are_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -18,8 +18,7 @@ static toliman_measure_info info_of_measure(const toliman_measure *measure) {
 }
 
 /* A periodogram of the series has the sums of the tracker. */
-static void values_are_those_of_the_sums(void **unused) {
-    (void)unused;
+TEST(values_are_those_of_the_sums) {
     fill_folder(orbit, 1, LAST);
     toliman_track *const track = open_reader();
     toliman_measure *const series = load(0);
@@ -47,18 +46,12 @@ static void values_are_those_of_the_sums(void **unused) {
         assert_ok(toliman_period_push_samples(clean, &sample, rows + i * k, 1));
     }
     assert_same_periods(period_of(track), clean);
-    toliman_period_destroy(clean);
-    free(times);
-    free(one);
-    free(rows);
-    free(y);
-    toliman_measure_destroy(series);
+    toliman_period_destroy(clean), free(times), free(one), free(rows), free(y), toliman_measure_destroy(series);
     toliman_track_destroy(track);
 }
 
 /* Reducing the measured separations gives the values. */
-static void separations_reduce_to_the_values(void **unused) {
-    (void)unused;
+TEST(separations_reduce_to_the_values) {
     static const double pairs[] = {100, 400, 1500, 1900};
     toliman_track_options options = reduced_options(folder, orbit);
     toliman_track *const track = make_track(&options);
@@ -89,14 +82,11 @@ static void separations_reduce_to_the_values(void **unused) {
                 found++;
             }
     assert_int_equal(found, info.n);
-    toliman_measure_destroy(reduced);
-    toliman_measure_destroy(measured);
-    toliman_measure_destroy(values);
+    toliman_measure_destroy(reduced), toliman_measure_destroy(measured), toliman_measure_destroy(values);
 }
 
 /* It keeps no lists: the time on target of such a frame is not known. */
-static void a_tracker_in_memory_leaves_lists_out(void **unused) {
-    (void)unused;
+TEST(a_tracker_in_memory_leaves_lists_out) {
     static const double pairs[] = {100, 400, 1500, 1900};
     toliman_track *const track = reduced_in_memory(orbit, 1, 10);
     small_frame frame;
@@ -109,13 +99,11 @@ static void a_tracker_in_memory_leaves_lists_out(void **unused) {
     toliman_measure *made = NULL;
     assert_ok(toliman_track_get_measure(track, &options, &made));
     assert_true(info_of_measure(made).left_out >= 1 && info_of_measure(made).n > 3);
-    toliman_measure_destroy(made);
-    toliman_track_destroy(track);
+    toliman_measure_destroy(made), toliman_track_destroy(track);
 }
 
 /* Times and exposures go through the clock of the rebuilt folder. */
-static void times_are_those_of_a_new_clock(void **unused) {
-    (void)unused;
+TEST(times_are_those_of_a_new_clock) {
     fill_folder(orbit, 1, 10);
     const int64_t clock[] = {START_NS, START_NS + SECOND_NS, START_NS + 1000000 * SECOND_NS,
                              START_NS + 1000001 * SECOND_NS};
@@ -133,31 +121,27 @@ static void times_are_those_of_a_new_clock(void **unused) {
     assert_ok(toliman_measure_get_times(values, times[0], n));
     assert_ok(toliman_measure_get_times(measured, times[1], n));
     assert_memory_equal(times[0], times[1], n * sizeof **times);
-    toliman_measure_destroy(measured);
-    toliman_measure_destroy(values);
+    toliman_measure_destroy(measured), toliman_measure_destroy(values);
 }
 
-static void options_of_files_are_refused(void **unused) {
-    (void)unused;
+TEST(options_of_files_are_refused) {
     fill_folder(orbit, 1, 5);
     toliman_measure *made = NULL;
     const struct {
         toliman_measure_options options;
-        const char *message;
-    } cases[] = {
-        {{.columns = "t,y"}, "options->columns: must not be given for the frames of a tracker"},
-        {{.time_scale = TOLIMAN_INGEST_SCALE_TAI}, "options->time_scale: must not be given"},
-        {{.exposure_s = 1}, "options->exposure_s: must not be given"},
-        {{.kind = TOLIMAN_MEASURE_VELOCITY}, "options->kind = 904: the values of the frames are reduced"},
-        {{.unit = -1}, "options->unit = -1: must be in (0, 1e100], or 0"},
-        {{.unit = 2}, "options->unit = 2: must be 0 for reduced frames"},
-    };
+        const char *field;
+    } cases[] = {{{.columns = "t,y"}, "options->columns"},
+                 {{.time_scale = TOLIMAN_INGEST_SCALE_TAI}, "options->time_scale"},
+                 {{.exposure_s = 1}, "options->exposure_s"},
+                 {{.kind = TOLIMAN_MEASURE_VELOCITY}, "options->kind"},
+                 {{.unit = -1}, "options->unit"},
+                 {{.unit = 2}, "options->unit"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_measure_options options = cases[i].options;
         options.struct_size = sizeof options;
-        assert_fails(toliman_measure_load_file(folder, &options, &made), TOLIMAN_E_ARGUMENT, cases[i].message);
+        assert_invalid(toliman_measure_load_file(folder, &options, &made), cases[i].field);
     }
-    assert_fails(toliman_measure_load_file("/tmp", NULL, &made), TOLIMAN_E_NOT_FOUND, "/tmp: has no ledger of frames");
+    assert_refused(toliman_measure_load_file("/tmp", NULL, &made), TOLIMAN_E_NOT_FOUND, "/tmp");
     assert_null(made);
 }
 
@@ -167,7 +151,6 @@ int main(void) {
         cmocka_unit_test_setup_teardown(separations_reduce_to_the_values, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_tracker_in_memory_leaves_lists_out, set_up, tear_down),
         cmocka_unit_test_setup_teardown(times_are_those_of_a_new_clock, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(options_of_files_are_refused, set_up, tear_down),
-    };
+        cmocka_unit_test_setup_teardown(options_of_files_are_refused, set_up, tear_down)};
     return cmocka_run_group_tests(tests, make_skies, destroy_skies);
 }
