@@ -1,23 +1,10 @@
 // C interface of the kernels for samples with nuisance functions: sums, and the power from them.
+#include "isa_tables.hpp"
 #include "kernels/power_rows.hpp"
 
 using namespace toliman::kernels;
 
-namespace {
-const PowerRowsKernels *const tables[] = {
-    &power_rows_baseline,
-#if defined(__x86_64__)
-    &power_rows_avx2,
-    &power_rows_avx512,
-#endif
-};
-} // namespace
-
 extern "C" {
-
-int shim_power_rows_isas(void) {
-    return static_cast<int>(host_isa()) + 1;
-}
 
 // sample = {t, weight}, values [functions]; lo is [14 + 4 (functions - 1)][blocks * 64].
 void shim_add_row(double f0, double df, size_t blocks, const double *sample, size_t functions, const double *values,
@@ -45,6 +32,6 @@ size_t shim_power_rows(int isa, const int64_t *const *lo, const int64_t *const *
         shared.inverse[i] = 1 / factor[i * functions + i];
         shared.y[i] = y[i];
     }
-    return tables[isa]->power(lo, hi, n, shared, power);
+    return KERNELS(power_rows, isa).power(lo, hi, n, shared, power);
 }
 }

@@ -2,24 +2,13 @@
 #include <algorithm>
 #include <vector>
 
+#include "isa_tables.hpp"
 #include "kernels/same_conv.hpp"
 
-using toliman::kernels::SameConvKernels;
 using toliman::kernels::SameShape;
 using Floats = std::vector<float>;
 
 namespace {
-
-const SameConvKernels &table(int isa) {
-#if defined(__x86_64__)
-    const SameConvKernels *tables[] = {&toliman::kernels::same_conv_baseline, &toliman::kernels::same_conv_avx2,
-                                       &toliman::kernels::same_conv_avx512};
-    return *tables[isa];
-#else
-    (void)isa;
-    return toliman::kernels::same_conv_baseline;
-#endif
-}
 
 Floats bordered(const float *image, size_t rows, size_t cols, size_t channels) {
     Floats out((rows + 2) * (cols + 2) * channels, 0.0f);
@@ -35,17 +24,13 @@ void inside(const Floats &image, size_t rows, size_t cols, size_t channels, floa
 
 } // namespace
 
-extern "C" int shim_same_isas(void) {
-    return static_cast<int>(toliman::kernels::host_isa()) + 1;
-}
-
 // kernel: [channels][in_channels][3][3], or, if adjoint, [in_channels][channels][3][3].
 extern "C" void shim_same(int isa, const size_t *d, const float *image, const float *kernel, int adjoint,
                           const float *bias, float *out) {
     const SameShape shape = {d[0], d[1], d[2], d[3]};
     Floats packed(shape.packed()), result = bordered(nullptr, d[0], d[1], d[3]);
     (adjoint != 0 ? toliman::kernels::same_pack_adjoint : toliman::kernels::same_pack)(shape, kernel, packed.data());
-    table(isa).same(shape, bordered(image, d[0], d[1], d[2]).data(), packed.data(), bias, result.data());
+    KERNELS(same_conv, isa).same(shape, bordered(image, d[0], d[1], d[2]).data(), packed.data(), bias, result.data());
     inside(result, d[0], d[1], d[3], out);
 }
 
@@ -54,28 +39,30 @@ extern "C" void shim_same_max(int isa, const size_t *d, const float *image, cons
     const SameShape shape = {d[0], d[1], d[2], d[3]};
     Floats packed(shape.packed()), result = bordered(nullptr, d[0] / 2, d[1] / 2, d[3]);
     toliman::kernels::same_pack(shape, kernel, packed.data());
-    table(isa).same_max(shape, bordered(image, d[0], d[1], d[2]).data(), packed.data(), bias, result.data(), switches);
+    KERNELS(same_conv, isa)
+        .same_max(shape, bordered(image, d[0], d[1], d[2]).data(), packed.data(), bias, result.data(), switches);
     inside(result, d[0] / 2, d[1] / 2, d[3], pooled);
 }
 
 extern "C" void shim_same_gradient(int isa, const size_t *d, const float *in, const float *out, float *kernel) {
     const SameShape shape = {d[0], d[1], d[2], d[3]};
     Floats packed(shape.packed());
-    table(isa).weight_gradient(shape, bordered(in, d[0], d[1], d[2]).data(), bordered(out, d[0], d[1], d[3]).data(),
-                               packed.data());
+    KERNELS(same_conv, isa)
+        .weight_gradient(shape, bordered(in, d[0], d[1], d[2]).data(), bordered(out, d[0], d[1], d[3]).data(),
+                         packed.data());
     toliman::kernels::same_unpack_gradient(shape, packed.data(), kernel);
 }
 
 extern "C" void shim_unpool(int isa, const size_t *d, const float *pooled, const int32_t *switches, float *out) {
     const SameShape shape = {d[0], d[1], d[2], d[3]};
     Floats result = bordered(nullptr, d[0], d[1], d[3]);
-    table(isa).unpool(shape, bordered(pooled, d[0] / 2, d[1] / 2, d[3]).data(), switches, result.data());
+    KERNELS(same_conv, isa).unpool(shape, bordered(pooled, d[0] / 2, d[1] / 2, d[3]).data(), switches, result.data());
     inside(result, d[0], d[1], d[3], out);
 }
 
 extern "C" void shim_pick(int isa, const size_t *d, const float *image, const int32_t *switches, float *pooled) {
     const SameShape shape = {d[0], d[1], d[2], d[3]};
     Floats result = bordered(nullptr, d[0] / 2, d[1] / 2, d[3]);
-    table(isa).pick(shape, bordered(image, d[0], d[1], d[3]).data(), switches, result.data());
+    KERNELS(same_conv, isa).pick(shape, bordered(image, d[0], d[1], d[3]).data(), switches, result.data());
     inside(result, d[0] / 2, d[1] / 2, d[3], pooled);
 }

@@ -5,7 +5,6 @@ void shim_adam(size_t step, double rate, const float *gradient, size_t count, fl
                float *weights);
 
 static void test_follows_the_paper(void **unused) {
-    (void)unused;
     enum { kWeights = 37, kSteps = 50 };
     float gradient[kWeights], mean[kWeights] = {0}, square[kWeights] = {0}, weights[kWeights] = {0};
     long double m[kWeights] = {0}, v[kWeights] = {0}, w[kWeights] = {0};

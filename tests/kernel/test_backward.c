@@ -173,12 +173,10 @@ static void check_layout(int layout) {
 }
 
 static void test_flight(void **unused) {
-    (void)unused;
     check_layout(kFlight);
 }
 
 static void test_paper(void **unused) {
-    (void)unused;
     check_layout(kPaper);
 }
 

@@ -96,7 +96,6 @@ static double reference[PIXELS], variance[PIXELS], derivative[PIXELS], nuisances
 
 /* Frames of 1e6 counts with noise of 1e3, three hidden series and variations of both nuisances. */
 static int make_frames(void **state) {
-    (void)state;
     static double hidden[3][PIXELS];
     for (size_t i = 0; i < PIXELS; i++) {
         reference[i] = 1e6 * (1 + 0.9 * uniform(&draws));
@@ -181,7 +180,6 @@ static size_t prepare(int raw, size_t bin, long double *x, long double *informat
 
 /* Scores on the eigenvectors of the covariance of the pixels. Residuals are float32: relative rounding error 6e-8. */
 static void components_match_the_covariance(void **state) {
-    (void)state;
     static long double x[FRAMES * PIXELS], covariance[PIXELS * PIXELS], vectors[PIXELS * PIXELS];
     enum { COUNT = 3 };
     for (int raw = 0; raw < 2; raw++)
@@ -227,7 +225,6 @@ static void components_match_the_covariance(void **state) {
 
 /* 300 frames make one full and one partial block; 10 x 13 pixels make two full slabs and a partial one. */
 static void products_match_plain_loops_for_any_workers(void **state) {
-    (void)state;
     enum { N = 300, R = 10, C = 13, P = R * C };
     double *const frames = new_array(N * P), *const gram = new_array(N * N), *const same = new_array(N * N), bounds[2];
     double zero[P] = {0}, one[P];
@@ -257,7 +254,6 @@ static void products_match_plain_loops_for_any_workers(void **state) {
 
 /* White noise plus a sinusoid of eigenvalue l in a fixed direction; mean squared cosines over several sets. */
 static void overlaps_match_spiked_covariance(void **state) {
-    (void)state;
     enum { N = 200, P = 800, SETS = 6 };
     const double gamma = (double)P / N, levels[] = {0.3 * sqrt(gamma), 1.5 * sqrt(gamma), 4 * sqrt(gamma)};
     for (size_t level = 0; level < 3; level++) {
@@ -305,7 +301,6 @@ static double soft(double value, double by) {
 
 /* Frames s_i u with a single direction u: the atom is u, the codes are s_i after soft thresholding. */
 static void codes_of_one_direction_are_soft_thresholded(void **state) {
-    (void)state;
     enum { N = 50, P = 20 };
     double s[N], gram[N * N], series[N], share, objective, squares = 0, expected = 0;
     size_t done;
@@ -328,7 +323,6 @@ static void codes_of_one_direction_are_soft_thresholded(void **state) {
 
 /* The same algorithm with atoms as images: three rounds on frames of noise, with the same initial values. */
 static void dictionary_matches_pixelwise_learning(void **state) {
-    (void)state;
     enum { N = 30, P = 40, K = 3, ROUNDS = 3 };
     static double x[N][P], atom[K][P], code[N][K];
     double start[K * N], squares = 0, series[K * N], share[K], objective, energy[K] = {0};
@@ -417,7 +411,6 @@ static void dictionary_matches_pixelwise_learning(void **state) {
 
 /* Four directions, each present in a tenth of the frames, plus noise. */
 static void sparse_directions_are_recovered(void **state) {
-    (void)state;
     enum { N = 400, P = 60, K = 4 };
     double *const x = new_array(N * P), *const code = new_array(K * N), *const series = new_array(K * N), share[K];
     for (size_t j = 0; j < K; j++) {
@@ -454,7 +447,6 @@ static void sparse_directions_are_recovered(void **state) {
 }
 
 static void equal_frames_have_series_of_zeros(void **state) {
-    (void)state;
     enum { COUNT = 2 };
     double gram[FRAMES * FRAMES], bounds[2], series[COUNT * FRAMES], share[COUNT], objective;
     size_t done;
@@ -477,7 +469,6 @@ static void equal_frames_have_series_of_zeros(void **state) {
 
 /* Two orthogonal series of equal norm: the result is any basis of their plane, without components outside it. */
 static void equal_eigenvalues_share_their_plane(void **state) {
-    (void)state;
     enum { N = 40, COUNT = 3 };
     double gram[N * N], series[COUNT * N], share[COUNT];
     for (size_t i = 0; i < N * N; i++)

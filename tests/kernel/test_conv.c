@@ -6,7 +6,7 @@
 
 #include "assert_close.h"
 
-int shim_conv_isas(void);
+int shim_isas(void);
 void shim_conv_down(int isa, const size_t *dimensions, const float *image, const float *kernel, float factor,
                     const float *bias, float *out);
 void shim_conv_down_elu(int isa, const size_t *dimensions, const float *image, const float *kernel, const float *bias,
@@ -78,12 +78,11 @@ static long double slow_up(const size_t *s, const float *image, const float *ker
 }
 
 static void test_down(void **unused) {
-    (void)unused;
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape];
         float *image = random_floats(fine_size(s)), *kernel = random_floats(weights(s));
         float *bias = random_floats(s[COARSE]), *out = malloc(coarse_size(s) * sizeof *out);
-        for (int isa = 0; isa < shim_conv_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             shim_conv_down(isa, s, image, kernel, 0.25f, bias, out);
             for (size_t i = 0; i < coarse_size(s); i++) {
                 const size_t k = i % s[COARSE], pixel = i / s[COARSE];
@@ -96,13 +95,12 @@ static void test_down(void **unused) {
 }
 
 static void test_down_elu_is_elu_of_down(void **unused) {
-    (void)unused;
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape], size = coarse_size(s);
         float *image = random_floats(fine_size(s)), *kernel = random_floats(weights(s));
         float *bias = random_floats(s[COARSE]), *out = malloc(size * sizeof *out),
               *expected = malloc(size * sizeof *out);
-        for (int isa = 0; isa < shim_conv_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             shim_conv_down_elu(isa, s, image, kernel, bias, out, expected);
             assert_memory_equal(out, expected, size * sizeof *out);
         }
@@ -111,12 +109,11 @@ static void test_down_elu_is_elu_of_down(void **unused) {
 }
 
 static void test_up(void **unused) {
-    (void)unused;
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape];
         float *image = random_floats(coarse_size(s)), *kernel = random_floats(weights(s));
         float *bias = random_floats(s[FINE]), *out = malloc(fine_size(s) * sizeof *out);
-        for (int isa = 0; isa < shim_conv_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             shim_conv_up(isa, s, image, kernel, 1, bias, out);
             for (size_t i = 0; i < fine_size(s); i++) {
                 const size_t c = i % s[FINE], pixel = i / s[FINE];
@@ -145,13 +142,12 @@ static long double slow_gradient(const size_t *s, const float *fine, const float
 }
 
 static void test_weight_gradient(void **unused) {
-    (void)unused;
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape];
         float *fine = random_floats(fine_size(s)), *coarse = random_floats(coarse_size(s));
         float *kernel = calloc(weights(s), sizeof *kernel), *gradient = malloc(weights(s) * sizeof *gradient);
         const size_t step = weights(s) > 2000 ? 31 : 1;
-        for (int isa = 0; isa < shim_conv_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             shim_conv_gradient(isa, s, fine, coarse, 0.25f, gradient);
             for (size_t j = 0; j < weights(s); j += step)
                 assert_close(gradient[j], (double)slow_gradient(s, fine, coarse, kernel, j), 0, 1e-5);
@@ -162,8 +158,7 @@ static void test_weight_gradient(void **unused) {
 
 /* Every sum is evaluated in the order of the definition, not of the vectors: AVX2 and AVX-512 agree to the bit. */
 static void test_same_bits_with_fused_multiply_add(void **unused) {
-    (void)unused;
-    if (shim_conv_isas() < 3)
+    if (shim_isas() < 3)
         skip();
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape];

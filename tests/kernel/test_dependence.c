@@ -16,7 +16,6 @@ static double variance[kPixels], images[kMost][kPixels];
 static char lines[4096];
 
 static int set_up(void **unused) {
-    (void)unused;
     for (int i = 0; i < kPixels; i++)
         variance[i] = 1 + i % 7;
     return 0;
@@ -38,7 +37,6 @@ static void warned(const char *names, const mixture *mixtures, const char *expec
 }
 
 static void independent_images(void **unused) {
-    (void)unused;
     warned("", NULL, "");
     warned("a", (mixture[]){{{1}, 1e9}}, "");
     warned("abc", (mixture[]){{{1}, 1e9}, {{0.6, 0.8}, 1e-9}, {{0.3, -0.2, 0.9}, 7}}, "");
@@ -47,7 +45,6 @@ static void independent_images(void **unused) {
 }
 
 static void dropped_images(void **unused) {
-    (void)unused;
     const mixture a = {{1}, 1e9}, b = {{0, 1}, 1e-9}, c = {{0.6, -0.8}, 3}, zeros = {{0}, 0};
     warned("ab", (mixture[]){a, {{1}, -2}},
            "scene: preprocess.project: b is a combination of a (-1.00): it is dropped\n");
@@ -63,7 +60,6 @@ static void dropped_images(void **unused) {
 
 /* The image that the others explain best is named, wherever it is in the list, and only it. */
 static void nearly_dependent_images(void **unused) {
-    (void)unused;
     const double near = sqrt(1 - 0.0099 * 0.0099);
     const mixture a = {{1}, 1e9}, b = {{0, 1}, 1e-9}, c = {{0.6 * near, -0.8 * near, 0.0099}, 3};
     const char *const expected =
@@ -81,7 +77,6 @@ static void nearly_dependent_images(void **unused) {
 }
 
 static void the_largest_parts(void **unused) {
-    (void)unused;
     const mixture e[] = {{{0.3, 0.5, 0.7, 0.4, 1e-3}, 1}, {{1}, 1}, {{0, 1}, 1}, {{0, 0, 1}, 1}, {{0, 0, 0, 1}, 1}};
     warned(
         "xabcd", (mixture[]){e[1], e[2], e[3], e[4], e[0]}, /* of norm 0.995 */
@@ -91,7 +86,6 @@ static void the_largest_parts(void **unused) {
 
 /* As many as a scene may name, one of them the mean of the others and a remainder. */
 static void many_images(void **unused) {
-    (void)unused;
     const char names[] = "abcdefghijklmnopqrstuvwxyzABCDEF";
     memset(images, 0, sizeof images);
     for (int k = 1; k < kMost; k++) {

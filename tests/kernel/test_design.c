@@ -31,7 +31,6 @@ static unsigned char cells[CELLS], again[CELLS];
 static double scores[PLACES][2][3], others[PLACES][2][3], small;
 
 static void better_within_the_limits(void **state) {
-    (void)state;
     for (int symmetry = NONE; symmetry <= ODD; symmetry += ODD) {
         assert_int_equal(
             shim_design(kScene, kAngles, PLACES, 3, 60, symmetry, kPeak, 2, 0, cells, scores[0][0], &small), 0);
@@ -50,7 +49,6 @@ static void better_within_the_limits(void **state) {
 
 /* Even before the first iteration there is a mask, with its scores. */
 static void stopped(void **state) {
-    (void)state;
     for (int calls = 1; calls <= 20; calls += 19) {
         memset(cells, 2, sizeof cells);
         assert_int_equal(

@@ -78,7 +78,6 @@ static void heavy(double s[6], double t) {
 }
 
 static void mislabelled_messages(void **state) {
-    (void)state;
     const struct {
         const char *what;
         void (*change)(double s[6], double t);
@@ -124,7 +123,6 @@ typedef struct Fault {
 } Fault;
 
 static void malformed_messages(void **state) {
-    (void)state;
     const Fault faults[] = {
         {1, "CCSDS_OEM_VERS = 4.0", ":1: \"CCSDS_OEM_VERS = 4.0\": CCSDS_OEM_VERS must be 1.0, 2.0 or 3.0"},
         {1, "CCSDS_OEM_VERSION = 2.0", "CCSDS_OEM_VERS must be 1.0, 2.0 or 3.0"},
@@ -244,7 +242,6 @@ static void malformed_messages(void **state) {
 }
 
 static void malformed_tables(void **state) {
-    (void)state;
     const Fault faults[] = {
         {1, "t_tai_ns,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m",
          ":1: unknown column \"vz_m\", did you mean z_m?: the header must "

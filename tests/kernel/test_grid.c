@@ -47,7 +47,6 @@ static void rest(double days, double *at) {
 }
 
 static void steady_motion_has_regular_dates(void **state) {
-    (void)state;
     const double length = 2 * acos(-1) * 30 * 0.4; /* of 400 days */
     static const double spacings[] = {0.5, 4, 100};
     for (size_t s = 0; s < 3; s++) {
@@ -59,7 +58,6 @@ static void steady_motion_has_regular_dates(void **state) {
 }
 
 static void accelerated_motion_has_denser_dates(void **state) {
-    (void)state;
     assert_int_equal(dates_of(0, 10, 5, parabola), 20);
     for (int i = 0; i < 20; i++) {
         assert_close(dates[i][0], sqrt(5 * (i + 0.5)), 0, 1e-5);
@@ -68,7 +66,6 @@ static void accelerated_motion_has_denser_dates(void **state) {
 }
 
 static void every_time_is_near_its_date(void **state) {
-    (void)state;
     void (*const paths[])(double, double *) = {circle, parabola, stop, rest};
     for (size_t p = 0; p < 4; p++) {
         const size_t count = dates_of(1, 10, 0.6, paths[p]);
@@ -83,7 +80,6 @@ static void every_time_is_near_its_date(void **state) {
 }
 
 static void one_date_suffices_without_motion(void **state) {
-    (void)state;
     assert_int_equal(dates_of(10, 40, 0.05, rest), 1);
     assert_close(dates[0][0], 25, 0, 1e-12);
     assert_int_equal(dates_of(70, 70, 0.05, circle), 1);
@@ -93,7 +89,6 @@ static void one_date_suffices_without_motion(void **state) {
 }
 
 static void places_divide_a_pixel(void **state) {
-    (void)state;
     assert_close(shim_place(0, 1), 0, 0, 0);
     for (size_t places = 1; places <= 8; places++)
         for (size_t i = 0; i < places; i++)

@@ -35,7 +35,6 @@ static void check_layout(int32_t layout, uint32_t steps, double allowed) {
 }
 
 static void test_flight(void **unused) {
-    (void)unused;
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     toliman_sim_bounds bounds = {.struct_size = sizeof bounds};
     assert_ok(toliman_sim_get_bounds(sim, &bounds));
@@ -45,7 +44,6 @@ static void test_flight(void **unused) {
 
 /* The latent has no unit; its sigma over frames is about 0.1. */
 static void test_paper(void **unused) {
-    (void)unused;
     check_layout(TOLIMAN_CAE_LAYOUT_PAPER, 0, 1e-5);
 }
 

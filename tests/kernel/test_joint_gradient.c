@@ -13,7 +13,6 @@ enum { CELLS = 96 * 96, PIXELS = 64 * 64 };
 static double weights[2 * PIXELS], joint[CELLS], again[CELLS], single[CELLS];
 
 static void joint_is_the_sum(void **state) {
-    (void)state;
     const char *const detectors[] = {
         "\"shape\": [64, 64]",
         "\"shape\": [31, 40], \"pixel\": \"integrated\", \"shear\": 0.04",

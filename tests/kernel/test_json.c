@@ -23,7 +23,6 @@ static void assert_no_integer(const char *text, const char *path, double expecte
 
 /* printf of int64_t is the reference; a double carries 53 bits only. */
 static void integers_are_exact(void **state) {
-    (void)state;
     const int64_t integers[] = {0,
                                 1,
                                 -1,
@@ -44,7 +43,6 @@ static void integers_are_exact(void **state) {
 }
 
 static void other_numbers_have_no_integer(void **state) {
-    (void)state;
     assert_no_integer("1e3", "", 1000);
     assert_no_integer("1E+2", "", 100);
     assert_no_integer("1.0", "", 1);
@@ -57,7 +55,6 @@ static void other_numbers_have_no_integer(void **state) {
 
 /* Numbers among strings, keys that look like numbers, escapes and nested arrays keep their integers. */
 static void integers_of_a_tree(void **state) {
-    (void)state;
     const char *const text =
         "\xef\xbb\xbf{\"1\": [2, \"3\", 4.5, [], {\"a\\\"5\": -6}], \"7,8\": {\"b\": [true, 9, null]}, "
         "\"c\": 10}";

@@ -50,7 +50,6 @@ enum { ECCENTRICITIES = sizeof kEccentricities / sizeof *kEccentricities };
 
 /* Every decade of the mean anomaly from the smallest normal double to pi, and uniformly over one revolution. */
 static void within_a_revolution(void **state) {
-    (void)state;
     uint64_t random = 1;
     double worst = 0;
     for (int i = 0; i < ECCENTRICITIES; i++) {
@@ -72,7 +71,6 @@ static void within_a_revolution(void **state) {
 
 /* Many revolutions, of either sign. */
 static void many_revolutions(void **state) {
-    (void)state;
     uint64_t random = 2;
     double worst = 0;
     for (int i = 0; i < ECCENTRICITIES; i++)
@@ -89,7 +87,6 @@ static void many_revolutions(void **state) {
 }
 
 static void limits(void **state) {
-    (void)state;
     for (int i = 0; i < ECCENTRICITIES; i++) {
         const double e = kEccentricities[i];
         assert_close(shim_kepler(0, e), 0, 0, 0);

@@ -5,12 +5,11 @@
 #include "assert_close.h"
 #include "uniform.h"
 
-int shim_kepler_tables(void);
+int shim_isas(void);
 size_t shim_kepler_lanes(void);
-void shim_kepler_rows(int table, int velocity, double frequency, double anomaly, double eccentricity, const double *t,
+void shim_kepler_rows(int isa, int velocity, double frequency, double anomaly, double eccentricity, const double *t,
                       size_t n, double *x, double *y);
-void shim_products(int table, const double *rows, size_t count, const double *x, const double *y, size_t n,
-                   double *out);
+void shim_products(int isa, const double *rows, size_t count, const double *x, const double *y, size_t n, double *out);
 
 enum { SAMPLES = 203, ROWS = 208 }; /* not a multiple of a block; a multiple of the lanes */
 
@@ -59,7 +58,6 @@ static const double kEccentricities[] = {0, 1e-9, 0.01, 0.3, 0.5, 0.50001, 0.7, 
 enum { ECCENTRICITIES = sizeof kEccentricities / sizeof *kEccentricities };
 
 static void exact(void **state) {
-    (void)state;
     set_times();
     double worst_position = 0, worst_velocity = 0;
     for (int i = 0; i < ECCENTRICITIES; i++)
@@ -75,7 +73,6 @@ static void exact(void **state) {
 
 /* Sums of products, of which the rows cancel. */
 static void products(void **state) {
-    (void)state;
     assert_int_equal(ROWS % shim_kepler_lanes(), 0);
     enum { COUNT = 5 };
     static double rows[COUNT * ROWS], a[ROWS], b[ROWS];
@@ -100,19 +97,18 @@ static void products(void **state) {
 }
 
 static void same_bits(void **state) {
-    (void)state;
     set_times();
     static double other_x[SAMPLES], other_y[SAMPLES];
-    for (int table = 1; table < shim_kepler_tables(); table++)
+    for (int isa = 1; isa < shim_isas(); isa++)
         for (int velocity = 0; velocity < 2; velocity++)
             for (int i = 0; i < ECCENTRICITIES; i++) {
                 shim_kepler_rows(0, velocity, 0.00217, 0.3, kEccentricities[i], times, SAMPLES, x, y);
-                shim_kepler_rows(table, velocity, 0.00217, 0.3, kEccentricities[i], times, SAMPLES, other_x, other_y);
+                shim_kepler_rows(isa, velocity, 0.00217, 0.3, kEccentricities[i], times, SAMPLES, other_x, other_y);
                 assert_memory_equal(x, other_x, sizeof x);
                 assert_memory_equal(y, other_y, sizeof y);
                 double sums[2], other[2];
                 shim_products(0, x, 1, x, y, SAMPLES / 16 * 16, sums);
-                shim_products(table, x, 1, x, y, SAMPLES / 16 * 16, other);
+                shim_products(isa, x, 1, x, y, SAMPLES / 16 * 16, other);
                 assert_memory_equal(sums, other, sizeof sums);
             }
 }

@@ -8,7 +8,6 @@ void shim_offsets(const char *json, double days, double *offsets_px);
 
 /* The ephemeris of the mission, to the last printed digit. */
 static void ephemeris_of_the_mission(void **state) {
-    (void)state;
     const struct {
         double date, separation, angle;
     } cases[] = {{2026.0, 9.29, 12.1}, {2027.0, 9.76, 14.5}, {2028.0, 10.12, 16.7}, {2029.5, 10.36, 19.9}};
@@ -24,7 +23,6 @@ static void ephemeris_of_the_mission(void **state) {
 /* Predictions by Sky & Telescope (2005) from the orbit of Pourbaix: 10.0 arcsec in October 2005, a minimum of 4.0 in
  * late 2015, a maximum of 10.4 in mid-2029, a minimum of 1.7 in November 2037. */
 static void extremes_of_the_separation(void **state) {
-    (void)state;
     double first, middle, last, angle, found[3];
     int count = 0;
     shim_alpha_cen(2005.8, &first, &angle);
@@ -55,7 +53,6 @@ static char *dated(const char *date, const char *centre) {
 
 /* A time after one date is a later date, both forwards and backwards, for every centre. */
 static void positions_at_a_time(void **state) {
-    (void)state;
     for (const char *const *centre = (const char *const[]){"barycentre", "A", "B", NULL}; *centre != NULL; centre++) {
         char *const early = dated("2026.25", *centre), *const late = dated("2029.5", *centre);
         double now[4], then[4], start[4];
@@ -75,7 +72,6 @@ static void positions_at_a_time(void **state) {
 
 /* The positions at time 0 follow from separation and angle, and are constant without an orbit. */
 static void positions_without_an_orbit(void **state) {
-    (void)state;
     double separation, angle, by_angle[4], by_date[4], later[4];
     char binary[200];
     shim_alpha_cen(2027.0, &separation, &angle);

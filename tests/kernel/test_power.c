@@ -6,7 +6,7 @@
 #include "assert_close.h"
 #include "uniform.h"
 
-int shim_power_isas(void);
+int shim_isas(void);
 size_t shim_power(int isa, int double_limb, const int64_t *const *lo, const int64_t *const *hi, size_t n, double weight,
                   int64_t samples, double mean_high, double mean_low, double spread, int fixed_mean, double *power);
 int shim_any_reaches(int isa, const double *values, size_t n, double limit);
@@ -93,7 +93,7 @@ static void check_kind(int double_limb, double samples, double mean, double sigm
     for (int fixed_mean = 0; fixed_mean < 2; fixed_mean++) {
         double first[N], power[N];
         size_t reported = 0;
-        for (int isa = 0; isa < shim_power_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             reported = shim_power(isa, double_limb, low, high, N, (double)weight, (int64_t)samples, (double)exact_mean,
                                   (double)(exact_mean - (__float128)(double)exact_mean), spread, fixed_mean, power);
             if (isa == 0)
@@ -124,7 +124,6 @@ static void check(double samples, double mean, double sigma) {
 }
 
 static void test_latents(void **unused) {
-    (void)unused;
     check(1095, 0, 1e-3);
     check(1095, 7.9e-3, 1e-3);
     check(5, 0.1, 0.2);
@@ -132,12 +131,10 @@ static void test_latents(void **unused) {
 }
 
 static void test_many_samples(void **unused) {
-    (void)unused;
     check(0x1p31, 0.4, 0.2);
 }
 
 static void test_mean_far_off(void **unused) {
-    (void)unused;
     check(300, 0.9, 3e-5);
     check(1e6, -0.7, 3e-5);
     check(0x1p31, 0.3, 1e-5);
@@ -145,7 +142,6 @@ static void test_mean_far_off(void **unused) {
 }
 
 static void test_values_far_below_their_bound(void **unused) {
-    (void)unused;
     check(200, 1e-16, 1e-15);
     check(200, 1e-12, 1e-15);
     check(0x1p22, 1e-12, 1e-13);
@@ -154,9 +150,8 @@ static void test_values_far_below_their_bound(void **unused) {
 }
 
 static void test_any_reaches(void **unused) {
-    (void)unused;
     enum { MOST = 37 };
-    for (int isa = 0; isa < shim_power_isas(); isa++)
+    for (int isa = 0; isa < shim_isas(); isa++)
         for (size_t n = 0; n <= MOST; n++) {
             double values[MOST] = {0};
             assert_false(shim_any_reaches(isa, values, n, 0x1p-1074));

@@ -6,7 +6,7 @@
 #include "assert_close.h"
 #include "uniform.h"
 
-int shim_power_rows_isas(void);
+int shim_isas(void);
 void shim_add_row(double f0, double df, size_t blocks, const double *sample, size_t functions, const double *values,
                   int64_t *lo);
 size_t shim_power_rows(int isa, const int64_t *const *lo, const int64_t *const *hi, size_t n, int64_t samples,
@@ -97,7 +97,6 @@ static __float128 exact_power(int k) {
 }
 
 static void powers_match_113_bits(void **unused) {
-    (void)unused;
     prepare();
     double plain[FUNCTIONS][FUNCTIONS], y[FUNCTIONS], sums[3] = {(double)weight, 0, (double)spread};
     const int64_t *rows[SUMS], *upper[SUMS];
@@ -119,7 +118,7 @@ static void powers_match_113_bits(void **unused) {
                 lo[i][k] &= 0xffffffff;
             }
         }
-        for (int isa = 0; isa < shim_power_rows_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             const size_t left =
                 shim_power_rows(isa, rows, upper, FREQUENCIES, SAMPLES, sums, FUNCTIONS, plain[0], y, power[isa]);
             assert_in_range(left, 1, 5); /* the lowest frequencies, close to the polynomials */

@@ -6,7 +6,7 @@
 #include "assert_close.h"
 #include "uniform.h"
 
-int shim_push_isas(void);
+int shim_isas(void);
 void shim_push(int isa, int double_limb, double f0, double df, size_t blocks, const double *sample, double *anchors,
                int64_t *lo);
 void shim_fold(int isa, int64_t *lo, int64_t *hi, size_t n);
@@ -16,7 +16,6 @@ enum { BLOCKS = 3, WIDTH = 64 * BLOCKS, SUMS = 8, DOUBLE_LIMB_SUMS = 14 };
 
 /* f t far above one cycle: the product must be reduced without loss of digits. */
 static void cosine_and_sine(void **unused) {
-    (void)unused;
     uint64_t state = 3;
     double worst = 0;
     for (int i = 0; i < 200000; i++) {
@@ -28,7 +27,7 @@ static void cosine_and_sine(void **unused) {
         const __float128 angle = 2 * M_PIq * (cycles - rintq(cycles));
         worst = fmax(worst, fabs((double)(c - cosq(angle))));
         worst = fmax(worst, fabs((double)(s - sinq(angle))));
-        for (int isa = 1; isa < shim_push_isas(); isa++) {
+        for (int isa = 1; isa < shim_isas(); isa++) {
             double c2, s2;
             shim_cis(isa, f, f_low, t, t_low, &c2, &s2);
             assert_memory_equal(&c, &c2, sizeof c);
@@ -39,7 +38,6 @@ static void cosine_and_sine(void **unused) {
 }
 
 static void terms_follow_their_definition(void **unused) {
-    (void)unused;
     const double f0 = 0.013, df = 0.00171, unit = 0x1p50;
     const double sample[5] = {777.123, 1e-14, 0.37, -0.61, 1.3e-18};
     double anchors[2 * BLOCKS];
@@ -65,7 +63,6 @@ static void terms_follow_their_definition(void **unused) {
 
 /* The limbs of a double-limb push, for heavy and light samples: close to the phase, and on the unit circle to 2^-98. */
 static void double_limb_terms_lie_on_the_circle(void **unused) {
-    (void)unused;
     const double f0 = 0.013, df = 0.00171;
     const __float128 unit = 0x1p-50Q;
     double anchors[2 * BLOCKS];
@@ -101,7 +98,7 @@ static void double_limb_terms_lie_on_the_circle(void **unused) {
 static void equal_bits(int double_limb, int sums) {
     static int64_t lo[3][DOUBLE_LIMB_SUMS * WIDTH], hi[3][DOUBLE_LIMB_SUMS * WIDTH];
     double anchors[2 * BLOCKS];
-    const int isas = shim_push_isas();
+    const int isas = shim_isas();
     memset(lo, 0, sizeof lo);
     memset(hi, 0, sizeof hi);
     for (int isa = 0; isa < isas; isa++) {
@@ -122,7 +119,6 @@ static void equal_bits(int double_limb, int sums) {
 }
 
 static void equal_bits_on_all_instruction_sets(void **unused) {
-    (void)unused;
     equal_bits(0, SUMS);
     equal_bits(1, DOUBLE_LIMB_SUMS);
 }

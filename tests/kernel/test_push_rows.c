@@ -6,7 +6,7 @@
 #include "assert_close.h"
 #include "uniform.h"
 
-int shim_push_rows_isas(void);
+int shim_isas(void);
 void shim_push_rows(int isa, double f0, double df, size_t blocks, const double *sample, size_t functions,
                     const double *high, const double *low, int64_t *lo);
 
@@ -20,7 +20,6 @@ static __float128 value(const int64_t *lo, int k, int high, int low) {
 
 /* The terms of all sums, whose phases have 100 bits, also for many cycles. */
 static void terms_follow_their_definition(void **unused) {
-    (void)unused;
     const double f0 = 0.013, df = 0.00171, times[] = {777.123, -1e-3, 1.25e5};
     const double high[FUNCTIONS] = {-0.61, 0.83, 1.0 / 3}, low[FUNCTIONS] = {1.3e-18, -2e-17, 0};
     for (int n = 0; n < 3; n++) {
@@ -64,9 +63,8 @@ static void push_many(int isa, double sign, int64_t *lo) {
 }
 
 static void equal_bits_on_all_instruction_sets(void **unused) {
-    (void)unused;
     memset(sums, 0, sizeof sums);
-    for (int isa = 0; isa < shim_push_rows_isas(); isa++) {
+    for (int isa = 0; isa < shim_isas(); isa++) {
         push_many(isa, 1, sums[isa]);
         assert_memory_equal(sums[isa], sums[0], sizeof sums[0]);
     }

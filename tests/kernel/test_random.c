@@ -11,7 +11,6 @@ void shim_random123(const uint32_t counter[4], const uint32_t key[2], uint32_t w
 
 /* Test vectors published with the generator (Random123, kat_vectors, philox4x32 10). */
 static void philox_gives_the_published_words(void **state) {
-    (void)state;
     static const uint32_t known[3][10] = {
         {0, 0, 0, 0, 0, 0, 0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8},
         {0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff, 0x408f276d, 0x41c83b0e, 0xa20bc7c6,
@@ -27,7 +26,6 @@ static void philox_gives_the_published_words(void **state) {
 }
 
 static void sequence_counts_blocks_of_its_stream(void **state) {
-    (void)state;
     const uint64_t seed = 0x0123456789abcdef;
     const uint32_t stream = 2, key[2] = {0x89abcdef, 0x01234567};
     uint64_t bits[10];
@@ -42,7 +40,6 @@ static void sequence_counts_blocks_of_its_stream(void **state) {
 }
 
 static void uniforms_stay_inside_and_are_even(void **state) {
-    (void)state;
     enum { count = 1000000 };
     double *uniforms = malloc(count * sizeof *uniforms);
     shim_uniforms(11, 0, count, uniforms);
@@ -60,7 +57,6 @@ static void uniforms_stay_inside_and_are_even(void **state) {
 }
 
 static void normals_have_the_moments_and_tails(void **state) {
-    (void)state;
     enum { count = 1000000 };
     double *normals = malloc(count * sizeof *normals);
     shim_normals(7, 2, count, normals);
@@ -83,7 +79,6 @@ static void normals_have_the_moments_and_tails(void **state) {
 }
 
 static void sequences_differ_by_seed_and_stream(void **state) {
-    (void)state;
     uint64_t base[64], other[64];
     const uint64_t seeds[] = {2, 1 + (UINT64_C(1) << 32), 1};
     const uint32_t streams[] = {0, 0, 1};

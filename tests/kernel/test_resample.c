@@ -16,7 +16,6 @@ static void fill(double *image, size_t count, uint64_t seed) {
 }
 
 static void whole_pixels_are_exact(void **state) {
-    (void)state;
     static const int moves[][2] = {{0, 0}, {3, -5}, {-40, 2}, {44, 36}, {45, 0}, {0, -37}, {4000, 1}, {-1, -4000}};
     static const int shapes[][2] = {{ROWS, COLS}, {SMALL, SMALL}};
     fill(source, MOST, 1);
@@ -36,7 +35,6 @@ static void whole_pixels_are_exact(void **state) {
 
 /* Polynomials of degree 7 in each coordinate, where all eight samples are inside. */
 static void polynomials_are_reproduced(void **state) {
-    (void)state;
     const double x = 0.37, y = -0.81;
     for (int degree = 0; degree < 8; degree++) {
         for (int i = 0; i < MOST; i++)
@@ -52,7 +50,6 @@ static void polynomials_are_reproduced(void **state) {
 /* The error of polynomials through eight samples is at most the eighth derivative times 0.5^2 1.5^2 2.5^2 3.5^2 / 8!.
  */
 static void waves_have_the_error_of_the_order(void **state) {
-    (void)state;
     static const double frequencies[] = {0.02, 0.05, 0.1, 0.2}; /* cycles per pixel */
     for (size_t f = 0; f < 4; f++) {
         const double k = 2 * acos(-1) * frequencies[f], bound = 1.0682e-3 * pow(k, 8) + 1e-14;
@@ -73,7 +70,6 @@ static void waves_have_the_error_of_the_order(void **state) {
 
 /* <move(a), b> = <a, move_back(b)>, at the borders as well. */
 static void the_opposite_displacement_is_the_adjoint(void **state) {
-    (void)state;
     static const double moves[][2] = {{0.3, -0.4}, {10.75, 3.5}, {-7.01, 12.99}, {30.5, -20.5}, {2, 0.25}};
     static double a[MOST], b[MOST], moved[MOST], back[MOST];
     fill(a, MOST, 2);

@@ -4,7 +4,7 @@
 
 #include "assert_close.h"
 
-int shim_residual_isas(void);
+int shim_isas(void);
 int shim_residual(int isa, const double *counts, const double *reference, const double *inverse_sigma, size_t count,
                   double *out);
 int shim_scaled_residual(int isa, const double *counts, const double *reference, const double *inverse_sigma,
@@ -29,7 +29,6 @@ static double uniform(void) {
 }
 
 static int set_up(void **unused) {
-    (void)unused;
     for (int i = 0; i < N; i++) {
         reference[i] = 1e9 * (1 + 0.5 * uniform());
         counts[i] = reference[i] + 3e4 * uniform();
@@ -46,10 +45,9 @@ static int set_up(void **unused) {
 }
 
 static void test_residual(void **unused) {
-    (void)unused;
     static double out[N];
     static float scaled[N];
-    for (int isa = 0; isa < shim_residual_isas(); isa++) {
+    for (int isa = 0; isa < shim_isas(); isa++) {
         assert_int_equal(shim_residual(isa, counts, reference, inverse_sigma, N, out), 1);
         assert_int_equal(shim_scaled_residual(isa, counts, reference, inverse_sigma, 1e-3, N, scaled), 1);
         for (int i = 0; i < N; i++) {
@@ -61,9 +59,8 @@ static void test_residual(void **unused) {
 
 /* Also at the end of a count that is not a multiple of a vector, and of either sign. */
 static void test_magnitude(void **unused) {
-    (void)unused;
     enum { COUNT = 37 };
-    for (int isa = 0; isa < shim_residual_isas(); isa++)
+    for (int isa = 0; isa < shim_isas(); isa++)
         for (int at = 0; at < COUNT; at++)
             for (int sign = -1; sign <= 1; sign += 2) {
                 double residual[COUNT];
@@ -78,11 +75,10 @@ static void test_magnitude(void **unused) {
 }
 
 static void test_non_finite_counts_are_seen(void **unused) {
-    (void)unused;
     static double out[N];
     static float scaled[N];
     const double bad[] = {NAN, -NAN, INFINITY, -INFINITY};
-    for (int isa = 0; isa < shim_residual_isas(); isa++)
+    for (int isa = 0; isa < shim_isas(); isa++)
         for (int k = 0; k < 4; k++) {
             const int at = k * 17 + (k == 3 ? N - 52 : 0);
             const double good = counts[at];
@@ -94,7 +90,6 @@ static void test_non_finite_counts_are_seen(void **unused) {
 }
 
 static void test_inner_product(void **unused) {
-    (void)unused;
     long double expected = 0, absolute = 0;
     for (int i = 0; i < N; i++) {
         expected += (long double)units[i] * inverse_sigma[i];
@@ -102,7 +97,7 @@ static void test_inner_product(void **unused) {
     }
     const double first = shim_residual_inner(0, units, inverse_sigma, N);
     assert_close(first, (double)expected, 0, (double)absolute * N / 16 * 1.2e-16);
-    for (int isa = 1; isa < shim_residual_isas(); isa++) {
+    for (int isa = 1; isa < shim_isas(); isa++) {
         const double other = shim_residual_inner(isa, units, inverse_sigma, N);
         assert_memory_equal(&other, &first, sizeof first);
     }
@@ -110,9 +105,8 @@ static void test_inner_product(void **unused) {
 
 /* Less than 1e-9 of a nuisance ten thousand times the noise remains; equal bits on every instruction set. */
 static void test_projection(void **unused) {
-    (void)unused;
     static double first[N], vector[N];
-    for (int isa = 0; isa < shim_residual_isas(); isa++) {
+    for (int isa = 0; isa < shim_isas(); isa++) {
         state = 7;
         for (int i = 0; i < N; i++)
             vector[i] = uniform() + 1e4 * units[N + i];
@@ -132,7 +126,6 @@ static void test_projection(void **unused) {
 /* Frames together, with planes as float32: the projection in long double to the rounding of residual and result; equal
    bits on every instruction set and for any number of frames. */
 static void test_projected_rows(void **unused) {
-    (void)unused;
     enum { kRows = 32, kCols = 128, kPixels = kRows * kCols, kFrames = 7 };
     static float planes[kMany * kPixels], vectors[kFrames * kPixels], rounded[kFrames * kPixels];
     static float first[kFrames * kPixels], alone[kPixels], alone_rounded[kPixels];
@@ -140,7 +133,7 @@ static void test_projected_rows(void **unused) {
         for (int i = 0; i < kPixels; i++)
             planes[(i / kCols * kMany + k) * kCols + i % kCols] =
                 i % kMany == k ? (float)(uniform() / sqrt(kPixels / 3.0 / kMany)) : 0;
-    for (int isa = 0; isa < shim_residual_isas(); isa++) {
+    for (int isa = 0; isa < shim_isas(); isa++) {
         const size_t size[] = {kRows, kCols, kMany};
         assert_int_equal(
             shim_project_rows(isa, size, kFrames, counts, reference, inverse_sigma, planes, 0.3, vectors, rounded), 1);
@@ -179,7 +172,6 @@ static void test_projected_rows(void **unused) {
 
 /* The inner product of float32 numbers in double: products are exact. */
 static void test_inner_product_of_floats(void **unused) {
-    (void)unused;
     static float a[N], b[N];
     long double expected = 0, absolute = 0;
     for (int i = 0; i < N; i++) {
@@ -190,7 +182,7 @@ static void test_inner_product_of_floats(void **unused) {
     }
     const double first = shim_residual_inner_float(0, a, b, N);
     assert_close(first, (double)expected, 0, (double)absolute * N / 8 * 1.2e-16);
-    for (int isa = 1; isa < shim_residual_isas(); isa++)
+    for (int isa = 1; isa < shim_isas(); isa++)
         assert_true(shim_residual_inner_float(isa, a, b, N) == first);
 }
 

@@ -4,7 +4,7 @@
 
 #include "assert_close.h"
 
-int shim_same_isas(void);
+int shim_isas(void);
 void shim_same(int isa, const size_t *d, const float *image, const float *kernel, int adjoint, const float *bias,
                float *out);
 void shim_same_max(int isa, const size_t *d, const float *image, const float *kernel, const float *bias, float *pooled,
@@ -53,13 +53,12 @@ static long double slow_same(const size_t *s, const float *image, const float *k
 }
 
 static void test_same(void **unused) {
-    (void)unused;
     for (size_t shape = 0; shape < kShapes; shape++)
         for (int adjoint = 0; adjoint < 2; adjoint++) {
             const size_t *s = kShape[shape];
             float *image = random_floats(s[ROWS] * s[COLS] * s[IN]), *kernel = random_floats(9 * s[IN] * s[OUT]);
             float *bias = random_floats(s[OUT]), *out = malloc(s[ROWS] * s[COLS] * s[OUT] * sizeof *out);
-            for (int isa = 0; isa < shim_same_isas(); isa++) {
+            for (int isa = 0; isa < shim_isas(); isa++) {
                 shim_same(isa, s, image, kernel, adjoint, bias, out);
                 for (size_t i = 0; i < s[ROWS] * s[COLS] * s[OUT]; i++) {
                     const size_t k = i % s[OUT], x = i / s[OUT] % s[COLS], y = i / s[OUT] / s[COLS];
@@ -74,7 +73,6 @@ static void test_same(void **unused) {
 /* Against the convolution above. Of equal values, which a zero kernel produces everywhere, the first one is
  * selected. */
 static void test_maximum(void **unused) {
-    (void)unused;
     for (size_t shape = 0; shape < kPooled; shape++)
         for (int tie = 0; tie < 2; tie++) {
             const size_t *s = kShape[shape], pooled_size = s[ROWS] * s[COLS] * s[OUT] / 4;
@@ -84,7 +82,7 @@ static void test_maximum(void **unused) {
             float *bias = random_floats(s[OUT]), *all = malloc(4 * pooled_size * sizeof *all);
             float *zero = calloc(s[OUT], sizeof *zero), *pooled = malloc(pooled_size * sizeof *pooled);
             int32_t *switches = malloc(pooled_size * sizeof *switches);
-            for (int isa = 0; isa < shim_same_isas(); isa++) {
+            for (int isa = 0; isa < shim_isas(); isa++) {
                 shim_same(isa, s, image, kernel, 0, zero, all);
                 shim_same_max(isa, s, image, kernel, bias, pooled, switches);
                 for (size_t i = 0; i < pooled_size; i++) {
@@ -105,12 +103,11 @@ static void test_maximum(void **unused) {
 }
 
 static void test_weight_gradient(void **unused) {
-    (void)unused;
     for (size_t shape = 0; shape < kShapes - 1; shape++) {
         const size_t *s = kShape[shape];
         float *in = random_floats(s[ROWS] * s[COLS] * s[IN]), *out = random_floats(s[ROWS] * s[COLS] * s[OUT]);
         float *gradient = malloc(9 * s[IN] * s[OUT] * sizeof *gradient);
-        for (int isa = 0; isa < shim_same_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             shim_same_gradient(isa, s, in, out, gradient);
             for (size_t i = 0; i < 9 * s[IN] * s[OUT]; i++) {
                 const size_t tap = i % 9, c = i / 9 % s[IN], k = i / 9 / s[IN];
@@ -128,7 +125,6 @@ static void test_weight_gradient(void **unused) {
 
 /* Values return to the pixels they were taken from; all other pixels are 0. */
 static void test_unpool(void **unused) {
-    (void)unused;
     for (size_t shape = 0; shape < kPooled; shape++) {
         const size_t *s = kShape[shape], pooled_size = s[ROWS] * s[COLS] * s[OUT] / 4;
         float *pooled = random_floats(pooled_size), *all = malloc(4 * pooled_size * sizeof *all);
@@ -136,7 +132,7 @@ static void test_unpool(void **unused) {
         int32_t *switches = malloc(pooled_size * sizeof *switches);
         for (size_t i = 0; i < pooled_size; i++)
             switches[i] = (int32_t)(i * 2654435761u >> 13 & 3);
-        for (int isa = 0; isa < shim_same_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             shim_unpool(isa, s, pooled, switches, all);
             for (size_t i = 0; i < 4 * pooled_size; i++) {
                 const size_t k = i % s[OUT], x = i / s[OUT] % s[COLS], y = i / s[OUT] / s[COLS];
@@ -153,8 +149,7 @@ static void test_unpool(void **unused) {
 
 /* The order of every sum is independent of the vector width. */
 static void test_same_bits_with_fused_multiply_add(void **unused) {
-    (void)unused;
-    if (shim_same_isas() < 3)
+    if (shim_isas() < 3)
         skip();
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape], size = s[ROWS] * s[COLS] * s[OUT];

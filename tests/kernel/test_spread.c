@@ -7,7 +7,7 @@
 #include "assert_close.h"
 #include "uniform.h"
 
-int shim_spread_isas(void);
+int shim_isas(void);
 void shim_spread(int isa, const double *t_high, const double *t_low, const double *w, const double *x, size_t n,
                  size_t width, size_t lanes, const double *coefficients, double df, double f_high, double f_low,
                  double cells, size_t pairs, double *const *grids);
@@ -55,7 +55,6 @@ static double worst_error(const double *sums, const double *weights, size_t n, s
 /* One sample at various places between two cells: the error stays within the table's bound, and the bound is no more
  * than 20 times larger. */
 static void test_error_of_one_sample(void **unused) {
-    (void)unused;
     static const double requested[] = {2e-4, 2e-6, 2e-8, 2e-10, 2e-12, 2e-14};
     for (size_t a = 0; a < sizeof requested / sizeof requested[0]; a++) {
         double sums_w[2 * MODES], sums_x[2 * MODES], worst = 0, bound = 0;
@@ -76,7 +75,6 @@ static void test_error_of_one_sample(void **unused) {
 
 /* Phases of many cycles, many modes, times as two doubles: the error bound holds. */
 static void test_many_samples(void **unused) {
-    (void)unused;
     static const struct {
         double span, df, f_high, f_low;
         size_t modes;
@@ -102,7 +100,6 @@ static void test_many_samples(void **unused) {
 }
 
 static void test_same_bits(void **unused) {
-    (void)unused;
     enum { CELLS = 60, SIZE = CELLS + 16 };
     static const size_t lanes[] = {8, 12, 16};
     double coefficients[4 * 16];
@@ -113,7 +110,7 @@ static void test_same_bits(void **unused) {
         for (size_t pairs = 1; pairs <= 2; pairs++) {
             double first[4][SIZE], grids[4][SIZE];
             double *const at[] = {grids[0], grids[1], grids[2], grids[3]};
-            for (int isa = 0; isa < shim_spread_isas(); isa++) {
+            for (int isa = 0; isa < shim_isas(); isa++) {
                 memset(grids, 0, sizeof grids);
                 shim_spread(isa, t_high, t_low, w, x, N, lanes[l] - 1, lanes[l], coefficients, 0.37, 1.5, 1e-17, CELLS,
                             pairs, at);

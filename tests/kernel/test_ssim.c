@@ -34,7 +34,6 @@ static void fill(double *a, double *b, double difference) {
 }
 
 static void test_follows_the_definition(void **unused) {
-    (void)unused;
     static double a[kRows * kCols], b[kRows * kCols];
     const double differences[] = {0.5, 1e-2, 1e-5};
     for (int k = 0; k < 3; k++) {
@@ -49,7 +48,6 @@ static void test_follows_the_definition(void **unused) {
 }
 
 static void test_equal_images_give_one(void **unused) {
-    (void)unused;
     static double a[kRows * kCols], b[kRows * kCols];
     fill(a, b, 0);
     assert_close(shim_ssim(a, b, kRows, kCols), 1, 0, 1e-15);

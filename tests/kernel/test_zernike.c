@@ -46,7 +46,6 @@ static double printed(int noll, double r, double t) {
 }
 
 static void first_eleven_match_the_table(void **state) {
-    (void)state;
     for (int noll = 1; noll <= 11; noll++)
         for (int i = 0; i < RADII; i++)
             for (int k = 0; k < ANGLES; k++) {
@@ -68,7 +67,6 @@ static __float128 radial(int n, int m, __float128 r) {
 
 /* Every index in Noll's order: by n, then by m; the cosine term has the even index. */
 static void polynomials_are_sums_of_powers(void **state) {
-    (void)state;
     double worst = 0;
     int noll = 0;
     for (int n = 0; noll < shim_largest_noll(); n++)
@@ -111,7 +109,6 @@ static void gauss_legendre(double *node, double *weight) {
 
 /* The mean of Z_i Z_j over the disc is 1 for i = j, else 0. Exact quadrature: degree 41 < 2 * 24, frequency 40 < 64. */
 static void polynomials_are_orthonormal(void **state) {
-    (void)state;
     enum { POINTS = NODES * TURNS };
     double node[NODES], weight[NODES], worst = 0;
     gauss_legendre(node, weight);
@@ -137,7 +134,6 @@ static void polynomials_are_orthonormal(void **state) {
 }
 
 static void other_indices_give_nan(void **state) {
-    (void)state;
     const int bad[] = {0, -1, INT32_MIN, shim_largest_noll() + 1, INT32_MAX};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
         assert_true(isnan(shim_zernike(bad[i], 0.1, 0.2)));
