@@ -3,7 +3,7 @@
 #include "isa_tables.hpp"
 #include "kernels/poisson.isa.cpp"
 
-#include <Random123/philox.h>
+#include "kernels/random.hpp"
 
 using namespace toliman::kernels;
 
@@ -34,6 +34,24 @@ void shim_random123(const uint32_t counter[4], const uint32_t key[2], uint32_t w
     const r123::Philox4x32::ctr_type result = r123::Philox4x32()(c, k);
     for (size_t i = 0; i < 4; i++)
         words[i] = result[i];
+}
+
+void shim_bits(uint64_t seed, uint32_t stream, size_t count, uint64_t *bits) {
+    Rng rng(seed, stream);
+    for (size_t i = 0; i < count; i++)
+        bits[i] = rng.bits();
+}
+
+void shim_uniforms(uint64_t seed, uint32_t stream, size_t count, double *uniforms) {
+    Rng rng(seed, stream);
+    for (size_t i = 0; i < count; i++)
+        uniforms[i] = rng.uniform();
+}
+
+void shim_normals(uint64_t seed, uint32_t stream, size_t count, double *normals) {
+    Rng rng(seed, stream);
+    for (size_t i = 0; i < count; i++)
+        normals[i] = rng.normal();
 }
 
 double shim_unit(uint64_t word) {

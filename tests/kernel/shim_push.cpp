@@ -1,6 +1,7 @@
-// C interface of the periodogram's push kernel, each instruction set by number.
+// C interface of the periodogram's push kernels, each instruction set by number.
 #include "isa_tables.hpp"
 #include "kernels/push.hpp"
+#include "kernels/push_rows.hpp"
 
 using namespace toliman::kernels;
 
@@ -22,5 +23,14 @@ void shim_fold(int isa, int64_t *lo, int64_t *hi, size_t n) {
 
 void shim_cis(int isa, double f_high, double f_low, double t_high, double t_low, double *cosine, double *sine) {
     KERNELS(push, isa).cis(f_high, f_low, t_high, t_low, cosine, sine);
+}
+
+// sample = {t_high, t_low, weight}; lo is [14 + 4 (functions - 1)][blocks * 64].
+void shim_push_rows(int isa, double f0, double df, size_t blocks, const double *sample, size_t functions,
+                    const double *high, const double *low, int64_t *lo) {
+    int64_t *rows[64] = {};
+    for (size_t i = 0; i < kSums + (functions - 1) * kFunctionSums; i++)
+        rows[i] = lo + i * blocks * kBlock;
+    KERNELS(push_rows, isa).push(f0, df, blocks, {sample[0], sample[1], sample[2], functions, high, low}, rows);
 }
 }

@@ -1,7 +1,8 @@
-// C interface of the spreading kernel and of the non-uniform FFT that uses it.
+// C interface of the direct sums, of the spreading kernel and of the non-uniform FFT that uses it.
 #include <vector>
 
 #include "isa_tables.hpp"
+#include "kernels/direct.hpp"
 #include "kernels/spread.hpp"
 #include "period/batch/nufft.hpp"
 
@@ -34,4 +35,10 @@ extern "C" double shim_nufft(size_t modes, double error, const double *t_high, c
         }
     *cells = choice.cells;
     return nufft.error();
+}
+
+extern "C" void shim_direct(int isa, const double *half_high, const double *half_low, const double *t_high,
+                            const double *t_low, const double *w, const double *x, size_t n, double *high,
+                            double *low) {
+    KERNELS(direct, isa).direct(half_high, half_low, {t_high, t_low, w, x, n}, high, low);
 }

@@ -95,12 +95,6 @@ static void test_ties(void **unused) {
     check(DBL_MIN);
 }
 
-static void test_random(void **unused) {
-    srand48(1);
-    for (int i = 0; i < 300000; i++)
-        check(ldexp(drand48() - 0.5, (int)(48 * drand48()) - 28));
-}
-
 static void test_subnormal_float32_is_zero(void **unused) {
     const double least = FLT_MIN;
     assert_true(shim_to_float32(least) == FLT_MIN && shim_to_float32(-least) == -FLT_MIN);
@@ -115,7 +109,6 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_number),
         cmocka_unit_test(test_ties),
-        cmocka_unit_test(test_random),
         cmocka_unit_test(test_subnormal_float32_is_zero),
     };
     return cmocka_run_group_tests_name("narrow", tests, fill_tables, NULL);

@@ -1,7 +1,6 @@
-/* Tests that integers of JSON text are exact, and which numbers are integers. */
+/* Tests that the numbers of a JSON tree keep their own exact integers; unit/test_ingest tests which are integers. */
 #include <inttypes.h>
 #include <stdbool.h>
-#include <stdio.h>
 
 #include "assert_close.h"
 
@@ -21,38 +20,6 @@ static void assert_no_integer(const char *text, const char *path, double expecte
     assert_true(shim_json_number(text, path) == expected);
 }
 
-/* printf of int64_t is the reference; a double carries 53 bits only. */
-static void integers_are_exact(void **state) {
-    const int64_t integers[] = {0,
-                                1,
-                                -1,
-                                1000000,
-                                INT64_C(9007199254740992),
-                                INT64_C(9007199254740993),
-                                INT64_C(-9007199254740993),
-                                INT64_MAX,
-                                INT64_MIN};
-    for (size_t i = 0; i < sizeof integers / sizeof *integers; i++) {
-        char text[40];
-        snprintf(text, sizeof text, " %" PRId64 "\n", integers[i]);
-        assert_integer(text, "", integers[i]);
-        assert_true(shim_json_number(text, "") == (double)integers[i]);
-    }
-    assert_integer("-0", "", 0);
-    assert_true(signbit(shim_json_number("-0", "")));
-}
-
-static void other_numbers_have_no_integer(void **state) {
-    assert_no_integer("1e3", "", 1000);
-    assert_no_integer("1E+2", "", 100);
-    assert_no_integer("1.0", "", 1);
-    assert_no_integer("0.5", "", 0.5);
-    assert_no_integer("9223372036854775808", "", 9223372036854775808.0);
-    assert_no_integer("-9223372036854775809", "", -9223372036854775808.0);
-    assert_no_integer("\"12\"", "", 0);
-    assert_no_integer("true", "", 0);
-}
-
 /* Numbers among strings, keys that look like numbers, escapes and nested arrays keep their integers. */
 static void integers_of_a_tree(void **state) {
     const char *const text =
@@ -68,8 +35,6 @@ static void integers_of_a_tree(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(integers_are_exact),
-        cmocka_unit_test(other_numbers_have_no_integer),
         cmocka_unit_test(integers_of_a_tree),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

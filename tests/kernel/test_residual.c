@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "uniform.h"
 
 int shim_isas(void);
 int shim_residual(int isa, const double *counts, const double *reference, const double *inverse_sigma, size_t count,
@@ -21,23 +22,18 @@ double shim_residual_inner_float(int isa, const float *a, const float *b, size_t
 enum { N = 65536, kPlanes = 11, kMany = 32 }; /* groups of four planes; the most */
 static double counts[N], reference[N], inverse_sigma[N], units[kPlanes * N];
 
-static uint32_t state = 1;
-
-static double uniform(void) {
-    state = state * 1664525u + 1013904223u;
-    return (state >> 8) / 8388608.0 - 1;
-}
+static uint64_t state = 1;
 
 static int set_up(void **unused) {
     for (int i = 0; i < N; i++) {
-        reference[i] = 1e9 * (1 + 0.5 * uniform());
-        counts[i] = reference[i] + 3e4 * uniform();
+        reference[i] = 1e9 * (1 + 0.5 * uniform_signed(&state));
+        counts[i] = reference[i] + 3e4 * uniform_signed(&state);
         inverse_sigma[i] = 1 / sqrt(reference[i]);
     }
     for (int k = 0; k < kPlanes; k++) { /* disjoint pixels, so orthogonal */
         long double square = 0;
         for (int i = k; i < N; i += kPlanes)
-            units[k * N + i] = uniform(), square += units[k * N + i] * units[k * N + i];
+            units[k * N + i] = uniform_signed(&state), square += units[k * N + i] * units[k * N + i];
         for (int i = k; i < N; i += kPlanes)
             units[k * N + i] /= (double)sqrtl(square);
     }
@@ -66,7 +62,7 @@ static void test_magnitude(void **unused) {
                 double residual[COUNT];
                 float residual32[COUNT];
                 for (int i = 0; i < COUNT; i++)
-                    residual32[i] = (float)(residual[i] = i == at ? sign * 2.5 : uniform());
+                    residual32[i] = (float)(residual[i] = i == at ? sign * 2.5 : uniform_signed(&state));
                 assert_true(shim_magnitude(isa, residual, COUNT, 0) == 2.5);
                 assert_true(shim_magnitude(isa, residual, COUNT, 3) == 3);
                 assert_true(shim_magnitude_float(isa, residual32, COUNT, 1) == 2.5f);
@@ -109,7 +105,7 @@ static void test_projection(void **unused) {
     for (int isa = 0; isa < shim_isas(); isa++) {
         state = 7;
         for (int i = 0; i < N; i++)
-            vector[i] = uniform() + 1e4 * units[N + i];
+            vector[i] = uniform_signed(&state) + 1e4 * units[N + i];
         shim_residual_project(isa, units, kPlanes, N, vector);
         for (int k = 0; k < kPlanes; k++) {
             long double left = 0;
@@ -132,7 +128,7 @@ static void test_projected_rows(void **unused) {
     for (int k = 0; k < kMany; k++) /* disjoint pixels, so orthogonal */
         for (int i = 0; i < kPixels; i++)
             planes[(i / kCols * kMany + k) * kCols + i % kCols] =
-                i % kMany == k ? (float)(uniform() / sqrt(kPixels / 3.0 / kMany)) : 0;
+                i % kMany == k ? (float)(uniform_signed(&state) / sqrt(kPixels / 3.0 / kMany)) : 0;
     for (int isa = 0; isa < shim_isas(); isa++) {
         const size_t size[] = {kRows, kCols, kMany};
         assert_int_equal(
@@ -175,8 +171,8 @@ static void test_inner_product_of_floats(void **unused) {
     static float a[N], b[N];
     long double expected = 0, absolute = 0;
     for (int i = 0; i < N; i++) {
-        a[i] = (float)uniform();
-        b[i] = (float)uniform();
+        a[i] = (float)uniform_signed(&state);
+        b[i] = (float)uniform_signed(&state);
         expected += (long double)a[i] * b[i];
         absolute += fabsl((long double)a[i] * b[i]);
     }

@@ -75,21 +75,6 @@ static void estimate_matches_least_squares(void **state) {
     assert_close(sigma, expected_sigma, 1e-13, 0);
 }
 
-static void nuisances_do_not_leak_and_the_slope_is_one(void **state) {
-    double frames[3][PIXELS], values[3], sigma;
-    for (size_t i = 0; i < PIXELS; i++) {
-        frames[0][i] = reference[i];
-        frames[1][i] = reference[i] + 5 * nuisances[0][i] - 3 * nuisances[2][i];
-        frames[2][i] = frames[1][i] + 0.01 * derivative[i];
-    }
-    assert_int_equal(shim_template(ROWS, COLS, reference, variance, derivative, NUISANCES, nuisances[0], 3, frames[0],
-                                   values, &sigma, NULL),
-                     0);
-    assert_true(values[0] == 0);
-    assert_close(values[1], 0, 0, 1e-13);
-    assert_close(values[2], 0.01, 1e-11, 0);
-}
-
 static void a_derivative_that_nuisances_explain_is_refused(void **state) {
     double value, sigma;
     for (size_t i = 0; i < PIXELS; i++)
@@ -155,7 +140,6 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(estimate_matches_least_squares, make_model),
         cmocka_unit_test_setup(bad_pixels_are_left_out, make_model),
-        cmocka_unit_test_setup(nuisances_do_not_leak_and_the_slope_is_one, make_model),
         cmocka_unit_test_setup(a_derivative_that_nuisances_explain_is_refused, make_model),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
