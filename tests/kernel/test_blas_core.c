@@ -9,7 +9,7 @@
 
 #include "assert_close.h"
 
-void shim_choose_isa(int isa);
+int shim_choose_isa(int isa);
 
 static const struct {
     const char *core, *better[3]; /* on baseline, avx2, avx512 */

@@ -1,5 +1,5 @@
-/* Tests the power from fixed-point sums against 113-bit arithmetic on the same sums, and with nuisance functions against
- * least squares on the samples, with every instruction set. */
+/* Tests the power from fixed-point sums against 113-bit arithmetic on the same sums, and with nuisance functions
+ * against least squares on the samples, with every instruction set. */
 #include <quadmath.h>
 #include <stdlib.h>
 #include <string.h>

@@ -145,7 +145,7 @@ static void test_malformed_lines(void **state) {
         {"{" KEY ", " SHAPE ", \"timestamp_ns\": 5, \"nframes_dropped\": 0}", "host_time is missing", 1},
         {"{" KEY ", " SHAPE ", \"timestamp_ns\": 5, \"nframes_dropped\": 0, \"host_time\": true}",
          "host_time must be a number", 1},
-        {"{" KEY ", " SHAPE ", " REST ", \"gain\": 3}", "unknown key \"gain\"", 1},
+        {"{\"gain\": [2, \"3\", {\"x\\\"5\": -6}], " KEY ", " SHAPE ", " REST "}", "unknown key \"gain\"", 1},
         {"{" KEY ", " SHAPE ", " REST ", \"\\u001b[2J\": 3}", "unknown key \"?[2J\"", 1},
         {"{" KEY ", " SHAPE ", " REST ", \"n_rows\": 3}", "duplicate key \"n_rows\"", 1},
     };
