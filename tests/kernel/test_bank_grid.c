@@ -199,5 +199,5 @@ int main(void) {
         cmocka_unit_test(waves_have_the_error_of_the_order),
         cmocka_unit_test(the_opposite_displacement_is_the_adjoint),
     };
-    return cmocka_run_group_tests_name("bank", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("bank_grid", tests, NULL, NULL);
 }
