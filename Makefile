@@ -3,7 +3,7 @@ BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 SECONDS ?= 60
-CAMPAIGNS = long soak same science missions planets doubt cosmic masks chapter budget faults kills fuzz races asan tsan coverage
+CAMPAIGNS = long soak same science missions planets doubt cosmic masks chapter budget faults kills fuzz mutants races asan tsan coverage
 .PHONY: all own deps demo check check-deps everything bench record fap noise $(CAMPAIGNS) abi docs install package wheel format lint clean help
 
 all: own deps $(BUILD)/build.ninja ## build the library and the program (default)
@@ -38,6 +38,7 @@ budget: everything ## compare the error budget of the mission with finite differ
 faults: everything ## call every public function while each allocation and file operation fails in turn (10 minutes)
 kills: everything ## kill merge, train --bank and calibrate 320 times: half results, time to finish (1 hour)
 fuzz: check-deps ## mutate the input of every parser with libFuzzer and sanitizers, SECONDS (60) each
+mutants: everything ## change lib one line at a time and count the changes that no test sees, 40 per module (1 hour)
 races: check-deps ## run 8 threads with 10,000 objects each under ThreadSanitizer, in a host that plans FFTs (10 minutes)
 asan tsan: check-deps ## run every test under AddressSanitizer and UBSan, or ThreadSanitizer (half an hour)
 coverage: check-deps ## run the tests and list the lines and branches of lib/ that they do not reach (15 minutes)

@@ -2,7 +2,7 @@
 // so that the second save is compared).
 #include <cmath>
 
-#include <toliman/bank.h>
+#include <toliman/toliman.hpp>
 
 #include "cae/layout.hpp"
 #include "cae/payload.hpp"
@@ -35,14 +35,12 @@ Bytes save(const toliman_bank *bank, const Bytes &like) {
 }
 
 void check_networks(const toliman_bank *bank) {
-    auto info = toliman_bank_info{};
-    info.struct_size = sizeof info;
+    auto info = toliman::sized<toliman_bank_info>();
     require(toliman_bank_get_info(bank, &info) == TOLIMAN_OK, toliman_last_error());
     require(info.networks == info.dates * info.places && info.networks <= 1024, "impossible information");
     int64_t trained = 0;
     for (int64_t i = 0; i < info.networks; i++) {
-        auto network = toliman_bank_network{};
-        network.struct_size = sizeof network;
+        auto network = toliman::sized<toliman_bank_network>();
         require(toliman_bank_get_network(bank, i, &network) == TOLIMAN_OK, toliman_last_error());
         require(network.cosine >= 0 && network.cosine <= 1, "an impossible cosine");
         require(network.days >= info.first_days && network.days <= info.last_days, "a date outside the bank");

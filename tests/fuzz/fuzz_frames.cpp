@@ -2,7 +2,7 @@
 // its bounds.
 #include <cmath>
 
-#include <toliman/track.h>
+#include <toliman/toliman.hpp>
 
 #include "fuzz.hpp"
 
@@ -23,8 +23,7 @@ int32_t estimate(const toliman_estimate_input *input, toliman_estimate *made, vo
 }
 
 toliman_track *make_track() {
-    toliman_track_options options = {};
-    options.struct_size = sizeof options;
+    auto options = toliman::sized<toliman_track_options>();
     options.ledger.capacity = kCapacity;
     options.estimator.estimate = estimate;
     options.estimator.sigma = 0.5;
@@ -45,8 +44,7 @@ toliman_track *make_track() {
 }
 
 toliman_track_info info_of(const toliman_track *track) {
-    toliman_track_info info = {};
-    info.struct_size = sizeof info;
+    auto info = toliman::sized<toliman_track_info>();
     require(toliman_track_get_info(track, &info) == TOLIMAN_OK, toliman_last_error());
     return info;
 }
@@ -81,8 +79,7 @@ void fit(toliman_frame &frame) {
 void push(toliman_track *track, Source &source) {
     alignas(16) static uint8_t pixels[kPixelBytes + 16];
     const std::string session = name_of(source), roi = name_of(source);
-    toliman_frame frame = {};
-    frame.struct_size = sizeof frame;
+    auto frame = toliman::sized<toliman_frame>();
     frame.session = session.c_str();
     frame.roi = roi.c_str();
     const uint64_t form = source.number(1); // selects the fields that may be arbitrary
@@ -101,8 +98,7 @@ void push(toliman_track *track, Source &source) {
     std::copy(image.begin(), image.end(), pixels);
     frame.pixels = pixels + (form == 255 ? 1 : 0);
 
-    toliman_track_outcome outcome = {};
-    outcome.struct_size = sizeof outcome;
+    auto outcome = toliman::sized<toliman_track_outcome>();
     size_t done = 0;
     const toliman_track_info before = info_of(track);
     const toliman_status status = toliman_track_push(track, &frame, 1, &outcome, &done);
@@ -136,8 +132,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         push(track, source);
     const toliman_period *period = nullptr;
     require(toliman_track_get_period(track, &period) == TOLIMAN_OK, toliman_last_error());
-    toliman_period_info sums = {};
-    sums.struct_size = sizeof sums;
+    auto sums = toliman::sized<toliman_period_info>();
     require(toliman_period_get_info(period, &sums) == TOLIMAN_OK && sums.count == info_of(track).accepted,
             "the sums hold a different number of frames");
     double power[kFrequencies];

@@ -1,10 +1,7 @@
 // States of a periodogram: a state that loads answers every query, gives finite numbers, and saves to the same bytes.
 #include <cmath>
 
-#include <toliman/period.h>
-#include <toliman/period_fap.h>
-#include <toliman/period_nuisance.h>
-#include <toliman/period_sampling.h>
+#include <toliman/toliman.hpp>
 
 #include "fuzz.hpp"
 #include "period/stream/stream.hpp"
@@ -37,12 +34,9 @@ void check_power(const toliman_period *period, size_t count) {
 }
 
 void check_peak(const toliman_period *period) {
-    toliman_period_peak peak = {};
-    peak.struct_size = sizeof peak;
-    toliman_period_model model = {};
-    model.struct_size = sizeof model;
-    toliman_period_sampling sampling = {};
-    sampling.struct_size = sizeof sampling;
+    auto peak = toliman::sized<toliman_period_peak>();
+    auto model = toliman::sized<toliman_period_model>();
+    auto sampling = toliman::sized<toliman_period_sampling>();
     double fap = 0;
     if (toliman_period_query_peak(period, &peak) == TOLIMAN_OK)
         require(peak.power >= 0 && peak.power <= 1 && peak.log10_fap <= 0 && std::isfinite(peak.frequency),
@@ -58,11 +52,9 @@ void check_peak(const toliman_period *period) {
 
 // A sample that is pushed and retracted leaves the same bytes.
 void check_push(toliman_period *period, const Bytes &before) {
-    toliman_period_info info = {};
-    info.struct_size = sizeof info;
+    auto info = toliman::sized<toliman_period_info>();
     require(toliman_period_get_info(period, &info) == TOLIMAN_OK, "no information");
-    toliman_period_sample sample = {};
-    sample.struct_size = sizeof sample;
+    auto sample = toliman::sized<toliman_period_sample>();
     sample.t = info.trend > 0 ? info.trend_start : info.time_offset + 1;
     sample.y = info.value_offset;
     sample.sigma = info.sigma_floor;
@@ -117,8 +109,7 @@ void repair(Bytes &bytes) {
 std::vector<Bytes> fuzz::seeds() {
     std::vector<Bytes> seeds;
     for (const uint32_t flags : {0u, TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB, kNuisance}) {
-        toliman_period_options options = {};
-        options.struct_size = sizeof options;
+        auto options = toliman::sized<toliman_period_options>();
         options.flags = flags & ~kNuisance;
         if (flags == kNuisance) {
             options.trend = 2;
@@ -130,8 +121,7 @@ std::vector<Bytes> fuzz::seeds() {
         require(toliman_period_create(0.01, 0.02, 5, &options, &period) == TOLIMAN_OK, toliman_last_error());
         seeds.push_back(saved(period));
         for (int i = 0; i < 9; i++) {
-            toliman_period_sample sample = {};
-            sample.struct_size = sizeof sample;
+            auto sample = toliman::sized<toliman_period_sample>();
             sample.t = i;
             sample.y = std::sin(i);
             sample.sigma = 1 + i % 3;
@@ -152,8 +142,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         return 0;
     const Bytes before = saved(period);
     require(before == Bytes(data, data + size), "saved bytes differ from the loaded ones");
-    toliman_period_info info = {};
-    info.struct_size = sizeof info;
+    auto info = toliman::sized<toliman_period_info>();
     require(toliman_period_get_info(period, &info) == TOLIMAN_OK, "no information");
     check_power(period,
                 info.nf < static_cast<int64_t>(kMostFrequencies) ? static_cast<size_t>(info.nf) : kMostFrequencies);

@@ -1,7 +1,7 @@
 // Scenes: the plan has finite numbers, and scenes that are cheap are simulated to a finite frame.
 #include <cmath>
 
-#include <toliman/sim.h>
+#include <toliman/toliman.hpp>
 
 #include "fuzz.hpp"
 
@@ -22,8 +22,7 @@ void make(const char *json, size_t size, const toliman_sim_options &options) {
     toliman_sim *sim = nullptr;
     if (toliman_sim_create_json(json, size, "nowhere", &options, &sim) != TOLIMAN_OK)
         return;
-    toliman_sim_info info = {};
-    info.struct_size = sizeof info;
+    auto info = toliman::sized<toliman_sim_info>();
     require(toliman_sim_get_info(sim, &info) == TOLIMAN_OK, toliman_last_error());
     if (info.rows * info.cols <= kMostPixels) {
         std::vector<double> frame(static_cast<size_t>(info.rows * info.cols));
@@ -43,11 +42,9 @@ std::vector<Bytes> fuzz::seeds() {
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const auto *json = reinterpret_cast<const char *>(data);
-    toliman_sim_options options = {};
-    options.struct_size = sizeof options;
+    auto options = toliman::sized<toliman_sim_options>();
     options.threads = 1;
-    toliman_sim_plan_info plan = {};
-    plan.struct_size = sizeof plan;
+    auto plan = toliman::sized<toliman_sim_plan_info>();
     const toliman_status status = toliman_sim_plan_json(json, size, "nowhere", &options, &plan);
     require(status != TOLIMAN_E_INTERNAL && status != TOLIMAN_E_MEMORY, toliman_last_error());
     if (status != TOLIMAN_OK)

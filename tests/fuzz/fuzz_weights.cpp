@@ -2,7 +2,7 @@
 // compared), gives finite numbers, and encodes a frame to a finite latent or an error.
 #include <cmath>
 
-#include <toliman/cae.h>
+#include <toliman/toliman.hpp>
 
 #include "cae/layout.hpp"
 #include "cae/payload.hpp"
@@ -24,16 +24,14 @@ toliman_cae *load(const Bytes &bytes) {
 }
 
 toliman_cae_info info_of(const toliman_cae *cae) {
-    toliman_cae_info info = {};
-    info.struct_size = sizeof info;
+    auto info = toliman::sized<toliman_cae_info>();
     require(toliman_cae_get_info(cae, nullptr, &info) == TOLIMAN_OK, toliman_last_error());
     return info;
 }
 
 // With the encodings that it was loaded with.
 Bytes save(const toliman_cae *cae, const Bytes &like) {
-    toliman_cae_save_options options = {};
-    options.struct_size = sizeof options;
+    auto options = toliman::sized<toliman_cae_save_options>();
     options.weights_encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + like[68];
     options.planes_encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + like[70];
     options.with_training = (like[20] & 8) != 0;
@@ -55,8 +53,7 @@ void encode(const toliman_cae *cae, const toliman_cae_info &info) {
     static std::vector<double> frame;
     frame.assign(static_cast<size_t>(info.rows * info.cols), 100);
     double latent = 0;
-    toliman_image image = {};
-    image.struct_size = sizeof image;
+    auto image = toliman::sized<toliman_image>();
     image.pixels = frame.data();
     const toliman_status status = toliman_cae_encode(cae, &image, 1, &latent, nullptr);
     require(status != TOLIMAN_OK || std::isfinite(latent), "a latent that is not finite");

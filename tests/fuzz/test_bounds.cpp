@@ -5,11 +5,6 @@
 #include <optional>
 #include <string>
 
-#include <toliman/bank.h>
-#include <toliman/cae.h>
-#include <toliman/ingest.h>
-#include <toliman/period.h>
-#include <toliman/sim.h>
 #include <toliman/toliman.hpp>
 
 #include "bounds.hpp"
@@ -34,8 +29,7 @@ std::string repeated(const std::string &text, size_t size) {
 }
 
 void scene(const char *what, const std::string &json) {
-    toliman_sim_plan_info plan = {};
-    plan.struct_size = sizeof plan;
+    auto plan = toliman::sized<toliman_sim_plan_info>();
     within(what, 0, [&] {
         expect(toliman_sim_plan_json(json.data(), json.size(), nullptr, nullptr, &plan) != TOLIMAN_OK, what);
     });

@@ -10,6 +10,7 @@ constexpr size_t kCapacity = 4096;
 
 void append_line(int32_t /*level*/, const char *text, void *lines) {
     char *const start = static_cast<char *>(lines);
+    text += std::strlen("scene: preprocess.project: ");
     std::strncat(std::strncat(start, text, kCapacity - std::strlen(start) - 2), "\n", 2);
 }
 

@@ -2,27 +2,14 @@
 #include <algorithm>
 #include <vector>
 
+#include "isa_tables.hpp"
 #include "kernels/blackbody.hpp"
 #include "kernels/cis.hpp"
 #include "kernels/field.hpp"
 
 using namespace toliman::kernels;
 
-namespace {
-const FieldKernels *const tables[] = {
-    &field_baseline,
-#if defined(__x86_64__)
-    &field_avx2,
-    &field_avx512,
-#endif
-};
-} // namespace
-
 extern "C" {
-
-int shim_field_isas(void) {
-    return static_cast<int>(host_isa()) + 1;
-}
 
 void shim_cis(double cycles, double *cosine, double *sine) {
     cis_cycles(cycles, *cosine, *sine);
@@ -37,7 +24,7 @@ double shim_blackbody(double wavelength_m, double temperature_k) {
 }
 
 void shim_operand(int isa, size_t samples, size_t pixels, long double step, double *cosine, double *sine) {
-    tables[isa]->operand(samples, pixels, step, cosine, sine);
+    KERNELS(field, isa).operand(samples, pixels, step, cosine, sine);
 }
 
 // The whole transform, with plain loops for the matrix products. images [3][rows][cols]: the squared modulus of field
@@ -46,7 +33,7 @@ void shim_operand(int isa, size_t samples, size_t pixels, long double step, doub
 void shim_transform(int isa, const double *amplitude, const double *opd_m, size_t n, double wavenumber,
                     const double *tilt_x, const double *tilt_y, double slope_x, double slope_y, const double *mode,
                     double mode_scale, size_t rows, size_t cols, long double step, double weight, double *images) {
-    const FieldKernels &kernels = *tables[isa];
+    const FieldKernels &kernels = KERNELS(field, isa);
     const size_t h = half(n), v = half(rows), u = half(cols), count = 3;
     const FieldTerm terms[] = {{0, slope_x, slope_y, nullptr, 0}, {1, 0, 0, mode, mode_scale}};
     std::vector<double> cosine_x(h * u), sine_x(h * u), cosine_y(h * v), sine_y(h * v);

@@ -1,36 +1,22 @@
 // Compiles the kernel's source a second time in a namespace of its own, so that its internal functions can be tested.
 #define TOLIMAN_ISA probe
+#include "isa_tables.hpp"
 #include "kernels/poisson.isa.cpp"
 
-#include <Random123/philox.h>
+#include "kernels/random.hpp"
 
 using namespace toliman::kernels;
 
-namespace {
-// In order of increasing width; the first shim_isas() of them run on this CPU.
-const PoissonKernels *const tables[] = {
-    &poisson_baseline,
-#if defined(__x86_64__)
-    &poisson_avx2,
-    &poisson_avx512,
-#endif
-};
-} // namespace
-
 extern "C" {
 
-size_t shim_isas(void) {
-    return static_cast<size_t>(host_isa()) + 1;
-}
-
-void shim_poisson(size_t isa, const double *mean, size_t count, uint64_t first_pixel, uint64_t seed, uint64_t frame,
+void shim_poisson(int isa, const double *mean, size_t count, uint64_t first_pixel, uint64_t seed, uint64_t frame,
                   uint32_t stream, double *counts) {
-    tables[isa]->poisson(mean, count, first_pixel, {seed, frame, stream}, counts);
+    KERNELS(poisson, isa).poisson(mean, count, first_pixel, {seed, frame, stream}, counts);
 }
 
-void shim_gaussian(size_t isa, size_t count, uint64_t first_pixel, uint64_t seed, uint64_t frame, uint32_t stream,
+void shim_gaussian(int isa, size_t count, uint64_t first_pixel, uint64_t seed, uint64_t frame, uint32_t stream,
                    double *normals) {
-    tables[isa]->gaussian(count, first_pixel, {seed, frame, stream}, normals);
+    KERNELS(poisson, isa).gaussian(count, first_pixel, {seed, frame, stream}, normals);
 }
 
 // Random words of the kernel for one pixel, and those of Random123 for a counter and key.
@@ -48,6 +34,24 @@ void shim_random123(const uint32_t counter[4], const uint32_t key[2], uint32_t w
     const r123::Philox4x32::ctr_type result = r123::Philox4x32()(c, k);
     for (size_t i = 0; i < 4; i++)
         words[i] = result[i];
+}
+
+void shim_bits(uint64_t seed, uint32_t stream, size_t count, uint64_t *bits) {
+    Rng rng(seed, stream);
+    for (size_t i = 0; i < count; i++)
+        bits[i] = rng.bits();
+}
+
+void shim_uniforms(uint64_t seed, uint32_t stream, size_t count, double *uniforms) {
+    Rng rng(seed, stream);
+    for (size_t i = 0; i < count; i++)
+        uniforms[i] = rng.uniform();
+}
+
+void shim_normals(uint64_t seed, uint32_t stream, size_t count, double *normals) {
+    Rng rng(seed, stream);
+    for (size_t i = 0; i < count; i++)
+        normals[i] = rng.normal();
 }
 
 double shim_unit(uint64_t word) {

@@ -1,33 +1,15 @@
+#include "isa_tables.hpp"
 #include "kernels/project.hpp"
 
 using namespace toliman::kernels;
 
-namespace {
-
-const ProjectKernels &table(size_t isa) {
-#if defined(__x86_64__)
-    const ProjectKernels *tables[] = {&project_baseline, &project_avx2, &project_avx512};
-    return *tables[isa];
-#else
-    (void)isa;
-    return project_baseline;
-#endif
-}
-
-} // namespace
-
 extern "C" {
 
-size_t shim_isas(void) {
-    return static_cast<size_t>(host_isa()) + 1;
-}
-
 // The sum of (a_i - reference_i) b_i, in two parts; NaN if not all a are finite.
-double shim_dot_difference(size_t isa, const double *a, const double *reference, const double *b, size_t n,
-                           size_t first) {
+double shim_dot_difference(int isa, const double *a, const double *reference, const double *b, size_t n, size_t first) {
     Dot dot;
-    const bool finite = table(isa).add_difference(a, reference, b, first, dot) &&
-                        table(isa).add_difference(a + first, reference + first, b + first, n - first, dot);
+    const bool finite = KERNELS(project, isa).add_difference(a, reference, b, first, dot) &&
+                        KERNELS(project, isa).add_difference(a + first, reference + first, b + first, n - first, dot);
     return finite ? dot.total() : __builtin_nan("");
 }
 
@@ -35,8 +17,8 @@ double shim_dot(const double *a, const double *b, size_t n) {
     return toliman::kernels::dot(a, b, n);
 }
 
-void shim_whiten(size_t isa, const double *image, const double *variance, size_t n, double *out) {
-    table(isa).whiten(image, variance, n, out);
+void shim_whiten(int isa, const double *image, const double *variance, size_t n, double *out) {
+    KERNELS(project, isa).whiten(image, variance, n, out);
 }
 
 void shim_project_out(const double *units, size_t count, size_t n, double *vector) {

@@ -1,4 +1,5 @@
 // C interface of the interpolation window and its sums.
+#include "isa_tables.hpp"
 #include "kernels/shift.hpp"
 
 using namespace toliman::kernels;
@@ -19,29 +20,12 @@ extern "C" double shim_shift_error(size_t taps, double beta, double cutoff) {
     return Window::of(taps, beta).error(cutoff);
 }
 
-extern "C" int shim_shift_isas(void) {
-    return static_cast<int>(host_isa()) + 1;
-}
-
-namespace {
-
-const ShiftKernels &kernels_of(int isa) {
-#if defined(__x86_64__)
-    const ShiftKernels *tables[] = {&shift_baseline, &shift_avx2, &shift_avx512};
-#else
-    const ShiftKernels *tables[] = {&shift_baseline};
-#endif
-    return *tables[isa];
-}
-
-} // namespace
-
 extern "C" void shim_shift_sum(int isa, const double *samples, const size_t *offset, const double *weights,
                                size_t orders, size_t taps, size_t count, double *const *out) {
-    kernels_of(isa).sum(samples, offset, weights, orders, taps, count, out);
+    KERNELS(shift, isa).sum(samples, offset, weights, orders, taps, count, out);
 }
 
 extern "C" void shim_shift_spread(int isa, const double *values, const size_t *offset, const double *weights,
                                   size_t taps, size_t count, double *samples) {
-    kernels_of(isa).spread(values, offset, weights, taps, count, samples);
+    KERNELS(shift, isa).spread(values, offset, weights, taps, count, samples);
 }

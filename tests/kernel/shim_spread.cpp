@@ -1,26 +1,18 @@
-// C interface of the spreading kernel and of the non-uniform FFT that uses it.
+// C interface of the direct sums, of the spreading kernel and of the non-uniform FFT that uses it.
 #include <vector>
 
+#include "isa_tables.hpp"
+#include "kernels/direct.hpp"
 #include "kernels/spread.hpp"
 #include "period/batch/nufft.hpp"
 
 using namespace toliman;
-using kernels::SpreadKernels;
-
-extern "C" int shim_spread_isas(void) {
-    return static_cast<int>(kernels::host_isa()) + 1;
-}
 
 extern "C" void shim_spread(int isa, const double *t_high, const double *t_low, const double *w, const double *x,
                             size_t n, size_t width, size_t lanes, const double *coefficients, double df, double f_high,
                             double f_low, double cells, size_t pairs, double *const *grids) {
-#if defined(__x86_64__)
-    const SpreadKernels *tables[] = {&kernels::spread_baseline, &kernels::spread_avx2, &kernels::spread_avx512};
-#else
-    const SpreadKernels *tables[] = {&kernels::spread_baseline};
-#endif
-    tables[isa]->spread({t_high, t_low, {w, x}, n}, {width, lanes, 3, coefficients}, {df, f_high, f_low, cells}, pairs,
-                        grids);
+    KERNELS(spread, isa)
+        .spread({t_high, t_low, {w, x}, n}, {width, lanes, 3, coefficients}, {df, f_high, f_low, cells}, pairs, grids);
 }
 
 // Sums of w and x at frequencies (k - modes/2) df + f; returns the error bound for the requested error.
@@ -43,4 +35,10 @@ extern "C" double shim_nufft(size_t modes, double error, const double *t_high, c
         }
     *cells = choice.cells;
     return nufft.error();
+}
+
+extern "C" void shim_direct(int isa, const double *half_high, const double *half_low, const double *t_high,
+                            const double *t_low, const double *w, const double *x, size_t n, double *high,
+                            double *low) {
+    KERNELS(direct, isa).direct(half_high, half_low, {t_high, t_low, w, x, n}, high, low);
 }

@@ -40,7 +40,6 @@ static void compare(comparison *c, size_t pixels) {
 }
 
 static void test_places(void **state) {
-    (void)state;
     const struct {
         const char *detector, *accuracy, *more;
         int stars;

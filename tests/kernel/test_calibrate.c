@@ -105,7 +105,6 @@ static void solve(size_t size) {
 }
 
 static void step_and_covariance_are_those_of_the_whole_system(void **state) {
-    (void)state;
     make_blocks();
     double change[MOST], covariance[9 * N * N], of_frames[FRAMES][OWN][OWN];
     for (size_t windows = 1; windows <= 3; windows++)
@@ -154,7 +153,6 @@ static const char *scene_with(const char *struts) {
 }
 
 static void derivatives_agree_with_differences_of_images(void **state) {
-    (void)state;
     const struct {
         const char *name;
         double step, tolerance; /* of the largest */
@@ -183,7 +181,6 @@ static void derivatives_agree_with_differences_of_images(void **state) {
 }
 
 static void aberrations_lose_their_sign_without_struts(void **state) {
-    (void)state;
     char *plain = strdup(scene_with(""));
     char *start = strstr(plain, ",\"aberrations\""), *end = strstr(plain, ",\"band\"");
     memmove(start + 1, end, strlen(end) + 1); /* nominal optics */

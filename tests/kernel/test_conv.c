@@ -1,12 +1,13 @@
 /* Tests the convolution kernels against their definitions in long double: 3x3 'same' convolution and 2x2 mean;
  * nearest-neighbour up-sampling and 3x3 transposed convolution. Weight gradients are tested against differences of the
- * convolution. */
+ * convolution. Also 'same' convolution without mean, maximum pooling with switches and un-pooling. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "assert_close.h"
+#include "uniform.h"
 
-int shim_conv_isas(void);
+int shim_isas(void);
 void shim_conv_down(int isa, const size_t *dimensions, const float *image, const float *kernel, float factor,
                     const float *bias, float *out);
 void shim_conv_down_elu(int isa, const size_t *dimensions, const float *image, const float *kernel, const float *bias,
@@ -15,6 +16,13 @@ void shim_conv_up(int isa, const size_t *dimensions, const float *image, const f
                   const float *bias, float *out);
 void shim_conv_gradient(int isa, const size_t *dimensions, const float *fine, const float *coarse, float factor,
                         float *kernel);
+void shim_same(int isa, const size_t *d, const float *image, const float *kernel, int adjoint, const float *bias,
+               float *out);
+void shim_same_max(int isa, const size_t *d, const float *image, const float *kernel, const float *bias, float *pooled,
+                   int32_t *switches);
+void shim_same_gradient(int isa, const size_t *d, const float *in, const float *out, float *kernel);
+void shim_unpool(int isa, const size_t *d, const float *pooled, const int32_t *switches, float *out);
+void shim_pick(int isa, const size_t *d, const float *image, const int32_t *switches, float *pooled);
 
 /* Rows and columns of the coarse image, fine and coarse channels: the channels of every stage of the network, on images
  * small enough for the slow sums. */
@@ -35,14 +43,12 @@ static size_t weights(const size_t *s) {
     return 9 * s[FINE] * s[COARSE];
 }
 
-static uint32_t state;
+static uint64_t state;
 
 static float *random_floats(size_t count) {
     float *values = malloc(count * sizeof *values);
-    for (size_t i = 0; i < count; i++) {
-        state = state * 1664525u + 1013904223u;
-        values[i] = (float)(state >> 8) / 8388608.0f - 1.0f;
-    }
+    for (size_t i = 0; i < count; i++)
+        values[i] = (float)uniform_signed(&state);
     return values;
 }
 
@@ -78,12 +84,11 @@ static long double slow_up(const size_t *s, const float *image, const float *ker
 }
 
 static void test_down(void **unused) {
-    (void)unused;
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape];
         float *image = random_floats(fine_size(s)), *kernel = random_floats(weights(s));
         float *bias = random_floats(s[COARSE]), *out = malloc(coarse_size(s) * sizeof *out);
-        for (int isa = 0; isa < shim_conv_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             shim_conv_down(isa, s, image, kernel, 0.25f, bias, out);
             for (size_t i = 0; i < coarse_size(s); i++) {
                 const size_t k = i % s[COARSE], pixel = i / s[COARSE];
@@ -96,13 +101,12 @@ static void test_down(void **unused) {
 }
 
 static void test_down_elu_is_elu_of_down(void **unused) {
-    (void)unused;
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape], size = coarse_size(s);
         float *image = random_floats(fine_size(s)), *kernel = random_floats(weights(s));
         float *bias = random_floats(s[COARSE]), *out = malloc(size * sizeof *out),
               *expected = malloc(size * sizeof *out);
-        for (int isa = 0; isa < shim_conv_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             shim_conv_down_elu(isa, s, image, kernel, bias, out, expected);
             assert_memory_equal(out, expected, size * sizeof *out);
         }
@@ -111,12 +115,11 @@ static void test_down_elu_is_elu_of_down(void **unused) {
 }
 
 static void test_up(void **unused) {
-    (void)unused;
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape];
         float *image = random_floats(coarse_size(s)), *kernel = random_floats(weights(s));
         float *bias = random_floats(s[FINE]), *out = malloc(fine_size(s) * sizeof *out);
-        for (int isa = 0; isa < shim_conv_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             shim_conv_up(isa, s, image, kernel, 1, bias, out);
             for (size_t i = 0; i < fine_size(s); i++) {
                 const size_t c = i % s[FINE], pixel = i / s[FINE];
@@ -145,13 +148,12 @@ static long double slow_gradient(const size_t *s, const float *fine, const float
 }
 
 static void test_weight_gradient(void **unused) {
-    (void)unused;
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape];
         float *fine = random_floats(fine_size(s)), *coarse = random_floats(coarse_size(s));
         float *kernel = calloc(weights(s), sizeof *kernel), *gradient = malloc(weights(s) * sizeof *gradient);
         const size_t step = weights(s) > 2000 ? 31 : 1;
-        for (int isa = 0; isa < shim_conv_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             shim_conv_gradient(isa, s, fine, coarse, 0.25f, gradient);
             for (size_t j = 0; j < weights(s); j += step)
                 assert_close(gradient[j], (double)slow_gradient(s, fine, coarse, kernel, j), 0, 1e-5);
@@ -162,8 +164,7 @@ static void test_weight_gradient(void **unused) {
 
 /* Every sum is evaluated in the order of the definition, not of the vectors: AVX2 and AVX-512 agree to the bit. */
 static void test_same_bits_with_fused_multiply_add(void **unused) {
-    (void)unused;
-    if (shim_conv_isas() < 3)
+    if (shim_isas() < 3)
         skip();
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape];
@@ -181,6 +182,140 @@ static void test_same_bits_with_fused_multiply_add(void **unused) {
     }
 }
 
+/* Rows, columns, input and output channels: the channels of every stage of the network, in both directions. */
+enum { IN = FINE, OUT = COARSE, kPooled = 8, kSameShapes = kPooled + 4 };
+static const size_t kSameShape[kSameShapes][4] = {
+    {6, 16, 1, 8},   {4, 16, 8, 16},  {4, 16, 16, 32}, {2, 16, 32, 64},
+    {2, 16, 1, 16},  {4, 16, 1, 32},  {2, 32, 16, 8},  {2, 16, 8, 32}, /* other channel counts */
+    {4, 16, 64, 32}, {4, 16, 32, 16}, {4, 16, 16, 8},  {6, 16, 8, 1},
+};
+
+static long double slow_same(const size_t *s, const float *image, const float *kernel, int adjoint, long y, long x,
+                             size_t k) {
+    long double sum = 0;
+    for (size_t c = 0; c < s[IN]; c++)
+        for (int tap = 0; tap < 9; tap++) {
+            const long dy = tap / 3 - 1, dx = tap % 3 - 1;
+            if (adjoint)
+                sum +=
+                    kernel[(c * s[OUT] + k) * 9 + (size_t)tap] * at(image, s[ROWS], s[COLS], s[IN], y - dy, x - dx, c);
+            else
+                sum +=
+                    kernel[(k * s[IN] + c) * 9 + (size_t)tap] * at(image, s[ROWS], s[COLS], s[IN], y + dy, x + dx, c);
+        }
+    return sum;
+}
+
+static void test_same(void **unused) {
+    for (size_t shape = 0; shape < kSameShapes; shape++)
+        for (int adjoint = 0; adjoint < 2; adjoint++) {
+            const size_t *s = kSameShape[shape];
+            float *image = random_floats(s[ROWS] * s[COLS] * s[IN]), *kernel = random_floats(9 * s[IN] * s[OUT]);
+            float *bias = random_floats(s[OUT]), *out = malloc(s[ROWS] * s[COLS] * s[OUT] * sizeof *out);
+            for (int isa = 0; isa < shim_isas(); isa++) {
+                shim_same(isa, s, image, kernel, adjoint, bias, out);
+                for (size_t i = 0; i < s[ROWS] * s[COLS] * s[OUT]; i++) {
+                    const size_t k = i % s[OUT], x = i / s[OUT] % s[COLS], y = i / s[OUT] / s[COLS];
+                    const long double expected = slow_same(s, image, kernel, adjoint, (long)y, (long)x, k) + bias[k];
+                    assert_close(out[i], (double)expected, 0, 1e-6 * (double)(9 * s[IN]));
+                }
+            }
+            free(image), free(kernel), free(bias), free(out);
+        }
+}
+
+/* Against the convolution above. Of equal values, which a zero kernel produces everywhere, the first one is
+ * selected. */
+static void test_maximum(void **unused) {
+    for (size_t shape = 0; shape < kPooled; shape++)
+        for (int tie = 0; tie < 2; tie++) {
+            const size_t *s = kSameShape[shape], pooled_size = s[ROWS] * s[COLS] * s[OUT] / 4;
+            float *image = random_floats(s[ROWS] * s[COLS] * s[IN]), *kernel = random_floats(9 * s[IN] * s[OUT]);
+            if (tie)
+                memset(kernel, 0, 9 * s[IN] * s[OUT] * sizeof *kernel);
+            float *bias = random_floats(s[OUT]), *all = malloc(4 * pooled_size * sizeof *all);
+            float *zero = calloc(s[OUT], sizeof *zero), *pooled = malloc(pooled_size * sizeof *pooled);
+            int32_t *switches = malloc(pooled_size * sizeof *switches);
+            for (int isa = 0; isa < shim_isas(); isa++) {
+                shim_same(isa, s, image, kernel, 0, zero, all);
+                shim_same_max(isa, s, image, kernel, bias, pooled, switches);
+                for (size_t i = 0; i < pooled_size; i++) {
+                    const size_t k = i % s[OUT], x = i / s[OUT] % (s[COLS] / 2), y = i / s[OUT] / (s[COLS] / 2);
+                    float best = -INFINITY;
+                    int from = -1;
+                    for (int q = 0; q < 4; q++) {
+                        const float v = all[((2 * y + (size_t)q / 2) * s[COLS] + 2 * x + (size_t)q % 2) * s[OUT] + k];
+                        if (v > best)
+                            best = v, from = q;
+                    }
+                    assert_int_equal(switches[i], from);
+                    assert_close(pooled[i], best + bias[k], 1e-6, 1e-5);
+                }
+            }
+            free(image), free(kernel), free(bias), free(all), free(zero), free(pooled), free(switches);
+        }
+}
+
+static void test_same_gradient(void **unused) {
+    for (size_t shape = 0; shape < kSameShapes - 1; shape++) {
+        const size_t *s = kSameShape[shape];
+        float *in = random_floats(s[ROWS] * s[COLS] * s[IN]), *out = random_floats(s[ROWS] * s[COLS] * s[OUT]);
+        float *gradient = malloc(9 * s[IN] * s[OUT] * sizeof *gradient);
+        for (int isa = 0; isa < shim_isas(); isa++) {
+            shim_same_gradient(isa, s, in, out, gradient);
+            for (size_t i = 0; i < 9 * s[IN] * s[OUT]; i++) {
+                const size_t tap = i % 9, c = i / 9 % s[IN], k = i / 9 / s[IN];
+                long double sum = 0;
+                for (long y = 0; y < (long)s[ROWS]; y++)
+                    for (long x = 0; x < (long)s[COLS]; x++)
+                        sum += at(out, s[ROWS], s[COLS], s[OUT], y, x, k) *
+                               at(in, s[ROWS], s[COLS], s[IN], y + (long)tap / 3 - 1, x + (long)tap % 3 - 1, c);
+                assert_close(gradient[i], (double)sum, 0, 1e-6 * (double)(s[ROWS] * s[COLS]));
+            }
+        }
+        free(in), free(out), free(gradient);
+    }
+}
+
+/* Values return to the pixels they were taken from; all other pixels are 0. */
+static void test_unpool(void **unused) {
+    for (size_t shape = 0; shape < kPooled; shape++) {
+        const size_t *s = kSameShape[shape], pooled_size = s[ROWS] * s[COLS] * s[OUT] / 4;
+        float *pooled = random_floats(pooled_size), *all = malloc(4 * pooled_size * sizeof *all);
+        float *back = malloc(pooled_size * sizeof *back);
+        int32_t *switches = malloc(pooled_size * sizeof *switches);
+        for (size_t i = 0; i < pooled_size; i++)
+            switches[i] = (int32_t)(i * 2654435761u >> 13 & 3);
+        for (int isa = 0; isa < shim_isas(); isa++) {
+            shim_unpool(isa, s, pooled, switches, all);
+            for (size_t i = 0; i < 4 * pooled_size; i++) {
+                const size_t k = i % s[OUT], x = i / s[OUT] % s[COLS], y = i / s[OUT] / s[COLS];
+                const size_t coarse = ((y / 2) * (s[COLS] / 2) + x / 2) * s[OUT] + k;
+                const int here = switches[coarse] == (int)(2 * (y % 2) + x % 2);
+                assert_true(all[i] == (here ? pooled[coarse] : 0.0f));
+            }
+            shim_pick(isa, s, all, switches, back);
+            assert_memory_equal(back, pooled, pooled_size * sizeof *back);
+        }
+        free(pooled), free(all), free(back), free(switches);
+    }
+}
+
+/* The order of every sum is independent of the vector width. */
+static void test_same_bits_of_same(void **unused) {
+    if (shim_isas() < 3)
+        skip();
+    for (size_t shape = 0; shape < kSameShapes; shape++) {
+        const size_t *s = kSameShape[shape], size = s[ROWS] * s[COLS] * s[OUT];
+        float *image = random_floats(s[ROWS] * s[COLS] * s[IN]), *kernel = random_floats(9 * s[IN] * s[OUT]);
+        float *bias = random_floats(s[OUT]), *a = malloc(size * sizeof *a), *b = malloc(size * sizeof *b);
+        shim_same(1, s, image, kernel, 0, bias, a);
+        shim_same(2, s, image, kernel, 0, bias, b);
+        assert_memory_equal(a, b, size * sizeof *a);
+        free(image), free(kernel), free(bias), free(a), free(b);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_down),
@@ -188,6 +323,11 @@ int main(void) {
         cmocka_unit_test(test_up),
         cmocka_unit_test(test_weight_gradient),
         cmocka_unit_test(test_same_bits_with_fused_multiply_add),
+        cmocka_unit_test(test_same),
+        cmocka_unit_test(test_maximum),
+        cmocka_unit_test(test_same_gradient),
+        cmocka_unit_test(test_unpool),
+        cmocka_unit_test(test_same_bits_of_same),
     };
     return cmocka_run_group_tests_name("conv", tests, NULL, NULL);
 }

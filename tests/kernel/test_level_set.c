@@ -24,7 +24,6 @@ static double random_number(void) {
 }
 
 static int set_up(void **state) {
-    (void)state;
     numbers_state = 11;
     for (int i = 0; i < FINE * FINE; i++)
         open_cells[i] = hypot(i % FINE - 11.5, i / FINE - 11.5) < 11.5 ? 0.3 : 0;
@@ -49,7 +48,6 @@ static double slow_height(const double *from, int cell, double smoothing) {
 }
 
 static void covered_fractions(void **state) {
-    (void)state;
     const double smoothing = 1.1, slope = 7;
     const double rms = shim_level_set(POINTS, smoothing, FINE, COARSE, NONE, slope, open_cells, heights, weights,
                                       covered, gradient, cells);
@@ -81,7 +79,6 @@ static double weighted(int symmetry, double by, int point, double slope) {
 }
 
 static void gradient_by_heights(void **state) {
-    (void)state;
     for (int symmetry = NONE; symmetry <= ODD; symmetry++)
         for (int slope = 3; slope <= 40; slope += 37) {
             shim_level_set(POINTS, 1, FINE, COARSE, symmetry, slope, open_cells, heights, weights, covered, gradient,
@@ -98,7 +95,6 @@ static void gradient_by_heights(void **state) {
 
 /* A mask turned by 180 degrees is itself, or its complement. */
 static void symmetry(void **state) {
-    (void)state;
     for (int kind = EVEN; kind <= ODD; kind++) {
         shim_level_set(POINTS, 1, FINE, COARSE, kind, 5, open_cells, heights, weights, covered, gradient, cells);
         for (int i = 0; i < FINE * FINE; i++)
@@ -122,7 +118,6 @@ static int is_large(const unsigned char *mask, const double *open, int side, int
 }
 
 static void small_features(void **state) {
-    (void)state;
     for (int side = 1; side <= 3; side++) {
         double open[N * N], count = 0, small = 0;
         unsigned char mask[N * N], before[N * N];
@@ -149,7 +144,6 @@ static void small_features(void **state) {
 
 /* A bridge of one cell, which would be small with either kind, becomes wider. */
 static void bridges(void **state) {
-    (void)state;
     static const char *const kBridge[] = {"1111111", "0111111", "0001111", "0001000", "0111000", "1111000", "1111100"};
     double open[N * N];
     unsigned char mask[N * N], before[N * N];

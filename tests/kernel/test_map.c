@@ -69,7 +69,6 @@ static void random_map(double rms, double *map) {
 }
 
 static int set_up(void **unused) {
-    (void)unused;
     numbers_state = 3;
     random_map(1e-9, truth);
     for (int i = 0; i < 2; i++)
@@ -89,7 +88,6 @@ static void *make_case(unsigned workers) {
 
 /* Unknowns of one wave have the spectrum's amplitude at its frequency; of white noise, the map has the variance. */
 static void prior_filters(void **state) {
-    (void)state;
     enum { SIZE = 24 };
     static double unknown[SIZE * SIZE], map[SIZE * SIZE], back[SIZE * SIZE], filtered[SIZE * SIZE];
     double *const out[] = {map, back, filtered};
@@ -121,7 +119,6 @@ static void prior_filters(void **state) {
 }
 
 static void derivatives_predict_frames(void **state) {
-    (void)state;
     static double images[FRAMES][PIXELS], at[4][PIXELS];
     void *const made = make_case(1);
     shim_map_derivative(made, opd[0], images[0]);
@@ -142,7 +139,6 @@ static void derivatives_predict_frames(void **state) {
 }
 
 static void adjoint_transposes(void **state) {
-    (void)state;
     static double images[2][FRAMES * PIXELS], products[2][CELLS], frame[PIXELS];
     void *const made = make_case(2);
     double numbers[3];
@@ -174,7 +170,6 @@ static void adjoint_transposes(void **state) {
 
 /* Without noise, a map of 1 nm is found by its effect on the separations: from a fit of Zernike polynomials. */
 static void fit_finds_the_map(void **state) {
-    (void)state;
     static double map[CELLS];
     double errors[STEPS + 1][FRAMES], numbers[STEPS][4], rms[STEPS + 1];
     void *const made = make_case(2);
@@ -227,7 +222,6 @@ static double odd_error(const double *map, const double *amplitude, double *size
 /* A step from the true parameters finds most of the odd part of the map; threads change no bit of it, and two windows
  * little. */
 static void step_finds_the_odd_part(void **state) {
-    (void)state;
     static double maps[3][CELLS], amplitude[CELLS];
     double numbers[3][3];
     for (int run = 0; run < 3; run++) {
@@ -246,7 +240,6 @@ static void step_finds_the_odd_part(void **state) {
 
 /* Parameters other than the map: the solver of the conjugate gradients against the steps without map. */
 static void solver_agrees_with_steps(void **state) {
-    (void)state;
     void *const made = make_case(1);
     const double difference = shim_map_solver(made, random_number);
     print_message("solver: difference %.2g\n", difference);

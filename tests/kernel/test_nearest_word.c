@@ -18,7 +18,6 @@ static size_t distance(const char *a, const char *b) {
 }
 
 static void distances_of_short_words(void **state) {
-    (void)state;
     enum { LETTERS = 3, LENGTH = 6, WORDS = 729 };
     char a[LENGTH + 1] = "", b[LENGTH + 1] = "", nearest[LENGTH + 1];
     int near = 0;
@@ -47,7 +46,6 @@ static void assert_nearest(const char *word, const char *expected) {
 }
 
 static void limits(void **state) {
-    (void)state;
     assert_nearest("full_well_a", "full_well_e");    /* 1 edit, and 2 from full_well */
     assert_nearest("full_well_", "full_well_e");     /* 1 edit from both: the first */
     assert_nearest("gain_dn", "");                   /* 6 edits */

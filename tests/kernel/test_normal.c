@@ -6,14 +6,14 @@
 #include "assert_close.h"
 #include "uniform.h"
 
-size_t shim_isas(void);
-int shim_weigh(size_t isa, const double *counts, const double *light, const double *response, const double *how,
+int shim_isas(void);
+int shim_weigh(int isa, const double *counts, const double *light, const double *response, const double *how,
                double blend, size_t n, double *weight, double *residual, size_t *used, size_t *saturated);
-void shim_normal_add(size_t isa, const double *const *lines, size_t count, const double *weight, size_t n,
-                     double *scratch, double *sums);
-void shim_whiten(size_t isa, double *weight, const double *residual, const double *light, const double *predicted,
+void shim_normal_add(int isa, const double *const *lines, size_t count, const double *weight, size_t n, double *scratch,
+                     double *sums);
+void shim_whiten(int isa, double *weight, const double *residual, const double *light, const double *predicted,
                  size_t n, double *image);
-void shim_correlate(size_t isa, const double *const *lines, size_t count, const double *root, const double *filter,
+void shim_correlate(int isa, const double *const *lines, size_t count, const double *root, const double *filter,
                     size_t n, double *scratch, double *sums);
 
 enum { N = 203, LINES = 11, LANES = 8 };
@@ -32,8 +32,7 @@ static void make_row(uint64_t seed) {
 }
 
 static void weights_are_inverse_variances(void **state) {
-    (void)state;
-    for (size_t isa = 0; isa < shim_isas(); isa++)
+    for (int isa = 0; isa < shim_isas(); isa++)
         for (int blended = 0; blended < 2; blended++) {
             make_row(3);
             counts[5] = 5000;              /* at the limit of electrons */
@@ -63,10 +62,9 @@ static void weights_are_inverse_variances(void **state) {
 }
 
 static void counts_that_are_not_finite_are_reported(void **state) {
-    (void)state;
     const double bad[] = {NAN, INFINITY, -INFINITY};
     size_t used = 0, saturated = 0;
-    for (size_t isa = 0; isa < shim_isas(); isa++)
+    for (int isa = 0; isa < shim_isas(); isa++)
         for (size_t at = 0; at < N; at += 101)
             for (size_t kind = 0; kind < 3; kind++) {
                 make_row(4);
@@ -93,13 +91,12 @@ static void make_lines(uint64_t seed) {
 }
 
 static void sums_are_inner_products(void **state) {
-    (void)state;
     static double sums[3][LINES * LINES * LANES];
     make_lines(8);
     for (size_t s = 0; s < SIZES; s++)
         for (size_t count = 1; count <= LINES; count += 5) {
             memset(sums, 0, sizeof sums);
-            for (size_t isa = 0; isa < shim_isas(); isa++) {
+            for (int isa = 0; isa < shim_isas(); isa++) {
                 shim_normal_add(isa, lines, count, weight, sizes[s], scratch, sums[isa]);
                 shim_normal_add(isa, lines, count, weight, sizes[s], scratch, sums[isa]); /* adds to what is there */
                 assert_memory_equal(sums[isa], sums[0], sizeof *sums);
@@ -120,9 +117,8 @@ static void sums_are_inner_products(void **state) {
 
 /* Against the definition with the counts: (electrons - response predicted - dark)/sigma. */
 static void whitened_residuals_are_in_standard_deviations(void **state) {
-    (void)state;
     static double predicted[N], image[N], root[N];
-    for (size_t isa = 0; isa < shim_isas(); isa++) {
+    for (int isa = 0; isa < shim_isas(); isa++) {
         make_row(5);
         counts[5] = 5000; /* at the limit of electrons */
         for (size_t i = 0; i < N; i++)
@@ -145,7 +141,6 @@ static void whitened_residuals_are_in_standard_deviations(void **state) {
 
 /* Of a filter with all lines and with itself, without the pixels of weight 0. */
 static void correlations_are_inner_products(void **state) {
-    (void)state;
     static double filter[N], sums[3][(LINES + 1) * LANES];
     make_lines(9);
     uint64_t seed = 10;
@@ -156,7 +151,7 @@ static void correlations_are_inner_products(void **state) {
         for (size_t count = 1; count <= LINES; count += 5) {
             const size_t n = sizes[s];
             memset(sums, 0, sizeof sums);
-            for (size_t isa = 0; isa < shim_isas(); isa++) {
+            for (int isa = 0; isa < shim_isas(); isa++) {
                 shim_correlate(isa, lines, count, weight, filter, n, scratch, sums[isa]);
                 shim_correlate(isa, lines, count, weight, filter, n, scratch, sums[isa]); /* adds to what is there */
                 assert_memory_equal(sums[isa], sums[0], sizeof *sums);

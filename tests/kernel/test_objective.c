@@ -63,7 +63,6 @@ static double slope_of(const char *scene, int count, double limit, double weight
 }
 
 static int set_up(void **unused) {
-    (void)unused;
     numbers_state = 5;
     for (int i = 0; i < CELLS; i++) {
         covered[i] = 0.5 + 0.45 * uniform_signed(&numbers_state);
@@ -73,7 +72,6 @@ static int set_up(void **unused) {
 }
 
 static void gradient_of_the_loss(void **state) {
-    (void)state;
     const struct {
         const char *cadence, *detector;
         int count;
@@ -96,7 +94,6 @@ static void gradient_of_the_loss(void **state) {
 
 /* The bound of the scene's own mask is that of the simulator. */
 static void bound_of_the_scene(void **state) {
-    (void)state;
     const char *cadences[] = {kExposure, kPeak};
     for (size_t c = 0; c < 2; c++) {
         double bounds[2], light[2];

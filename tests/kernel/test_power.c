@@ -1,4 +1,5 @@
-/* Tests the power from fixed-point sums against 113-bit arithmetic on the same sums, with every instruction set. */
+/* Tests the power from fixed-point sums against 113-bit arithmetic on the same sums, and with nuisance functions
+ * against least squares on the samples, with every instruction set. */
 #include <quadmath.h>
 #include <stdlib.h>
 #include <string.h>
@@ -6,10 +7,14 @@
 #include "assert_close.h"
 #include "uniform.h"
 
-int shim_power_isas(void);
+int shim_isas(void);
 size_t shim_power(int isa, int double_limb, const int64_t *const *lo, const int64_t *const *hi, size_t n, double weight,
                   int64_t samples, double mean_high, double mean_low, double spread, int fixed_mean, double *power);
 int shim_any_reaches(int isa, const double *values, size_t n, double limit);
+void shim_add_row(double f0, double df, size_t blocks, const double *sample, size_t functions, const double *values,
+                  int64_t *lo);
+size_t shim_power_rows(int isa, const int64_t *const *lo, const int64_t *const *hi, size_t n, int64_t samples,
+                       const double *sums, size_t functions, const double *factor, const double *y, double *power);
 
 enum {
     N = 203,
@@ -93,7 +98,7 @@ static void check_kind(int double_limb, double samples, double mean, double sigm
     for (int fixed_mean = 0; fixed_mean < 2; fixed_mean++) {
         double first[N], power[N];
         size_t reported = 0;
-        for (int isa = 0; isa < shim_power_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             reported = shim_power(isa, double_limb, low, high, N, (double)weight, (int64_t)samples, (double)exact_mean,
                                   (double)(exact_mean - (__float128)(double)exact_mean), spread, fixed_mean, power);
             if (isa == 0)
@@ -124,7 +129,6 @@ static void check(double samples, double mean, double sigma) {
 }
 
 static void test_latents(void **unused) {
-    (void)unused;
     check(1095, 0, 1e-3);
     check(1095, 7.9e-3, 1e-3);
     check(5, 0.1, 0.2);
@@ -132,12 +136,10 @@ static void test_latents(void **unused) {
 }
 
 static void test_many_samples(void **unused) {
-    (void)unused;
     check(0x1p31, 0.4, 0.2);
 }
 
 static void test_mean_far_off(void **unused) {
-    (void)unused;
     check(300, 0.9, 3e-5);
     check(1e6, -0.7, 3e-5);
     check(0x1p31, 0.3, 1e-5);
@@ -145,7 +147,6 @@ static void test_mean_far_off(void **unused) {
 }
 
 static void test_values_far_below_their_bound(void **unused) {
-    (void)unused;
     check(200, 1e-16, 1e-15);
     check(200, 1e-12, 1e-15);
     check(0x1p22, 1e-12, 1e-13);
@@ -154,9 +155,8 @@ static void test_values_far_below_their_bound(void **unused) {
 }
 
 static void test_any_reaches(void **unused) {
-    (void)unused;
     enum { MOST = 37 };
-    for (int isa = 0; isa < shim_power_isas(); isa++)
+    for (int isa = 0; isa < shim_isas(); isa++)
         for (size_t n = 0; n <= MOST; n++) {
             double values[MOST] = {0};
             assert_false(shim_any_reaches(isa, values, n, 0x1p-1074));
@@ -169,11 +169,133 @@ static void test_any_reaches(void **unused) {
         }
 }
 
+/* Nuisance functions; y is the first of the values, in place of the mean. */
+enum { ROW_SAMPLES = 60, FUNCTIONS = 4, BLOCKS = 3, WIDTH = 64 * BLOCKS, FREQUENCIES = 175 };
+enum { ROW_SUMS = 14 + 4 * (FUNCTIONS - 1) };
+static const double f0 = 1e-3, df = 3.7e-3;
+static double row_samples[ROW_SAMPLES][2], values[ROW_SAMPLES][FUNCTIONS];
+static int64_t row_lo[ROW_SUMS][WIDTH], row_hi[ROW_SUMS][WIDTH];
+static __float128 factor[FUNCTIONS][FUNCTIONS], of_y[FUNCTIONS], row_weight, row_spread;
+
+static __float128 function(int i, int f) {
+    return f == 0 ? 1 : values[i][f];
+}
+
+/* L^-1 (sum w b x)/W. */
+static void forward(const __float128 *x, __float128 *out) {
+    for (int f = 0; f < FUNCTIONS; f++) {
+        out[f] = 0;
+        for (int i = 0; i < ROW_SAMPLES; i++)
+            out[f] += row_samples[i][1] * function(i, f) * x[i] / row_weight;
+        for (int j = 0; j < f; j++)
+            out[f] -= factor[f][j] * out[j];
+        out[f] /= factor[f][f];
+    }
+}
+
+static __float128 moment(const __float128 *a, const __float128 *b, const __float128 *of_a, const __float128 *of_b) {
+    __float128 sum = 0;
+    for (int i = 0; i < ROW_SAMPLES; i++)
+        sum += row_samples[i][1] * a[i] * b[i] / row_weight;
+    for (int f = 0; f < FUNCTIONS; f++)
+        sum -= of_a[f] * of_b[f];
+    return sum;
+}
+
+static void prepare(void) {
+    uint64_t seed = 3;
+    __float128 y[ROW_SAMPLES];
+    row_weight = 0;
+    for (int i = 0; i < ROW_SAMPLES; i++) {
+        const double x = uniform(&seed) * 2 - 1;
+        row_samples[i][0] = 100 * (x + 1);
+        row_samples[i][1] = 0.2 + 0.8 * uniform(&seed);
+        values[i][0] = 0.01 * (uniform(&seed) - 0.5) + 0.02 * x - 0.05;
+        values[i][1] = x;
+        values[i][2] = 2 * x * x - 1;
+        values[i][3] = cos(9 * x);
+        y[i] = values[i][0];
+        row_weight += row_samples[i][1];
+        shim_add_row(f0, df, BLOCKS, row_samples[i], FUNCTIONS, values[i], row_lo[0]);
+    }
+    for (int f = 0; f < FUNCTIONS; f++) {
+        __float128 column[ROW_SAMPLES], row[FUNCTIONS];
+        for (int i = 0; i < ROW_SAMPLES; i++)
+            column[i] = function(i, f);
+        for (int j = f; j < FUNCTIONS; j++)
+            factor[j][j] = 1; /* not used yet */
+        forward(column, row);
+        __float128 square = 0;
+        for (int i = 0; i < ROW_SAMPLES; i++)
+            square += row_samples[i][1] * column[i] * column[i] / row_weight;
+        for (int j = 0; j < f; j++) {
+            factor[f][j] = row[j];
+            square -= row[j] * row[j];
+        }
+        factor[f][f] = sqrtq(square);
+    }
+    forward(y, of_y);
+    row_spread = moment(y, y, of_y, of_y);
+}
+
+static __float128 exact_row_power(int k) {
+    __float128 y[ROW_SAMPLES], c[ROW_SAMPLES], s[ROW_SAMPLES], of_c[FUNCTIONS], of_s[FUNCTIONS];
+    for (int i = 0; i < ROW_SAMPLES; i++) {
+        const __float128 cycles = ((__float128)f0 + k * (__float128)df) * row_samples[i][0];
+        const __float128 angle = 2 * M_PIq * (cycles - rintq(cycles));
+        y[i] = values[i][0];
+        c[i] = cosq(angle);
+        s[i] = sinq(angle);
+    }
+    forward(c, of_c);
+    forward(s, of_s);
+    const __float128 cc = moment(c, c, of_c, of_c), ss = moment(s, s, of_s, of_s), cs = moment(c, s, of_c, of_s);
+    const __float128 yc = moment(y, c, of_y, of_c), ys = moment(y, s, of_y, of_s);
+    return (yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / ((cc * ss - cs * cs) * row_spread);
+}
+
+static void test_power_with_functions(void **unused) {
+    prepare();
+    double plain[FUNCTIONS][FUNCTIONS], y[FUNCTIONS], sums[3] = {(double)row_weight, 0, (double)row_spread};
+    const int64_t *rows[ROW_SUMS], *upper[ROW_SUMS];
+    __float128 square = row_spread;
+    for (int f = 0; f < FUNCTIONS; f++) {
+        for (int j = 0; j < FUNCTIONS; j++)
+            plain[f][j] = (double)factor[f][j];
+        y[f] = (double)of_y[f];
+        square += of_y[f] * of_y[f];
+    }
+    sums[1] = (double)sqrtq(square);
+    double power[3][FREQUENCIES];
+    for (int split = 0; split < 2; split++) { /* a sum is divided between the words in any way */
+        for (int i = 0; i < ROW_SUMS; i++) {
+            rows[i] = row_lo[i];
+            upper[i] = row_hi[i];
+            for (int k = 0; k < WIDTH && split == 1; k++) {
+                row_hi[i][k] += row_lo[i][k] >> 32;
+                row_lo[i][k] &= 0xffffffff;
+            }
+        }
+        for (int isa = 0; isa < shim_isas(); isa++) {
+            const size_t left =
+                shim_power_rows(isa, rows, upper, FREQUENCIES, ROW_SAMPLES, sums, FUNCTIONS, plain[0], y, power[isa]);
+            assert_in_range(left, 1, 5); /* the lowest frequencies, close to the polynomials */
+            assert_memory_equal(power[isa], power[0], sizeof power[0]);
+        }
+        double worst = 0;
+        for (int k = 0; k < FREQUENCIES; k++)
+            if (power[0][k] != -1)
+                worst = fmax(worst, fabs((double)(power[0][k] - exact_row_power(k))));
+        assert_at_most(worst, 2e-14);
+        assert_true(power[0][0] == -1);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_latents),      cmocka_unit_test(test_many_samples),
         cmocka_unit_test(test_mean_far_off), cmocka_unit_test(test_values_far_below_their_bound),
-        cmocka_unit_test(test_any_reaches),
+        cmocka_unit_test(test_any_reaches),  cmocka_unit_test(test_power_with_functions),
     };
     return cmocka_run_group_tests_name("power", tests, NULL, NULL);
 }

@@ -6,11 +6,10 @@
 #include "assert_close.h"
 #include "uniform.h"
 
-size_t shim_isas(void);
+int shim_isas(void);
 double shim_dot(const double *a, const double *b, size_t n);
-double shim_dot_difference(size_t isa, const double *a, const double *reference, const double *b, size_t n,
-                           size_t first);
-void shim_whiten(size_t isa, const double *image, const double *variance, size_t n, double *out);
+double shim_dot_difference(int isa, const double *a, const double *reference, const double *b, size_t n, size_t first);
+void shim_whiten(int isa, const double *image, const double *variance, size_t n, double *out);
 void shim_project_out(const double *units, size_t count, size_t n, double *vector);
 size_t shim_orthonormalise(double *vectors, size_t count, size_t n);
 
@@ -41,7 +40,6 @@ static void make_ill_conditioned(double spread, uint64_t seed, double *a, double
 }
 
 static void dot_has_twice_the_precision(void **state) {
-    (void)state;
     static double a[N], b[N];
     int plain_fails = 0;
     for (int step = 0; step <= 5; step++) {
@@ -60,7 +58,6 @@ static void dot_has_twice_the_precision(void **state) {
 
 /* Any length, in one call or two; the same bits on every instruction set. */
 static void dots_of_differences(void **state) {
-    (void)state;
     static double a[N], b[N], reference[N], residual[N];
     uint64_t seed = 31;
     for (size_t i = 0; i < N; i++) {
@@ -75,13 +72,13 @@ static void dots_of_differences(void **state) {
         const double limit = DBL_EPSILON * fabs((double)exact) + bound * bound * absolute;
         const double first = shim_dot_difference(0, a, reference, b, n, n / 3);
         assert_at_most(fabs((double)(first - exact)), limit);
-        for (size_t isa = 1; isa < shim_isas(); isa++) {
+        for (int isa = 1; isa < shim_isas(); isa++) {
             const double other = shim_dot_difference(isa, a, reference, b, n, n / 3);
             assert_memory_equal(&other, &first, sizeof first);
         }
     }
     const double bad[] = {NAN, INFINITY, -INFINITY};
-    for (size_t isa = 0; isa < shim_isas(); isa++)
+    for (int isa = 0; isa < shim_isas(); isa++)
         for (size_t k = 0; k < 3; k++) {
             const size_t at = k == 2 ? N - 1 : 17 * k;
             const double good = a[at];
@@ -93,11 +90,10 @@ static void dots_of_differences(void **state) {
 
 /* The bits of a plain loop, of any length, also in place. */
 static void whiten_divides_by_the_deviation(void **state) {
-    (void)state;
     enum { MOST = 67 };
     double image[MOST], variance[MOST], expected[MOST], out[MOST];
     uint64_t seed = 41;
-    for (size_t isa = 0; isa < shim_isas(); isa++)
+    for (int isa = 0; isa < shim_isas(); isa++)
         for (size_t n = 0; n <= MOST; n++) {
             for (size_t i = 0; i < n; i++) {
                 image[i] = 1e9 * uniform_signed(&seed);
@@ -122,7 +118,6 @@ static void fill_nearly_parallel(double *vectors, size_t count) {
 }
 
 static void basis_is_orthonormal_for_nearly_parallel_vectors(void **state) {
-    (void)state;
     static double vectors[4 * N], original[4 * N];
     fill_nearly_parallel(vectors, 4);
     memcpy(original, vectors, sizeof vectors);
@@ -138,7 +133,6 @@ static void basis_is_orthonormal_for_nearly_parallel_vectors(void **state) {
 }
 
 static void dependent_vectors_are_dropped(void **state) {
-    (void)state;
     static double vectors[5 * N], third[N];
     uint64_t seed = 9;
     for (size_t i = 0; i < N; i++) {
@@ -155,7 +149,6 @@ static void dependent_vectors_are_dropped(void **state) {
 }
 
 static void projection_removes_the_components_and_nothing_else(void **state) {
-    (void)state;
     static double units[2 * N], vector[N], before[N];
     uint64_t seed = 3;
     for (size_t i = 0; i < N; i++) {

@@ -1,22 +1,23 @@
-/* Tests the push kernel: cosine and sine against 113 bits, terms against their definition, equal bits on all
- * instruction sets. */
+/* Tests the push kernels, without and with nuisance functions: cosine and sine against 113 bits, terms against their
+ * definition, equal bits on all instruction sets, removal. */
 #include <quadmath.h>
 #include <string.h>
 
 #include "assert_close.h"
 #include "uniform.h"
 
-int shim_push_isas(void);
+int shim_isas(void);
 void shim_push(int isa, int double_limb, double f0, double df, size_t blocks, const double *sample, double *anchors,
                int64_t *lo);
 void shim_fold(int isa, int64_t *lo, int64_t *hi, size_t n);
 void shim_cis(int isa, double f_high, double f_low, double t_high, double t_low, double *cosine, double *sine);
+void shim_push_rows(int isa, double f0, double df, size_t blocks, const double *sample, size_t functions,
+                    const double *high, const double *low, int64_t *lo);
 
 enum { BLOCKS = 3, WIDTH = 64 * BLOCKS, SUMS = 8, DOUBLE_LIMB_SUMS = 14 };
 
 /* f t far above one cycle: the product must be reduced without loss of digits. */
 static void cosine_and_sine(void **unused) {
-    (void)unused;
     uint64_t state = 3;
     double worst = 0;
     for (int i = 0; i < 200000; i++) {
@@ -28,7 +29,7 @@ static void cosine_and_sine(void **unused) {
         const __float128 angle = 2 * M_PIq * (cycles - rintq(cycles));
         worst = fmax(worst, fabs((double)(c - cosq(angle))));
         worst = fmax(worst, fabs((double)(s - sinq(angle))));
-        for (int isa = 1; isa < shim_push_isas(); isa++) {
+        for (int isa = 1; isa < shim_isas(); isa++) {
             double c2, s2;
             shim_cis(isa, f, f_low, t, t_low, &c2, &s2);
             assert_memory_equal(&c, &c2, sizeof c);
@@ -39,7 +40,6 @@ static void cosine_and_sine(void **unused) {
 }
 
 static void terms_follow_their_definition(void **unused) {
-    (void)unused;
     const double f0 = 0.013, df = 0.00171, unit = 0x1p50;
     const double sample[5] = {777.123, 1e-14, 0.37, -0.61, 1.3e-18};
     double anchors[2 * BLOCKS];
@@ -65,7 +65,6 @@ static void terms_follow_their_definition(void **unused) {
 
 /* The limbs of a double-limb push, for heavy and light samples: close to the phase, and on the unit circle to 2^-98. */
 static void double_limb_terms_lie_on_the_circle(void **unused) {
-    (void)unused;
     const double f0 = 0.013, df = 0.00171;
     const __float128 unit = 0x1p-50Q;
     double anchors[2 * BLOCKS];
@@ -101,7 +100,7 @@ static void double_limb_terms_lie_on_the_circle(void **unused) {
 static void equal_bits(int double_limb, int sums) {
     static int64_t lo[3][DOUBLE_LIMB_SUMS * WIDTH], hi[3][DOUBLE_LIMB_SUMS * WIDTH];
     double anchors[2 * BLOCKS];
-    const int isas = shim_push_isas();
+    const int isas = shim_isas();
     memset(lo, 0, sizeof lo);
     memset(hi, 0, sizeof hi);
     for (int isa = 0; isa < isas; isa++) {
@@ -122,9 +121,72 @@ static void equal_bits(int double_limb, int sums) {
 }
 
 static void equal_bits_on_all_instruction_sets(void **unused) {
-    (void)unused;
     equal_bits(0, SUMS);
     equal_bits(1, DOUBLE_LIMB_SUMS);
+}
+
+/* Samples with nuisance functions, at more than 4096 frequencies. */
+enum { ROW_BLOCKS = 67, ROW_WIDTH = 64 * ROW_BLOCKS, FUNCTIONS = 3, ROW_SUMS = 14 + 4 * (FUNCTIONS - 1) };
+static int64_t sums[3][ROW_SUMS * ROW_WIDTH];
+
+static __float128 value(const int64_t *lo, int k, int high, int low) {
+    const __float128 unit = 0x1p-50Q;
+    return unit * (lo[high * ROW_WIDTH + k] + unit * lo[low * ROW_WIDTH + k]);
+}
+
+/* The terms of all sums, whose phases have 100 bits, also for many cycles. */
+static void row_terms_follow_their_definition(void **unused) {
+    const double f0 = 0.013, df = 0.00171, times[] = {777.123, -1e-3, 1.25e5};
+    const double high[FUNCTIONS] = {-0.61, 0.83, 1.0 / 3}, low[FUNCTIONS] = {1.3e-18, -2e-17, 0};
+    for (int n = 0; n < 3; n++) {
+        const double sample[3] = {times[n], times[n] * 0x1p-55, n == 1 ? 1 : 0.37};
+        int64_t *const lo = sums[0];
+        memset(lo, 0, sizeof sums[0]);
+        shim_push_rows(0, f0, df, ROW_BLOCKS, sample, FUNCTIONS, high, low, lo);
+        double worst[3] = {0};
+        const __float128 w = sample[2], t = (__float128)sample[0] + sample[1];
+        for (int k = 0; k < ROW_WIDTH; k++) {
+            const __float128 cycles = ((__float128)f0 + k * (__float128)df) * t;
+            const __float128 angle = 2 * M_PIq * (cycles - rintq(cycles)), wave[2] = {cosq(angle), sinq(angle)};
+            const __float128 twice[2] = {cosq(2 * angle), sinq(2 * angle)};
+            for (int i = 0; i < 2; i++) {
+                worst[0] = fmax(worst[0], fabs((double)(value(lo, k, i, 8 + i) - w * wave[i])));
+                worst[1] = fmax(worst[1], fabs((double)(value(lo, k, 2 + i, 10 + i) - w * twice[i])));
+                for (int f = 0; f < FUNCTIONS; f++) {
+                    const int at = f == 0 ? 4 + i : 14 + 4 * (f - 1) + i;
+                    const __float128 term = w * ((__float128)high[f] + low[f]) * wave[i];
+                    worst[2] = fmax(worst[2], fabs((double)(value(lo, k, at, at + 2) - term)));
+                }
+            }
+        }
+        const double cycles = fabs(times[n]) * (f0 + df * ROW_WIDTH);
+        for (int i = 0; i < 3; i++)
+            assert_at_most(worst[i], (i == 1 ? 2 : 1) * (3e-30 + 5e-34 * cycles));
+    }
+}
+
+static void push_many(int isa, double sign, int64_t *lo) {
+    uint64_t state = 11;
+    for (int n = 0; n < 300; n++) {
+        const double t = 1e4 * uniform(&state), sample[3] = {t, t * 0x1p-55, sign * uniform(&state)};
+        double high[FUNCTIONS], low[FUNCTIONS];
+        for (int f = 0; f < FUNCTIONS; f++) {
+            high[f] = 2 * uniform(&state) - 1;
+            low[f] = high[f] * 0x1p-56;
+        }
+        shim_push_rows(isa, 1.0 / 3, 0.001 / 7, ROW_BLOCKS, sample, FUNCTIONS, high, low, lo);
+    }
+}
+
+static void equal_bits_of_rows(void **unused) {
+    memset(sums, 0, sizeof sums);
+    for (int isa = 0; isa < shim_isas(); isa++) {
+        push_many(isa, 1, sums[isa]);
+        assert_memory_equal(sums[isa], sums[0], sizeof sums[0]);
+    }
+    push_many(0, -1, sums[0]); /* removes all samples */
+    for (int i = 0; i < ROW_SUMS * ROW_WIDTH; i++)
+        assert_int_equal(sums[0][i], 0);
 }
 
 int main(void) {
@@ -133,6 +195,8 @@ int main(void) {
         cmocka_unit_test(terms_follow_their_definition),
         cmocka_unit_test(double_limb_terms_lie_on_the_circle),
         cmocka_unit_test(equal_bits_on_all_instruction_sets),
+        cmocka_unit_test(row_terms_follow_their_definition),
+        cmocka_unit_test(equal_bits_of_rows),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,8 +3,9 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "uniform.h"
 
-int shim_residual_isas(void);
+int shim_isas(void);
 int shim_residual(int isa, const double *counts, const double *reference, const double *inverse_sigma, size_t count,
                   double *out);
 int shim_scaled_residual(int isa, const double *counts, const double *reference, const double *inverse_sigma,
@@ -21,24 +22,18 @@ double shim_residual_inner_float(int isa, const float *a, const float *b, size_t
 enum { N = 65536, kPlanes = 11, kMany = 32 }; /* groups of four planes; the most */
 static double counts[N], reference[N], inverse_sigma[N], units[kPlanes * N];
 
-static uint32_t state = 1;
-
-static double uniform(void) {
-    state = state * 1664525u + 1013904223u;
-    return (state >> 8) / 8388608.0 - 1;
-}
+static uint64_t state = 1;
 
 static int set_up(void **unused) {
-    (void)unused;
     for (int i = 0; i < N; i++) {
-        reference[i] = 1e9 * (1 + 0.5 * uniform());
-        counts[i] = reference[i] + 3e4 * uniform();
+        reference[i] = 1e9 * (1 + 0.5 * uniform_signed(&state));
+        counts[i] = reference[i] + 3e4 * uniform_signed(&state);
         inverse_sigma[i] = 1 / sqrt(reference[i]);
     }
     for (int k = 0; k < kPlanes; k++) { /* disjoint pixels, so orthogonal */
         long double square = 0;
         for (int i = k; i < N; i += kPlanes)
-            units[k * N + i] = uniform(), square += units[k * N + i] * units[k * N + i];
+            units[k * N + i] = uniform_signed(&state), square += units[k * N + i] * units[k * N + i];
         for (int i = k; i < N; i += kPlanes)
             units[k * N + i] /= (double)sqrtl(square);
     }
@@ -46,10 +41,9 @@ static int set_up(void **unused) {
 }
 
 static void test_residual(void **unused) {
-    (void)unused;
     static double out[N];
     static float scaled[N];
-    for (int isa = 0; isa < shim_residual_isas(); isa++) {
+    for (int isa = 0; isa < shim_isas(); isa++) {
         assert_int_equal(shim_residual(isa, counts, reference, inverse_sigma, N, out), 1);
         assert_int_equal(shim_scaled_residual(isa, counts, reference, inverse_sigma, 1e-3, N, scaled), 1);
         for (int i = 0; i < N; i++) {
@@ -61,15 +55,14 @@ static void test_residual(void **unused) {
 
 /* Also at the end of a count that is not a multiple of a vector, and of either sign. */
 static void test_magnitude(void **unused) {
-    (void)unused;
     enum { COUNT = 37 };
-    for (int isa = 0; isa < shim_residual_isas(); isa++)
+    for (int isa = 0; isa < shim_isas(); isa++)
         for (int at = 0; at < COUNT; at++)
             for (int sign = -1; sign <= 1; sign += 2) {
                 double residual[COUNT];
                 float residual32[COUNT];
                 for (int i = 0; i < COUNT; i++)
-                    residual32[i] = (float)(residual[i] = i == at ? sign * 2.5 : uniform());
+                    residual32[i] = (float)(residual[i] = i == at ? sign * 2.5 : uniform_signed(&state));
                 assert_true(shim_magnitude(isa, residual, COUNT, 0) == 2.5);
                 assert_true(shim_magnitude(isa, residual, COUNT, 3) == 3);
                 assert_true(shim_magnitude_float(isa, residual32, COUNT, 1) == 2.5f);
@@ -78,11 +71,10 @@ static void test_magnitude(void **unused) {
 }
 
 static void test_non_finite_counts_are_seen(void **unused) {
-    (void)unused;
     static double out[N];
     static float scaled[N];
     const double bad[] = {NAN, -NAN, INFINITY, -INFINITY};
-    for (int isa = 0; isa < shim_residual_isas(); isa++)
+    for (int isa = 0; isa < shim_isas(); isa++)
         for (int k = 0; k < 4; k++) {
             const int at = k * 17 + (k == 3 ? N - 52 : 0);
             const double good = counts[at];
@@ -94,7 +86,6 @@ static void test_non_finite_counts_are_seen(void **unused) {
 }
 
 static void test_inner_product(void **unused) {
-    (void)unused;
     long double expected = 0, absolute = 0;
     for (int i = 0; i < N; i++) {
         expected += (long double)units[i] * inverse_sigma[i];
@@ -102,7 +93,7 @@ static void test_inner_product(void **unused) {
     }
     const double first = shim_residual_inner(0, units, inverse_sigma, N);
     assert_close(first, (double)expected, 0, (double)absolute * N / 16 * 1.2e-16);
-    for (int isa = 1; isa < shim_residual_isas(); isa++) {
+    for (int isa = 1; isa < shim_isas(); isa++) {
         const double other = shim_residual_inner(isa, units, inverse_sigma, N);
         assert_memory_equal(&other, &first, sizeof first);
     }
@@ -110,12 +101,11 @@ static void test_inner_product(void **unused) {
 
 /* Less than 1e-9 of a nuisance ten thousand times the noise remains; equal bits on every instruction set. */
 static void test_projection(void **unused) {
-    (void)unused;
     static double first[N], vector[N];
-    for (int isa = 0; isa < shim_residual_isas(); isa++) {
+    for (int isa = 0; isa < shim_isas(); isa++) {
         state = 7;
         for (int i = 0; i < N; i++)
-            vector[i] = uniform() + 1e4 * units[N + i];
+            vector[i] = uniform_signed(&state) + 1e4 * units[N + i];
         shim_residual_project(isa, units, kPlanes, N, vector);
         for (int k = 0; k < kPlanes; k++) {
             long double left = 0;
@@ -132,15 +122,14 @@ static void test_projection(void **unused) {
 /* Frames together, with planes as float32: the projection in long double to the rounding of residual and result; equal
    bits on every instruction set and for any number of frames. */
 static void test_projected_rows(void **unused) {
-    (void)unused;
     enum { kRows = 32, kCols = 128, kPixels = kRows * kCols, kFrames = 7 };
     static float planes[kMany * kPixels], vectors[kFrames * kPixels], rounded[kFrames * kPixels];
     static float first[kFrames * kPixels], alone[kPixels], alone_rounded[kPixels];
     for (int k = 0; k < kMany; k++) /* disjoint pixels, so orthogonal */
         for (int i = 0; i < kPixels; i++)
             planes[(i / kCols * kMany + k) * kCols + i % kCols] =
-                i % kMany == k ? (float)(uniform() / sqrt(kPixels / 3.0 / kMany)) : 0;
-    for (int isa = 0; isa < shim_residual_isas(); isa++) {
+                i % kMany == k ? (float)(uniform_signed(&state) / sqrt(kPixels / 3.0 / kMany)) : 0;
+    for (int isa = 0; isa < shim_isas(); isa++) {
         const size_t size[] = {kRows, kCols, kMany};
         assert_int_equal(
             shim_project_rows(isa, size, kFrames, counts, reference, inverse_sigma, planes, 0.3, vectors, rounded), 1);
@@ -179,18 +168,17 @@ static void test_projected_rows(void **unused) {
 
 /* The inner product of float32 numbers in double: products are exact. */
 static void test_inner_product_of_floats(void **unused) {
-    (void)unused;
     static float a[N], b[N];
     long double expected = 0, absolute = 0;
     for (int i = 0; i < N; i++) {
-        a[i] = (float)uniform();
-        b[i] = (float)uniform();
+        a[i] = (float)uniform_signed(&state);
+        b[i] = (float)uniform_signed(&state);
         expected += (long double)a[i] * b[i];
         absolute += fabsl((long double)a[i] * b[i]);
     }
     const double first = shim_residual_inner_float(0, a, b, N);
     assert_close(first, (double)expected, 0, (double)absolute * N / 8 * 1.2e-16);
-    for (int isa = 1; isa < shim_residual_isas(); isa++)
+    for (int isa = 1; isa < shim_isas(); isa++)
         assert_true(shim_residual_inner_float(isa, a, b, N) == first);
 }
 

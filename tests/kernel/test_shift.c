@@ -11,7 +11,7 @@ double shim_shift_beta(size_t taps, double cutoff);
 void shim_shift_weights(size_t taps, double beta, double fraction, double *weights);
 double shim_shift_transform(size_t taps, double beta, double frequency);
 double shim_shift_error(size_t taps, double beta, double cutoff);
-int shim_shift_isas(void);
+int shim_isas(void);
 void shim_shift_sum(int isa, const double *samples, const size_t *offset, const double *weights, size_t orders,
                     size_t taps, size_t count, double *const *out);
 void shim_shift_spread(int isa, const double *values, const size_t *offset, const double *weights, size_t taps,
@@ -43,7 +43,6 @@ static long double window(size_t taps, double beta, long double distance) {
 }
 
 static void test_weights(void **unused) {
-    (void)unused;
     const double fractions[] = {0, 1e-12, 0.25, 0.5, 0.7312345, 0.999999999};
     for (size_t w = 0; w < WINDOWS; w++) {
         const size_t taps = kWindows[w].taps;
@@ -73,7 +72,6 @@ static void test_weights(void **unused) {
 
 /* By Gauss-Legendre quadrature in 200 intervals. */
 static void test_transform(void **unused) {
-    (void)unused;
     enum { INTERVALS = 200 };
     static const long double nodes[] = {0, -0.538469310105683091036L, 0.538469310105683091036L,
                                         -0.906179845938663992798L, 0.906179845938663992798L};
@@ -101,7 +99,6 @@ static void test_transform(void **unused) {
 /* Interpolates waves up to the cutoff, from samples divided by the transform: the error is within the bound, and the
  * bound is not excessive. */
 static void test_error(void **unused) {
-    (void)unused;
     for (size_t w = 0; w < WINDOWS; w++) {
         const size_t taps = kWindows[w].taps;
         const double beta = shim_shift_beta(taps, kWindows[w].cutoff),
@@ -135,7 +132,6 @@ static void test_error(void **unused) {
 /* Every number of outputs up to 75, at places that no vector is aligned to: as a plain loop in wider arithmetic, and
  * the same bits on every instruction set. */
 static void test_sums(void **unused) {
-    (void)unused;
     enum { SAMPLES = 400, MOST = 75 };
     double samples[SAMPLES], weights[ORDERS * MOST_TAPS];
     for (size_t i = 0; i < SAMPLES; i++)
@@ -150,7 +146,7 @@ static void test_sums(void **unused) {
                 offset[t] = (7 * t + 3 * count) % (SAMPLES - MOST);
             double first[ORDERS][MOST + 1], sums[ORDERS][MOST + 1];
             double *const out[] = {sums[0], sums[1], sums[2]};
-            for (int isa = 0; isa < shim_shift_isas(); isa++) {
+            for (int isa = 0; isa < shim_isas(); isa++) {
                 for (size_t i = 0; i < ORDERS * (MOST + 1); i++)
                     sums[i / (MOST + 1)][i % (MOST + 1)] = -9;
                 shim_shift_sum(isa, samples, offset, weights, orders, taps, count, out);
@@ -170,7 +166,6 @@ static void test_sums(void **unused) {
 
 /* The adjoint, with taps that overlap: as a plain loop in wider arithmetic, and the same bits everywhere. */
 static void test_spreading(void **unused) {
-    (void)unused;
     enum { SAMPLES = 200, MOST = 75 };
     double values[MOST], weights[MOST_TAPS];
     for (size_t i = 0; i < MOST; i++)
@@ -189,7 +184,7 @@ static void test_spreading(void **unused) {
                 expected[offset[t] + i] += (long double)weights[t] * values[i];
         }
         double first[SAMPLES], samples[SAMPLES];
-        for (int isa = 0; isa < shim_shift_isas(); isa++) {
+        for (int isa = 0; isa < shim_isas(); isa++) {
             for (size_t i = 0; i < SAMPLES; i++)
                 samples[i] = 3;
             shim_shift_spread(isa, values, offset, weights, taps, count, samples);

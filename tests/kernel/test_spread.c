@@ -1,5 +1,5 @@
-/* Tests the sums of the non-uniform FFT against 113-bit sums in the worst cases, and equal bits on every instruction
- * set. */
+/* Tests the sums of the non-uniform FFT in the worst cases, and the direct sums of 1 - cosine and sine, against 113-bit
+ * sums, and equal bits on every instruction set. */
 #include <quadmath.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,15 +7,17 @@
 #include "assert_close.h"
 #include "uniform.h"
 
-int shim_spread_isas(void);
+int shim_isas(void);
 void shim_spread(int isa, const double *t_high, const double *t_low, const double *w, const double *x, size_t n,
                  size_t width, size_t lanes, const double *coefficients, double df, double f_high, double f_low,
                  double cells, size_t pairs, double *const *grids);
 double shim_nufft(size_t modes, double error, const double *t_high, const double *t_low, const double *w,
                   const double *x, size_t n, double df, double f_high, double f_low, double *sums_w, double *sums_x,
                   size_t *cells);
+void shim_direct(int isa, const double *half_high, const double *half_low, const double *t_high, const double *t_low,
+                 const double *w, const double *x, size_t n, double *high, double *low);
 
-enum { N = 150, MODES = 101 };
+enum { N = 150, MODES = 101, LANES = 16, SUMS = 7 };
 static double t_high[N], t_low[N], w[N], x[N];
 
 static uint64_t state = 11;
@@ -55,7 +57,6 @@ static double worst_error(const double *sums, const double *weights, size_t n, s
 /* One sample at various places between two cells: the error stays within the table's bound, and the bound is no more
  * than 20 times larger. */
 static void test_error_of_one_sample(void **unused) {
-    (void)unused;
     static const double requested[] = {2e-4, 2e-6, 2e-8, 2e-10, 2e-12, 2e-14};
     for (size_t a = 0; a < sizeof requested / sizeof requested[0]; a++) {
         double sums_w[2 * MODES], sums_x[2 * MODES], worst = 0, bound = 0;
@@ -76,7 +77,6 @@ static void test_error_of_one_sample(void **unused) {
 
 /* Phases of many cycles, many modes, times as two doubles: the error bound holds. */
 static void test_many_samples(void **unused) {
-    (void)unused;
     static const struct {
         double span, df, f_high, f_low;
         size_t modes;
@@ -102,7 +102,6 @@ static void test_many_samples(void **unused) {
 }
 
 static void test_same_bits(void **unused) {
-    (void)unused;
     enum { CELLS = 60, SIZE = CELLS + 16 };
     static const size_t lanes[] = {8, 12, 16};
     double coefficients[4 * 16];
@@ -113,7 +112,7 @@ static void test_same_bits(void **unused) {
         for (size_t pairs = 1; pairs <= 2; pairs++) {
             double first[4][SIZE], grids[4][SIZE];
             double *const at[] = {grids[0], grids[1], grids[2], grids[3]};
-            for (int isa = 0; isa < shim_spread_isas(); isa++) {
+            for (int isa = 0; isa < shim_isas(); isa++) {
                 memset(grids, 0, sizeof grids);
                 shim_spread(isa, t_high, t_low, w, x, N, lanes[l] - 1, lanes[l], coefficients, 0.37, 1.5, 1e-17, CELLS,
                             pairs, at);
@@ -124,11 +123,59 @@ static void test_same_bits(void **unused) {
         }
 }
 
+/* Frequencies from f on: the error of a sum is at most 2e-15 times the sum of the magnitudes of its terms, also for
+ * small sums. */
+static void check_direct(double span, double f, double step) {
+    double half_high[LANES], half_low[LANES], first[2][SUMS * LANES], sums[2][SUMS * LANES];
+    fill(span);
+    for (int j = 0; j < LANES; j++) {
+        half_high[j] = (f + step * j) / 2;
+        half_low[j] = half_high[j] * 0x1p-55;
+    }
+    for (int isa = 0; isa < shim_isas(); isa++) {
+        memset(sums, 0, sizeof sums);
+        shim_direct(isa, half_high, half_low, t_high, t_low, w, x, N, sums[0], sums[1]);
+        if (isa == 0)
+            memcpy(first, sums, sizeof first);
+        assert_memory_equal(first, sums, sizeof first);
+    }
+    for (int j = 0; j < LANES; j++) {
+        __float128 exact[SUMS] = {0}, size[SUMS] = {0};
+        for (int i = 0; i < N; i++) {
+            const __float128 t = (__float128)t_high[i] + t_low[i],
+                             cycles = ((__float128)half_high[j] + half_low[j]) * t;
+            const __float128 angle = M_PIq * 2 * (cycles - rintq(cycles)), s = sinq(angle);
+            const __float128 u = 2 * s * s, v = 2 * s * cosq(angle);
+            const __float128 terms[SUMS] = {w[i] * u,     w[i] * v, w[i] * u * u, w[i] * u * v,
+                                            w[i] * v * v, x[i] * u, x[i] * v};
+            for (int k = 0; k < SUMS; k++) {
+                exact[k] += terms[k];
+                size[k] += fabsq(terms[k]);
+            }
+        }
+        for (int k = 0; k < SUMS; k++)
+            assert_close(first[0][k * LANES + j] + first[1][k * LANES + j], (double)exact[k], 0,
+                         2e-15 * (double)size[k]);
+    }
+}
+
+static void test_direct_sums(void **unused) {
+    check_direct(100, 0.3, 0.7);
+    check_direct(1e9, 1e4, 0.1);
+}
+
+static void test_slow_phases_keep_their_digits(void **unused) {
+    check_direct(1, 1e-6, 1e-7);
+    check_direct(1, 1e-60, 1e-61);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_error_of_one_sample),
         cmocka_unit_test(test_many_samples),
         cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_direct_sums),
+        cmocka_unit_test(test_slow_phases_keep_their_digits),
     };
     return cmocka_run_group_tests_name("spread", tests, NULL, NULL);
 }

@@ -44,7 +44,7 @@ static inline void write_npy(const char *name, const char *type, const char *sha
 
 static inline int remove_folder(void **state) {
     (void)state;
-    const char *const names[] = {"scene.json", "mask.npy", "amplitude.npy", "surface.npy", "star.csv"};
+    const char *const names[] = {"scene.json", "mask.npy", "amplitude.npy", "surface.npy", "other.npy", "star.csv"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         unlink(path_of(names[i]));
     return rmdir(folder);

@@ -142,7 +142,7 @@ TEST(test_malformed_lines) {
         {"{" KEY ", " SHAPE ", \"timestamp_ns\": 5, \"nframes_dropped\": 0}", "host_time is missing", 1},
         {"{" KEY ", " SHAPE ", \"timestamp_ns\": 5, \"nframes_dropped\": 0, \"host_time\": true}", "host_time must be",
          1},
-        {"{" KEY ", " SHAPE ", " REST ", \"gain\": 3}", "unknown key \"gain\"", 1},
+        {"{\"gain\": [2, \"3\", {\"x\\\"5\": -6}], " KEY ", " SHAPE ", " REST "}", "unknown key \"gain\"", 1},
         {"{" KEY ", " SHAPE ", " REST ", \"\\u001b[2J\": 3}", "unknown key \"?[2J\"", 1},
         {"{" KEY ", " SHAPE ", " REST ", \"n_rows\": 3}", "duplicate key \"n_rows\"", 1}};
     put_pixels(3 * FRAME_BYTES);

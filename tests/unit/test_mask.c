@@ -130,14 +130,20 @@ TEST(scores_are_those_of_the_scenes) {
 TEST(a_seed_gives_one_mask_on_any_number_of_threads) {
     static double cells[3][CELLS], descent[2][40];
     toliman_sim *const sim = sim_of(kBinaryScene);
+    toliman_mask_options odd = options_of(8, 5, 1);
+    odd.symmetry = TOLIMAN_MASK_SYMMETRY_ODD;
     toliman_mask *const masks[3] = {design(sim, options_of(7, 5, 1)), design(sim, options_of(7, 5, 3)),
-                                    design(sim, options_of(8, 5, 1))};
+                                    design(sim, odd)};
     const toliman_mask_info info = info_of(masks[0]), same = info_of(masks[1]);
     assert_memory_equal(&info, &same, sizeof info);
     for (int k = 0; k < 3; k++)
         assert_ok(toliman_mask_get_cells(masks[k], SAMPLES, cells[k]));
     assert_memory_equal(cells[0], cells[1], sizeof cells[0]);
     assert_memory_not_equal(cells[0], cells[2], sizeof cells[0]);
+    int same_as_opposite = 0; /* a closed cell has no kind */
+    for (int i = 0; i < CELLS; i++)
+        same_as_opposite += cells[2][i] > 0 && cells[2][CELLS - 1 - i] > 0;
+    assert_int_equal(same_as_opposite, 0);
     assert_in_range(info.iterations, 9, 40);
     for (int k = 0; k < 2; k++)
         assert_ok(toliman_mask_get_descent(masks[k], (size_t)info.iterations, descent[k]));

@@ -38,6 +38,34 @@ static double window(int n, double frequency) {
     return (c * c + s * s) / ((double)n * n);
 }
 
+/* The fraction of the variance that a sinusoid with a mean explains, by least squares. */
+static double power_at(int n, double frequency) {
+    double c = 0, s = 0, mean = 0, cc = 0, ss = 0, cs = 0, yc = 0, ys = 0, yy = 0;
+    for (int i = 0; i < n; i++) {
+        c += cos(2 * M_PI * frequency * t[i]) / n;
+        s += sin(2 * M_PI * frequency * t[i]) / n;
+        mean += y[i] / n;
+    }
+    for (int i = 0; i < n; i++) {
+        const double u = cos(2 * M_PI * frequency * t[i]) - c, v = sin(2 * M_PI * frequency * t[i]) - s;
+        cc += u * u, ss += v * v, cs += u * v;
+        yc += u * (y[i] - mean), ys += v * (y[i] - mean), yy += (y[i] - mean) * (y[i] - mean);
+    }
+    return (yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / ((cc * ss - cs * cs) * yy);
+}
+
+/* The highest power within 1/T of a frequency, in steps of 0.01/T; 0 if it is not within 0.9/T. */
+static double highest_power(int n, double frequency) {
+    double highest = 0;
+    int at = 0;
+    for (int k = -100; k <= 100; k++) {
+        const double power = power_at(n, frequency + 0.01 * k / DAYS);
+        if (power > highest)
+            highest = power, at = k;
+    }
+    return abs(at) < 90 ? highest : 0;
+}
+
 static toliman_period *pushed(int n, double last, double unit_ns) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     toliman_period *period = NULL;
@@ -90,6 +118,9 @@ TEST(choice_and_list) {
             assert_true(i == 0 || alias->window <= alias[-1].window);
             assert_close(alias->window, window(n, 1 / alias->interval), 0, 0.1);
             assert_close(alias->period * alias->frequency, 1, 1e-12, 0);
+            const double power = i < 3 && alias->power > 0.01 ? highest_power(n, alias->frequency) : 0;
+            if (power > 0) /* of a parabola through three powers of the grid */
+                assert_close(alias->power, power, 1e-3, 0);
             found |=
                 alias->interval_kind == cases[c].kind && fabs(alias->interval / cases[c].interval - 1) < 1e-3 &&
                 (cases[c].alias > 0 ? fabs(alias->period / cases[c].alias - 1) < 0.03 : alias->slow && alias->equal);

@@ -1,4 +1,6 @@
+// C interface of the dates of a bank and of displaced images.
 #include "bank/grid.hpp"
+#include "bank/resample.hpp"
 
 using namespace toliman::bank;
 
@@ -24,4 +26,13 @@ size_t shim_dates(double first, double last, double spacing_px, void (*path)(dou
 double shim_place(size_t i, size_t places) {
     return shift_of(i, places);
 }
+}
+
+using namespace toliman;
+
+// Both images are in one piece; (x, y): the displacement in the source.
+extern "C" void shim_move(const double *source, size_t rows, size_t cols, double x, double y, double *result,
+                          size_t result_rows, size_t result_cols) {
+    bank::Resampler resampler(cols > result_cols ? cols : result_cols);
+    resampler.move({source, rows, cols, cols}, x, y, {result, result_rows, result_cols, result_cols});
 }
