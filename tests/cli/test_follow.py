@@ -3,6 +3,7 @@ import contextlib
 import json
 import math
 import pathlib
+import select
 import signal
 import subprocess
 import time
@@ -161,6 +162,7 @@ class Follow(ProgramTest):
         child = self.start("--save-state", "s.tlmp")
         child.stdin.write("".join(f"{k},{k % 7}\n" for k in range(2000)))  # more lines than a pipe holds
         child.stdin.flush()
+        select.select([child.stdout], [], [], PATIENCE)
         time.sleep(0.5)
         child.send_signal(signal.SIGTERM)
         self.assertEqual(child.wait(timeout=PATIENCE), 143)

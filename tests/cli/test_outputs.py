@@ -151,7 +151,7 @@ class Cube(OutputTest):
     def test_more_than_the_disk_holds(self):
         """1e7 frames of 512x512 are 10 TB of u32: refused at once, before anything is written."""
         self.scene("endless.json", cadence={"frames": 10000000}, detector={"shape": [512, 512], "pixel_scale_arcsec": 0.05},
-                   band={"wavelength_nm": 575}, telescope={"pupil_samples": 160})
+                   band={"step_nm": 50})
         for out in (["f.npy"], ["f.fits"], ["pair", "--session", "s", "--dtype", "u32le"]):
             with self.subTest(out):
                 line = self.refuse(6, "21.0 TB" if out == ["f.npy"] else "10.5 TB", arguments=("simulate", "endless.json", "--out", *out))

@@ -120,7 +120,7 @@ class Pupil(ProgramTest):
         ):
             with self.subTest(option=option, value=value):
                 self.refuse(2, option, arguments=("pupil", "tiny.json", *(() if option == "--iterations" else ("--iterations=1",)), f"{option}={value}"))
-        for code, text, *arguments in ((2, "--dates", "tiny.json", "--dates=2027", "--position-angles=30"), (2, "--dates", "tiny.json", "--dates=2027"),
+        for code, text, *arguments in ((2, "--dates", "tiny.json", "--dates=2027", "--position-angles=30"), (2, "tiny.json: binary.orbit: ", "tiny.json", "--dates=2027"),
                                        (3, "none.json", "none.json"), (6, "no/made", "tiny.json", "--out", "no/made")):
             self.refuse(code, text, arguments=("pupil", "--iterations=1", *arguments))
         (self.folder / "made").mkdir()

@@ -93,6 +93,7 @@ class Folder(Nuisance, ReportTest):
         series = self.table("series.csv")
         self.assertEqual(series.names, ["t", "y", "nuisance"])
         numpy.testing.assert_allclose(series.numbers("nuisance"), found["peak"]["offset"], rtol=1e-12)
+        result = json.loads((self.folder / "out" / "result.json").read_text())
         text = Reader(Recorder(self.folder / "out").html()).text
         self.assertEqual(("half the time span" in text, "Coefficients" in text), (True, False))
         found = self.period("s.csv", *GRID, "--trend", 2, "--noise", "ar1", "--out", "out")
@@ -100,7 +101,6 @@ class Folder(Nuisance, ReportTest):
         model = numpy.column_stack([numpy.ones_like(t), chebyshev(t, 2)]) @ coefficients
         numpy.testing.assert_allclose(self.table("series.csv").numbers("nuisance"), model, rtol=0, atol=1e-9)
         self.assertIn("(baluev, noise ar1)", Reader(Recorder(self.folder / "out").html()).text)
-        result = json.loads((self.folder / "out" / "result.json").read_text())
         for changes, words in (({"peak": 3}, "peak = 3: "), ({"n": "x"}, 'n = "x": '),
                                ({"schema": "toliman-period/9"}, 'schema = "toliman-period/9": ')):
             (self.folder / "out" / "result.json").write_text(json.dumps({**result, **changes}))
