@@ -399,7 +399,7 @@ class GoingOn(Experiment):
 class Refusals(Experiment):
     def test_options(self):
         for text, *options in (
-                *((f"--amplitudes {word}", f"--amplitudes={word}") for word in ("0", "-1e-6", "0.2", "nan", "1e-6x")),
+                *((f"{word}: ", f"--amplitudes={word}") for word in ("0", "-1e-6", "0.2", "nan", "1e-6x")),
                 ("1e-6: ", "--amplitudes", "1e-6,1e-6"), ("--methods magic: ", "--methods", "magic"), ("cae: ", "--methods", "cae,cae"),
                 ("--tables", "--tables", "weekly"), ("--controls", "--controls", "some"),
                 *((option[:7], option) for option in ("--seeds=0", "--seeds=x", "--blind=-1"))):

@@ -48,7 +48,7 @@ class Programs(ProgramTest):
 
     def test_bad_columns_of_instruments(self):
         self.write("gap.csv", "t,y,sigma,tel", ["1,2,1,a", "2,3,1,"])
-        for code, message, *arguments in ((3, "telescope", "rv.csv", "--instrument", "telescope"), (3, "gap.csv:3", "gap.csv", "--instrument", "tel"),
+        for code, message, *arguments in ((3, "telescope", "rv.csv", "--instrument", "telescope"), (3, "gap.csv", "gap.csv", "--instrument", "tel"),
                                           (2, "--instrument", "rv.csv", "--instrument", "tel", "--follow", "--f0", "1", "--df", "1", "--nf", "9")):
             with self.subTest(arguments):
                 done = self.run_program("period", *arguments)
