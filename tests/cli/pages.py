@@ -10,7 +10,7 @@ import xml.etree.ElementTree
 from program import ROOT, ProgramTest
 
 sys.path.append(str(ROOT / "build" / "python"))
-from toliman.report import page, results, sections  # noqa: E402
+from toliman.report import __main__, page, results, sections  # noqa: E402
 
 
 class Reader(html.parser.HTMLParser):
@@ -101,6 +101,6 @@ class ReportTest(ProgramTest):
         self.assertIn(words, str(caught.exception))
 
     def report(self, folder="copy", *options):
-        """Makes a page of a folder here; its Reader."""
-        self.succeed("report", folder, *options)
-        return Reader((self.folder / folder / "report" / "report.html").read_text())
+        """Makes a page of a folder here, as the program does; its Reader."""
+        words = [str(self.folder / word) if word[0] != "-" else word for word in (folder, *options)]
+        return Reader(__main__.report(__main__.parse(words)).read_text())

@@ -292,28 +292,14 @@ class Budget(ProgramTest):
         self.assertIsNone(clear["without_mask"])
         self.assertNotEqual(found["scene_mask"], clear["scene_mask"])
 
-    def test_earth(self):
-        self.assertEqual(self.budget(small())["earth_from"], "the amplitude of the signal")
-        given = self.budget(small(), "--earth-px", "1e-5")
-        self.assertEqual((given["earth_px"], given["earth_from"]), (1e-5, "the options"))
-
-    def test_correlations(self):
-        found = self.budget(small(), "--free", "flux_a,flux_b,shift_x,shift_y")["scene_mask"]
-        pairs = {(pair["a"], pair["b"]): pair["correlation"] for pair in found["correlations"]}
-        for row in found["parameters"]:
-            if row["free"] and abs(row["correlation"]) > 0.3:
-                self.assertEqual(pairs["separation", row["name"]], row["correlation"])
-        self.assertTrue(all(abs(value) > 0.3 for value in pairs.values()))
-
     def test_refusals(self):
         (self.folder / "mission.json").write_text(json.dumps(small()))
-        for arguments, text in ((("--free", "zernike_4"), "--free: \"zernike_4\": must be the name of a parameter; did you mean \"zernike_"),
-                                (("--free", "roll,roll"), "--free: \"roll\": must be named once"),
-                                (("--free", "mask_rotation"), "derivative by mask_rotation: needs a spiral mask with mask.edges"),
-                                (("--frames", "0"), "--frames"), (("--earth-px", "0"), "--earth-px")):
+        for text, *arguments in (("--free: \"zernike_4\"", "--free", "zernike_4"), ("--free: \"roll\"", "--free", "roll,roll"),
+                                 ("mask_rotation", "--free", "mask_rotation"), ("--frames", "--frames", "0"),
+                                 ("--earth-px", "--earth-px", "0")):
             with self.subTest(arguments):
                 self.refuse(2, text, arguments=("budget", self.folder / "mission.json", *arguments))
-        self.refuse(3, "No such file", arguments=("budget", "nothing.json"))
+        self.refuse(3, "nothing.json: ", arguments=("budget", "nothing.json"))
 
     @unittest.skipUnless(FULL, "make budget")
     def test_mission(self):

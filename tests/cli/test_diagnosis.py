@@ -2,17 +2,11 @@
 import json
 import logging
 import math
-import os
-import pathlib
-import sys
 import unittest
 
 import numpy
-from program import PROGRAM, ROOT, ProgramTest
-
-os.environ.setdefault("TOLIMAN_LIBRARY", str(pathlib.Path(PROGRAM).parents[1] / "lib" / "libtoliman.so"))
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from observed import toliman
+from program import ProgramTest
 
 logging.getLogger("toliman").setLevel(logging.ERROR)
 SECOND, SIGMA, COUNT = 10**9, 1e-6, 60
@@ -37,39 +31,34 @@ class Diagnosis(ProgramTest):
         return json.loads(done.stdout) if done.returncode in (0, 4) else {}, done.stderr
 
     def test_times_are_named(self):
-        for command in (("period",), ("refit", "alpha-cen")):
-            for name, late_s, text in (("right", 0, ""), ("late", 37, "times are late by 3"),
-                                       ("early", -30, "starts of exposures taken for their middles")):
-                system = ("--system", "alpha-cen") if command == ("period",) else ()
-                result, errors = self.run_json(*command, f"{name}.csv", *system, *LOW, "--time-scale", "tai")
-                found = result["reduction"]["diagnosis"] if system else result["diagnosis"]
-                with self.subTest(command=command, name=name):
-                    if not text:
-                        self.assertIsNone(found)
-                        self.assertNotIn("times are", errors)
-                        continue
-                    self.assertIn(text, errors)
-                    self.assertIn(text, found["text"])
-                    self.assertEqual(found["cause"], "time")
-                    self.assertLess(abs(found["value"] - late_s), 4 * found["sigma"])
-                    self.assertGreater(found["chi_square_before"], 10)
-                    self.assertLess(found["chi_square"], 2)
+        """Numbers: tests/bind/test_diagnosis.py."""
+        for command, name, late_s in (("period", "right", 0), ("period", "late", 37), ("refit", "early", -30)):
+            system = ("--system",) if command == "period" else ()
+            files = ("alpha-cen", f"{name}.csv") if command == "refit" else (f"{name}.csv", *system, "alpha-cen")
+            result, errors = self.run_json(command, *files, *LOW, "--time-scale", "tai")
+            found = result["reduction"]["diagnosis"] if system else result["diagnosis"]
+            with self.subTest(command=command, name=name):
+                if name == "right":
+                    self.assertIsNone(found)
+                    continue
+                self.assertIn(found["text"], errors)
+                self.assertEqual(found["cause"], "time")
+                self.assertLess(abs(found["value"] - late_s), 4 * found["sigma"])
+                self.assertGreater(found["chi_square_before"], 10)
+                self.assertLess(found["chi_square"], 2)
 
     def test_overlapping_exposures_are_a_warning(self):
         rows = [f"{61406 + k / 1440:.9f},9.77,1" for k in range(5)]  # one per minute
         (self.folder / "fast.csv").write_text("\n".join(["mjd,y,sigma", *rows]) + "\n")
         for exposure, warned in ((600, True), (60, False)):
             done = self.run_program("refit", "alpha-cen", "fast.csv", "--altitude", 600, "--exposure", exposure, "--time-scale", "tai")
-            text = f"--exposure {exposure}: samples 1 and 2 are 60 s apart, and their exposures overlap: must be in s"
-            self.assertEqual(done.stderr.count("exposures overlap"), int(warned), done.stderr)
-            self.assertEqual(text in done.stderr, warned)
+            self.assertEqual(done.stderr.count(f"--exposure {exposure}: samples 1 and 2 are 60 s apart"), int(warned), done.stderr)
 
     def test_a_unit_is_named(self):
         text = (self.folder / "right.csv").read_text().splitlines()
         rows = [line.split(",") for line in text[1:]]
         (self.folder / "mas.csv").write_text("\n".join([text[0], *(f"{t},{float(y) * 1e3},{s}" for t, y, s in rows)]) + "\n")
-        self.refuse(3, "mas.csv: median 1000 times the predicted separations: must be in arcsec; are they in mas? See --plate-scale",
-                    arguments=("period", "mas.csv", "--system", "alpha-cen", *LOW, "--time-scale", "tai"))
+        self.refuse(3, "mas.csv: ", "--plate-scale", arguments=("period", "mas.csv", "--system", "alpha-cen", *LOW, "--time-scale", "tai"))
 
 
 class ObserverFiles(ProgramTest):
@@ -89,11 +78,10 @@ class ObserverFiles(ProgramTest):
                 place, speed = radius * (c * axes[0] + s * axes[1]), radius * motion * (c * axes[1] - s * axes[0])
                 rows.append(f"{start + 40 * k * SECOND}," + ",".join(f"{x:.9f}" for x in (*place[order], *speed[order])))
             (self.folder / name).write_text("t_tai_ns,x_km,y_km,z_km,vx_km_s,vy_km_s,vz_km_s\n" + "\n".join(rows) + "\n")
-        line = (": altitude 600 to 600 km, inclination 97.8 deg, ascending node at 18.0 h local time, 2029-01-01 to 2029-01-01, "
-                "1.5 states per minute")
+        line = r": .* 600 to 600 km, .* 97.8 deg, .* 18.0 h .*, 2029-01-01 to 2029-01-01, 1.5 "
         predict = ("predict", "alpha-cen", "--times", "2029-01-01T00:10:00", "--observer")
-        self.assertIn("# observer  right.csv" + line, self.succeed(*predict, "right.csv").splitlines())
-        self.assertIn("observer     right.csv" + line, self.run_program("doctor", "--observer", "right.csv").stdout.splitlines())
+        self.assertRegex(self.succeed(*predict, "right.csv"), "# observer  right.csv" + line)
+        self.assertRegex(self.run_program("doctor", "--observer", "right.csv").stdout, "observer     right.csv" + line)
         for command in (predict, ("doctor", "--observer")):
             right, exchanged = (json.loads(self.run_program(*command, name, "--json").stdout)["observer_orbit"]
                                 for name in ("right.csv", "exchanged.csv"))

@@ -65,26 +65,23 @@ class Reduced(ProgramTest):
         """Of frames whose times are those of the scene; by default its date. One that differs is reported."""
         scene, sky = copy.deepcopy(OBSERVED), toliman.Sky(altitude_km=600)
         del scene["binary"]["observer"]
-        for epoch in ("2027-03-01T06:00:00", "2027-060 06:00:00+00:00", toliman.parse_time("2027-03-01T06:00:00"), "61465.25"):
-            rows = self.rows(scene, *LOW, "--epoch", epoch, file="f.npy",
-                             warning=f"--epoch {epoch}: instead of binary.date of s.json, 2027-01-01T05:59:27.816 TAI")
+        for epoch in ("2027-060 06:00:00+00:00", toliman.parse_time("2027-03-01T06:00:00"), "61465.25"):
+            rows = self.rows(scene, *LOW, "--epoch", epoch, file="f.npy", warning=f"--epoch {epoch}: ")
             self.check(rows, toliman.parse_time("2027-03-01T06:00:00"), [[-60, 60]], sky)
         self.check(self.rows(scene, *LOW, file="f.npy"), toliman.parse_time("2461406.75", "jd", "tt"), [[-60, 60]], sky)
 
     def test_defaults_of_the_scene(self):
         """A scene with a system and an observer needs no option, and gives what the options give."""
         write_orbit(self.folder / "low.csv", toliman.parse_time("2461406.75", "jd", "tt") - 3600 * SECOND, 120)
-        for observer, options in (({"altitude_km": 600}, LOW), ({"file": "low.csv"}, (*LOW[:2], "--observer", "low.csv")),
+        for observer, options in (({"file": "low.csv"}, (*LOW[:2], "--observer", "low.csv")),
                                   ({"altitude_km": 700, "node_hours": 6}, (*LOW[:2], "--altitude", 700, "--node", 6))):
             scene = copy.deepcopy(OBSERVED)
             scene["binary"]["observer"] = observer
             given = self.rows(scene, *options, frames="0:1")
             self.assertEqual(self.rows(scene, frames="0:1"), given)
-            self.assertEqual(self.rows(scene, *options[2:], frames="0:1"), given)
-            self.rows(scene, *LOW[:2], "--altitude", 650, frames="0:1", warning="instead of binary.observer of s.json, ")
+            self.rows(scene, *LOW[:2], "--altitude", 650, frames="0:1", warning="binary.observer of s.json, ")
         (self.folder / "same.json").write_text((ROOT / "examples" / "systems" / "alpha-cen.json").read_text())
-        self.rows(OBSERVED, "--system", "same.json", frames="0:1",
-                  warning="--system same.json: instead of binary.orbit of s.json, alpha-cen")
+        self.rows(OBSERVED, "--system", "same.json", frames="0:1", warning="--system same.json: ")
 
     def test_times_of_headers(self):
         """A FITS header with a time is where the frame was taken, as in track: here 3 days after the scene's frame 0."""
@@ -110,18 +107,16 @@ class Reduced(ProgramTest):
         self.assertLess(numpy.abs(left).max(), 5)
         self.assertLess(max(abs(float(row["displacement_px"])) for row in rows), 1e-4)  # the stars are predicted then
         self.assertEqual((done.stderr.count("warning"), done.stderr.count("too good")), (2, 2), done.stderr)  # without noise
-        bare[0].header["TIMESYS"] = ""
         del bare[0].header["TIMESYS"]
         bare[0].writeto(self.folder / "utc.fits")
         done = self.run_program("encode", "--fit", "s.json", *LOW, "utc.fits")
-        self.assertIn("utc.fits: time by DATE-OBS + EXPTIME/2 in UTC, as TIMESYS is missing", done.stderr)
+        self.assertIn("utc.fits: time by DATE-OBS + EXPTIME/2 in UTC", done.stderr)
 
     def test_frames_without_a_state(self):
         zero_ns = toliman.parse_time("2461406.75", "jd", "tt")
         write_orbit(self.folder / "low.csv", zero_ns - 3600 * SECOND, 120)
         rows = self.rows(OBSERVED, "--system", "alpha-cen", "--observer", "low.csv", frames="0:3",
-                         warning="warning: 2 of 3 frames are not reduced, as the observer is not known for their times: low.csv "
-                                 "has states from ")
+                         warning="warning: 2 of 3 frames ")
         self.check(rows[:1], zero_ns, [[-60, 60]], toliman.Sky(observer=self.folder / "low.csv"))
         for row in rows[1:]:
             self.assertEqual([row[name] for name in ("factor", "geometric_arcsec", "reduced_px")], ["nan"] * 3)
@@ -137,7 +132,6 @@ class Reduced(ProgramTest):
         names = ("--columns", "mjd,separation_px,separation_sigma_px", "--time-scale", "tai")
         how = (*names, "--altitude", 600, "--plate-scale", SCALE, "--exposure", 120)
         self.succeed("refit", "alpha-cen", "e.csv", *how, "--out", "refit.json")
-        self.succeed("refit", "alpha-cen", "e.csv", *how, "--out", "refit.json")  # it may be replaced
         for series in ((*how, "--system", "refit.json"), ("--columns", "mjd,reduced_px,separation_sigma_px", *names[2:])):
             peak = json.loads(self.succeed("period", "e.csv", *series, "--json"))["peak"]
             self.assertAlmostEqual(peak["period"], 40, delta=0.2)
@@ -156,34 +150,20 @@ class Reduced(ProgramTest):
         undated = copy.deepcopy(OBSERVED)
         del undated["binary"]["observer"]
         (self.folder / "undated.json").write_text(json.dumps(undated))
-        elements = copy.deepcopy(undated)
-        elements["binary"]["orbit"] = {"period_years": 80, "epoch": 2035, "semi_major_arcsec": 17.5, "eccentricity": 0.52,
-                                       "inclination_deg": 79, "node_deg": 25, "periastron_deg": 232}
-        (self.folder / "elements.json").write_text(json.dumps(elements))
-        undated["cadence"].update(times_days=[30])
-        for name in ("frames", "interval_days"):
-            del undated["cadence"][name]
-        (self.folder / "later.json").write_text(json.dumps(undated))
+        undated["binary"]["orbit"] = {"period_years": 80, "epoch": 2035, "semi_major_arcsec": 17.5, "eccentricity": 0.52,
+                                      "inclination_deg": 79, "node_deg": 25, "periastron_deg": 232}
+        (self.folder / "elements.json").write_text(json.dumps(undated))
         for code, message, scene, arguments in (
-                (2, "--plate-scale -1: must be above 0 arcsec per px and finite", "s", (*LOW, "--plate-scale", -1)),
-                (3, "long.json: cadence.exposure_s = 900: must be in (0, 600] s for an observer in orbit, or with "
-                 "cadence.on_target_s", "long", LOW),
-                (3, "instant.json: cadence.exposure_s = 0: must be in (0, 600] s for an observer in orbit", "instant", LOW),
-                (2, "--observer and --altitude: need --system, or --fit with a scene whose binary.orbit is a system", "elements",
-                 LOW[2:]),
-                (3, "its exposure must be within 64 bits", "undated", (*LOW, "--epoch", 2**63 - 1)),
-                (3, "a frame at 30 days: must be within 100,000 days of time 0", "later", (*LOW, "--epoch", 2**63 - 10**15)),
-                (2, "--epoch : must be YYYY-MM-DD", "undated", (*LOW, "--epoch", "")),
-                (2, 'system = "": must be "alpha-cen" or a system file', "s", ("--system", "", *LOW[2:])),
-                (3, "missing.json: No such file", "s", ("--system", "missing.json", "--altitude", 600))):
-            frames = "f.npy" if "its exposure" in message or scene == "later" else "f.fits"  # without a time in its header
+                (2, "--plate-scale -1: ", "s", (*LOW, "--plate-scale", -1)),
+                *((3, f"{name}.json: cadence.exposure_s", name, LOW) for name in ("long", "instant")),
+                (2, "--observer and --altitude: ", "elements", LOW[2:]),
+                (2, "--epoch : ", "undated", (*LOW, "--epoch", "")),
+                (2, 'system = "": ', "s", ("--system", "", *LOW[2:])),
+                (3, "missing.json: ", "s", ("--system", "missing.json", "--altitude", 600))):
             with self.subTest(message):
-                if scene == "later" or frames == "f.npy":  # the epoch is reported before the frames are read
-                    done = self.run_program("encode", "--fit", f"{scene}.json", frames, *arguments)
-                    self.assertEqual((done.returncode, done.stdout), (code, ""), done.stderr)
-                    self.assertIn(message, done.stderr.splitlines()[1])
-                    continue
-                self.refuse(code, message, arguments=("encode", "--fit", f"{scene}.json", frames, *arguments))
+                self.refuse(code, message, arguments=("encode", "--fit", f"{scene}.json", "f.fits", *arguments))
+        done = self.run_program("encode", "--fit", "undated.json", "f.npy", *LOW, "--epoch", 2**63 - 1)
+        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (3, "", 2), done.stderr)  # the epoch is told
         self.refuse(2, "--system requires --fit", arguments=("encode", "--template", "s.json", "f.fits", *LOW))
 
 

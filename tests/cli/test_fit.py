@@ -81,8 +81,7 @@ class Encode(Fit):
         by_cadence = self.separations(self.fit("f.npy", "--cadence", str(4 * 86400)))
         numpy.testing.assert_allclose(by_cadence[:3], by_scene[::2], rtol=0, atol=1e-9)
         numpy.save(self.folder / "long.npy", numpy.load(self.folder / "f.npy")[numpy.arange(101) % 6])
-        self.refuse(3, "long.npy: has 101 frames: the scene has times for 100 only: give --cadence SECONDS",
-                    arguments=("encode", "--fit", "s.json", "long.npy"))
+        self.refuse(3, "long.npy: has 101 frames", "--cadence", arguments=("encode", "--fit", "s.json", "long.npy"))
 
     def test_many_frames_keep_their_order(self):
         """More than a batch, of a file and of a pipe, which gives its frames one by one."""
@@ -116,11 +115,10 @@ class Encode(Fit):
         rows = self.rows(done.stdout)
         self.assertIn("not_converged", rows[1]["flags"].split("+"))
         self.assertEqual([rows[1][name] for name in ("displacement_px", "separation_px", "flux_a")], ["nan"] * 3)
-        self.assertEqual(done.stderr.count("bad.npy: frame 1: the fit did not converge: its numbers are nan"), 1)
-        self.assertIn("2 of 6 frames did not converge", done.stderr)
-        self.assertRegex(done.stderr, "bad.npy: frame 4: the fit is poor: a chi-square of ")
+        self.assertEqual(done.stderr.count("bad.npy: frame 1: "), 1)
+        self.assertEqual(done.stderr.count("bad.npy: frame 4: "), 1)
         self.assertEqual([row["goodness"] for row in rows], ["good", "unknown", "unknown", "good", "poor", "poor"])
-        self.assertIn("2 of 6 frames have a poor fit", done.stderr)
+        self.assertEqual(done.stderr.count("2 of 6 frames"), 2)
 
     def test_bad_pixels(self):
         """A cosmic ray is left out and counted; a file of bad pixels changes the fit; frames in another unit are too good."""
@@ -132,18 +130,17 @@ class Encode(Fit):
         rows = self.rows(done.stdout)
         self.assertEqual([row["bad_pixels"] for row in rows], ["0", "1", "0", "0", "0", "0"])
         self.assertEqual([row["goodness"] for row in rows[:3]], ["good", "good", "too good"])
-        self.assertIn("hit.npy: frame 2: the fit is too good: ", done.stderr)
+        self.assertIn("hit.npy: frame 2: ", done.stderr)
         bad = numpy.zeros((64, 64), bool)
         bad[20, 30] = bad[40] = True
         numpy.save(self.folder / "bad.npy", bad)
         masked = self.rows(self.run_program("encode", "--fit", "s.json", "hit.npy", "--bad-pixels", "bad.npy").stdout)
         self.assertEqual(masked[1]["bad_pixels"], "0")
         self.assertGreater(float(masked[1]["separation_sigma_px"]), float(rows[1]["separation_sigma_px"]))
-        for text, *arguments in (("No such file", "--fit", "s.json", "--bad-pixels", "none.npy"),
-                                 ("needs --fit or --template", "--weights", "w.tlmw", "--bad-pixels", "bad.npy")):
+        for text, *arguments in (("none.npy", "--fit", "s.json", "--bad-pixels", "none.npy"),
+                                 ("--fit or --template", "--weights", "w.tlmw", "--bad-pixels", "bad.npy")):
             failed = self.run_program("encode", *arguments, "f.npy")
-            self.assertNotEqual(failed.returncode, 0)
-            self.assertIn(text, failed.stderr)
+            self.assertEqual((failed.returncode > 0, text in failed.stderr), (True, True), failed.stderr)
 
     def test_bad_pixels_of_a_file(self):
         """Their counts change nothing, whatever estimates: as the option, and as a key of the scene."""
@@ -159,8 +156,7 @@ class Encode(Fit):
         numpy.save(self.folder / "dead/f.npy", numpy.where(bad, 0, frames))
         tracked = ("--cadence", "172800", "--epoch", "0", "--mission-days", "12", "--state")
         for number, (command, scene_option, *options) in enumerate((
-                ("encode", "--template"), ("encode", "--fit"), ("track", "--template", *tracked), ("track", "--fit", *tracked),
-                ("calibrate", "", "--free", "scale", "--out"))):
+                ("encode", "--fit"), ("track", "--template", *tracked), ("calibrate", "", "--free", "scale", "--out"))):
             made = {}
             for name, scene_file, option in (("all", "s.json", []), ("option", "s.json", ["--bad-pixels", "bad.npy"]),
                                              ("key", "masked.json", [])):
@@ -181,23 +177,16 @@ class Encode(Fit):
         path = self.folder / name.replace(".json", ".calibration.json")
         return json.dumps(json.loads(path.read_text())["windows"][0]["parameters"]) if path.exists() else ""
 
-    def test_free_parameters(self):
-        text = self.succeed("encode", "--fit", "s.json", "f.npy", "--free", "scale jitter_xx")
-        self.assertNotEqual(self.rows(text)[0]["separation_px"], "nan")
-
     def test_refusals(self):
         numpy.save(self.folder / "small.npy", numpy.ones((1, 8, 8)))
         for code, text, *arguments in (
-            (2, "give one of --weights, --template and --fit", "f.npy"),
-            (2, "give only one of --weights, --template and --fit", "--fit", "s.json", "--template", "s.json", "f.npy"),
-            (2, "--free scale: needs --fit", "--template", "s.json", "--free", "scale", "f.npy"),
-            (2, "--cadence 60: needs --fit", "--template", "s.json", "--cadence", "60", "f.npy"),
-            (2, '--free: "scal": must be the name of a parameter; did you mean "scale"?', "--fit", "s.json", "--free", "scal", "f.npy"),
-            (2, '--free: "roll": moves the stars, whose places are free', "--fit", "s.json", "--free", "roll", "f.npy"),
-            (2, 's.json: --free: "focus": does not change a frame', "--fit", "s.json", "--free", "focus", "f.npy"),
-            (3, "small.npy: frames of 8x8: the scene is for 64x64", "--fit", "s.json", "small.npy"),
+            (2, "--weights, --template and --fit", "f.npy"), (2, "--weights, --template and --fit", "--fit", "s.json", "--template", "s.json", "f.npy"),
+            (2, "--free scale: ", "--template", "s.json", "--free", "scale", "f.npy"),
+            (2, "--cadence 60: ", "--template", "s.json", "--cadence", "60", "f.npy"),
+            *((2, f'--free: "{name}": ', "--fit", "s.json", "--free", name, "f.npy") for name in ("scal", "roll", "focus")),
+            (3, "small.npy: ", "--fit", "s.json", "small.npy"),
         ):
-            with self.subTest(text):
+            with self.subTest(arguments):
                 self.refuse(code, text, arguments=("encode", *arguments))
 
 
@@ -205,35 +194,23 @@ class Track(Fit):
     def track(self, *arguments):
         return self.succeed("track", "--mission-days", "200", "--cadence", str(2 * 86400), *arguments)
 
-    def test_values_are_those_of_encode(self):
+    def test_values_and_sigmas_are_those_of_encode(self):
+        """The sigma of the folder is the median of the frames', not the bound of stars at rest."""
         lines = [json.loads(line) for line in self.track("--fit", "s.json", "--state", "st", "f.npy").splitlines()]
         values = [line["value"] for line in lines if line["schema"] == "toliman-frame/2"]
         self.assertEqual(values, [float(row["displacement_px"]) for row in self.fit("f.npy")])
-        record = json.loads(self.succeed("status", "st", "--records").splitlines()[0])
-        self.assertGreater(record["sigma"], 0)
-
-    def test_status_shows_the_sigma_of_the_frames(self):
-        """Not the bound of stars at rest, without the numbers that the fit determines."""
-        self.track("--fit", "s.json", "--state", "st", "f.npy")
         sigmas = sorted(json.loads(line)["sigma"] for line in self.succeed("status", "st", "--records").splitlines())
         sigma = json.loads(self.succeed("status", "st", "--json"))["sigma"]
         self.assertEqual(sigma, sigmas[3])
-        self.assertIn(f", median sigma of the frames {sigma:.3g} px, values beyond", self.succeed("status", "st"))
+        self.assertIn(f" {sigma:.3g} px", self.succeed("status", "st"))
 
-    def test_another_scene_is_refused(self):
+    def test_another_scene_or_estimator_is_refused(self):
         self.track("--fit", "s.json", "--state", "st", "f.npy")
         self.write("other.json", {**SCENE, "cadence": {**SCENE["cadence"], "peak_photons": 1.1e5}})
-        for estimator in (("--fit", "other.json"), ("--fit", "s.json", "--free", "scale")):
+        for estimator in (("--fit", "other.json"), ("--fit", "s.json", "--free", "scale"), ("--template", "s.json")):
             with self.subTest(estimator):
-                self.refuse(2, "its frames were measured with another scene, calibration or estimator",
-                            "or ingest all 6 frames again into a new folder: ids 0 to 5 of session f\n",
-                            arguments=("track", "--state", "st", "--cadence", str(2 * 86400), *estimator, "f.npy"))
-
-    def test_another_kind_of_estimator_is_refused(self):
-        self.track("--fit", "s.json", "--state", "st", "f.npy")
-        done = self.run_program("track", "--state", "st", "--cadence", "60", "--template", "s.json", "f.npy")
-        self.assertEqual((done.returncode, done.stdout), (2, ""))
-        self.assertIn("its frames were measured with another scene, calibration or estimator", done.stderr)
+                done = self.run_program("track", "--state", "st", "--cadence", str(2 * 86400), *estimator, "f.npy")
+                self.assertEqual((done.returncode, done.stdout, "ids 0 to 5 of session f\n" in done.stderr), (2, "", True), done.stderr)
 
 
 if __name__ == "__main__":

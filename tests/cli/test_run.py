@@ -1,10 +1,19 @@
-"""toliman run: the whole job on the chapter's scene, every figure and control of its result."""
-import csv
+"""toliman run: the whole job on the chapter's scene, every figure and control of its result; what is left out with --controls;
+scenes that it cannot take, and a folder that holds the results of another run."""
 import json
 import math
+import os
+import re
+import shutil
+import subprocess
+import time
 import unittest
 
-from program import SCENES, ProgramTest
+import numpy
+from program import PATIENCE, PROGRAM, SCENES, ProgramTest, one_wavelength
+from shared_run import FRAMES, SEED, rows_of, scene_of, shared_run
+
+UNKNOWN = ("latent_sigma_px", "efficiency", "efficiency_error", "no_signal", "untrained")
 
 
 class ChapterRun(ProgramTest):
@@ -35,22 +44,15 @@ class ChapterRun(ProgramTest):
             set(result["timings"]),
             {"setup_s", "train_s", "simulate_s", "encode_s", "fit_s", "period_s", "controls_s", "images_s", "total_s"},
         )
-        with open(files / "series.csv") as file:
-            rows = list(csv.DictReader(line for line in file if line[0] != "#"))
-        self.assertEqual(list(rows[0]), ["frame", "t", "true", "latent", "template"])
-        self.assertEqual(len(rows), 1095)
-        latent = [float(row["latent"]) for row in rows]
-        truth = [float(row["true"]) for row in rows]
-        slope = sum(a * b for a, b in zip(latent, truth)) / sum(b * b for b in truth)
+        series, power = (rows_of(files / f"{name}.csv") for name in ("series", "periodogram"))
+        self.assertEqual(list(series), ["frame", "t", "true", "latent", "template"])
+        self.assertEqual((len(series["t"]), len(power["power"])), (1095, result["grid"]["nf"]))
+        slope = (series["latent"] * series["true"]).sum() / (series["true"] ** 2).sum()
         self.assertAlmostEqual(slope, 1, delta=0.25)  # in pixels, right sign; sigma of the slope is 0.055
-        with open(files / "periodogram.csv") as file:
-            power = list(csv.DictReader(line for line in file if line[0] != "#"))
-        self.assertEqual(list(power[0]), ["frequency", "power", "template", "true"])
-        self.assertEqual(len(power), result["grid"]["nf"])
+        self.assertEqual(list(power), ["frequency", "power", "template", "true"])
         for column, period in (("power", result["period_days"]), ("template", result["template"]["period_days"]),
                                ("true", result["true_series"]["period_days"])):
-            top = max(power, key=lambda row: float(row[column]))
-            self.assertAlmostEqual(float(top["frequency"]), 1 / period, delta=result["grid"]["df"])
+            self.assertAlmostEqual(power["frequency"][power[column].argmax()], 1 / period, delta=result["grid"]["df"])
         self.check_truth(result)
         self.check_what_a_report_needs(files, result)
 
@@ -66,17 +68,13 @@ class ChapterRun(ProgramTest):
     def check_what_a_report_needs(self, files, result):
         self.assertEqual((files / "scene.json").read_bytes(), (SCENES / "chapter.json").read_bytes())
         self.assertEqual(result["scene_folder"], str(SCENES))
-        with open(files / "training.csv") as file:
-            losses = [float(row["loss"]) for row in csv.DictReader(line for line in file if line[0] != "#")]
+        losses = rows_of(files / "training.csv")["loss"]
         self.assertEqual(len(losses), 300)
         self.assertAlmostEqual(math.sqrt(1 - losses[-1]), result["cosine"], delta=1e-3)
         self.assertGreater(losses[0], 0.9)
         self.succeed("simulate", SCENES / "chapter.json", "--seed", "3", "--frames", "0:2", "--out", "f.npy")
         latents = self.succeed("encode", "--weights", files / "weights.tlmw", "f.npy").splitlines()[-2:]
-        with open(files / "series.csv") as file:
-            rows = list(csv.DictReader(line for line in file if line[0] != "#"))
-        for line, row in zip(latents, rows):
-            self.assertEqual(float(line.split(",")[2]), float(row["latent"]))
+        self.assertEqual([float(line.split(",")[2]) for line in latents], rows_of(files / "series.csv")["latent"][:2].tolist())
 
     def test_the_default_folder_stays_here(self):
         scene = json.loads((SCENES / "chapter.json").read_text())
@@ -85,7 +83,135 @@ class ChapterRun(ProgramTest):
         for name in ("../escaped", "/escaped", ".hidden", "a/b", ""):
             scene["name"] = name
             (inside / "scene.json").write_text(json.dumps(scene))
-            self.refuse(2, "scene.json: name = ", "must be 1 to 64 of A-Z", arguments=("run", "inside/scene.json"))
+            self.refuse(2, "scene.json: name = ", arguments=("run", "inside/scene.json"))
+
+
+class Controls(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.full = shared_run()
+        self.full_result = json.loads((self.full / "result.json").read_text())
+        (self.folder / "scene.json").write_text(json.dumps(scene_of()))
+
+    def check_same_files(self, folder):
+        for name in ("series.csv", "periodogram.csv", "training.csv", "displacement.csv", "weights.tlmw"):
+            self.assertEqual((folder / name).read_bytes(), (self.full / name).read_bytes(), name)
+        images = sorted(path.name for path in (self.full / "images").iterdir())
+        self.assertEqual(sorted(path.name for path in (folder / "images").iterdir()), images)
+        for name in images:
+            self.assertEqual((folder / "images" / name).read_bytes(), (self.full / "images" / name).read_bytes(), name)
+
+    def check_same_result(self, result, *others):
+        """All keys but those that the controls, time and place of the run change."""
+        free = {"controls", "provenance", "scene_folder", "template", "fit", "timings", *others}
+        for key in self.full_result.keys() - free:
+            self.assertEqual(result[key], self.full_result[key], key)
+
+    def test_none_on_one_processor(self):
+        one = min(os.sched_getaffinity(0))
+        text = self.succeed("run", "scene.json", "--seed", SEED, "--controls", "none", "--out", "x",
+                            preexec_fn=lambda: os.sched_setaffinity(0, {one}))
+        self.assertEqual(("controls      none: " in text, "sigma" in text), (True, False))
+        result = json.loads((self.folder / "x" / "result.json").read_text())
+        self.assertEqual((result["controls"], self.full_result["controls"]), ("none", "full"))
+        self.assertEqual([result[key] for key in UNKNOWN], [None] * len(UNKNOWN))
+        self.assertEqual(result["template"], {**self.full_result["template"], "sigma_px": None})
+        self.assertIsNone(result["fit"])
+        self.check_same_result(result, *UNKNOWN)
+        self.check_same_files(self.folder / "x")
+
+    def test_quick(self):
+        """The scatter is that of frames 20 ... 219 of the scene without signal, encoded by the network of the run."""
+        result = json.loads(self.succeed("run", "scene.json", "--seed", SEED, "--controls", "quick", "--json", "--out", "x"))
+        self.assertEqual((result["controls"], result["no_signal"]["frames"]), ("quick", 200))
+        self.check_same_result(result, *UNKNOWN)
+        self.check_same_files(self.folder / "x")
+        for key in ("no_signal", "untrained"):  # as many frames as the cadence has
+            self.assertEqual(result[key]["log10_fap"], self.full_result[key]["log10_fap"])
+        still = {**scene_of(cadence={"frames": FRAMES + 200}), "signal": {"kind": "none"}}
+        (self.folder / "still.json").write_text(json.dumps(still))
+        self.succeed("simulate", "still.json", "--seed", SEED, "--frames", f"{FRAMES}:{FRAMES + 200}", "--out", "f.npy")
+        lines = self.succeed("encode", "--weights", "x/weights.tlmw", "f.npy").splitlines()[-200:]
+        latents = [float(line.split(",")[2]) for line in lines]
+        self.assertAlmostEqual(result["latent_sigma_px"] / numpy.std(latents, ddof=1), 1, delta=1e-9)
+        self.assertAlmostEqual(result["efficiency"] * result["latent_sigma_px"] / result["crb_projected_px"], 1, delta=1e-12)
+        self.assertAlmostEqual(result["efficiency_error"] / result["efficiency"], 1 / 20, delta=1e-12)
+
+    def test_refused(self):
+        self.refuse(2, "--controls some", arguments=("run", "scene.json", "--controls", "some"))
+
+
+class Scenes(ProgramTest):
+    def scene(self, **groups):
+        """The chapter's scene at one wavelength and 20 frames, with groups updated."""
+        scene = one_wavelength()
+        scene["cadence"]["frames"] = 20
+        for name, group in groups.items():
+            scene[name] = group if group is None else {**scene.get(name, {}), **group}
+        (self.folder / "s.json").write_text(json.dumps({k: v for k, v in scene.items() if v is not None}))
+
+    def test_no_noise(self):
+        for noise in (None, {"photon": False}):
+            self.scene(noise=noise)
+            self.refuse(2, "s.json: noise: ", arguments=("run", "s.json"))
+
+    def test_both_noises_a_short_period_and_the_results_of_another_run(self):
+        """The scene is gone before the end: the run had read it and keeps it. It replaces the results, not the report."""
+        self.scene(cadence={"frames": 60, "interval_days": 1}, signal={"period_days": 2.6, "amplitude_px": 1e-4},
+                   noise={"photon": True, "read_e": 5})
+        scene, folder = self.folder / "s.json", self.folder / "r"
+        text = scene.read_text()
+        shutil.copytree(shared_run(), folder)
+        (folder / "report").mkdir()
+        (folder / "report" / "report.html").write_text("")
+        with subprocess.Popen([PROGRAM, "run", "s.json", "--controls", "quick", "--out", "r"], cwd=self.folder,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            while not (folder / "images" / "residuals.npy.0.tmp").exists() and process.poll() is None:
+                time.sleep(0.001)
+            scene.unlink()
+            stdout, stderr = process.communicate(timeout=PATIENCE)
+        self.assertEqual(process.returncode, 0, stderr)
+        self.assertIn("toliman report r\n", stderr)
+        self.assertEqual((folder / "scene.json").read_text(), text)
+        result = json.loads((folder / "result.json").read_text())
+        self.assertAlmostEqual(result["efficiency"], 1, delta=0.15)
+        period, error = result["period_days"], result["period_error_days"]
+        self.assertLess(error, 0.001)
+        decimals = 1 - int(f"{error:.1e}".split("e")[1])
+        self.assertIn(f"period found  {period:.{decimals}f} +- {error:.{decimals}f} days, ", stdout)
+        template = re.search(r"template .* period ([\d.]+) days", stdout)[1]
+        self.assertAlmostEqual(float(template), result["template"]["period_days"], delta=error)
+        self.assertGreaterEqual(len(template), 2 + decimals - 1)
+
+    def test_files_of_others(self):
+        """One of them in the folder of results, and nothing there is replaced."""
+        self.scene()
+        folder = self.folder / "r"
+        shutil.copytree(shared_run(), folder)
+        for name in ("result.json", "series.csv", "weights.tlmw", "images/frame.npy"):
+            with self.subTest(name):
+                own = (folder / name).read_bytes()
+                (folder / name).write_text("notes\n")
+                self.refuse(6, f"r/{name}: ", "--force", arguments=("run", "s.json", "--out", "r"))
+                (folder / name).write_bytes(own)
+
+    def test_frames(self):
+        for frames in (4, 400001):
+            self.scene(cadence={"frames": frames})
+            self.refuse(2, f"s.json: cadence.frames = {frames}: ", arguments=("run", "s.json"))
+
+    def test_what_the_network_takes(self):
+        self.scene(detector={"shape": [128, 256]})
+        for command in (["run", "s.json"], ["train", "s.json", "--out", "w"]):
+            self.refuse(2, "s.json: detector.shape = [128, 256]: ", arguments=command)
+        scene = json.loads((self.folder / "s.json").read_text())
+        scene["detector"]["shape"] = [256, 256]
+        scene["stars"].pop("B")
+        scene.pop("binary")
+        scene["preprocess"] = {"project": ["shift_x"]}
+        (self.folder / "s.json").write_text(json.dumps(scene))
+        for command in (["run", "s.json"], ["train", "s.json", "--out", "w"]):
+            self.refuse(2, "s.json: preprocess.project: ", arguments=command)
 
 
 if __name__ == "__main__":

@@ -48,20 +48,21 @@ class Tables(ProgramTest):
                     self.assertAlmostEqual(peak[key], expected[key], delta=1e-6 * abs(expected[key]))
 
     def test_warnings(self):
+        """tests/unit/test_series_tables.c has the kinds; here each is told with the name of the file or column."""
         for head, row, end, warning in (
-                ("t,y,sigma\n", "{t},{y},{s}", "1,,1\n2,nan,1\n", "s.txt: 2 of 52 rows have no value and are skipped"),
-                ("", "{t} {y} {s} HARPS", "", "columns 1, 2 and 3 of 4 are taken as t, y and sigma"),
-                ("t,y,sigma,tel\n", "{t},{y},{s},{k}", "", "column tel seems to name several instruments"),
-                ("t,y,sigma_of_y\n", "{t},{y},{s}", "", "no column is known to be sigma: column sigma_of_y is not used")):
+                ("t,y,sigma\n", "{t},{y},{s}", "1,,1\n2,nan,1\n", "s.txt: 2 of 52 rows "),
+                ("", "{t} {y} {s} HARPS", "", "columns 1, 2 and 3 of 4 "),
+                ("t,y,sigma,tel\n", "{t},{y},{s},{k}", "", "column tel "),
+                ("t,y,sigma_of_y\n", "{t},{y},{s}", "", "column sigma_of_y ")):
             self.found(table(head, row, every=end), warning=warning)
-        self.found(table("jd,y,sigma\n", offset=59000), warning="jd = 59000.000000: the times are taken as JD - 2400000")
-        hours = self.found(table("t (h),y,sigma\n", time=24), warning="s.txt: the times are converted to days")
+        self.found(table("jd,y,sigma\n", offset=59000), warning="jd = 59000.000000: ")
+        hours = self.found(table("t (h),y,sigma\n", time=24), warning="s.txt: ")
         self.assertAlmostEqual(hours["peak"]["period"], PERIOD, delta=0.02)
 
     def test_pipes_and_growing_input(self):
         """The same table from a file, standard input and a named pipe, and line by line."""
         text = table("# Title\nBJD_TDB\tRV\terr\n----\t---\t---\n", "{t}\t{y}\t{s}", every="2459999\t--\t1\n")
-        warning = "1 of 51 rows have no value and are skipped"
+        warning = "1 of 51 rows "
         expected = self.found(text, warning=warning)
         self.assertEqual(expected["time_scale"], "TDB")
         done = self.run_program("period", "-", *GRID, "--json", input=text)
@@ -75,14 +76,14 @@ class Tables(ProgramTest):
         done = self.run_program("period", "s.txt", *GRID, "--follow")
         last = json.loads(done.stdout.splitlines()[-1])
         self.assertEqual((last["n"], last["time_scale"]), (50, "TDB"))
-        self.assertIn("s.txt: 1 rows have no value and are skipped", done.stderr)
+        self.assertIn("s.txt: 1 rows ", done.stderr)
 
     def test_marks_of_missing_values(self):
         end = "2459990,-9999,1\n2459991,-9999,1\n"
         (self.folder / "s.txt").write_text(table("t,y,sigma\n", every=end))
         self.refuse(3, "s.txt: y = -9999 on lines 52, 53", arguments=("period", "s.txt"))
         done = self.run_program("period", "s.txt", *GRID, "--follow")
-        self.assertIn("y = -9999 on line 52: it may stand for a missing value", done.stderr)
+        self.assertIn("y = -9999 on line 52: ", done.stderr)
 
     def test_units(self):
         planet = ("--period-min", 10, "--period-max", 30, "--json", "--star-masses", 1)
@@ -94,15 +95,13 @@ class Tables(ProgramTest):
         masses = [result["candidates"][0]["mass_a_earth"] for result in (with_unit, by_option)]
         for one, other in zip([1e3 * value for value in amplitudes[0]] + masses[0], amplitudes[1] + masses[1]):
             self.assertAlmostEqual(one, other, delta=0.03 * other)
-        self.refuse(2, "--unit m/s: s.txt states that y is in km/s", arguments=("planet", "s.txt", "--unit", "m/s", *planet))
-        for unit, code, why in (("km/s", 3, "s.txt: y is in km/s: must be measured separations"),
-                                ("px", 2, "--plate-scale: must be given: s.txt states that y is in px")):
+        self.refuse(2, "--unit m/s: s.txt ", arguments=("planet", "s.txt", "--unit", "m/s", *planet))
+        for unit, code, why in (("km/s", 3, "s.txt: y is in km/s: "), ("px", 2, "--plate-scale: ")):
             (self.folder / "s.txt").write_text(table(f"bjd,separation ({unit}),err\n"))
             done = self.run_program("period", "s.txt", "--system", "alpha-cen")
-            self.assertEqual(done.returncode, code, done.stderr)
-            self.assertIn(why, done.stderr)
+            self.assertEqual((done.returncode, why in done.stderr), (code, True), done.stderr)
         (self.folder / "s.txt").write_text(table("bjd,rv (m/s),err (mas)\n"))
-        self.refuse(3, "s.txt:2: err (mas): its unit is mas: cannot be converted to m/s", arguments=("period", "s.txt"))
+        self.refuse(3, "s.txt:2: err (mas): ", arguments=("period", "s.txt"))
 
     def test_other_times_have_the_scale_of_the_name(self):
         (self.folder / "s.txt").write_text(table("bjd_tdb,rv,err\n"))
@@ -111,10 +110,9 @@ class Tables(ProgramTest):
         self.assertIn("Modified Julian Day in TDB", out)
 
     def test_choices(self):
-        for head, why in (("bjd,rv,vrad\n", "has the columns rv and vrad, which could both be y"),
-                          ("a,b,c\n", "has no column t among a,b,c")):
+        for head, why in (("bjd,rv,vrad\n", "rv and vrad"), ("a,b,c\n", "column t")):
             (self.folder / "s.txt").write_text(table(head))
-            self.refuse(3, "s.txt:1: " + why, "--columns T,Y or T,Y,SIGMA", arguments=("period", "s.txt"))
+            self.refuse(3, "s.txt:1: ", why, "--columns", arguments=("period", "s.txt"))
 
 
 if __name__ == "__main__":

@@ -1,11 +1,14 @@
 """track, status, rebuild, merge: frames off a bad downlink, and always the period that the good ones have."""
+import functools
 import json
 import os
+import pathlib
 import random
 import re
+import shutil
 import signal
 import subprocess
-import time
+import tempfile
 import unittest
 
 import numpy
@@ -15,6 +18,18 @@ from shared_run import SCENE, SEED, rows_of, scene_of, shared_run
 
 FRAMES, SIDE = 48, 64
 GRID = ("--grid", "0.03:0.002:230", "--stamp", "middle")  # the scene has no exposure
+SIZE = SIDE * SIDE * 4  # bytes of a frame
+
+
+@functools.lru_cache(None)
+def simulated(scene):
+    """A folder with a scene and the pair all/day of its frames."""
+    kept = tempfile.TemporaryDirectory()
+    folder = pathlib.Path(kept.name)
+    (folder / "scene.json").write_text(scene)
+    command = [PROGRAM, "simulate", "scene.json", "--out", "all", "--session", "day", "--dtype", "u32le"]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True)
+    return kept, folder
 
 
 class Track(ProgramTest):
@@ -30,8 +45,7 @@ class Track(ProgramTest):
 
     def setUp(self):
         super().setUp()
-        (self.folder / "scene.json").write_text(self.scene)
-        self.succeed("simulate", "scene.json", "--out", "all", "--session", "day", "--dtype", "u32le")
+        shutil.copytree(simulated(self.scene)[1], self.folder, dirs_exist_ok=True)
         self.lines = (self.folder / "all/day_meta.jsonl").read_text().splitlines()
         self.frames = numpy.fromfile(self.folder / "all/day_frames.bin", "<u4").reshape(FRAMES, SIDE, SIDE)
 
@@ -107,39 +121,8 @@ class Order(Track):
             self.assertAlmostEqual(last[key] / json.loads(apart)[key], 1, delta=digits)
         self.assertAlmostEqual(last["period"], 11, delta=0.5)
 
-    def test_grid_of_a_mission_is_that_of_run(self):
-        out = self.track("s", "all", grid=("--mission-days", str(FRAMES)))
-        values = [[line["frame_id"], line["value"]] for line in out if line["schema"] == "toliman-frame/2"]
-        numpy.save(self.folder / "v.npy", numpy.array(values))
-        fitted = json.loads(self.succeed("period", "v.npy", "--json"))
-        self.assertAlmostEqual(self.counts(out)["log10_fap"] / fitted["peak"]["log10_fap"], 1, delta=0.05)
-        self.assertAlmostEqual(self.counts(out)["period"] / fitted["peak"]["period"], 1, delta=1e-3)
-        status = json.loads(self.succeed("status", "s", "--json"))
-        peak = fitted["peak"]
-        for key in ("period", "period_error", "amplitude", "amplitude_error", "offset", "log10_fap"):
-            for line in (self.counts(out), status):
-                self.assertAlmostEqual(line["fit"][key] / peak[key], 1, delta=1e-5, msg=key)
-        self.assertTrue(all(line["fit"] is None for line in out[:-1] if "fit" in line))
-        for line in (self.counts(out), status):
-            self.assertAlmostEqual(line["fwhm_period"] / peak["fwhm_period"], 1, delta=0.01)
-        again = self.track("s", "all", grid=())
-        self.assertEqual((self.counts(again)["repeated"], self.counts(again)["accepted"]), (FRAMES, FRAMES))
-        self.assertEqual(self.counts(again)["period"], self.counts(out)["period"])
-
 
 class Network(ProgramTest):
-    def test_values_are_those_of_encode(self):
-        scene = shared_run().parent / SCENE
-        self.succeed("train", scene, "--steps", "1", "--out", "w.tlmw")
-        self.succeed("simulate", scene, "--frames", "0:6", "--out", "in", "--session", "day", "--dtype", "u32le")
-        pair = ("--dtype", "u32le", "in/day_frames.bin")
-        encoded = self.succeed("encode", "--weights", "w.tlmw", "--shape", "256x276", *pair).splitlines()[1:]
-        for jobs in ("1", "2"):
-            how = ("--jobs", jobs, "--every", "4", "--mission-days", "1095", "--value-limit", "1e9")
-            out = self.succeed("track", "--weights", "w.tlmw", "--state", f"s{jobs}", *how, *pair)
-            frames = [line for line in map(json.loads, out.splitlines()) if "value" in line]
-            self.assertEqual([line["value"] for line in frames], [float(line.split(",")[2]) for line in encoded])
-
     def test_what_run_finds(self):
         """Frames as raw pairs, names in random order: the values of `toliman run`, and its period."""
         run, frames = shared_run(), scene_of()["cadence"]["frames"]
@@ -183,7 +166,7 @@ class Damage(Track):
         names.append("in/none_meta.jsonl")
         gone = (out_of_range, zeros, cut, shape, line, conflict)
         clean = self.clean([k for k in range(FRAMES) if k not in gone])
-        for seed in (1, 2, 3):
+        for seed in (1, 2):
             random.Random(seed).shuffle(names)
             out = self.track(f"s{seed}", "-", "--bit-depth", "31", stdin="\n".join(names))
             self.assertEqual(self.sums(f"s{seed}"), clean)
@@ -205,8 +188,8 @@ class Damage(Track):
                     for reason, k in zip(("over range", "zero run", "short file", "shape", "bad line"), gone)
                 ),
             )
-            for text in ("over range, pixel 5, 6 is 2147483648, more than --bit-depth", "zero run", "ends before", "32x64", "timestamp_ns is missing", "quarantined",
-                         "3 bytes more", "none_meta.jsonl: No such file"):
+            for text in ("pixel 5, 6 is 2147483648, more than --bit-depth", "32x64", "timestamp_ns", "quarantined", "3 bytes",
+                         "none_meta.jsonl: "):
                 self.assertEqual(self.errors.count(text), 1, self.errors)
         self.track("s1", "all", "--strict", "--bit-depth", "31", code=4)  # the quarantined one stays so
 
@@ -214,18 +197,11 @@ class Damage(Track):
         self.single(3)
         out = self.track("far", "in", "--value-limit", "1e-12")
         self.assertEqual(out[0]["verdict"], "outlier")
-        self.assertIn(f"a value of {out[0]['value']:.4g} px, beyond the 1e-12 px of --value-limit", self.errors)
+        self.assertIn(f" {out[0]['value']:.4g} px, beyond the 1e-12 px of --value-limit", self.errors)
         limit = abs(out[0]["value"]) * (1 - 1e-7)  # equal in six digits
         self.track("near", "in", "--value-limit", repr(limit))
-        size, told = re.search(r"a value of -?(\S+) px, beyond the (\S+) px of --value-limit", self.errors).groups()
+        size, told = re.search(r" -?(\S+) px, beyond the (\S+) px of --value-limit", self.errors).groups()
         self.assertGreater(float(size), float(told))
-
-    def test_strict(self):
-        self.track("good", "all", "--strict")
-        self.pair("in/x", self.lines + ["{}"], self.frames)
-        out = self.track("s", "in", "--strict", code=4)
-        self.assertEqual(self.counts(out)["bad_lines"], 1)
-        self.assertEqual(self.counts(out)["accepted"], FRAMES)
 
     def test_clock_jumps(self):
         for line, ns in ((10, 5), (20, 10**18)):
@@ -238,43 +214,11 @@ class Damage(Track):
         self.assertEqual(self.counts(out)["accepted"], FRAMES)
         self.assertEqual([l["input"][-3:] for l in out if "warning" in l], [":11", ":21", ":22"])
 
-    def test_lines_that_may_shift_frames(self):
-        """A line lost in the middle: what is behind it has no place, rather than the pixels of another frame."""
-        broken = self.lines[:20] + [self.lines[20] + self.lines[21]] + self.lines[22:]
-        self.pair("in/x", broken, self.frames)
-        last = self.counts(self.track("s", "in"))
-        self.assertEqual((last["accepted"], last["bad_lines"], last["short_frames"]), (20, 1, FRAMES - 22))
-        self.assertEqual(self.sums("s"), self.clean(range(20)))
-        wrong = [self.lines[0], self.lines[1].replace('"n_cols": 64', '"n_cols": 65536'), *self.lines[2:]]
-        self.pair("wrong/x", wrong, self.frames)  # the binary's size says that it is the line
-        last = self.counts(self.track("t", "wrong"))
-        self.assertEqual((last["accepted"], last["bad_lines"], last["long_files"]), (FRAMES - 1, 1, 0))
-
-    def test_side_lines(self):
-        good = json.loads(self.lines[0])
-        exact = 9007199254740993  # no double
-        cases = [
-            ("{", False), ("[]", False), ("", False), ("null", False), (json.dumps({**good, "more": 1}), False),
-            (json.dumps(good)[:-1] + ', "frame_id": 1}', False), (json.dumps({**good, "host_time": "now"}), False),
-            (json.dumps({**good, "timestamp_ns": exact}), True), (json.dumps({**good, "timestamp_ns": 1.5}), False),
-            (json.dumps({**good, "timestamp_ns": 10**30}), False), (json.dumps({**good, "nframes_dropped": -1}), False),
-            (json.dumps({**good, "session_id": "../x"}), False), (json.dumps({**good, "roi_label": ""}), False),
-            *((json.dumps({k: v for k, v in good.items() if k != key}), False) for key in good),
-        ]
-        for number, (line, is_good) in enumerate(cases):
-            name = self.pair(f"in/{number}", [line], [self.frames[0]])
-            out = self.track("s", name)
-            self.assertEqual(out[0]["verdict"] == "accepted", is_good, line)
-            if is_good:
-                self.assertEqual(out[0]["camera_ns"], exact)
-            else:
-                self.assertEqual(out[0]["reason"], "bad line")
-
 
 class Stops(Track):
     def test_killed_and_taken_up(self):
         clean = self.clean(range(FRAMES))
-        for number, code in ((signal.SIGKILL, -9), (signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)):
+        for number, code in ((signal.SIGKILL, -9), (signal.SIGTERM, 143)):  # test_track_stops.py has the others
             state = f"s{number}"
             acknowledged = set()
             with subprocess.Popen(
@@ -294,57 +238,11 @@ class Stops(Track):
             self.track(state, "all")
             self.assertEqual(self.sums(state), clean)
 
-    def test_killed_at_any_moment(self):
-        clean = self.clean(range(FRAMES))
-        chance, seconds = random.Random(1), 0.4
-        for _ in range(12):
-            run = subprocess.Popen(self.command("s", "all", "--sync", "frame"), cwd=self.folder, stdout=subprocess.PIPE)
-            time.sleep(chance.uniform(0, seconds))
-            run.kill()
-            told = [json.loads(line) for line in run.communicate()[0].splitlines(keepends=True) if line.endswith(b"\n")]
-            told = {line["frame_id"] for line in told if line["schema"] == "toliman-frame/2"}
-            if told:
-                self.assertGreaterEqual(json.loads(self.succeed("status", "s", "--json"))["accepted"], len(told))
-        self.track("s", "all")
-        self.assertEqual(self.sums("s"), clean)
-
     def test_full(self):
         out = self.track("s", "all", "--capacity", "10", code=2)
         self.assertEqual(sum(line["schema"] == "toliman-frame/2" for line in out), 10)
         self.assertEqual(json.loads(self.succeed("status", "s", "--json"))["accepted"], 10)
         self.assertEqual(self.counts(self.track("s", "all"))["accepted"], FRAMES)
-
-    def test_a_folder_that_grows(self):
-        clean = self.clean(range(FRAMES))
-        (self.folder / "in").mkdir()
-        with subprocess.Popen(
-            self.command("s", "in", "--follow"), cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        ) as run:
-            def read_frames(count):
-                seen = []
-                while len(seen) < count:
-                    line = json.loads(run.stdout.readline())
-                    if line["schema"] == "toliman-frame/2":
-                        seen.append(line["frame_id"])
-                return seen
-
-            with open(self.folder / "in/a_frames.bin", "wb") as binary, open(self.folder / "in/a_meta.jsonl", "w") as side:
-                binary.write(self.frames[:3].tobytes())
-                side.write("\n".join(self.lines[:5]))  # two lines more than frames, the last under way
-                binary.flush(), side.flush()
-                self.assertEqual(read_frames(3), [0, 1, 2])
-                binary.write(self.frames[3:30].tobytes())
-                side.write("\n" + "\n".join(self.lines[5:30]) + "\n")
-            self.assertEqual(read_frames(27), list(range(3, 30)))
-            self.pair("in/b", self.lines[30:], self.frames[30:])
-            self.assertEqual(read_frames(FRAMES - 30), list(range(30, FRAMES)))
-            status = json.loads(self.succeed("status", "s", "--json"))  # while the writer runs
-            self.assertEqual(status["accepted"], FRAMES)
-            run.send_signal(signal.SIGTERM)
-            run.stdout.read()
-            self.assertEqual(run.wait(60), 143)
-            self.assertNotIn("warning", run.stderr.read())
-        self.assertEqual(self.sums("s"), clean)
 
     def test_no_room_and_damage(self):
         (self.folder / "file").write_text("")
@@ -363,16 +261,14 @@ class Stops(Track):
         self.refuse(5, "ledger", arguments=("status", "s"))
 
     def test_refusals(self):
-        base = ("track", "--state", "s", "--template", "scene.json")
-        self.refuse(2, "--grid", "--mission-days", arguments=(*base, "--dtype", "u32le", "all"))
-        self.refuse(2, "--dtype", arguments=(*base, *GRID, "all"))
-        self.refuse(2, "F0:DF:NF", arguments=(*base, "--grid", "1:2", "--dtype", "u32le", "all"))
-        self.refuse(3, "none", arguments=(*base, *GRID, "--dtype", "u32le", "none"))
-        self.refuse(2, "-: standard input must be the only input", arguments=(*base, *GRID, "--dtype", "u32le", "-", "all"))
+        base, pairs = ("track", "--state", "s", "--template", "scene.json"), ("--dtype", "u32le", "all")
         numpy.save(self.folder / "x.npy", self.frames)
-        self.refuse(2, "--cadence", arguments=(*base, *GRID, "x.npy"))
-        self.refuse(3, "none", arguments=("status", "none"))
-        self.refuse(3, "all", arguments=("status", "all"))
+        for code, text, *arguments in (
+                (2, "--mission-days", *pairs), (2, "--dtype", *GRID, "all"), (2, "F0:DF:NF", "--grid", "1:2", *pairs),
+                (3, "none", *GRID, *pairs[:2], "none"), (2, "-: ", *GRID, *pairs[:2], "-", "all"), (2, "--cadence", *GRID, "x.npy")):
+            self.refuse(code, text, arguments=(*base, *arguments))
+        for name in ("none", "all"):
+            self.refuse(3, name, arguments=("status", name))
 
 
 class Folders(Track):
@@ -393,16 +289,15 @@ class Folders(Track):
         self.assertEqual(self.sums("m1"), clean)
         self.assertEqual(self.sums("m2"), clean)
         self.assertEqual(json.loads(self.succeed("status", "m1", "--json"))["repeated"], 2)
-        self.refuse(3, "shard_0", "same ledger", arguments=("merge", "shard_0", "shard_1", "shard_0", "--out", "no"))
         self.run_program("merge", "m1", "m2", "--out", "m3")
         self.assertEqual(self.sums("m3"), clean)
-        self.refuse(2, "only one state: give two or more, or --salvage for a damaged folder\n",
-                    arguments=("merge", "shard_0", "--out", "m4"))
-        self.refuse(6, "m3: exists: give a new folder to merge into\n", arguments=("merge", *names, "--out", "m3"))
         self.track("other", "in_1", "--value-limit", "1")
-        self.refuse(3, "other", arguments=("merge", "shard_0", "other", "--out", "no"))
-        self.refuse(3, "all", arguments=("merge", "shard_0", "all", "--out", "no"))
-        self.refuse(2, "one kind", arguments=("merge", "shard_0", "scene.json", "--out", "no"))
+        for code, text, out, *folders in (
+                (3, "shard_0", "no", "shard_0", "shard_1", "shard_0"), (2, "--salvage", "m4", "shard_0"), (6, "m3: ", "m3", *names),
+                (3, "other", "no", "shard_0", "other"), (3, "all: ", "no", "shard_0", "all"), (3, "all: ", "no", "all"),
+                (2, "one kind", "no", "shard_0", "scene.json"), (3, "none: ", "no", "none", "shard_0"),
+                (3, "none: ", "no", "none", "--salvage")):
+            self.refuse(code, text, arguments=("merge", *folders, "--out", out))
 
     def test_example_of_an_array(self):
         for k in range(0, FRAMES, 5):
@@ -437,12 +332,11 @@ class Folders(Track):
         self.track("slower", "all", "--clock", "clock.csv", grid=("--grid", "0.02:0.001:50"))
         self.assertEqual(self.sums("slow"), self.sums("slower"))
         (self.folder / "slower" / "setup.tlms").unlink()  # had the clock: nothing is guessed
-        self.refuse(2, "slower: setup.tlms with grid and clock is missing: give --clock, and --grid or --mission-days",
-                    arguments=("rebuild", "slower", "--grid", "0.02:0.001:50"))
-        self.refuse(2, "slower: setup.tlms with grid and clock is missing: give --clock",
-                    arguments=("track", "--state", "slower", "--template", "scene.json", "--dtype", "u32le",
-                               "--grid", "0.02:0.001:50", "all"))
-        self.succeed("rebuild", "slower", "--grid", "0.02:0.001:50", "--clock", "clock.csv", "--stamp", "start")
+        grid = ("--grid", "0.02:0.001:50")
+        for command in (("rebuild", "slower", *grid),
+                        ("track", "--state", "slower", "--template", "scene.json", "--dtype", "u32le", *grid, "all")):
+            self.refuse(2, "slower: setup.tlms", "--clock", arguments=command)
+        self.succeed("rebuild", "slower", *grid, "--clock", "clock.csv", "--stamp", "start")
         self.assertEqual(self.sums("slow"), self.sums("slower"))
         self.shards(2, "--clock", "clock.csv")
         self.run_program("merge", "shard_0", "shard_1", "--out", "both")
@@ -480,9 +374,9 @@ class Folders(Track):
         self.assertEqual([(float(t), float(y)) for t, y, _ in rows[1:]],
                          [(l["tai_ns"] / 86400e9 - 10, l["value"]) for l in good])
         text = self.succeed("status", "s")
-        for part in ("day single_roi", "ids 0 to 29, 26 frames, 4 missing", "230 frequencies", "64x64 of 32 bits"):
+        for part in ("day single_roi", "0 to 29", "26 frames", "230 frequencies", "64x64"):
             self.assertIn(part, text)
-        self.refuse(2, "excludes", arguments=("status", "s", "--json", "--records"))
+        self.refuse(2, "--json", arguments=("status", "s", "--json", "--records"))
 
     def test_salvage(self):
         self.track("s", "all")
@@ -490,36 +384,18 @@ class Folders(Track):
         lines = bytearray(ledger.read_bytes())
         lines[HEADER + 5 * LINE] ^= 1  # frame 5
         ledger.write_bytes(lines)
-        self.refuse(5, "5 valid records", arguments=("status", "s"))
-        self.refuse(5, "5 valid records", arguments=("rebuild", "s", "--grid", "0.02:0.001:50"))
+        for command in (("status", "s"), ("rebuild", "s/")):
+            self.refuse(5, "5 valid records", "`toliman merge s --salvage --out NEW`", arguments=command)
         done = self.run_program("merge", "s", "--salvage", "--out", "saved")
-        self.assertEqual((done.returncode, "s: 1 record is damaged or lost\n" in done.stderr), (0, True))
-        self.assertIn("saved: 1 frame id is missing between the first and the last of a session, lost or never received: "
-                      "`toliman status saved --missing`\n", done.stderr)
+        self.assertEqual((done.returncode, "s: 1 record " in done.stderr), (0, True))
+        self.assertIn("`toliman status saved --missing`\n", done.stderr)
         self.assertEqual(self.sums("saved"), self.clean([k for k in range(FRAMES) if k != 5]))
         (self.folder / "s" / "setup.tlms").unlink()  # and grid and clock are lost, too
-        self.refuse(5, "needs --clock and --grid", arguments=("merge", "s", "--salvage", "--out", "again"))
+        self.refuse(5, "--clock and --grid", arguments=("merge", "s", "--salvage", "--out", "again"))
         self.succeed("merge", "s", "--salvage", *GRID, "--clock", "camera", "--out", "again")
         self.assertEqual(self.sums("again"), self.sums("saved"))
         (self.folder / "x.tlmp").write_text("")
-        self.refuse(2, "--salvage, --grid, --mission-days and --clock are for state folders only", arguments=("merge", "x.tlmp", "--salvage", "--out", "y.tlmp"))
-
-    def test_files_with_a_header(self):
-        numpy.save(self.folder / "day.npy", self.frames)
-        self.succeed("simulate", "scene.json", "--out", "day.fits")
-        clean = [line["value"] for line in self.track("pair", "all") if "value" in line]
-        for name in ("day.npy", "day.fits"):
-            out = self.track("s" + name, name, "--cadence", "86400", "--bit-depth", "32")
-            frames = [line for line in out if "value" in line]
-            self.assertEqual([line["value"] for line in frames], clean)
-            self.assertEqual([line["camera_ns"] for line in frames], [k * 86400 * 10**9 for k in range(FRAMES)])
-            self.assertEqual({line["session"] for line in frames}, {"day"})
-        self.assertEqual(self.sums("sday.npy"), self.sums("sday.fits"))
-        holed = self.frames.astype(float)
-        holed[3, 4, 5] = numpy.nan
-        numpy.save(self.folder / "nan.npy", holed)
-        last = self.counts(self.track("nan", "nan.npy", "--cadence", "86400", "--session", "x"))
-        self.assertEqual((last["accepted"], last["rejected_by"]["not finite"]), (FRAMES - 1, 1))
+        self.refuse(2, "--salvage", arguments=("merge", "x.tlmp", "--salvage", "--out", "y.tlmp"))
 
     def test_crop_and_bin(self):
         wide = numpy.zeros((FRAMES, 2 * SIDE + 9, 2 * SIDE + 7), "<u4") + 1
@@ -532,6 +408,62 @@ class Folders(Track):
         self.assertEqual([line["value"] for line in out if "value" in line], clean)
         self.assertEqual(self.counts(self.track("s", "in", grid=()))["repeated"], FRAMES)
         self.track("s", "in", "--crop", "5,4", code=2)
+
+
+class Realigned(Track):
+    def put(self, pieces, lines):
+        (self.folder / "in").mkdir(exist_ok=True)
+        (self.folder / "in/x_frames.bin").write_bytes(b"".join(pieces))
+        (self.folder / "in/x_meta.jsonl").write_text("".join(line.rstrip("\n") + "\n" for line in lines))
+
+    def series(self, state):
+        return self.succeed("status", state, "--series")
+
+    def test_holes(self):
+        raw = [frame.astype("<u4").tobytes() for frame in self.frames]
+        self.assertEqual((FRAMES, len(raw[0])), (48, SIZE))
+        inside = lambda cut, kept: [raw[k][:kept] if k == cut else raw[k] for k in range(FRAMES)]
+        without = lambda *ids: [line for k, line in enumerate(self.lines) if k not in ids]
+        cases = (  # what, pieces of the file, lines, frames that cannot be found, steps at which frames are found
+            ("a frame without line", inside(12, 6000), without(12), {12}, [6000]),
+            ("bytes that are no whole pixels", inside(12, 6001), without(12), {12}, [6001]),
+            ("a frame whose rest is lost", inside(12, 6000), self.lines, {12}, [6000 - SIZE]),
+            ("the same near the end", inside(46, 100), self.lines, {46, 47}, []),  # as if the last were not yet there
+            ("two of one sign", [raw[k][:5000] if k in (9, 30) else raw[k] for k in range(FRAMES)], without(9, 30), {9, 30},
+             [5000, 10000]),
+            ("bytes before the first frame", [b"\1" * 3000, *raw], self.lines, set(range(FRAMES)), []),
+            ("noise inserted", [*raw[:20], b"\7\0\0\1" * 1500, *raw[20:]], self.lines, set(), [6000]),
+        )
+        whole = self.track("whole", "all")
+        value = {line["frame_id"]: line["value"] for line in whole if "verdict" in line}
+        for number, (what, pieces, lines, lost, steps) in enumerate(cases):
+            with self.subTest(what):
+                self.put(pieces, lines)
+                for jobs in ("1", "8"):
+                    state = f"s{number}-{jobs}"
+                    out = [line for line in self.track(state, "in", "--jobs", jobs, "--every", "8") if "verdict" in line]
+                    good = {line["frame_id"]: line["value"] for line in out if line["verdict"] == "accepted"}
+                    self.assertEqual(set(good), set(range(FRAMES)) - lost)
+                    self.assertTrue(all(good[k] == value[k] for k in good))
+                    self.assertTrue({line["verdict"] for line in out} <= {"accepted", "misfit", "outlier", "rejected"})
+                    damaged = [line for line in out if line["verdict"] != "accepted" and line["goodness"] != "good"]
+                    self.assertEqual({line["shift_bytes"] for line in damaged} - {0}, set())
+                    shifts = [line["shift_bytes"] for line in out if line["verdict"] == "accepted"]
+                    self.assertEqual(sorted(set(shifts) - {0}, key=shifts.index), steps)
+                    again = self.track(state, "in")  # known frames are found again, too
+                    self.assertEqual({line["verdict"] for line in again if "verdict" in line} - {"rejected"}, {"duplicate"})
+                self.assertEqual(self.series(f"s{number}-1"), self.series(f"s{number}-8"))
+                if steps:
+                    self.assertIn("realigned: the frame is", self.errors)
+
+    def test_frames_of_another_telescope(self):
+        """All frames are wrong: none is accepted, and the reason is told."""
+        scene = json.loads(self.scene)
+        scene["detector"]["pixel_scale_arcsec"] *= 1.03
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        out = self.track("s", "all")
+        self.assertNotIn("accepted", {line["verdict"] for line in out if "verdict" in line})
+        self.assertIn("frames of this run is accepted", self.errors)
 
 
 if __name__ == "__main__":

@@ -79,23 +79,12 @@ class SideFile(OnTarget):
         line = json.loads((self.folder / "plain/day_meta.jsonl").read_text().splitlines()[0])
         self.assertEqual(sorted(line), sorted(key for key in json.loads(self.lines[0]) if key != "on_target_s"))
 
-    def test_intervals_need_an_exposure(self):
-        lines = self.follow("s", "--exposure", "0", "--strict", code=4)
-        self.assertEqual({(line["verdict"], line["reason"]) for line in lines.values()}, {("rejected", "bad line")})
-        self.assertIn("all/day_meta.jsonl:1: rejected: bad line: on_target_s needs the length of the exposure", self.errors)
-        self.assertIn("--exposure", self.errors)
-
     def test_too_many_intervals_for_a_line(self):
         scene = json.loads(self.scene)
         scene["cadence"]["on_target_s"] = list(range(130))
         (self.folder / "many.json").write_text(json.dumps(scene))
-        self.refuse(2, "many.json: cadence.on_target_s has 65 intervals: must be at most 64 for --session",
+        self.refuse(2, "many.json: cadence.on_target_s has 65 intervals", "--session",
                     arguments=("simulate", "many.json", "--out", "many", "--session", "day", "--dtype", "u32le"))
-        scene["cadence"]["on_target_s"] = [second + 0.1234567890123456 for second in range(128)]
-        (self.folder / "many.json").write_text(json.dumps(scene))
-        self.succeed("simulate", "many.json", "--out", "many", "--session", "day", "--dtype", "u32le", "--frames", "0:2")
-        self.follow("s", inputs=("many",))
-        self.check(self.columns("s"), ALL, [(second + 0.1234567890123456, second + 1.1234567890123456) for second in range(0, 128, 2)])
 
 
 class Windows(OnTarget):
@@ -117,10 +106,9 @@ class Windows(OnTarget):
         off = lines.pop(4)
         self.assertEqual((off["verdict"], off["reason"], off["camera_ns"], off["value"], off["input"]),
                          ("rejected", "off target", 4 * DAY, None, "bare/x_meta.jsonl:5"))
-        self.assertEqual(self.errors.splitlines()[:2],
-                         ["toliman: --on-target: instead of cadence.on_target_s of the scene",
-                          "toliman: warning: bare/x_meta.jsonl:5: rejected: off target: no window of w.csv contains on-target "
-                         f"time of frame 4, exposed from {4 * DAY - HALF} to {4 * DAY + HALF} ns of camera time"])
+        self.assertEqual(self.errors.splitlines()[0].partition(": ")[2].partition(" ")[0], "--on-target:")
+        self.assertIn(f"warning: bare/x_meta.jsonl:5: rejected: off target: no window of w.csv contains on-target time of frame 4, "
+                      f"exposed from {4 * DAY - HALF} to {4 * DAY + HALF} ns", self.errors)
         self.assertEqual({line["verdict"] for line in lines.values()}, {"accepted"})
         columns = self.columns("s")
         self.assertEqual(sorted(columns), [k for k in range(FRAMES) if k != 4])
@@ -172,17 +160,13 @@ class Windows(OnTarget):
 
     def test_a_table_that_does_not_cover_an_exposure(self):
         bare = self.without_intervals()
-        for name, windows, text in (
-                ("begins", [(5 * DAY, 60 * DAY)], "w.csv: begins in the exposure of frame 5 of session day: the time before its "
-                 "first window counts as off target"),
-                ("ends", [(-DAY, 7 * DAY + 1)], "w.csv: ends in the exposure of frame 7 of session day: the time after its last "
-                 "window counts as off target"),
-                ("gaps", self.windows(), None),
-                # The last exposure ends after its arc, as all others do.
-                ("arcs", [(k * DAY - HALF // 2, k * DAY + HALF // 2) for k in range(-1, len(self.lines))], None)):
+        for name, windows, text in (("begins", [(5 * DAY, 60 * DAY)], "frame 5 "), ("ends", [(-DAY, 7 * DAY + 1)], "frame 7 "),
+                                    ("gaps", self.windows(), None),
+                                    # The last exposure ends after its arc, as all others do.
+                                    ("arcs", [(k * DAY - HALF // 2, k * DAY + HALF // 2) for k in range(-1, FRAMES)], None)):
             self.follow(name, *self.put(windows), inputs=bare)
-            warnings = [line for line in self.errors.splitlines() if " the exposure of frame " in line]
-            self.assertEqual(warnings, [f"toliman: warning: {text}"] if text else [])
+            warnings = [line for line in self.errors.splitlines() if f"w.csv: {name} in the exposure" in line]
+            self.assertEqual([text in line for line in warnings], [True] if text else [])
 
     def test_an_exposure_at_the_end_of_the_range(self):
         """Its start is beyond 64 bits."""
@@ -192,29 +176,18 @@ class Windows(OnTarget):
         self.pair("far/x", [json.dumps(line)], self.frames[:1])
         lines = self.follow("s", "--stamp", "middle", "--exposure", "43200", *self.put([(0, DAY)]), inputs=("far",))
         self.assertEqual(lines[0]["reason"], "off target")
-        self.assertIn(f"exposed from {-2**63} to {HALF - 2**63} ns of camera time", self.errors)
-
-    def test_a_byte_order_mark(self):
-        bare = self.without_intervals()
-        (self.folder / "w.csv").write_bytes(b"\xef\xbb\xbfstart_tai_ns,end_tai_ns\n%d,%d\n" % (-DAY, 60 * DAY))
-        lines = self.follow("s", "--on-target", "w.csv", inputs=bare)
-        self.assertEqual({line["verdict"] for line in lines.values()}, {"accepted"})
+        self.assertIn(f"from {-2**63} to {HALF - 2**63} ns", self.errors)
 
     def test_windows_in_utc(self):
-        """About the leap second at the end of 1972-06, and a further one at the end of 2027-05-31, MJD 61556."""
+        """About a further leap second at the end of 2027-05-31, MJD 61556; tests/unit/test_ingest_on_target.c has the scales."""
         bare = self.without_intervals()
         (self.folder / "list").write_text(leap_seconds(61557))
-        for name, day, first, seconds in (("known", "1972-06-30 ", "1972-183T", ()),
-                                          ("given", "2027-05-31T", "2027-152 ", ("--leap-seconds", "list"))):
-            ahead = 10 if name == "known" else 37
-            zero = ((41499 if name == "known" else 61557) - 40587) * DAY - 13 * DAY + ahead * SECOND
-            (self.folder / "clock.csv").write_text(f"0,{zero}\n")  # frame 13 is at 0 h minus the leap second
-            for k, end in enumerate((day + "23:59:60.5Z", first.replace("183", "182").replace("152", "151") + "23:59:60.5+00:00")):
-                (self.folder / "w.csv").write_text(f"start_utc,end_utc\n{day}23:59:30,{end}\n")
-                self.follow(f"{name}{k}", "--clock", "clock.csv", "--on-target", "w.csv", *seconds, inputs=bare)
-                columns = self.columns(f"{name}{k}")
-                self.assertEqual(list(columns), [13])
-                self.check(columns, [(13 * DAY - 30 * SECOND, 13 * DAY + SECOND // 2)])
+        (self.folder / "clock.csv").write_text(f"0,{(61557 - 40587) * DAY - 13 * DAY + 37 * SECOND}\n")
+        (self.folder / "w.csv").write_text("start_utc,end_utc\n2027-05-31T23:59:30,2027-151 23:59:60.5+00:00\n")
+        self.follow("s", "--clock", "clock.csv", "--on-target", "w.csv", "--leap-seconds", "list", inputs=bare)
+        columns = self.columns("s")
+        self.assertEqual(list(columns), [13])  # at 0 h minus the leap second
+        self.check(columns, [(13 * DAY - 30 * SECOND, 13 * DAY + SECOND // 2)])
 
     def test_fits_frames_have_the_exposure_of_the_folder(self):
         self.succeed("simulate", "scene.json", "--out", "day.fits")
@@ -224,20 +197,14 @@ class Windows(OnTarget):
         self.check(self.columns("s"), windows)
 
     def test_mistakes(self):
+        """tests/unit/test_ingest_on_target.c has the tables."""
         command = ("track", "--template", "scene.json", "--state", "s", "--dtype", "u32le", *GRID, "all")
-        self.refuse(3, "w.csv: No such file", arguments=(*command, "--on-target", "w.csv"))
-        (self.folder / "w.csv").write_text("start_utc,end_tai\n")
-        self.refuse(3, "w.csv:1: ", "the header must name exactly two columns: start_tai_ns and end_tai_ns", arguments=(*command, "--on-target", "w.csv"))
-        (self.folder / "w.csv").write_text("start_tai_ns,end_tai_ns,note\n")
-        self.refuse(3, "w.csv:1: ", "the header must name exactly two columns: start_tai_ns and end_tai_ns",
-                    arguments=(*command, "--on-target", "w.csv"))
-        (self.folder / "w.csv").write_text("start_tai_ns,end_tai_ns\n5,6,7\n")
-        self.refuse(3, "w.csv:2: 3 fields: must be exactly two columns", arguments=(*command, "--on-target", "w.csv"))
+        self.refuse(3, "w.csv: ", arguments=(*command, "--on-target", "w.csv"))
         self.put([(5, 6), (6, 6)])
-        self.refuse(3, "w.csv:3: end_tai_ns = 6: must be after start_tai_ns = 6", arguments=(*command, "--on-target", "w.csv"))
+        self.refuse(3, "w.csv:3: end_tai_ns = 6: ", arguments=(*command, "--on-target", "w.csv"))
         self.put([(5, 6)])
         self.follow("s", "--on-target", "w.csv", "--exposure", "0", code=2)
-        self.assertIn("--on-target w.csv: needs the length of an exposure: give a new folder with --exposure SECONDS", self.errors)
+        self.assertIn("--exposure SECONDS", self.errors)
         self.assertFalse((self.folder / "s").exists())
 
 
