@@ -16,7 +16,7 @@
  *
  * Conventions of all headers
  *   - Errors. A function that can fail returns a toliman_status. It writes its results through pointers, which follow
- *     the inputs. A call that fails writes no output and leaves its object unchanged, unless its comment says otherwise
+ *     the inputs. A failed call writes no output and leaves its object unchanged, unless its comment says otherwise
  *     (promise: failed-calls-change-nothing). toliman_last_error() describes the wrong argument or file field, its
  *     value and the allowed values. A message belongs to its thread, and success does not clear it
  *     (promise: messages-belong-to-threads).
@@ -29,7 +29,7 @@
  *     macro. In a language without C macros, set all bytes to 0 and struct_size to the size of the struct. In an
  *     options struct, 0 in a member selects the default (promise: zero-is-the-default). New members are only appended
  *     (promise: members-are-only-appended). In an array of structs the struct_size of the first element applies to all.
- *     A struct that is a member of another has no struct_size.
+ *     A struct in another has none.
  *   - Enumerations are int32_t. A constant is named after its header and its enumeration (TOLIMAN_PERIOD_FAP_NAIVE).
  *     A constant of the wrong enumeration is refused with TOLIMAN_E_ARGUMENT, as no two share a value
  *     (promise: wrong-enumerations-are-refused). A library newer than your headers may return constants that they do
@@ -43,8 +43,7 @@
  *   - Threads. Different objects may be used by different threads at the same time. Functions that take a const object
  *     may run on one object from several threads (promise: const-calls-run-together). While another function runs on an
  *     object, every other call on it returns TOLIMAN_E_STATE at once and changes nothing
- *     (promise: calls-need-exclusive-use), also from its own callbacks. Such a function also fails while const calls
- *     run on its object.
+ *     (promise: calls-need-exclusive-use), also from callbacks. It also fails while const calls run.
  *   - Worker threads. A function that uses several takes their number from the member `threads` of its options struct
  *     or, without one, of the options with which its object was created or loaded; 0 = one per processor. Results do
  *     not depend on the number of threads unless a comment says so (promise: threads-change-no-bit).
@@ -53,12 +52,10 @@
  *   - Functions without a status. toliman_mask_get_json returns "" where others return TOLIMAN_E_STATE or
  *     TOLIMAN_E_ARGUMENT, and sets toliman_last_error(). Destroying an object in use, or of another type, only sets
  *     toliman_last_error() (promise: objects-in-use-stay).
- *   - Callbacks may be written in C++. An exception that leaves a progress, log or frames callback stops the call with
- *     TOLIMAN_E_CANCELLED (promise: exceptions-cancel-calls). An exception that leaves an estimator (frame.h) rejects
- *     the frame.
+ *   - Callbacks may be written in C++. An exception of a progress, log or frames callback stops the call with
+ *     TOLIMAN_E_CANCELLED (promise: exceptions-cancel-calls). An exception of an estimator (frame.h) rejects the frame.
  *     Allocators must not throw. A callback must return or throw: longjmp out of one is not allowed. The object remains
- *     in use and cannot be destroyed, worker threads keep pointers into the abandoned stack, and the process may crash
- *     later.
+ *     in use and cannot be destroyed, and worker threads keep pointers into the stack.
  *   - Signals and fork. Do not call the library from a signal handler. After fork(), the child may use every object on
  *     which no call ran in the parent, except trackers with a folder (promise: objects-survive-fork).
  *   - Process state. The library never prints, exits, reads the environment, or changes the locale, signal handlers,
@@ -149,11 +146,10 @@ typedef void *(*toliman_allocate_fn)(size_t size, size_t alignment, void *user_d
 typedef void (*toliman_release_fn)(void *memory, size_t size, void *user_data);
 
 /* Optional allocator for the large arrays of an object, such as a memory pool of the host program. Creating, loading or
- * copying the object uses it, and its memory is released at the latest with the object
+ * copying the object uses it; its memory is released with the object at the latest
  * (promise: allocators-get-memory-back). Both functions may be called from any thread that uses the object. user_data
  * must outlive the object; the struct itself is only read during the call. If allocate returns NULL, the call fails
- * with TOLIMAN_E_MEMORY. Small allocations, and those inside OpenBLAS, FFTW, cJSON, zlib and the C++ library, still use
- * malloc. */
+ * with TOLIMAN_E_MEMORY. Small allocations, and those of OpenBLAS, FFTW, cJSON, zlib and C++, use malloc. */
 typedef struct toliman_allocator {
     uint32_t struct_size; /* sizeof(toliman_allocator) */
     uint32_t reserved;    /* 0 */

@@ -169,8 +169,7 @@ typedef struct toliman_cae_train_options {
  * requested. Any other options start a new training from the network's seed.
  *
  * If a training fails, the network keeps its weights (promise: failed-training-keeps-weights). Its training state
- * changes only if the new training has completed a step (TIED) or an epoch (UNSUPERVISED); the next call then resumes
- * the new training.
+ * changes only after a step (TIED) or an epoch (UNSUPERVISED) of the new one, which the next call then resumes.
  * Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_RANGE if UNSUPERVISED diverges at this learning rate, or the target image of
  * a loaded network leads to weights out of range; TOLIMAN_E_UNSUPPORTED for TIED with another layout or input than it
  * needs; TOLIMAN_E_STATE if the target image of a loaded network is 0. */
@@ -209,8 +208,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
                                                                    toliman_cae_info *out) TOLIMAN_NOEXCEPT;
 
 /* Encodes `count` frames of image, on the threads of the network's options; one frame on the calling thread. A latent
- * does not depend on the other frames (promise: latents-ignore-other-frames). Bad pixels get the counts that a linear
- * fit to the other pixels predicts.
+ * does not depend on the other frames (promise: latents-ignore-other-frames). Bad pixels get the counts of a linear fit
+ * to the others.
  *   latents_px  [count], px
  *   goodness    [count], goodness of this fit, or NULL; struct_size of the first must be set. It does not depend on the
  *               weights or on toliman_cae_options.input
@@ -286,9 +285,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save(const toliman_cae
                                                                size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
 /* Loads a network from a weights blob of exactly `size` bytes. options may be NULL. The caller destroys *out. Loading
- * never allocates more than the layout implies (promise: weights-have-bounded-memory). Weights with a wrong version,
- * layout, size, checksum or number are TOLIMAN_E_FORMAT (promise: damaged-weights-are-refused), also with numbers that
- * are subnormal or above 2^100. */
+ * never allocates more than the layout implies (promise: weights-have-bounded-memory). A wrong version, layout, size,
+ * checksum or number (subnormal, above 2^100, NaN) is TOLIMAN_E_FORMAT (promise: damaged-weights-are-refused). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load(const void *bytes, size_t size,
                                                                const toliman_load_options *options,
                                                                toliman_cae **out) TOLIMAN_NOEXCEPT;

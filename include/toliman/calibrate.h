@@ -35,8 +35,8 @@
  *
  * The fitted scene has a group `calibration` with pupil_samples, step_nm, edges and accuracy of the calibration, which
  * are part of the model. A scene that contradicts its calibration is refused
- * (promise: contradicting-scenes-are-refused). The group also has the verdict, which toliman_sim_info (sim.h) returns
- * and each use of the scene logs.
+ * (promise: contradicting-scenes-are-refused). The group also has the verdict, which toliman_sim_info returns and each
+ * use logs.
  *
  * A model that lacks an effect, or whose pupil is too coarse, gives separations that are wrong by many standard
  * deviations. The verdict on chi_square (goodness.h) and the correlation of the residuals show it. What may be missing

@@ -45,7 +45,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_create(const to
 /* Destroys a collection. NULL is allowed. */
 TOLIMAN_API void toliman_components_destroy(toliman_components *components) TOLIMAN_NOEXCEPT;
 
-/* Adds `count` frames of image in order, or none if one is refused (promise: components-take-all-or-none). Discards the
+/* Adds `count` frames of image in order, or none if one is refused (promise: components-take-all-or-none). Discards
  * trained components.
  * Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its frame, row and column, and for another shape than that
  * of the scene; TOLIMAN_E_RANGE for a count beyond the range of float32, and for an image larger than the address

@@ -20,8 +20,8 @@ TOLIMAN_BEGIN_DECLS
 /* Downlinked frame. As an input, its pixels and intervals belong to the caller and are not needed after the call. As an
  * output of toliman_ingest_next, they belong to the reader. session, roi and frame_id together are the key of a frame.
  * A second valid frame with the same key is a duplicate if its content is the same, otherwise both are quarantined
- * (promise: conflicting-frames-are-quarantined): pixels and their type, shape, camera_ns, dropped, sigma, exposure_s,
- * intervals and window. */
+ * (promise: conflicting-frames-are-quarantined): pixels, their type and shape, camera_ns, dropped, sigma, exposure_s,
+ * intervals, window. */
 typedef struct toliman_frame {
     uint32_t struct_size; /* sizeof(toliman_frame) */
     int32_t pixel;        /* TOLIMAN_PIXEL_...; there is no default */

@@ -114,8 +114,7 @@ typedef struct toliman_ingest_event {
  * With GROWING, the first call and each call after NOTHING examine both files and read only what is new. A frame is
  * reported once its line, with the newline, and all its pixels are in the files (promise: growing-pairs-lose-no-frame).
  * After a file was replaced, truncated, or overwritten with the same size, next returns NOTHING and then all frames
- * from the first one (promise: replaced-pairs-start-again). A file that was overwritten by a longer one is taken for
- * one that has grown.
+ * from the first one (promise: replaced-pairs-start-again). A file overwritten by a longer one seems to have grown.
  * Without GROWING, the files are examined once, by the first call, and the last line needs no newline.
  *
  * Errors, after which next may be called again. It then examines the files again, and starts again with the first

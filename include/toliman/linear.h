@@ -59,8 +59,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode(const tolima
                                                                     double *values_px,
                                                                     toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
-/* Writes the standard deviation of the values of a template, px, to *sigma_px (promise: template-scatter-is-the-bound):
- * the Cramer-Rao bound with the nuisances of preprocess.project unknown. */
+/* Writes the predicted standard deviation of a template's values, px, to *sigma_px
+ * (promise: template-scatter-is-the-bound): the Cramer-Rao bound with the nuisances of preprocess.project unknown. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_get_sigma(const toliman_linear *linear,
                                                                        double *sigma_px) TOLIMAN_NOEXCEPT;
 

@@ -101,7 +101,7 @@ typedef struct toliman_measure_options {
  *            sigma), or a folder
  *   options  may be NULL
  * Warnings: rows without a value, which are skipped; a column of instruments; a last line without newline, whose last
- * number may be truncated; and those of series.h. A number that seems to stand for a missing value (-9999) is an error
+ * number may be truncated; and those of series.h. A number that seems to mark a missing value (-9999) is an error
  * (promise: missing-marks-are-no-values). The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND if there is no such
  * file, and for a folder without such frames; TOLIMAN_E_FORMAT, with file and line, for a malformed line, and for a
  * file without samples; TOLIMAN_E_MISMATCH if the file has no such columns, or units that cannot be converted;

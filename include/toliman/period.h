@@ -47,8 +47,7 @@
  *                l < 1e-25 of the sum of both eigenvalues, or l < 2e-30 N/W + 4e-31   double-limb
  *              Results whose error bound exceeds 1e-3 have the flag TOLIMAN_PERIOD_INACCURATE
  *              (promise: inaccurate-powers-are-flagged). Queries return TOLIMAN_E_RANGE if the variance of the values
- *              has fewer than 12 correct digits (promise: lost-digits-are-refused), because they scatter too little
- *              compared with value_bound and the sigmas.
+ *              has fewer than 12 correct digits (promise: lost-digits-are-refused), because they scatter too little.
  * Time span    T is the time from the first to the last sample plus one step, the median step between different
  *              times. Functions that do not receive the times use T = sqrt(12 variance of t), which is nearly equal
  *              for regular samples.

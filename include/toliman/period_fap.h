@@ -28,8 +28,7 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_PERIOD_FAP_SINGLE 113
 /* FAP method for repeated queries of a growing series. Queries may be made after each sample or at any times, and may
  * stop at any time. Of noise series that are queried after every sample from the fifth on, at most 1 in 100 ever
- * reaches a SEQUENTIAL FAP of 0.01 (promise: sequential-alarms-are-rare). With BALUEV, about 1 in 4 does within 1095
- * samples.
+ * reaches a SEQUENTIAL FAP of 0.01 (promise: sequential-alarms-are-rare). With BALUEV, 1 in 4 does in 1095 samples.
  *
  * Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
  * method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the allowed false alarm probability is

@@ -62,8 +62,7 @@
  *              others are fitted together, and the posterior of each is computed again with the others. One whose
  *              log10_bayes is then below the threshold becomes the last candidate, and the search ends.
  * Verdict      A candidate is a planet only if no reason of TOLIMAN_PLANET_REASON_... speaks against it
- *              (promise: one-reason-forbids-a-planet). Odds alone prove nothing: they compare two models, both of which
- *              may be wrong.
+ *              (promise: one-reason-forbids-a-planet). Odds alone prove nothing: both models may be wrong.
  * Outliers     Samples farther than 6 standard deviations from a robust fit of functions and sinusoid and also from
  *              the joint fit. The standard deviation is the sigma times that of the residuals, by their median, if that
  *              is above 1. Outliers have no weight in the search: a sharp periastron would describe any single one of

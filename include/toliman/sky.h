@@ -39,9 +39,8 @@
  *               (promise: predictions-keep-their-digits). The velocity of the Earth is within 5 mm/s of DE405, which is
  *               1.7e-4 uas. sky.md lists the effects that are omitted ("Omitted effects").
  *   Observer    An observer file has positions and velocities relative to the Earth's centre, on the axes of the ICRS
- *               (GCRF, EME2000). It has at least 8 states, in a low orbit at most 300 s apart. Observer files with the
- *               axes TEME and ITRF are refused (promise: other-axes-are-refused). A circular orbit has an arbitrary
- *               phase: use it for statistics. */
+ *               (GCRF, EME2000). It has at least 8 states, in a low orbit at most 300 s apart. The axes TEME and ITRF
+ *               are refused (promise: other-axes-are-refused). A circular orbit has an arbitrary phase. */
 #ifndef TOLIMAN_SKY_H
 #define TOLIMAN_SKY_H
 
@@ -124,7 +123,7 @@ typedef struct toliman_sky_prediction {
  * Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
  * the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days after 1970-01-01 and one of them is not a
  * whole second. So times in seconds, ms, us or days are refused (promise: times-in-other-units-are-refused), by all
- * functions that take times. */
+ * functions. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns,
                                                                   size_t count,
                                                                   toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;

@@ -19,9 +19,9 @@
  *
  *   accepted     valid, and the first valid frame with its key
  *   duplicate    valid, same key and same content (frame.h) as an earlier valid frame; ignored
- *   quarantined  valid, same key as an earlier valid frame but different content. Neither can be trusted: the value of
- *                the earlier frame is retracted exactly (promise: quarantines-retract-exactly), and every later valid
- *                copy is quarantined, too
+ *   quarantined  valid, same key as an earlier valid frame but different content. The value of the earlier frame is
+ *                retracted exactly (promise: quarantines-retract-exactly), and every later valid copy is quarantined,
+ *                too
  *   misfit       valid and recorded, but not in the periodogram: its chi-square exceeds the limit of the folder,
  *                and |value| not its own. It may change with the median of the folder's frames
  *   outlier      valid, but not in the periodogram: |value| exceeds its limit, or, after a change of the grid or

@@ -167,7 +167,7 @@ typedef struct toliman_track_options {
                          thread-safe */
     uint32_t reserved;
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    /* Receives one warning for each kind of damage that toliman_track_create repairs or ignores
+    /* Receives one warning per kind of damage that toliman_track_create repairs or ignores
      * (promise: damage-is-told-once):
      * a checkpoint that is damaged, missing or of another ledger; an incomplete record at the end of the ledger; lost
      * session names. May be NULL. */
