@@ -30,7 +30,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Network. */
+/* Network with the preprocessing of its scene. */
 typedef struct toliman_cae toliman_cae;
 
 /* Layouts. The library contains these two; toliman_cae_options.layout selects one. Both have an encoder of four

@@ -63,7 +63,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Tracker. */
+/* Tracker of downlinked frames. */
 typedef struct toliman_track toliman_track;
 
 /* Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
