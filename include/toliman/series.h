@@ -91,7 +91,7 @@ typedef struct toliman_series_sample {
  *           whose lines are longer may pass 65,537 bytes of one. NULL if length is 0
  *   sample  its struct_size must be set
  * Errors: TOLIMAN_E_FORMAT for a malformed line; it counts as a line, and the next one can be parsed
- * (promise: bad-lines-do-not-end-a-series). TOLIMAN_E_MISMATCH if the input has no such columns. */
+ * (promise: bad-lines-end-no-series). TOLIMAN_E_MISMATCH if the input has no such columns. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_series_parse(toliman_series *series, const char *line,
                                                                    size_t length,
                                                                    toliman_series_sample *sample) TOLIMAN_NOEXCEPT;

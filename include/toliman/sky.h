@@ -122,7 +122,7 @@ typedef struct toliman_sky_prediction {
  * A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept.
  * Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
  * the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days after 1970-01-01 and one of them is not a
- * whole second. So times in seconds, ms, us or days are refused (promise: times-in-other-units-are-refused), by all
+ * whole second. So times in seconds, ms, us or days are refused (promise: time-units-are-checked), by all
  * functions. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns,
                                                                   size_t count,
@@ -174,7 +174,7 @@ typedef struct toliman_sky_reduce_options {
  *   - one whose on-target intervals are not known, longer than 600 s. The telescope points elsewhere during a part of
  *     it, and the mean from its start to its end is wrong by up to 245 uas.
  * The median of the measured separations must be within a factor of 2 of the predicted ones: values in mas, uas, rad,
- * deg, or px without their unit are refused (promise: separations-in-other-units-are-refused). Errors:
+ * deg, or px without their unit are refused (promise: separation-units-are-checked). Errors:
  * TOLIMAN_E_ARGUMENT, naming the measurement, for these; otherwise as toliman_sky_predict_mean;
  * TOLIMAN_E_RANGE if no measurement is left. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_reduce(const toliman_sky *sky,
