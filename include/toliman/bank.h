@@ -41,8 +41,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Bank of networks. Functions that take a const bank may run on one bank from several threads; all others need
- * exclusive use. */
+/* Bank of networks. */
 typedef struct toliman_bank toliman_bank;
 
 /* Options of a bank. */
@@ -110,8 +109,8 @@ typedef struct toliman_bank_train_options {
 
 /* Trains the networks of a bank that are not trained yet, in the mode TOLIMAN_CAE_MODE_TIED. If the call is cancelled,
  * the networks that were complete remain trained, and a later call, also of a saved and loaded bank, trains the others.
- * The weights do not depend on threads or interruptions. With a journal, a killed process loses at most one network per
- * thread. fit: as for toliman_bank_encode. options may be NULL.
+ * Weights of a bank do not depend on threads or interruptions (promise: bank-training-resumes). With a journal, a
+ * killed process loses at most one network per thread. fit: as for toliman_bank_encode. options may be NULL.
  * Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_MISMATCH as toliman_bank_encode, and for the journal of another bank, whose
  * message names what differs; TOLIMAN_E_FORMAT for any other file; TOLIMAN_E_STATE if another process writes to the
  * journal; TOLIMAN_E_WRITE if it cannot be written or read: what it holds remains. */
@@ -188,9 +187,9 @@ typedef struct toliman_bank_result {
  *   predictions  [count], times and expected places of the stars; NULL: time 0, no shift
  *   results      [count]; struct_size of the first must be set
  *   fitted       [count], results of the fits; struct_size of the first must be set; or NULL
- * A frame that cannot be fitted is not an error: see the flags. The result depends on the frame and its prediction
- * only, not on threads or on other frames. Errors: TOLIMAN_E_MISMATCH for any other fit (toliman_fit_info.digest);
- * others as toliman_fit_frame. */
+ * A frame that cannot be fitted is not an error: see the flags. The result of a bank depends on the frame and its
+ * prediction only (promise: bank-results-ignore-others). Errors: TOLIMAN_E_MISMATCH for any other fit
+ * (toliman_fit_info.digest); others as toliman_fit_frame. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_encode(const toliman_bank *bank, const toliman_fit *fit,
                                                                   const toliman_image *image, size_t count,
                                                                   const toliman_fit_prediction *predictions,
@@ -214,14 +213,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_renewal(const tol
                                                                        double *days) TOLIMAN_NOEXCEPT;
 
 /* Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. *needed becomes
- * the number of bytes. The same bank always gives the same bytes, also after loading them. Untrained networks are
- * saved, too. TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for an unknown encoding. */
+ * the number of bytes. The same bank always gives the same bytes, also after loading them
+ * (promise: banks-save-same-bytes). Untrained networks are saved, too. TOLIMAN_E_CAPACITY if capacity is too small;
+ * TOLIMAN_E_ARGUMENT for an unknown encoding. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_save(const toliman_bank *bank, int32_t encoding, void *bytes,
                                                                 size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
 /* Loads a bank from exactly `size` bytes. options may be NULL. The caller destroys *out. A bank has at most 1024
- * networks, of 0.8 MB in memory each. TOLIMAN_E_FORMAT for a wrong magic number, version, layout, size or checksum, for
- * numbers out of range, and for weights that are subnormal, above 2^100, infinite or NaN. */
+ * networks, of 0.8 MB in memory each. Wrong magic numbers, versions, layouts, sizes, checksums and numbers of a bank
+ * are TOLIMAN_E_FORMAT (promise: damaged-banks-are-refused), also weights that are subnormal or above 2^100. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_load(const void *bytes, size_t size,
                                                                 const toliman_load_options *options,
                                                                 toliman_bank **out) TOLIMAN_NOEXCEPT;

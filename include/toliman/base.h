@@ -16,50 +16,52 @@
  *
  * Conventions of all headers
  *   - Errors. A function that can fail returns a toliman_status. It writes its results through pointers, which follow
- *     the inputs. If it fails, it writes no output and leaves the object unchanged, unless its comment says
- *     otherwise. toliman_last_error() then describes the wrong argument or file field, its value and the allowed
- *     values. The message belongs to the calling thread. A successful call does not clear it.
+ *     the inputs. A failed call writes no output and leaves its object unchanged, unless its comment says otherwise
+ *     (promise: failed-calls-change-nothing). toliman_last_error() describes the wrong argument or file field, its
+ *     value and the allowed values. A message belongs to its thread, and success does not clear it
+ *     (promise: messages-belong-to-threads).
  *   - Common errors. Any function may return TOLIMAN_E_ARGUMENT (a pointer is NULL that must not be NULL, a
  *     struct_size is unknown, a number is not finite), TOLIMAN_E_MEMORY and TOLIMAN_E_STATE (the object is in use by
  *     another call). Comments list the other errors.
  *   - Objects are opaque. toliman_X_create(..., &x) creates an object, which the caller destroys with
- *     toliman_X_destroy(x). Destroying NULL does nothing.
+ *     toliman_X_destroy(x). Destroying NULL does nothing (promise: destroying-null-does-nothing).
  *   - Structs begin with struct_size, the size that the caller compiled with. Initialise a struct with its _INIT
  *     macro. In a language without C macros, set all bytes to 0 and struct_size to the size of the struct. In an
- *     options struct, 0 in a member selects the default. New members are only appended. In an array of structs the
- *     struct_size of the first element applies to all. A struct that is a member of another has no struct_size.
+ *     options struct, 0 in a member selects the default (promise: zero-is-the-default). New members are only appended
+ *     (promise: members-are-only-appended). In an array of structs the struct_size of the first element applies to all.
+ *     A struct in another has none.
  *   - Enumerations are int32_t. A constant is named after its header and its enumeration (TOLIMAN_PERIOD_FAP_NAIVE).
- *     No two enumerations share a value, so that a constant of the wrong enumeration is refused with
- *     TOLIMAN_E_ARGUMENT. If the library is newer than your headers, a result may hold a constant that they do not
- *     define. Flags are uint32_t, one bit each.
+ *     A constant of the wrong enumeration is refused with TOLIMAN_E_ARGUMENT, as no two share a value
+ *     (promise: wrong-enumerations-are-refused). A library newer than your headers may return constants that they do
+ *     not define. Flags are uint32_t, one bit each.
  *   - Arrays belong to the caller and are in C order. Images are [row][column] with a row stride in elements.
  *   - Lists of names in a text are separated by spaces or commas ("flux_a flux_b").
  *   - Results of unknown number are written to the arguments (..., array, capacity, count), files in memory to
  *     (..., bytes, capacity, needed). *count becomes the number of results. If capacity is smaller, the function
  *     returns TOLIMAN_E_CAPACITY and writes nothing else. To ask for the number, pass array NULL and capacity 0: the
  *     result is TOLIMAN_E_CAPACITY, or TOLIMAN_OK if there is none. Call again if the number may have grown since.
- *   - Threads. Different objects may be used by different threads at the same time. Functions that take a const
- *     object may run on one object from several threads. Other functions need exclusive use: while one runs, every
- *     other call on the same object, const or not, returns TOLIMAN_E_STATE at once and changes nothing. This includes
- *     calls from its own callbacks. Such a function also fails while const calls run on its object.
+ *   - Threads. Different objects may be used by different threads at the same time. Functions that take a const object
+ *     may run on one object from several threads (promise: const-calls-run-together). While another function runs on an
+ *     object, every other call on it returns TOLIMAN_E_STATE at once and changes nothing
+ *     (promise: calls-need-exclusive-use), also from callbacks. It also fails while const calls run.
  *   - Worker threads. A function that uses several takes their number from the member `threads` of its options struct
  *     or, without one, of the options with which its object was created or loaded; 0 = one per processor. Results do
- *     not depend on the number unless a comment says so.
+ *     not depend on the number of threads unless a comment says so (promise: threads-change-no-bit).
  *   - Invalid handles. A pointer to a destroyed object, or to an object of another type, is refused with
- *     TOLIMAN_E_ARGUMENT as long as its memory has not been reused. This helps debugging; do not rely on it.
+ *     TOLIMAN_E_ARGUMENT as long as its memory is not reused (promise: invalid-handles-are-refused). Do not rely on it.
  *   - Functions without a status. toliman_mask_get_json returns "" where others return TOLIMAN_E_STATE or
- *     TOLIMAN_E_ARGUMENT, and sets toliman_last_error(). toliman_X_destroy of an object in use, or of another type,
- *     does not destroy it, but only sets toliman_last_error().
- *   - Callbacks may be written in C++. An exception that leaves a progress, log or frames callback stops the call,
- *     which returns TOLIMAN_E_CANCELLED. An exception that leaves an estimator (frame.h) rejects the frame.
- *     Allocators must not throw. A callback must return or throw: longjmp out of one is not allowed. It skips the
- *     destructors of the call, so that the object remains in use and cannot be destroyed, its memory is lost, worker
- *     threads keep pointers into the abandoned stack, and the process may crash later.
- *   - Signals and fork. Do not call the library from a signal handler. After fork(), the child may use every object
- *     on which no call was running in the parent, except trackers with a folder.
- *   - Process state. The library never prints, exits, reads the environment, or changes the locale, the signal
- *     handlers, the rounding mode or the state of BLAS. It does not depend on the locale. Calls fail with
- *     TOLIMAN_E_UNSUPPORTED unless the floating-point rounding mode is round-to-nearest, the default.
+ *     TOLIMAN_E_ARGUMENT, and sets toliman_last_error(). Destroying an object in use, or of another type, only sets
+ *     toliman_last_error() (promise: objects-in-use-stay).
+ *   - Callbacks may be written in C++. An exception of a progress, log or frames callback stops the call with
+ *     TOLIMAN_E_CANCELLED (promise: exceptions-cancel-calls). An exception of an estimator (frame.h) rejects the frame.
+ *     Allocators must not throw. A callback must return or throw: longjmp out of one is not allowed. The object remains
+ *     in use and cannot be destroyed, and worker threads keep pointers into the stack.
+ *   - Signals and fork. Do not call the library from a signal handler. After fork(), the child may use every object on
+ *     which no call ran in the parent, except trackers with a folder (promise: objects-survive-fork).
+ *   - Process state. The library never prints, exits, reads the environment, or changes the locale, signal handlers,
+ *     rounding mode or BLAS (promise: host-state-is-not-changed). Results and messages do not depend on the locale
+ *     (promise: locale-changes-nothing). Calls fail with TOLIMAN_E_UNSUPPORTED unless the rounding mode is
+ *     round-to-nearest, the default (promise: other-rounding-is-refused).
  *   - Documents. The files glossary.md (terms) and formats.md (file formats) are installed in share/doc/toliman, the
  *     schema of a scene in share/toliman/schema. "The chapter" is the book chapter by Delli Veneri et al., Periodic
  *     Astrometric Signal Recovery Through Convolutional Autoencoders, in Intelligent Astrophysics, Springer (2021).
@@ -106,10 +108,11 @@ typedef int32_t toliman_status;
  * line, with a decimal point in every locale. It is valid until the next failed call on this thread. */
 TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
 
-/* Returns the name of the wrong argument, struct member, scene key or file of the last failed call on this thread, so
- * that programs need not parse the message: "sigma", "options->bin", "frames[3].sigma", "telescope.aperture_m", or
- * the path of a file. "" if no call has failed, and for failures without such a name (out of memory, cancelled, too
- * few samples). Never NULL. Valid until the next failed call on this thread. */
+/* Returns the name of the wrong argument, struct member, scene key or file of the last failed call on this thread
+ * (promise: errors-name-the-field), so that programs need not parse messages: "sigma", "options->bin",
+ * "frames[3].sigma", "telescope.aperture_m", or the path of a file. "" if no call has failed, and for failures without
+ * such a name (out of memory, cancelled, too few samples). Never NULL. Valid until the next failed call on this
+ * thread. */
 TOLIMAN_API const char *toliman_last_error_field(void) TOLIMAN_NOEXCEPT;
 
 /* Returns the name of a constant, as files and messages contain it: "too good" for TOLIMAN_GOODNESS_TOO_GOOD,
@@ -124,8 +127,8 @@ TOLIMAN_API const char *toliman_constant_name(int32_t constant) TOLIMAN_NOEXCEPT
  *   stage     short name of the stage ("frames"), sometimes followed by a colon and details ("train: epoch 3 of 300,
  *             loss 0.9"); valid during the callback
  *   fraction  completed fraction, from 0 to 1
- * Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED, except
- * toliman_mask_create, which returns the mask so far; its object stays usable. */
+ * Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED, and its object stays
+ * usable (promise: stopped-objects-stay-usable); toliman_mask_create returns the mask so far. */
 typedef int32_t (*toliman_progress_fn)(const char *stage, double fraction, void *user_data);
 
 /* Levels of diagnostic messages. */
@@ -142,11 +145,11 @@ typedef void *(*toliman_allocate_fn)(size_t size, size_t alignment, void *user_d
 /* Releases memory that was allocated with this size. Must not throw. */
 typedef void (*toliman_release_fn)(void *memory, size_t size, void *user_data);
 
-/* Optional allocator for the large arrays of an object, such as a memory pool of the host program. The library uses
- * it when it creates, loads or copies the object, and releases the memory at the latest when the object is destroyed.
- * Both functions may be called from any thread that uses the object. user_data must outlive the object; the struct
- * itself is only read during the call. If allocate returns NULL, the call fails with TOLIMAN_E_MEMORY. Small
- * allocations, and those inside OpenBLAS, FFTW, cJSON, zlib and the C++ library, still use malloc. */
+/* Optional allocator for the large arrays of an object, such as a memory pool of the host program. Creating, loading or
+ * copying the object uses it; its memory is released with the object at the latest
+ * (promise: allocators-get-memory-back). Both functions may be called from any thread that uses the object. user_data
+ * must outlive the object; the struct itself is only read during the call. If allocate returns NULL, the call fails
+ * with TOLIMAN_E_MEMORY. Small allocations, and those of OpenBLAS, FFTW, cJSON, zlib and C++, use malloc. */
 typedef struct toliman_allocator {
     uint32_t struct_size; /* sizeof(toliman_allocator) */
     uint32_t reserved;    /* 0 */

@@ -9,9 +9,9 @@
  * Estimate
  *
  *   A budget describes the weighted least-squares estimate of the separation from one frame, with some parameters free:
- *   fitted together with it. Its standard deviation is the Cramer-Rao bound. A parameter that is not free is assumed to
- *   be known; an error of it is a bias of the separation, to first order. A free parameter causes no bias to first
- *   order; its second-order term remains.
+ *   fitted together with it. The standard deviation of this estimate is the Cramer-Rao bound
+ *   (promise: budgets-match-fisher-matrix). An error of a parameter that is not free is a bias of the separation, to
+ *   first order. A free parameter causes no bias to first order; its second-order term remains.
  *
  * Parameters
  *

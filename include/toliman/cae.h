@@ -30,7 +30,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Network. Functions that take a const network may run on one network from several threads. */
+/* Network with the preprocessing of its scene. */
 typedef struct toliman_cae toliman_cae;
 
 /* Layouts. The library contains these two; toliman_cae_options.layout selects one. Both have an encoder of four
@@ -95,8 +95,9 @@ TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
  * of the decoder, in its linear range, to the whitened derivative image. Then it scales both halves so that the
  * latent is the displacement in px. In each step, the momentum of every weight tensor is orthogonalised (as in
  * "Muon", Jordan et al. 2024), and the tensor is rotated in the opposite direction, which keeps its norm. Therefore
- * training does not diverge at any learning rate. Needs no data set and no noise. The predicted efficiency is 0.99
- * for the shipped scenes from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED. */
+ * tied training does not diverge at any learning rate (promise: tied-training-never-diverges). Needs no data set and no
+ * noise. The predicted efficiency (toliman_cae_training.cosine) is 0.99 for the scenes chapter and mission from any
+ * seed (promise: tied-efficiency-is-stated). Needs layout FLIGHT and input WHITENED. */
 #define TOLIMAN_CAE_MODE_TIED 221
 /* Training mode UNSUPERVISED, of the chapter: minimises the mean squared error between input and output over the
  * caller's frames, without prior knowledge. The latent then has no unit, and its sign is arbitrary. */
@@ -148,7 +149,7 @@ typedef struct toliman_cae_train_options {
     size_t validation;  /* UNSUPERVISED: number of frames held out, chosen by the seed; 0 = a tenth, rounded to
                              nearest, at least 1 */
     uint32_t batch;     /* UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16 */
-    uint32_t threads;   /* UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number */
+    uint32_t threads;   /* UNSUPERVISED: worker threads, 0 = one per processor */
     double *losses;     /* [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1 */
     size_t loss_count;  /* elements of losses. Losses of later steps, and of steps before a training was resumed, are
                              not written */
@@ -161,14 +162,14 @@ typedef struct toliman_cae_train_options {
 /* Trains a network, or resumes its last training. Writes the training result to *report.
  * options and report may be NULL.
  *
- * A cancelled training resumes after its last completed step (TIED) or epoch (UNSUPERVISED) if mode, steps, learning
- * rate, batch and numbers of frames are unchanged (see toliman_cae_get_info). A finished training with the
- * same options is not continued: its result is returned (UNSUPERVISED requests and validates the frames again). A
- * finished UNSUPERVISED training continues if more epochs are requested. Any other options start a new training from
- * the network's seed.
+ * A cancelled training resumes to the same bits after its last step (TIED) or epoch
+ * (promise: cancelled-training-resumes) if mode, steps, learning rate, batch and numbers of frames are unchanged (see
+ * toliman_cae_get_info). A finished training with the same options is not continued: its result is returned
+ * (UNSUPERVISED requests and validates the frames again). A finished UNSUPERVISED training continues if more epochs are
+ * requested. Any other options start a new training from the network's seed.
  *
- * On failure the network keeps its weights. Its training state changes only if the new training has completed a step
- * (TIED) or an epoch (UNSUPERVISED); the next call then resumes the new training.
+ * If a training fails, the network keeps its weights (promise: failed-training-keeps-weights). Its training state
+ * changes only after a step (TIED) or an epoch (UNSUPERVISED) of the new one, which the next call then resumes.
  * Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_RANGE if UNSUPERVISED diverges at this learning rate, or the target image of
  * a loaded network leads to weights out of range; TOLIMAN_E_UNSUPPORTED for TIED with another layout or input than it
  * needs; TOLIMAN_E_STATE if the target image of a loaded network is 0. */
@@ -207,7 +208,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
                                                                    toliman_cae_info *out) TOLIMAN_NOEXCEPT;
 
 /* Encodes `count` frames of image, on the threads of the network's options; one frame on the calling thread. A latent
- * does not depend on the other frames. Bad pixels get the counts that a linear fit to the other pixels predicts.
+ * does not depend on the other frames (promise: latents-ignore-other-frames). Bad pixels get the counts of a linear fit
+ * to the others.
  *   latents_px  [count], px
  *   goodness    [count], goodness of this fit, or NULL; struct_size of the first must be set. It does not depend on the
  *               weights or on toliman_cae_options.input
@@ -216,14 +218,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
  *     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
  *
  * u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target.
- * Calls of one thread for one frame of doubles allocate no memory; calls that run at once allocate working memory for
- * each further thread once.
+ * Encoding one frame of doubles allocates no memory (promise: encoding-allocates-nothing); calls that run at once
+ * allocate working memory for each further thread once.
  *
  * Accuracy: the slope of latent over displacement is 1 for small displacements. ELU makes it nonlinear:
- * latent/displacement is about 0.9996 at 1e-4 px, 0.996 at 1e-3 px and 0.96 at 1e-2 px, and 0.9996, 0.997 and 0.97 at
- * the same negative displacements (scene chapter.json). Between trainings, the deviation from 1 varies by a third. A
- * flux error shifts the latent unless preprocess.project removes it: 0.1 % more light shifts it by -6e-6 px in
- * chapter.json.
+ * latent/displacement is about 0.9996 at 1e-4 px, 0.996 at 1e-3 px and 0.96 at 1e-2 px
+ * (promise: latent-slope-is-stated), and 0.9996, 0.997 and 0.97 at negative displacements (scene chapter.json). Between
+ * trainings, the deviation from 1 varies by a third. A flux error shifts the latent unless preprocess.project removes
+ * it: 0.1 % more light shifts it by -6e-6 px in chapter.json.
  * Errors, which name the frame if there are several: TOLIMAN_E_ARGUMENT for another shape, for a non-finite count in
  * the crop, naming its row and column, and with CENTRE_IMAGE for a crop without light; TOLIMAN_E_RANGE if the counts
  * are so far from the scene that the latent overflows, and for an image larger than the address space. */
@@ -275,16 +277,16 @@ typedef struct toliman_cae_save_options {
 } toliman_cae_save_options;
 #define TOLIMAN_CAE_SAVE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_save_options)
 
-/* Saves a network as a weights blob. options may be NULL. *needed becomes the size of the blob. The same network
- * always gives the same bytes, also after loading them. TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_RANGE
- * for numbers above 2^100, which the format excludes. */
+/* Saves a network as a weights blob. options may be NULL. *needed becomes the size of the blob. The same network always
+ * gives the same bytes, also after loading them (promise: networks-save-same-bytes). TOLIMAN_E_CAPACITY if capacity is
+ * too small; TOLIMAN_E_RANGE for numbers above 2^100, which the format excludes. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save(const toliman_cae *cae,
                                                                const toliman_cae_save_options *options, void *bytes,
                                                                size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
-/* Loads a network from a weights blob of exactly `size` bytes. options may be NULL. The caller destroys *out. Never
- * allocates more than the layout implies. TOLIMAN_E_FORMAT for a wrong magic number, version, layout, size or
- * checksum, and for numbers that are subnormal, above 2^100, infinite or NaN. */
+/* Loads a network from a weights blob of exactly `size` bytes. options may be NULL. The caller destroys *out. Loading
+ * never allocates more than the layout implies (promise: weights-have-bounded-memory). A wrong version, layout, size,
+ * checksum or number (subnormal, above 2^100, NaN) is TOLIMAN_E_FORMAT (promise: damaged-weights-are-refused). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load(const void *bytes, size_t size,
                                                                const toliman_load_options *options,
                                                                toliman_cae **out) TOLIMAN_NOEXCEPT;

@@ -34,8 +34,9 @@
  *     known only as well as the spectra are, by their priors. Separations in px do not depend on it.
  *
  * The fitted scene has a group `calibration` with pupil_samples, step_nm, edges and accuracy of the calibration, which
- * are part of the model: a scene that contradicts them is refused. The group also has the verdict, which
- * toliman_sim_info (sim.h) returns, and of which a warning is logged whenever such a scene is used.
+ * are part of the model. A scene that contradicts its calibration is refused
+ * (promise: contradicting-scenes-are-refused). The group also has the verdict, which toliman_sim_info returns and each
+ * use logs.
  *
  * A model that lacks an effect, or whose pupil is too coarse, gives separations that are wrong by many standard
  * deviations. The verdict on chi_square (goodness.h) and the correlation of the residuals show it. What may be missing
@@ -108,7 +109,7 @@ typedef struct toliman_calibration_options {
                                  NULL: the nominal scene. Priors remain around the nominal scene. With IMPROVE, its
                                  mask.edges and pupil_samples replace those of the nominal scene */
     int32_t most_iterations;  /* of the parameters, and again of the map; 0 = 30, at most 1000 */
-    uint32_t threads;         /* worker threads, 0 = one per processor. Results do not depend on them */
+    uint32_t threads;         /* worker threads, 0 = one per processor */
     double capture_px;        /* largest shift of both stars from their predicted places along x or y, px;
                                  0 = 6, at most 64 */
     double window_days;       /* length of the windows, days: parameters change linearly from the start of one to
@@ -121,10 +122,11 @@ typedef struct toliman_calibration_options {
     void *step_data;
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     const char
-        *journal; /* file to which the results of each iteration are appended; NULL: none. If the file exists, the
-                            call continues from it and gives the bits of a call that was not interrupted, also with
-                            more iterations. It needs 4 KiB per frame and iteration, with a map also 8 bytes per cell
-                            and step. The caller removes it once the result is saved. formats.md, "TLMJ" */
+        *journal; /* file to which the results of each iteration are appended; NULL: none. With an existing journal, the
+                            call continues with the bits of an uninterrupted one
+                            (promise: journals-continue-calibrations), also with more iterations. It needs 4 KiB per
+                            frame and iteration, with a map also 8 bytes per cell and step. The caller removes it once
+                            the result is saved. formats.md, "TLMJ" */
 } toliman_calibration_options;
 #define TOLIMAN_CALIBRATION_OPTIONS_INIT TOLIMAN_INIT(toliman_calibration_options)
 
@@ -135,8 +137,8 @@ typedef struct toliman_calibration_options {
  *   predictions  [count], times and expected places of the stars; NULL: times of the scene's frames 0 to count - 1, no
  *                shift
  *   options      may be NULL
- * Memory: the frames, plus an amount almost independent of their number. The result does not depend on threads.
- * Without convergence the call succeeds, with TOLIMAN_CALIBRATION_NOT_CONVERGED.
+ * Memory: the frames, plus an amount almost independent of their number. Without convergence the call succeeds, with
+ * TOLIMAN_CALIBRATION_NOT_CONVERGED.
  * Errors:
  *   - TOLIMAN_E_ARGUMENT for a count that is not finite, naming its frame, row and column; for frames that do not have
  *     the scene's shape; for a parameter that is unknown, named twice, or always free; for a frame whose stars are not
@@ -146,7 +148,7 @@ typedef struct toliman_calibration_options {
  *   - TOLIMAN_E_MISMATCH if options->start has other pupil cells, aperture, step of the mask, wavelengths, or shape of
  *     the frames than the nominal scene. Nothing else of it is compared;
  *   - TOLIMAN_E_MISMATCH for the journal of a calibration of another scene or other frames, with other free parameters,
- *     options or another start; the message names the first that differs;
+ *     options or another start; the message names the first that differs (promise: other-journals-are-refused);
  *   - TOLIMAN_E_FORMAT for any other file, TOLIMAN_E_STATE if another process writes to the journal, TOLIMAN_E_WRITE if
  *     it cannot be written or read: what it holds remains;
  *   - TOLIMAN_E_CANCELLED if step returned a nonzero value. */
@@ -159,12 +161,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_create(const t
 /* Destroys a calibration. NULL is allowed. */
 TOLIMAN_API void toliman_calibration_destroy(toliman_calibration *calibration) TOLIMAN_NOEXCEPT;
 
-/* Flag of a calibration: no maximum was found. Values, standard deviations and images of the fitted instrument are NaN.
- */
+/* Flag: no maximum was found. Values of a calibration without maximum are NaN (promise: unconverged-values-are-nan). */
 #define TOLIMAN_CALIBRATION_NOT_CONVERGED 1u
 
-/* Flag: the frames have an effect that the model lacks. chi_square, of all frames or of those of a window, is POOR
- * (goodness.h), or structure is above structure_limit. */
+/* Flag of frames with an effect that the model lacks (promise: incomplete-models-are-reported): chi_square, of all
+ * frames or of those of a window, is POOR (goodness.h), or structure is above structure_limit. */
 #define TOLIMAN_CALIBRATION_INCOMPLETE 2u
 
 #define TOLIMAN_CALIBRATION_HELD 4u    /* a parameter is known mostly by its prior */

@@ -17,9 +17,8 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Collection of frames of a scene and their components. Each component gives one value per frame, in the order in
- * which the frames were pushed. Functions that take a const collection may run on one collection from several
- * threads. */
+/* Collection of frames of a scene and their components. Each component gives one value per frame, in the order in which
+ * the frames were pushed. */
 typedef struct toliman_components toliman_components;
 
 /* Options of a collection. */
@@ -46,7 +45,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_create(const to
 /* Destroys a collection. NULL is allowed. */
 TOLIMAN_API void toliman_components_destroy(toliman_components *components) TOLIMAN_NOEXCEPT;
 
-/* Adds `count` frames of image in order, or none if one is refused. Discards the trained components.
+/* Adds `count` frames of image in order, or none if one is refused (promise: components-take-all-or-none). Discards
+ * trained components.
  * Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its frame, row and column, and for another shape than that
  * of the scene; TOLIMAN_E_RANGE for a count beyond the range of float32, and for an image larger than the address
  * space; TOLIMAN_E_CAPACITY if the collection becomes full. */
@@ -63,7 +63,7 @@ typedef struct toliman_components_train_options {
     uint32_t struct_size;
     int32_t method;               /* TOLIMAN_COMPONENTS_..., 0 = PCA */
     uint32_t components;          /* number of components: 1 ... 64, fewer than frames; 0 = 1 */
-    uint32_t threads;             /* worker threads, 0 = one per processor; results do not depend on the number */
+    uint32_t threads;             /* worker threads, 0 = one per processor */
     uint32_t iterations;          /* dictionary: largest number of iterations; 0 = 200 */
     uint32_t reserved;            /* 0 */
     double lambda;                /* dictionary: lambda of toliman_components_train; in [0, 1e6], 0 = 1 */
@@ -91,13 +91,14 @@ typedef struct toliman_components_training {
  *               is the rms of all pixels of the frames. Starts from random atoms in the span of the frames. Finds a
  *               local minimum. Sorted by energy.
  * The largest element of a series, in magnitude, is positive. Identical frames give series of zeros. Equal
- * eigenvalues give an arbitrary basis of their space. The same frames, options and seed give the same bits if
- * OpenBLAS uses the same number of threads (the last bits of PCA depend on it).
+ * eigenvalues give an arbitrary basis of their space. The same frames, options and seed give the same bits
+ * (promise: components-repeat-their-bits); the last bits of PCA depend on the threads of OpenBLAS.
  *
  * The inner products of all pairs of frames, which dominate the run time, are kept for the next training, 8 bytes
  * each, until the next push.
- * Errors: TOLIMAN_E_STATE for fewer than components + 1 frames; TOLIMAN_E_CANCELLED. Earlier components then remain.
- * Source: Jolliffe (2002); Mairal, Bach, Ponce, Sapiro (2009), with all frames in one batch. */
+ * Errors: TOLIMAN_E_STATE for fewer than components + 1 frames; TOLIMAN_E_CANCELLED. Components of an earlier training
+ * then remain (promise: cancelled-components-remain). Source: Jolliffe (2002); Mairal, Bach, Ponce, Sapiro (2009), with
+ * all frames in one batch. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_components_train(toliman_components *components, const toliman_components_train_options *options,
                          toliman_components_training *report) TOLIMAN_NOEXCEPT;

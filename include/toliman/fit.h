@@ -68,10 +68,10 @@ typedef struct toliman_fit_options {
  *               first_days[i] the model is that of sims[i]; before the first start and after the last one it is
  *               constant. The time of a frame is that of its prediction
  *   options     may be NULL
- * Interpolated images have an error of second order: about (2 pi d/wavelength)^2/8 of the peak where the OPD changes
- * by d from one scene to the next, 1e-5 for 1 nm. With several windows, the digest of toliman_fit_info is that of all
- * of them and their starts, images is their sum, and oversampling, taps and image_error are the largest. A bank needs
- * the fit of one scene.
+ * Images between two windows have an error of second order (promise: windows-err-in-second-order): about (2 pi
+ * d/wavelength)^2/8 of the peak where the OPD changes by d from one scene to the next, 1e-5 for 1 nm. With several
+ * windows, the digest of toliman_fit_info is that of all of them and their starts, images is their sum, and
+ * oversampling, taps and image_error are the largest. A bank needs the fit of one scene.
  * Errors:
  *   - TOLIMAN_E_ARGUMENT for an unknown parameter, or one that is named twice or always free, for count = 0, and for
  *     starts that are not finite or do not increase;
@@ -128,9 +128,10 @@ typedef struct toliman_fit_prediction {
 #define TOLIMAN_FIT_PREDICTION_INIT TOLIMAN_INIT(toliman_fit_prediction)
 
 /* Flag of a result without a maximum: the last step moved a place by 1e-6 px or more, a star lost 90 % of its flux, or
- * the stars left the range of the model images. Every number is NaN, except iterations; excluded is 0. Frequent if
- * photons and read noise together are below about 1 electron^2 in many pixels. Without this flag, the result is the
- * maximum of the likelihood near the prediction, or near the places found by the search. */
+ * the stars left the range of the model images. Without a maximum every number of a fit is NaN
+ * (promise: unfitted-frames-are-nan), except iterations; excluded is 0. Frequent if photons and read noise together are
+ * below about 1 electron^2 in many pixels. Without this flag, the result is the maximum of the likelihood near the
+ * prediction, or near the places found by the search. */
 #define TOLIMAN_FIT_NOT_CONVERGED 1u
 
 #define TOLIMAN_FIT_SATURATED 4u /* pixels at the full well or the largest count were excluded */
@@ -163,10 +164,10 @@ typedef struct toliman_fit_result {
  *   predictions  [count]; NULL: time 0, no shift
  *   results      [count]; struct_size of the first must be set
  *   values       [count][n], or NULL: all n = toliman_fit_info.parameters parameters, as listed at the top
- *   covariance   [count][n][n], or NULL: their covariance, the inverse Fisher matrix
+ *   covariance   [count][n][n], or NULL: their covariance, the inverse Fisher matrix (promise: covariances-are-bounds)
  * A frame that cannot be fitted is not an error: see the flags. Bad pixels are left out of the fit; where none is
  * found, the search for them changes no bit of the result. The result of a fit depends on the frame and its prediction
- * only, not on threads or on other frames. Errors, which name the frame if there are several: TOLIMAN_E_ARGUMENT for
+ * only (promise: fits-ignore-other-frames). Errors, which name the frame if there are several: TOLIMAN_E_ARGUMENT for
  * another shape, for a non-finite count, naming its row and column, and for a prediction that is not finite or outside
  * the range of the model images; TOLIMAN_E_RANGE for an image larger than the address space. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frame(const toliman_fit *fit, const toliman_image *image,

@@ -19,8 +19,9 @@ TOLIMAN_BEGIN_DECLS
 
 /* Downlinked frame. As an input, its pixels and intervals belong to the caller and are not needed after the call. As an
  * output of toliman_ingest_next, they belong to the reader. session, roi and frame_id together are the key of a frame.
- * A second valid frame with the same key is a duplicate if its content is the same: pixels and their type, shape,
- * camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are quarantined. */
+ * A second valid frame with the same key is a duplicate if its content is the same, otherwise both are quarantined
+ * (promise: conflicting-frames-are-quarantined): pixels, their type and shape, camera_ns, dropped, sigma, exposure_s,
+ * intervals, window. */
 typedef struct toliman_frame {
     uint32_t struct_size; /* sizeof(toliman_frame) */
     int32_t pixel;        /* TOLIMAN_PIXEL_...; there is no default */
@@ -71,8 +72,9 @@ typedef struct toliman_estimate {
 } toliman_estimate;
 #define TOLIMAN_ESTIMATE_INIT TOLIMAN_INIT(toliman_estimate)
 
-/* User-supplied estimator. Its result must depend on *input only. A nonzero return value, an exception, a non-finite
- * values[0] or a sigma out of range rejects the frame. With several threads, all of them call it concurrently. */
+/* User-supplied estimator. Its result must depend on *input only. A nonzero return value, a non-finite values[0] or a
+ * sigma out of range rejects the frame (promise: bad-estimates-reject-frames), and so does an exception. With several
+ * threads, all of them call it concurrently. */
 typedef int32_t (*toliman_estimate_fn)(const toliman_estimate_input *input, toliman_estimate *estimate,
                                        void *user_data);
 

@@ -40,8 +40,8 @@ TOLIMAN_BEGIN_DECLS
  * Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
  * residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))), times chi_square of the
  * other pixels if that is above 1: 1 of 8,000 undamaged frames of 256x256 has such a pixel. A value is estimated from
- * the other pixels alone. If more than 30 pixels exceed the limit, the model is wrong and not the pixels: all are used,
- * bad_pixels is 0, and goodness is POOR. */
+ * the other pixels alone (promise: bad-pixels-are-left-out). If more than 30 pixels exceed the limit, the model is
+ * wrong: all are used, bad_pixels is 0, and goodness is POOR (promise: wrong-models-are-not-cleaned). */
 typedef struct toliman_frame_goodness {
     uint32_t struct_size;    /* in: sizeof(toliman_frame_goodness) */
     int32_t goodness;        /* verdict on chi_square, TOLIMAN_GOODNESS_... */

@@ -17,8 +17,8 @@
  *
  * The mission writes a session as a pair of files: X_frames.bin holds the pixels without header, and X_meta.jsonl, the
  * side file, one JSON object per frame (formats.md, "The mission's pair of files"). Both files grow while the session
- * is downlinked. A damaged line or a missing frame is an event and does not end the reading.
- */
+ * is downlinked. A damaged line or a missing frame is an event and does not end the reading
+ * (promise: damaged-lines-are-events). */
 #ifndef TOLIMAN_INGEST_H
 #define TOLIMAN_INGEST_H
 
@@ -109,12 +109,12 @@ typedef struct toliman_ingest_event {
  * reported as DAMAGE if options.exposure_s is 0.
  *
  * Memory: pixels, intervals, names and texts belong to the reader and stay valid during the next `buffers` - 1 calls of
- * next, whatever event these return. With buffers = 1 they are valid until the next call.
+ * next (promise: frames-outlive-their-buffers). With buffers = 1 they are valid until the next call.
  *
  * With GROWING, the first call and each call after NOTHING examine both files and read only what is new. A frame is
- * reported once its line, with the newline, and all its pixels are in the files. If a file has been replaced,
- * truncated, or overwritten with the same size, next returns NOTHING and then reports all frames from the first one.
- * A file that was overwritten by a longer one is taken for one that has grown.
+ * reported once its line, with the newline, and all its pixels are in the files (promise: growing-pairs-lose-no-frame).
+ * After a file was replaced, truncated, or overwritten with the same size, next returns NOTHING and then all frames
+ * from the first one (promise: replaced-pairs-start-again). A file overwritten by a longer one seems to have grown.
  * Without GROWING, the files are examined once, by the first call, and the last line needs no newline.
  *
  * Errors, after which next may be called again. It then examines the files again, and starts again with the first
@@ -210,9 +210,9 @@ typedef struct toliman_leap_second {
  *   count    becomes the number of rows
  *   expires  becomes the day (MJD) from which on leap seconds may be missing: the expiry of the file, or 1 January of
  *            the first year that ERFA calls dubious; may be NULL
- * A list is refused, with TOLIMAN_E_FORMAT, if the SHA-1 in its line #h is not that of its numbers, if it has a date
- * (#$) but no #h (it is truncated), and if it differs from the table of ERFA up to the last row or the release of that
- * table.
+ * A list of leap seconds is refused if it is damaged, truncated or not that of ERFA
+ * (promise: leap-seconds-are-verified), with TOLIMAN_E_FORMAT: if the SHA-1 in its line #h is not that of its numbers,
+ * if it has a date (#$) but no #h, and if it differs from the table of ERFA up to the last row or release of that.
  * Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(const char *path,
                                                                                toliman_leap_second *table,
@@ -233,9 +233,9 @@ TOLIMAN_API int64_t toliman_ingest_last_utc_day(void) TOLIMAN_NOEXCEPT;
  *   scale   TOLIMAN_INGEST_SCALE_... of the text
  *   table   [count] leap seconds for UTC; NULL if count is 0: those of ERFA. The first row is 10 s on MJD 41317
  *           (1972-01-01), each further row a later day and 1 s more or less
- * No floating-point number is involved: a date is truncated to the nanosecond, a decimal day rounded to the nearest
- * one. A UTC day that ends with a leap second has 86,401 s, and so has its Julian Day. After the last row of the table,
- * TAI - UTC remains constant.
+ * Conversions of times are exact (promise: dates-are-exact): a date is truncated to the nanosecond, a decimal day
+ * rounded to the nearest one. A UTC day that ends with a leap second has 86,401 s, and so has its Julian Day. After the
+ * last row of the table, TAI - UTC remains constant.
  * Errors: TOLIMAN_E_FORMAT if the text is not such a time, TOLIMAN_E_RANGE outside these years, TOLIMAN_E_ARGUMENT for
  * a wrong table, also if the scale is not UTC. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_parse_time(const char *text, int32_t format, int32_t scale,
@@ -292,9 +292,9 @@ typedef struct toliman_ingest_header_time {
  *   Middle   MJD-AVG or DATE-AVG. End: MJD-END or DATE-END
  *   Length   TELAPSE, otherwise XPOSURE, EXPTIME or EXPOSURE, otherwise from start to end
  * The middle is used if it is given, otherwise the start, otherwise the end; of several keywords, the one with finer
- * digits. Half of the length is added to a start. A start without length is taken as mid-exposure. All other keywords
- * of these must agree with the result within half an exposure and their last digit; only TELAPSE may exceed the other
- * lengths, by pauses.
+ * digits. Half of the length is added to a start. A start without length is taken as mid-exposure. All other times of a
+ * header must agree with the result within half an exposure and their last digit
+ * (promise: contradicting-headers-are-refused); only TELAPSE may exceed the other lengths, by pauses.
  *   table    [count] leap seconds for UTC, as in toliman_ingest_parse_time
  *   expires  day (MJD) from toliman_ingest_read_leap_seconds; ignored if count is 0
  *   time     becomes the time

@@ -19,8 +19,7 @@ TOLIMAN_BEGIN_DECLS
 
 /* Template estimator: weighted least-squares estimate of the displacement (the change of the separation) from one
  * frame. The residual (frame minus reference image) is projected on the derivative image of the separation, after
- * this derivative image has been made orthogonal to the nuisances of preprocess.project. Functions that take a const
- * estimator may run on one estimator from several threads. */
+ * this derivative image has been made orthogonal to the nuisances of preprocess.project. */
 typedef struct toliman_linear toliman_linear;
 
 /* Options of an estimator. */
@@ -60,8 +59,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode(const tolima
                                                                     double *values_px,
                                                                     toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
-/* Writes the predicted standard deviation of a value (px) to *sigma_px: the Cramer-Rao bound with the nuisances of
- * preprocess.project unknown. */
+/* Writes the predicted standard deviation of a template's values, px, to *sigma_px
+ * (promise: template-scatter-is-the-bound): the Cramer-Rao bound with the nuisances of preprocess.project unknown. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_get_sigma(const toliman_linear *linear,
                                                                        double *sigma_px) TOLIMAN_NOEXCEPT;
 

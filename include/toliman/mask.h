@@ -65,8 +65,9 @@ typedef struct toliman_mask_options {
  * light lost. The descent uses sketches: at most 128 cells per axis, the middle of the frame, and the wavelengths that
  * an accuracy of 1e-6 needs. Small features are then removed, and the scenes of all places judge the mask. The step is
  * opd_nm or height_nm of the scene's mask; without one, an OPD of half the middle wavelength. options may be NULL. The
- * simulator is not needed afterwards, but the files that its scene names are read again. The caller destroys *out. The
- * result depends on the scene and options only, not on threads. One core takes 1 to 2 minutes for mission.json.
+ * simulator is not needed afterwards, but the files that its scene names are read again. The caller destroys *out. A
+ * mask depends on the scene and options only (promise: masks-ignore-threads). mission.json takes one core 1 to 2
+ * minutes.
  * If the mask is not better at all places, or exceeds the peak at one, the call succeeds and toliman_mask_info.improved
  * is 0: try another seed.
  * Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation

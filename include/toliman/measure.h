@@ -36,7 +36,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* A series of measurements. Functions that take a const series may run on one object from several threads. */
+/* A series of measurements. */
 typedef struct toliman_measure toliman_measure;
 
 /* Kinds of values. */
@@ -101,16 +101,17 @@ typedef struct toliman_measure_options {
  *            sigma), or a folder
  *   options  may be NULL
  * Warnings: rows without a value, which are skipped; a column of instruments; a last line without newline, whose last
- * number may be truncated; and those of series.h. A number that seems to stand for a missing value (-9999) is an error.
- * The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND if there is no such file, and for a folder without such frames;
- * TOLIMAN_E_FORMAT, with file and line, for a malformed line, and for a file without samples; TOLIMAN_E_MISMATCH if the
- * file has no such columns, or units that cannot be converted; TOLIMAN_E_ARGUMENT for bad options, such as a unit that
- * is not that of the file, and as toliman_measure_create; of a folder as toliman_track_create. */
+ * number may be truncated; and those of series.h. A number that seems to mark a missing value (-9999) is an error
+ * (promise: missing-marks-are-no-values). The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND if there is no such
+ * file, and for a folder without such frames; TOLIMAN_E_FORMAT, with file and line, for a malformed line, and for a
+ * file without samples; TOLIMAN_E_MISMATCH if the file has no such columns, or units that cannot be converted;
+ * TOLIMAN_E_ARGUMENT for bad options, such as a unit that is not that of the file, and as toliman_measure_create; of a
+ * folder as toliman_track_create. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_load_file(const char *path,
                                                                         const toliman_measure_options *options,
                                                                         toliman_measure **out) TOLIMAN_NOEXCEPT;
 
-/* The same from the `size` bytes of such a file.
+/* Reads the same series from the `size` bytes of such a file (promise: sources-give-same-numbers).
  *   name     of the input in messages; NULL: none */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_load(const void *bytes, size_t size, const char *name,
                                                                    const toliman_measure_options *options,

@@ -28,10 +28,11 @@
  * Power        1 - (residual sum of squares of the model)/(that of the mean alone), in [0, 1]; astropy's "standard".
  * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, not rounded to a double, in cycles per unit of t.
  *              toliman_period_suggest chooses a grid that resolves every peak.
- * Exactness    The accumulators are fixed-point integers, so that any order of pushes gives the same bits, on every
- *              x86-64 CPU. Single-limb accumulators, the default, resolve weights to 2^-50 and weighted values to
- *              2^-100 of their bounds. Double-limb accumulators resolve 50 bits more, 2^-100 and 2^-150.
- * Accuracy     The error of the power is at most
+ * Exactness    The sums are fixed-point integers: any order of pushes gives the same bits on every x86-64 CPU
+ *              (promise: any-order-gives-same-bits). Single-limb accumulators, the default, resolve weights to 2^-50
+ *              and weighted values to 2^-100 of their bounds. Double-limb accumulators resolve 50 bits more, 2^-100 and
+ *              2^-150.
+ * Accuracy     The power has a known error bound (promise: power-error-is-bounded):
  *                2e-15 + 4e-15 (1 + m) N/(W l)                   single-limb
  *                1e-13 + 6e-16/sqrt(l) + 1e-28 (1 + m) N/(W l)   double-limb, TOLIMAN_PERIOD_DOUBLE_LIMB
  *              with N samples, W = sum (sigma_floor/sigma)^2, m = |mean - value_offset| in weighted standard
@@ -44,9 +45,9 @@
  *              at the sample times (in this header: "they coincide"), and only one of them is fitted. The limits are
  *                l < 1e-17 of the sum of both eigenvalues, or l < 5e-16 N/W + 4e-16   single-limb
  *                l < 1e-25 of the sum of both eigenvalues, or l < 2e-30 N/W + 4e-31   double-limb
- *              Results whose error bound exceeds 1e-3 have the flag TOLIMAN_PERIOD_INACCURATE. Queries return
- *              TOLIMAN_E_RANGE if the values scatter so little, compared with value_bound and the sigmas, that their
- *              variance has fewer than 12 correct digits.
+ *              Results whose error bound exceeds 1e-3 have the flag TOLIMAN_PERIOD_INACCURATE
+ *              (promise: inaccurate-powers-are-flagged). Queries return TOLIMAN_E_RANGE if the variance of the values
+ *              has fewer than 12 correct digits (promise: lost-digits-are-refused), because they scatter too little.
  * Time span    T is the time from the first to the last sample plus one step, the median step between different
  *              times. Functions that do not receive the times use T = sqrt(12 variance of t), which is nearly equal
  *              for regular samples.
@@ -59,7 +60,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Streaming periodogram. Functions that take a const periodogram may run on one object from several threads. */
+/* Streaming periodogram. */
 typedef struct toliman_period toliman_period;
 
 /* Flags of toliman_period_options. */
@@ -116,7 +117,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_suggest(const doubl
  * alone is refused. options may be NULL. The caller destroys *out.
  *
  * Allocates all memory: 129 bytes per frequency (double-limb: 225; with K - 1 nuisance functions 225 + 64 (K - 1)).
- * Pushes and queries allocate nothing, except query_bootstrap, query_sampling with times, query_fit and the saves. */
+ * Pushes and queries allocate nothing (promise: pushes-allocate-nothing), except query_bootstrap, query_sampling with
+ * times, query_fit and the saves. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, double df, int64_t nf,
                                                                     const toliman_period_options *options,
                                                                     toliman_period **out) TOLIMAN_NOEXCEPT;
@@ -135,8 +137,8 @@ TOLIMAN_API void toliman_period_destroy(toliman_period *period) TOLIMAN_NOEXCEPT
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push(toliman_period *period, double t, double y,
                                                                   double sigma) TOLIMAN_NOEXCEPT;
 
-/* Adds n samples, or none if one is refused; the message names its index. sigma may be NULL: the samples are
- * unweighted and count as sigma_floor.
+/* Adds n samples, or none if one is refused (promise: pushes-take-all-or-none); the message names its index. sigma may
+ * be NULL: the samples are unweighted and count as sigma_floor.
  * Errors: as toliman_period_push; TOLIMAN_E_STATE if unweighted samples mix with samples whose sigma is not
  * sigma_floor. If all saved samples were unweighted, a periodogram loaded from them no longer detects later mixing. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_many(toliman_period *period, const double *t,
@@ -168,12 +170,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_samples(tolima
                                                                           size_t n) TOLIMAN_NOEXCEPT;
 
 /* Removes n samples previously pushed with exactly these values, or none if one is refused; samples and rows are
- * as in toliman_period_push_samples. The accumulators become bit-identical to never having pushed them, in any order.
- * For a sliding window, push the newest sample and retract the oldest. No FAP method accounts for repeated queries of a
- * sliding window: multiply the FAP of one query by their number.
+ * as in toliman_period_push_samples. A retraction, in any order, leaves the bits of never having pushed these samples
+ * (promise: retractions-are-exact). For a sliding window, push the newest sample and retract the oldest. No FAP method
+ * accounts for repeated queries of a sliding window: multiply the FAP of one query by their number.
  *
- * The library cannot check that the samples were pushed. A wrong retract may leave a power above 1 at some frequency;
- * queries then return TOLIMAN_E_STATE.
+ * The library cannot check that the samples were pushed. Where a wrong retract leaves a power above 1, queries return
+ * TOLIMAN_E_STATE (promise: wrong-retracts-find-nothing).
  * Errors: as toliman_period_push_samples; TOLIMAN_E_STATE if the count would drop below zero, or if no set of samples
  * can have the remaining sums of weights, values and times. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_samples(toliman_period *period,
@@ -181,10 +183,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_samples(tol
                                                                              const double *rows,
                                                                              size_t n) TOLIMAN_NOEXCEPT;
 
-/* Adds all samples of `other`, which does not change. If both have the same digest (same grid and options), the
- * result is bit-identical to pushing all samples into one periodogram, in any number of shards. Otherwise the
- * accumulators of `other` are first re-referenced (phase-rotated) to this time_offset and value_offset: the power is
- * as accurate, but not bit-identical.
+/* Adds all samples of `other`, which does not change. With equal digests (same grid and options), merged shards have
+ * the bits of one periodogram of all samples (promise: merged-shards-give-same-bits). Otherwise the accumulators of
+ * `other` are first re-referenced (phase-rotated) to this time_offset and value_offset. The power of shards with other
+ * references is as accurate, but not bit-identical (promise: other-references-merge).
  * Errors:
  *   - TOLIMAN_E_MISMATCH if the grids, the kinds of mean, time_offset_ns or unit_ns differ, if single-limb
  *     accumulators would be added to double-limb ones, if unweighted samples would mix with samples whose sigma is
@@ -242,11 +244,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
  * TOLIMAN_PERIOD_POWER_... constant. toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power of
  * the grid may be wrong by more than 1e-3.
  *
- * The power is never NaN. It is 0 if there are fewer than two distinct values, and P = 1 if the model has as many
- * free parameters as there are samples. If cosine and sine coincide at a frequency, one of them is fitted. Each
- * frequency takes 2 to 4 ns, or about 100 ns if double precision would leave fewer than 13 correct digits. This
- * happens at frequencies where cosine or sine hardly varies over the samples, and at all frequencies if the mean is
- * more than 30,000 standard deviations from value_offset.
+ * The power is never NaN (promise: power-is-never-nan). It is 0 if there are fewer than two distinct values, and P = 1
+ * if the model has as many free parameters as there are samples. If cosine and sine coincide at a frequency, one of
+ * them is fitted. Each frequency takes 2 to 4 ns, or about 100 ns if double precision would leave fewer than 13 correct
+ * digits. This happens at frequencies where cosine or sine hardly varies over the samples, and at all frequencies if
+ * the mean is more than 30,000 standard deviations from value_offset.
  * Errors: TOLIMAN_E_RANGE outside the grid, or if the values scatter too little for value_bound; TOLIMAN_E_STATE if
  * the power would exceed 1, because a sample was retracted that was never pushed. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period,
@@ -330,10 +332,11 @@ typedef struct toliman_period_peak {
 } toliman_period_peak;
 #define TOLIMAN_PERIOD_PEAK_INIT TOLIMAN_INIT(toliman_period_peak)
 
-/* Writes the highest peak of the grid to *out, or a longer period whose alias it is (window function above 0.5) and
- * which is as probable (likelihood ratio below the ratio of periods): toliman_period_query_aliases. The frequency is
- * refined by a parabola; power and FAP are those of the grid point: never overstated, at df = 0.1/T up to 1 % low.
- * Errors: as toliman_period_query_power; TOLIMAN_E_STATE for fewer than five samples or constant values. */
+/* Writes the highest peak of the grid, or a longer period whose alias it is and which is as probable, to *out
+ * (promise: longest-alias-is-shown): window function above 0.5, likelihood ratio below the ratio of periods;
+ * toliman_period_query_aliases. The frequency is refined by a parabola. Power and FAP of a peak are never overstated
+ * (promise: peaks-are-not-overstated): those of the grid point, at df = 0.1/T up to 1 % low. Errors: as
+ * toliman_period_query_power; TOLIMAN_E_STATE for fewer than five samples or constant values. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peak(const toliman_period *period,
                                                                         toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
@@ -349,33 +352,34 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const t
  * bounds are checked). For samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns. sigma may
  * be NULL. The refinement is a least-squares fit of frequency, amplitude, phase and offset (the offset is
  * fixed with TOLIMAN_PERIOD_FIXED_MEAN), computed with 64-bit significands. 1 - power is computed from the residuals,
- * accurate down to 1e-31. The result is never worse than its grid point. If cosine and sine coincide at every
- * sample (smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular samples, one of
- * them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts. Nuisance functions
- * are fitted with the sinusoid; rows[n][columns] are the values of the columns, and may be NULL if there are none.
- * Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT for another n; TOLIMAN_E_RANGE for samples outside the
- * bounds. */
+ * accurate down to 1e-31. A fit is never worse than its grid point (promise: fits-beat-the-grid). If cosine and sine
+ * coincide at every sample (smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular
+ * samples, one of them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts.
+ * Nuisance functions are fitted with the sinusoid; rows[n][columns] are the values of the columns, and may be NULL if
+ * there are none. Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT for another n; TOLIMAN_E_RANGE for samples
+ * outside the bounds. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma,
                                                                        const double *rows, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
 /* Saves a periodogram as state bytes (formats.md, "TLMP"): bytes[capacity], whose number becomes *needed.
- * TOLIMAN_E_CAPACITY if capacity is too small. The same samples give the same bytes in any order. TOLIMAN_E_STATE if
- * no set of samples can have these accumulators, so that the state could not be loaded. This happens after retracting
- * a sample that was never pushed, or one that was added by a merge between different offsets (such a merge is not
- * exact). */
+ * TOLIMAN_E_CAPACITY if capacity is too small. TOLIMAN_E_STATE if no set of samples can have these accumulators, so
+ * that the state could not be loaded (promise: unloadable-states-are-not-saved). This happens after retracting a sample
+ * that was never pushed, or one that was added by a merge between different offsets (such a merge is not exact). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_period *period, void *bytes,
                                                                   size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
 /* Loads a periodogram from exactly `size` state bytes. options may be NULL. The caller destroys *out.
- * TOLIMAN_E_FORMAT for a wrong magic number, version, size or checksum, and for impossible content. Before version
- * 1.0, a library loads only the bytes of its own format versions: 3, and 4 with nuisance functions. */
+ * A state with a wrong magic number, version, size or checksum, or impossible content, is TOLIMAN_E_FORMAT
+ * (promise: damaged-states-are-refused). Before 1.0, a library loads only its own format versions: 3, and 4 with
+ * nuisance functions. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load(const void *bytes, size_t size,
                                                                   const toliman_load_options *options,
                                                                   toliman_period **out) TOLIMAN_NOEXCEPT;
 
-/* Saves a periodogram to a file. Replaces the file atomically; on failure (TOLIMAN_E_WRITE) the old file remains. */
+/* Saves a periodogram to a file. Files are replaced atomically: on failure (TOLIMAN_E_WRITE) the old one remains
+ * (promise: files-are-replaced-atomically). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save_file(const toliman_period *period,
                                                                        const char *path) TOLIMAN_NOEXCEPT;
 

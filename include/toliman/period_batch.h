@@ -19,7 +19,7 @@ typedef struct toliman_period_batch_options {
     uint32_t struct_size;
     uint32_t flags;   /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DIRECT */
     double tolerance; /* largest error of a power, at most 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT */
-    uint32_t threads; /* worker threads, 0 = one per processor; results do not depend on the number */
+    uint32_t threads; /* worker threads, 0 = one per processor */
     uint32_t reserved;
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
@@ -34,20 +34,20 @@ typedef struct toliman_period_batch_options {
 /* Computes the power of n samples at frequencies f0 + k df, k < nf, to power[nf], with the model, weights and grid of
  * period.h. sigma and options may be NULL; n may be 0. On failure power is not written.
  *
- * Accuracy: the error of every power is at most the tolerance, or 1e-13 if that is larger. A non-uniform FFT computes
- * the sums with a known error bound. Powers that are not accurate enough are computed again by compensated direct
- * sums, and by exact sums where these cancel. Small archives use direct sums throughout. Special cases are those of
- * toliman_period_query_power, but cosine and sine count as coincident where the smaller eigenvalue is below 1e-17 of
- * the sum of both. With nuisance functions there are no direct sums, and exact sums have the accuracy stated in
- * period_nuisance.h.
+ * Accuracy: the error of every power of a batch is at most the tolerance, or 1e-13 if that is larger
+ * (promise: batches-meet-their-tolerance). A non-uniform FFT computes the sums with a known error bound. Powers that
+ * are not accurate enough are computed again by compensated direct sums, and by exact sums where these cancel. Small
+ * archives use direct sums throughout. Special cases are those of toliman_period_query_power, but cosine and sine count
+ * as coincident where the smaller eigenvalue is below 1e-17 of the sum of both. With nuisance functions there are no
+ * direct sums, and exact sums have the accuracy stated in period_nuisance.h.
  *
- * Memory: 35 bytes per sample and 170 bytes per frequency; 20 bytes more per frequency for each of the second to
- * sixth threads; per nuisance function 16 bytes per sample and 50 bytes per frequency; 225 bytes more per frequency if
- * exact sums are needed. The same input gives the same bits on CPUs of the same kind; the last bits of FFTW differ
- * between kinds. Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible;
- * TOLIMAN_E_RANGE for a tolerance outside [0, 0.01], |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more
- * samples than the address space holds, times outside the span of the trend, or if exact sums are needed and the sigmas
- * differ by a factor of more than 1e8; TOLIMAN_E_CANCELLED. */
+ * Memory: a batch takes 35 bytes per sample and 170 bytes per frequency (promise: batch-memory-is-stated); 20 bytes
+ * more per frequency for each of the second to sixth threads; per nuisance function 16 bytes per sample and 50 bytes
+ * per frequency; 225 bytes more per frequency if exact sums are needed. The same input gives the same bits on CPUs of
+ * the same kind; the last bits of FFTW differ between kinds. Errors: TOLIMAN_E_ARGUMENT if a number is not finite,
+ * sigma <= 0, or the grid is impossible; TOLIMAN_E_RANGE for a tolerance outside [0, 0.01], |t| > 1e100, |y| > 1e300,
+ * phases of more than 2^50 cycles, more samples than the address space holds, times outside the span of the trend, or
+ * if exact sums are needed and the sigmas differ by a factor of more than 1e8; TOLIMAN_E_CANCELLED. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t,
                                                                    const double *y, const double *sigma, size_t n,
                                                                    const toliman_period_batch_options *options,

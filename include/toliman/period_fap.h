@@ -28,7 +28,7 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_PERIOD_FAP_SINGLE 113
 /* FAP method for repeated queries of a growing series. Queries may be made after each sample or at any times, and may
  * stop at any time. Of noise series that are queried after every sample from the fifth on, at most 1 in 100 ever
- * reaches a SEQUENTIAL FAP of 0.01. (With BALUEV, about 1 in 4 reaches 0.01 within 1095 samples.)
+ * reaches a SEQUENTIAL FAP of 0.01 (promise: sequential-alarms-are-rare). With BALUEV, 1 in 4 does in 1095 samples.
  *
  * Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
  * method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the allowed false alarm probability is
@@ -39,7 +39,7 @@ TOLIMAN_BEGIN_DECLS
 
 /* Writes log10 of the FAP of a power P to *log10_fap, for the pushed samples. method is TOLIMAN_PERIOD_FAP_...
  *   log10_residual  log10(1 - P), in [-4900, 0]; 0 gives log10 FAP 0 for any samples
- * The result is never NaN or infinite.
+ * A FAP is never NaN or infinite (promise: faps-are-finite).
  * Errors: TOLIMAN_E_ARGUMENT for an unknown method or a power out of range; TOLIMAN_E_STATE if P > 0 with fewer than
  * five samples or constant values. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fap(const toliman_period *period, int32_t method,
@@ -57,7 +57,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_threshold(con
 /* Options of toliman_period_query_bootstrap. */
 typedef struct toliman_period_bootstrap_options {
     uint32_t struct_size;
-    uint32_t threads;             /* worker threads, 0 = one per processor; results do not depend on the number */
+    uint32_t threads;             /* worker threads, 0 = one per processor */
     uint64_t seed;                /* of the random resamplings */
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;

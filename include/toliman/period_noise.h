@@ -20,7 +20,8 @@
  *              not taken for noise; between, it is a weighted mean of both. A signal in white noise loses 3 % of its
  *              log10 FAP on average, 10 to 12 % in one series of 20.
  * FAP          Baluev's bound with n - K degrees of freedom, where K counts the mean and the functions without a
- *              prior. It holds for one query of a complete series. Share of series of AR(1) noise with a FAP of 0.01:
+ *              prior. It holds for one query of a complete series. Of series of AR(1) noise, about 1 % have a FAP of
+ *              0.01 (promise: correlated-alarms-are-rare):
  *                rho                              0       0.2     0.5     0.9
  *                n = 200, regular                 0.6 %   0.6 %   0.7 %   0.8 %
  *                n = 847 in 3 years, with gaps    0.9 %   0.8 %   0.9 %   1.0 %
@@ -32,7 +33,8 @@
  *              of the noise.
  * Samples      In any order of time. Two samples must not have the same time, where this covariance is singular. Pairs
  *              much closer than the correlation time have great influence, since the model has no white component.
- * Accuracy     Of the power: 1e-10, if the functions leave at least 1e-8 of the squares of cosine and sine.
+ * Accuracy     The power with correlated noise has an error of 1e-10 (promise: noise-power-has-ten-digits), if the
+ *              functions leave 1e-8 of the squares of cosine and sine.
  * Source       Rybicki and Press (1995), Phys. Rev. Lett. 74, 1060; Patterson and Thompson (1971), Biometrika 58, 545;
  *              Baluev (2008), MNRAS 385, 1279.
  */
@@ -107,7 +109,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_query_noise(
 /* Options of toliman_measure_query_noise_bootstrap. */
 typedef struct toliman_period_noise_bootstrap_options {
     uint32_t struct_size;
-    uint32_t threads;             /* worker threads, 0 = one per processor; results do not depend on the number */
+    uint32_t threads;             /* worker threads, 0 = one per processor */
     uint64_t seed;                /* of the random resamplings */
     uint64_t block;               /* consecutive samples per block, at most n; 0 = n^(1/3), rounded up */
     toliman_progress_fn progress; /* may be NULL */

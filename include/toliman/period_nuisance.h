@@ -19,10 +19,12 @@
  *              to both residuals; the sigmas of the samples must be absolute.
  * FAP          N - K degrees of freedom, where K counts the mean and the functions in use that have no prior. Queries
  *              of peaks, models and FAPs need K + 4 samples.
- * Exactness    As in period.h, with double-limb accumulators: the same bits in any order; merges of equal digests and
- *              retractions are exact. Merges of other digests return TOLIMAN_E_MISMATCH.
- * Accuracy     Of the power: 1e-12 if the samples cover the span of the trend and at least 0.3 cycles (K up to 8), or
- *              a tenth of the span (K up to 6); 1e-9 for 3 % of the span.
+ * Exactness    With functions, too, any order gives the same bits, and merges of equal digests and retractions are
+ *              exact (promise: functions-keep-exactness). The accumulators are double-limb. Merges of other digests
+ *              return TOLIMAN_E_MISMATCH.
+ * Accuracy     The power with a trend has an error of 1e-12 if the samples cover its span
+ *              (promise: trend-power-has-twelve-digits) and 0.3 cycles (K up to 8), or a tenth of the span (K up to 6);
+ *              1e-9 for 3 % of the span.
  * In use       A function that the samples do not determine is left out until they do, the highest order of the trend
  *              first: one of which the others leave less than 2^-40. See functions and free_functions of
  *              toliman_period_info.

@@ -50,24 +50,24 @@
  *              thousandth of jitter_max without sigmas. The mean has no prior.
  * Method       Coefficients and amplitudes are marginalised analytically; frequency, eccentricity, mean anomaly, scale
  *              of the amplitudes and jitter by quadrature on a lattice. Cells are divided where the posterior is
- *              concentrated, until neighbouring nodes differ little. There are no chains and no random start; results
- *              have the same bits for any number of threads.
+ *              concentrated, until neighbouring nodes differ little. There are no chains and no random start.
  * Jitter       Fitted if chi_square is poor without it, or if there are no sigmas. With right sigmas, odds and errors
  *              are those of exact ones.
  * Odds         log10_bayes: log10 of the Bayes factor of a model with one more planet against the model without it,
- *              with these priors. It does not contain the prior odds. The largest factor of 500 simulated series
- *              without a planet was 2, log10 0.3: at most 0.6 % of such series (95 %) reach the threshold.
+ *              with these priors. It does not contain the prior odds. Of series without a planet, at most 0.6 % (95 %)
+ *              reach the threshold (promise: false-planets-are-rare): the largest factor of 500 was 2, log10 0.3.
  * Candidates   One at a time: candidate k is searched in the residuals of candidates 1 ... k-1. The derivatives of
  *              their signals are fitted too, which marginalises their errors to first order. The search ends with the
  *              first whose log10_bayes is below `threshold`, or that has a reason other than SAMPLES and FRAMES. All
  *              others are fitted together, and the posterior of each is computed again with the others. One whose
  *              log10_bayes is then below the threshold becomes the last candidate, and the search ends.
- * Verdict      A candidate is a planet if no reason of TOLIMAN_PLANET_REASON_... speaks against it. Odds alone prove
- *              nothing: they compare two models, both of which may be wrong.
+ * Verdict      A candidate is a planet only if no reason of TOLIMAN_PLANET_REASON_... speaks against it
+ *              (promise: one-reason-forbids-a-planet). Odds alone prove nothing: both models may be wrong.
  * Outliers     Samples farther than 6 standard deviations from a robust fit of functions and sinusoid and also from
  *              the joint fit. The standard deviation is the sigma times that of the residuals, by their median, if that
  *              is above 1. Outliers have no weight in the search: a sharp periastron would describe any single one of
- *              them. With one or more no candidate is a planet, except with TOLIMAN_PLANET_CLIP.
+ *              them. With one outlier or more no candidate is a planet, except with TOLIMAN_PLANET_CLIP
+ *              (promise: outliers-forbid-a-planet).
  * Noise        Must be white. toliman_measure_query_noise tests it.
  * Source       Hogg, Myers and Bovy (2010), ApJ 725, 2166, and Price-Whelan et al. (2017), ApJ 837, 20, for the
  *              marginalisation; Kipping (2013), MNRAS 434, L51, for the prior of the eccentricity; Golub and Pereyra
@@ -112,7 +112,7 @@ typedef struct toliman_planet_options {
     uint32_t struct_size;
     uint32_t flags;         /* TOLIMAN_PLANET_NO_JITTER, _CLIP */
     uint32_t max_planets;   /* 1 to TOLIMAN_PLANET_MOST; 0 = 1 */
-    uint32_t threads;       /* worker threads, 0 = one per processor; results do not depend on the number */
+    uint32_t threads;       /* worker threads, 0 = one per processor */
     double parallax_arcsec; /* of the binary; 0 = that of the series; if that is unknown, and if the unit is, masses
                                of a separation are NaN. 0 for velocities */
     double star_mass[2];    /* of A and B, solar masses; 0 = that of the series; if that is unknown, the mass for it is
@@ -305,15 +305,15 @@ typedef struct toliman_planet_limit {
  *   limits       [count], with the struct_size of limits[0] set
  * Excluded: of planets of this amplitude, with a random phase, noise gives to the share `probability` a larger gain
  * (reduction of chi-square by a sinusoid of this period) than that of the series. A planet that is there is excluded
- * with a probability of 1 - probability, at all periods. A gain below the 16 % point of noise counts as that point; a
- * limit is 0 only for a probability below 0.84.
+ * with a probability of 1 - probability, at all periods (promise: upper-limits-hold). A gain below the 16 % point of
+ * noise counts as that point; a limit is 0 only for a probability below 0.84.
  * Detected: log10_bayes, summed over circular orbits alone, reaches the threshold, log10_fap of the sinusoid is at
  * most log10 of detection_fap, and the posterior is not at the edges of the prior: what toliman_planet_create needs
  * for a planet. The period that is found may differ: that of a planet near period_max is drawn towards shorter ones by
  * the prior of the amplitude. Amplitudes are along the mean axis. `detectable` is that of 400 simulated series, within
- * 5 % in amplitude, and agrees with toliman_planet_inject within 0.03 in probability. 0.02 to 0.1 s of processor time
- * per period with 200 to 1,100 samples; worker threads as for the search. Errors: TOLIMAN_E_ARGUMENT for bad numbers
- * and periods outside the prior. */
+ * 5 % in amplitude, and agrees with toliman_planet_inject within 0.03 in probability
+ * (promise: detectable-planets-are-found). 0.02 to 0.1 s of processor time per period with 200 to 1,100 samples; worker
+ * threads as for the search. Errors: TOLIMAN_E_ARGUMENT for bad numbers and periods outside the prior. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_limits(const toliman_planet *planets,
                                                                         const double *periods, size_t count,
                                                                         double probability,

@@ -90,8 +90,8 @@ typedef struct toliman_series_sample {
  *   line    [length] bytes, with the newline at its end if the input has it; at most 65,536 bytes without it. A caller
  *           whose lines are longer may pass 65,537 bytes of one. NULL if length is 0
  *   sample  its struct_size must be set
- * Errors: TOLIMAN_E_FORMAT for a malformed line; it counts as a line, and the next one can be parsed.
- * TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used. */
+ * Errors: TOLIMAN_E_FORMAT for a malformed line; it counts as a line, and the next one can be parsed
+ * (promise: bad-lines-end-no-series). TOLIMAN_E_MISMATCH if the input has no such columns. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_series_parse(toliman_series *series, const char *line,
                                                                    size_t length,
                                                                    toliman_series_sample *sample) TOLIMAN_NOEXCEPT;

@@ -72,12 +72,13 @@
  *                period follows from Kepler's third law with mass M + m: 365.2569 days for 1 au about 1 solar mass.
  *                Dates and periods of the binary are in years of 365.25 days.
  *
- *   Accuracy     The accuracy of a scene is the largest allowed error of a pixel, relative to the peak of the image;
- *                for the Taylor expansion, relative to the largest change of a pixel by the signal. It sets the
- *                number of wavelengths that are propagated (Chebyshev nodes in 1/lambda, between which the image is
- *                interpolated), the order of the Taylor expansion in the displacement, the interpolation of moving
- *                stars, and the pixel integration (see toliman_sim_plan_file). Below 1e-14, every wavelength is
- *                propagated, in every frame of moving stars. The pupil is sampled as the scene says.
+ *   Accuracy     The accuracy of a scene is the largest error of a pixel, relative to the peak of the image
+ *                (promise: images-keep-their-accuracy); for the Taylor expansion, relative to the largest change of a
+ *                pixel by the signal. It sets the number of wavelengths that are propagated (Chebyshev nodes in
+ *                1/lambda, between which the image is interpolated), the order of the Taylor expansion in the
+ *                displacement, the interpolation of moving stars, and the pixel integration (see
+ *                toliman_sim_plan_file). Below 1e-14, every wavelength is propagated, in every frame of moving stars.
+ *                The pupil is sampled as the scene says.
  *
  *   Stages       The detector stages act in this order, each only if the scene names it: expected photons x qe x
  *                pixel response + dark current -> Poisson noise -> full well -> + read noise -> / gain + bias ->
@@ -117,8 +118,7 @@ TOLIMAN_BEGIN_DECLS
 
 /* Simulator: a prepared scene. Each image is computed once, and only if it is needed: the images of the stars when the
  * simulator is created, derivatives and Cramer-Rao bounds by the first call that uses them; TOLIMAN_E_SCENE from such
- * a call if the signal moves a star without changing any pixel of the frame. Frames are then drawn by random access.
- * Functions that take a const simulator may run on one simulator from several threads. */
+ * a call if the signal moves a star without changing any pixel of the frame. Frames are then drawn by random access. */
 typedef struct toliman_sim toliman_sim;
 
 /* Engines: how light is propagated from the pupil to the detector. See Engines above. */
@@ -128,7 +128,7 @@ typedef struct toliman_sim toliman_sim;
 /* Options of a simulator. */
 typedef struct toliman_sim_options {
     uint32_t struct_size;
-    uint32_t threads;             /* worker threads, 0 = one per processor; the results do not depend on the number */
+    uint32_t threads;             /* worker threads, 0 = one per processor */
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
     toliman_log_fn log; /* receives warnings about the scene; may be NULL */
@@ -370,8 +370,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_s
  * systematics of (seed, k) for frame k, then detector stages with noise of (seed, k).
  *   displacements_px  [count]: frames may be beyond the cadence; or NULL: frames of the cadence with the scene's own
  *                     signal
- * A frame depends only on (scene, displacement, seed, k), not on threads or order. Images agree to 1e-14 of their
- * peak between CPU types, so that a rare noisy count may differ between them. Calls may run at the same time; if the
+ * A frame depends only on (scene, displacement, seed, k), not on threads or order
+ * (promise: frames-depend-on-seed-alone). Images agree to 1e-14 of their peak between CPU types
+ * (promise: images-agree-between-cpus), so that a rare noisy count may differ. Calls may run at the same time; if the
  * plan has atlas_taps, the first frame computes the samples to be interpolated while the others wait.
  * Errors, after which images may hold some of the frames: TOLIMAN_E_RANGE for a frame below 0 or, without
  * displacements, outside the cadence, if |displacement| > 0.1 px (100 px if the plan has atlas_taps or exact_frames),

@@ -32,8 +32,7 @@
  *
  * Everything else remains as it is: the positions of the stars, their photons in the band (also where the scene gives
  * peak_photons), the detector. Derivatives are exact, except those of the rotation and the shifts of the mask, whose
- * error is 1e-3 of their largest pixel.
- */
+ * error is 1e-3 of their largest pixel (promise: derivatives-are-exact). */
 #ifndef TOLIMAN_SIM_DERIVATIVE_H
 #define TOLIMAN_SIM_DERIVATIVE_H
 
@@ -73,10 +72,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_derivative(const t
 /* Writes the gradient by the optical path difference of the pupil to gradient[N][N]: the derivative of the sum over
  * pixels of weights[rows][stride] times the expected frame, in the unit of the frame, by the OPD (m) of each cell of
  * toliman_sim_get_pupil; 0 where the pupil is closed. stride >= cols, in elements. For any mode of the OPD, the sum
- * over cells of mode times gradient equals the sum over pixels of weights times the derivative by this mode. The
- * gradient costs about as much as one such derivative. The photons of the stars remain as they are, as for derivatives.
- * Errors: TOLIMAN_E_ARGUMENT for a smaller stride or a weight that is not finite; TOLIMAN_E_UNSUPPORTED with
- * PADDED_FFT. */
+ * over cells of mode times gradient equals the sum over pixels of weights times the derivative by it
+ * (promise: opd-gradients-transpose-derivatives). The gradient costs about as much as one such derivative. The photons
+ * of the stars remain as they are, as for derivatives. Errors: TOLIMAN_E_ARGUMENT for a smaller stride or a weight that
+ * is not finite; TOLIMAN_E_UNSUPPORTED with PADDED_FFT. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_opd_gradient(const toliman_sim *sim,
                                                                            const double *weights, size_t stride,
                                                                            double *gradient) TOLIMAN_NOEXCEPT;

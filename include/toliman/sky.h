@@ -35,12 +35,12 @@
  *               observer's place, bent by the Sun, and changed by the exact aberration of the observer's velocity.
  *   Geometric   Length of the projection of the orbit on the tangential plane, at the barycentric time. "factor" is
  *               apparent over geometric.
- *   Accuracy    Within 1e-4 uas of the same equations in 50 digits. The velocity of the Earth is within 5 mm/s of
- *               DE405, which is 1.7e-4 uas. sky.md lists the effects that are omitted ("Omitted effects").
+ *   Accuracy    Predictions are within 1e-4 uas of the same equations in 50 digits
+ *               (promise: predictions-keep-their-digits). The velocity of the Earth is within 5 mm/s of DE405, which is
+ *               1.7e-4 uas. sky.md lists the effects that are omitted ("Omitted effects").
  *   Observer    An observer file has positions and velocities relative to the Earth's centre, on the axes of the ICRS
  *               (GCRF, EME2000). It has at least 8 states, in a low orbit at most 300 s apart. The axes TEME and ITRF
- *               are refused. A circular orbit has an arbitrary phase: use it for statistics.
- */
+ *               are refused (promise: other-axes-are-refused). A circular orbit has an arbitrary phase. */
 #ifndef TOLIMAN_SKY_H
 #define TOLIMAN_SKY_H
 
@@ -122,8 +122,8 @@ typedef struct toliman_sky_prediction {
  * A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept.
  * Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
  * the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days after 1970-01-01 and one of them is not a
- * whole second: they are then in seconds, ms, us or Modified Julian Days. No prediction is then written. All functions
- * that take times check this. */
+ * whole second. So times in seconds, ms, us or days are refused (promise: time-units-are-checked), by all
+ * functions. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns,
                                                                   size_t count,
                                                                   toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
@@ -164,17 +164,18 @@ typedef struct toliman_sky_reduce_options {
  *   options   may be NULL
  *   out       receives the reduced series, of kind TOLIMAN_MEASURE_REDUCED, with position angles; the caller destroys
  *             it
- * Measurements whose exposure the observer file does not cover completely are left out: left_out of
- * toliman_measure_info. A series without functions, but offsets, gets those of the errors of the orbit: the derivative
- * by each element with a standard deviation, which is its prior, increased by scale_sigma for the semi-major axis.
- * Without such standard deviations, or without sigmas, it gets a trend of order 4, with a warning.
- * Two kinds of exposures are refused if the observer is in orbit, circular or from a file:
+ * Measurements whose exposure the observer file does not cover are left out and counted
+ * (promise: uncovered-exposures-are-left-out): left_out of toliman_measure_info. A series without functions, but
+ * offsets, gets those of the errors of the orbit: the derivative by each element with a standard deviation, which is
+ * its prior, increased by scale_sigma for the semi-major axis. Without such standard deviations, or without sigmas, it
+ * gets a trend of order 4, with a warning.
+ * If the observer is in orbit, two kinds of exposures are refused (promise: unknown-exposures-are-refused):
  *   - a single interval of zero length. The prediction for an instant is wrong by up to 245 uas;
  *   - one whose on-target intervals are not known, longer than 600 s. The telescope points elsewhere during a part of
  *     it, and the mean from its start to its end is wrong by up to 245 uas.
  * The median of the measured separations must be within a factor of 2 of the predicted ones: values in mas, uas, rad,
- * deg, or px without their unit are refused.
- * Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these; otherwise as toliman_sky_predict_mean;
+ * deg, or px without their unit are refused (promise: separation-units-are-checked). Errors:
+ * TOLIMAN_E_ARGUMENT, naming the measurement, for these; otherwise as toliman_sky_predict_mean;
  * TOLIMAN_E_RANGE if no measurement is left. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_reduce(const toliman_sky *sky,
                                                                  const toliman_measure *measured,

@@ -7,9 +7,9 @@
  *
  * The velocity of an observer in a low orbit changes the separation of alpha Centauri by 205 to 257 uas every 97
  * minutes. A mistake in times or in the axes of the observer file therefore leaves residuals of a known shape: times
- * that are late by 37 s leave 10 uas. A planet leaves another shape, and other residuals count as noise: a cause is
- * named only if it explains the residuals by at least 7 standard deviations of what it leaves.
- */
+ * that are late by 37 s leave 10 uas. A planet leaves another shape, and other residuals count as noise. A cause is
+ * named only if it explains the residuals by at least 7 standard deviations of what it leaves
+ * (promise: causes-need-seven-sigmas). */
 #ifndef TOLIMAN_SKY_DIAGNOSIS_H
 #define TOLIMAN_SKY_DIAGNOSIS_H
 

@@ -1,5 +1,6 @@
-/* libtoliman, tracking: turns downlinked frames into a period, one frame at a time. Each frame counts once, in whatever
- * order, and however often, it arrives; one that was committed is not lost if the process is killed.
+/* libtoliman, tracking: turns downlinked frames into a period, one frame at a time. Each frame counts once, however
+ * often it arrives (promise: frames-count-once). Committed frames are not lost if the process is killed
+ * (promise: committed-frames-survive-kills).
  *
  * Data flow (functions toliman_track_...)
  *
@@ -18,8 +19,9 @@
  *
  *   accepted     valid, and the first valid frame with its key
  *   duplicate    valid, same key and same content (frame.h) as an earlier valid frame; ignored
- *   quarantined  valid, same key as an earlier valid frame but different content. Neither can be trusted: the value of
- *                the earlier frame is retracted exactly, and every later valid copy is quarantined, too
+ *   quarantined  valid, same key as an earlier valid frame but different content. The value of the earlier frame is
+ *                retracted exactly (promise: quarantines-retract-exactly), and every later valid copy is quarantined,
+ *                too
  *   misfit       valid and recorded, but not in the periodogram: its chi-square exceeds the limit of the folder,
  *                and |value| not its own. It may change with the median of the folder's frames
  *   outlier      valid, but not in the periodogram: |value| exceeds its limit, or, after a change of the grid or
@@ -45,15 +47,15 @@
  * value contains planets, the error of the reference orbit, and noise.
  *
  * The ledger keeps the measured separation and the intervals. A rebuild with `sky` reduces all frames again without
- * their pixels, for instance with a definitive observer file or a refitted system. The periodogram then has the bits of
- * a folder that had them from the start, with the same grid, clock table, plate scale and limits.
+ * their pixels, for instance with a definitive observer file or a refitted system. A rebuilt periodogram has the bits
+ * of a folder that had these settings from the start (promise: rebuilds-equal-new-folders).
  *
- * The periodogram has the same bits for any order of arrival, if all values are computed with one instruction set.
+ * The periodogram of a tracker has the same bits for any order of arrival (promise: arrival-order-changes-no-bit), if
+ * all values are computed with one instruction set.
  *
  * In a folder, each frame is recorded in a ledger (formats.md, "TLML"), the authoritative record. The folder also
  * holds the grid and clock table (setup), the names of sessions and regions (streams.txt), and the accumulators
- * (checkpoint), which are rebuilt from the ledger if necessary. A crash loses no committed frame.
- */
+ * (checkpoint). A lost checkpoint is computed again from the ledger (promise: lost-checkpoints-cost-time-only). */
 #ifndef TOLIMAN_TRACK_H
 #define TOLIMAN_TRACK_H
 
@@ -61,8 +63,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Tracker. Functions that take a const tracker may run on one tracker from several threads; all others need exclusive
- * use. */
+/* Tracker of downlinked frames. */
 typedef struct toliman_track toliman_track;
 
 /* Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
@@ -76,12 +77,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
 /* Creates a tracker, or opens an existing folder and continues with its frames. For an existing folder, start from
- * toliman_track_load_options. Allocates all memory and locks the ledger until the tracker is destroyed. The caller
- * destroys *out. Errors:
- *   - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, another stamp or
- *     exposure_s, or, without REBUILD, another grid, clock table, system, plate scale or limit of chi-square, and for
- *     the bank of another fit;
- *   - TOLIMAN_E_STATE if another tracker writes to the folder;
+ * toliman_track_load_options. A tracker allocates all memory at creation (promise: trackers-allocate-at-creation), and
+ * locks the ledger until it is destroyed. The caller destroys *out. Errors:
+ *   - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits
+ *     (promise: estimators-are-not-mixed), another stamp or exposure_s, or, without REBUILD, another grid, clock table,
+ *     system, plate scale or limit of chi-square, and for the bank of another fit;
+ *   - TOLIMAN_E_STATE if another tracker writes to the folder (promise: folders-have-one-writer);
  *   - TOLIMAN_E_LOST if the ledger has lost records. toliman_track_merge with SALVAGE recovers the others;
  *   - TOLIMAN_E_FORMAT if the ledger is damaged otherwise, is missing although other files of the folder exist, or is
  *     not a regular file;
@@ -99,9 +100,10 @@ TOLIMAN_API void toliman_track_destroy(toliman_track *track) TOLIMAN_NOEXCEPT;
  * not. Errors:
  *   - TOLIMAN_E_ARGUMENT if a frame is invalid; then no frame is processed;
  *   - TOLIMAN_E_CAPACITY if the number of frames, or of sessions and regions (65,536), is exhausted;
- *   - TOLIMAN_E_WRITE if the ledger cannot be written. The tracker then takes no more frames; open the folder again;
- *   - TOLIMAN_E_LOST if another program removed, renamed, replaced or changed the ledger. It is checked before each
- *     group of records is written; no more frames are acknowledged;
+ *   - TOLIMAN_E_WRITE if the ledger cannot be written. After a failed write the tracker takes no more frames
+ *     (promise: failed-writes-stop-the-tracker); open the folder again;
+ *   - TOLIMAN_E_LOST, before another frame is acknowledged, if another program removed, renamed, replaced or changed
+ *     the ledger (promise: changed-ledgers-stop-writers);
  *   - TOLIMAN_E_STATE without an estimator, with READ_ONLY, and while another thread queries the tracker's
  *     periodogram. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_push(toliman_track *track, const toliman_frame *frames,
@@ -117,14 +119,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_commit(toliman_track
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *track) TOLIMAN_NOEXCEPT;
 
 /* Adds the records of another folder, as if its frames had been pushed here, and commits. The other folder may be in
- * use. Shards may be merged in any order, and a folder may be merged again as it grows: only new records count. Grid
- * and clock table remain those of this tracker. The counts received, repeated and rejected become those of both
- * folders.
+ * use. Folders may be merged in any order, and again as they grow: only new records count
+ * (promise: folders-merge-in-any-order). Grid and clock table remain those of this tracker. The counts received,
+ * repeated and rejected become those of both folders.
  *   flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records. All others count as new arrivals, even if they were
  *          merged before; the periodogram still contains each frame once
- *   lost   may be NULL: number of damaged records that were skipped, plus records missing at the end of the ledger
- *          although its checkpoint counts them. For frames without any record, see the missing frame ids of
- *          toliman_track_get_streams
+ *   lost   may be NULL: number of damaged records that were skipped, plus records that the checkpoint counts and the
+ *          ledger lacks (promise: salvage-counts-what-is-lost). For frames without any record, see the missing frame
+ *          ids of toliman_track_get_streams
  * If several folders hold a frame, the value that was added first remains; networks on CPUs with different
  * instruction sets may differ by 1e-5 sigma.
  * Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH for another estimator, other geometry or limits,
@@ -136,7 +138,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track 
 
 /* Counts and properties of a tracker. received = accepted + unreduced + outlier + misfit + quarantined +
  * repeated + rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also
- * after the folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only. */
+ * after the folder was reopened. A crash loses the counts of uncommitted frames only
+ * (promise: counts-survive-crashes). */
 typedef struct toliman_track_info {
     uint32_t struct_size; /* in: sizeof(toliman_track_info) */
     uint32_t flags;       /* TOLIMAN_TRACK_..., as given */

@@ -32,9 +32,10 @@ TOLIMAN_BEGIN_DECLS
 /* In the column `flags` of a ledger, flags TOLIMAN_BANK_... are multiplied by this factor. */
 #define TOLIMAN_TRACK_BANK_FLAGS 256u
 
-/* Durability of ledger records. A record is committed, and its frame acknowledged, once it has been fsync'ed (with
- * SYNC_NONE: once it has been written). toliman_track_info.committed counts committed records. The count of repeated
- * frames is written by commit, by save, and by the first push more than a second after it changed. */
+/* Durability of ledger records. A frame is acknowledged once its record has been fsync'ed, and survives power cuts
+ * (promise: acknowledged-frames-survive-power-cuts); with SYNC_NONE once it has been written.
+ * toliman_track_info.committed counts committed records. The count of repeated frames is written by commit, by save,
+ * and by the first push more than a second after it changed. */
 #define TOLIMAN_TRACK_SYNC_GROUP 521 /* fsync after `group` records, and at a push if a record is older than 1 s */
 #define TOLIMAN_TRACK_SYNC_FRAME 522 /* fsync after every record */
 #define TOLIMAN_TRACK_SYNC_NONE 523  /* no fsync: a power failure may lose committed records */
@@ -131,8 +132,8 @@ typedef struct toliman_track_limits {
     /* Of the chi-square of a frame; frames above it are misfits.
      *   > 0  this number
      *   -1   4 times the median of all valid frames of the folder, misfits included, at least 2 and at most 100,
-     *        rounded by up to 0.4 %: a model that is wrong by a chi-square of 10 is usable, and one of 1000 is not. The
-     *        verdict of earlier frames changes with the median; it does not depend on the order of arrival
+     *        rounded by up to 0.4 %: a model that is wrong by a chi-square of 10 is usable, and one of 1000 is not.
+     *        Verdicts follow the median, whatever the order of arrival (promise: misfits-ignore-arrival-order)
      *   0    that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1 */
     double chi_square;
     toliman_misfit_fn misfit; /* may be NULL */
@@ -163,10 +164,11 @@ typedef struct toliman_track_options {
     toliman_track_limits limits;
     toliman_track_ledger ledger;
     uint32_t threads; /* threads that estimate; 0 = one per processor, but 1 with `estimate`, which then need not be
-                         thread-safe. Results do not depend on the number */
+                         thread-safe */
     uint32_t reserved;
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    /* Receives a warning for each kind of damage that toliman_track_create repairs or ignores, during that call only:
+    /* Receives one warning per kind of damage that toliman_track_create repairs or ignores
+     * (promise: damage-is-told-once):
      * a checkpoint that is damaged, missing or of another ledger; an incomplete record at the end of the ledger; lost
      * session names. May be NULL. */
     toliman_log_fn log;

@@ -28,6 +28,16 @@ class Promises(Tree):
         self.assertIn("orders: ctest --test-dir build -R '^unit/test_period$'", output)
         self.assertEqual(self.run_check("promises", "nothing")[0], 1)
 
+    def test_sentences_are_read_without_their_marks(self):
+        for text, sentence in (("/* One. Two (promise: x). */", "Two"), ("/* A (promise: y). B (promise: x), always. */", "B"),
+                               (" * Order    The sums are\n *          exact (promise: x).", "The sums are exact"),
+                               (" *   n  number\n * It is finite (promise: x).", "It is finite"),
+                               (" *   - E_A if a;\n *   - E_B if b (promise: x);", "E_B if b"), ("| 1 | rows (promise: x) | c |", "rows"),
+                               ("    int n; /* number,\n            0 = all (promise: x) */", "number, 0 = all"),
+                               ("**Lock.** One holds it (promise: x).", "One holds it")):
+            self.write("include/toliman/period.h", HEADER + text.replace("promise: x", "promise: any") + "\n")
+            self.assertIn("any: %s\n" % sentence, self.run_check("promises", "any")[1])
+
     def test_studies_are_commands(self):
         self.write("Makefile", "planets: everything ## compare\n\t@python3 tools/studies/planets.py\n")
         self.write("tools/studies/planets.py", '"""Posteriors. promises: any-order"""\n')
