@@ -3,15 +3,13 @@ import json
 import os
 import pathlib
 import subprocess
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import alias_campaign as campaign  # noqa: E402
-import toliman  # noqa: E402
+from package import toliman
+import alias_campaign as campaign
 
 
 def run(*arguments):

@@ -1,16 +1,14 @@
 """The bad pixels of a scene: estimators, bounds and calibration do not use them."""
 import copy
 import pathlib
-import sys
 import tempfile
 import unittest
 import warnings
 
 import numpy
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import test_fit  # noqa: E402, which finds the bindings
-import toliman  # noqa: E402
+from package import toliman
+import test_fit
 
 SIDE = test_fit.SIDE
 SCENE = {

@@ -1,16 +1,13 @@
 """Banks of networks from Python: the same numbers from all calls, training, saved banks, and mistakes."""
 import gc
 import pathlib
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
-from toliman import _raw  # noqa: E402
+from package import toliman
+from toliman import _raw
 
 SIDE = 256
 SCENE = {

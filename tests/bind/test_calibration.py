@@ -3,16 +3,13 @@ effect are reported, and mistakes. The long form on the scene `sky`: calibration
 import copy
 import json
 import pathlib
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path += [str(ROOT / "build" / "python"), str(ROOT / "examples" / "sky")]
-import toliman  # noqa: E402
-from truth import draw_truth, true_changes  # noqa: E402
+from package import toliman
+from truth import draw_truth, true_changes
 
 SIDE, FRAMES, CELLS = 40, 4, 32
 SCENE = {

@@ -25,12 +25,10 @@ from contextlib import redirect_stderr
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
-from toliman import _arguments, _library, _raw  # noqa: E402
-from toliman._progress import Bar  # noqa: E402
-from toliman._words import words  # noqa: E402
+from package import ROOT, toliman
+from toliman import _arguments, _library, _raw
+from toliman._progress import Bar
+from toliman._words import words
 
 PACKAGE = pathlib.Path(toliman.__file__).parents[1]
 

@@ -1,13 +1,9 @@
 """Periodograms with correlated noise from Python, against dense generalised least squares in numpy."""
-import pathlib
-import sys
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import toliman
 
 
 def series(n=120, rho=0.6, seed=2):

@@ -1,14 +1,11 @@
 """Frames with cosmic rays: the short form of cosmic_campaign.py, and frames that must not be cleaned."""
-import pathlib
-import sys
 import unittest
 import warnings
 
 import numpy
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import cosmic_campaign as campaign  # noqa: E402
-import toliman  # noqa: E402
+from package import toliman
+import cosmic_campaign as campaign
 
 
 class Cosmic(unittest.TestCase):

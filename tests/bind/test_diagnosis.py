@@ -2,16 +2,12 @@
 and named, and nothing is claimed of data that are right, noisy, damaged or have a planet."""
 import math
 import os
-import pathlib
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import toliman
 
 SECOND = 10**9
 COUNT, SIGMA = 100, 1e-6

@@ -1,44 +1,31 @@
 """Verdicts of planets on simulated series: the short form of doubt_campaign.py, and each reason by itself."""
-import contextlib
-import io
-import logging
 import math
-import pathlib
-import sys
 import unittest
 
 import numpy
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import doubt_campaign as campaign  # noqa: E402
-import doubt_frames  # noqa: E402
-import planet_model as model  # noqa: E402
-import toliman  # noqa: E402
-from test_planet_campaign import Serial  # noqa: E402
+from package import toliman
+from study import Serial, run
+import doubt_campaign as campaign
+import doubt_frames
+import planet_model as model
+from toliman import _library, _raw as RAW
 
-from toliman import _library, _raw as RAW  # noqa: E402
 REASONS = {name: _library.library.toliman_constant_name(getattr(RAW, f"TOLIMAN_PLANET_REASON_{name}")).decode()
            for name in ("ODDS", "CHI_SQUARE", "JITTER", "FAP", "EDGE", "RANGE", "MASS", "CROSSING", "FRAMES", "SAMPLES")}
 
 
-def setUpModule():
-    logging.getLogger("toliman").setLevel(logging.ERROR)
-
-
 class Campaign(unittest.TestCase):
     def test_mistakes(self):
-        with contextlib.redirect_stdout(io.StringIO()):
-            self.assertEqual(campaign.all_mistakes(1, most=2), [])
+        self.assertEqual(run(campaign.all_mistakes, 1, 2)[0], [])
 
     def test_frames(self):
-        with contextlib.redirect_stdout(io.StringIO()) as printed:
-            self.assertEqual(doubt_frames.effects(Serial, 1, 12, 64, ("none", "smear 1e-3", "edges by cells")), [])
-        self.assertEqual(len(printed.getvalue().splitlines()), 5)
+        wrong, lines = run(doubt_frames.effects, Serial, 1, 12, 64, ("none", "smear 1e-3", "edges by cells"))
+        self.assertEqual((wrong, len(lines)), ([], 5))
 
     def test_noise_is_called_poor(self):
-        for factor, words in (1, {"good"}), (1.5, {"poor"}), (0.5, {"too good"}):
-            found = [campaign.of_noise((factor, 281, seed)) for seed in range(2)]
-            self.assertEqual(({word for _, word in found}, sum(planets for planets, _ in found)), (words, 0))
+        for factor, word in (1, "good"), (1.5, "poor"), (0.5, "too good"):
+            self.assertEqual(campaign.of_noise((factor, 281, 0)), (0, word))
 
     def test_missions(self):
         found, error, _, reasons, ratios = campaign.of_mission((campaign.MISSIONS[-1], 1))
@@ -58,7 +45,7 @@ class Reasons(unittest.TestCase):
 
     @classmethod
     def search(cls, y, **options):
-        return campaign.search(cls.t, y, campaign.SIGMA, **options)
+        return campaign.search(cls.t, y, campaign.SIGMA, **{"period_min": 150, "samples": 200, **options})
 
     def assert_refused(self, found, *reasons):
         one = found.candidates[0]
@@ -80,7 +67,7 @@ class Reasons(unittest.TestCase):
 
     def test_chi_square(self):
         self.assert_refused(self.search(self.y + 1.2 * numpy.roll(self.noise, 1), jitter=False), "CHI_SQUARE")
-        self.assert_refused(campaign.search(self.t, self.y, 2 * campaign.SIGMA), "CHI_SQUARE")  # too good
+        self.assert_refused(campaign.search(self.t, self.y, 2 * campaign.SIGMA, period_min=150), "CHI_SQUARE")  # too good
 
     def test_jitter(self):
         found = self.search(self.y + 2 * numpy.roll(self.noise, 1))
@@ -131,14 +118,14 @@ class Reasons(unittest.TestCase):
         self.assertAlmostEqual(found.residuals()[20], 1e-4, delta=5e-6)
         clipped = self.search(y, clip=True)
         self.assertEqual((clipped.info.planets, clipped.info.goodness), (1, "good"))
-        without = campaign.search(self.t[kept], y[kept], campaign.SIGMA).planets[0]
+        without = campaign.search(self.t[kept], y[kept], campaign.SIGMA, period_min=150).planets[0]
         for name in "period", "amplitude", "eccentricity":
             numpy.testing.assert_allclose(getattr(clipped.planets[0], name), getattr(without, name), rtol=1e-2)  # another reference of time
 
     def test_periastron_belongs(self):
         """Few samples see the periastron of an eccentric orbit."""
         y = 1e6 * self.noise + model.velocity(self.t, 420, 0.9, 30, 300, 200)
-        found = toliman.planets(self.t, y, 1.0, velocity=True, samples=100)
+        found = toliman.planets(self.t, y, 1.0, velocity=True, samples=100, period_min=150)
         self.assertEqual((found.info.planets, len(found.outliers)), (1, 0))
         self.assertAlmostEqual(found.planets[0].eccentricity[1], 0.9, delta=0.02)
 

@@ -1,14 +1,10 @@
 """Fits of the forward model from Python: the same numbers from all calls, predictions, the tracker, and mistakes."""
-import pathlib
-import sys
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
-from toliman import _raw  # noqa: E402
+from package import toliman
+from toliman import _raw
 
 SIDE = 64
 SCENE = {

@@ -4,15 +4,11 @@ For each case: frames over a year of the scene `sky`, with fresh noise, against 
 parameters free; model images of three years against propagation. Long version: TOLIMAN_SEEDS=20."""
 import json
 import os
-import pathlib
-import sys
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
 
 LONG = int(os.environ.get("TOLIMAN_SEEDS", 1)) > 1
 FRAMES, AT_ONCE = (1000, 100) if LONG else (60, 20)

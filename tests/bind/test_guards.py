@@ -2,15 +2,11 @@
 import json
 import logging
 import math
-import pathlib
-import sys
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
 
 SECOND = 10**9
 START = toliman.parse_time("2027-01-01")

@@ -1,16 +1,13 @@
 """Tests searches for planets with several instruments: offsets and jitters; and with separations and velocities together:
 the star, the direction and the true mass of the planet. Odds are compared with a midpoint rule of all parameters."""
 import math
-import os
-import sys
 import unittest
 
 import numpy
 
-sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), part) for part in ("../support", "../../build/python")]
-import planet_model as model  # noqa: E402
-import toliman  # noqa: E402
-from toliman import _raw  # noqa: E402
+from package import toliman
+import planet_model as model
+from toliman import _raw
 
 PARALLAX, MASSES = 0.75, (1.08, 0.91)
 MOTION = model.AU / model.DAY / PARALLAX  # m/s of 1 arcsec times one radian per day

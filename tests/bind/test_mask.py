@@ -1,18 +1,14 @@
 """design_mask in Python: the masks of the program, scores, quantum bounds, the end of a design, errors."""
-import copy
 import json
 import os
 import pathlib
 import subprocess
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
 
 
 def small_scene():

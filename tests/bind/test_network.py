@@ -6,7 +6,6 @@ import pathlib
 import pickle
 import struct
 import subprocess
-import sys
 import tempfile
 import threading
 import unittest
@@ -14,10 +13,8 @@ import zlib
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
-from toliman import _pixels  # noqa: E402
+from package import ROOT, toliman
+from toliman import _pixels
 
 ROWS, COLS = 260, 270
 

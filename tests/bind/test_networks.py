@@ -6,15 +6,11 @@ of the weights. Short version: four months of the orbit. Long, also with a netwo
 TOLIMAN_SEEDS=20."""
 import json
 import os
-import pathlib
-import sys
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
 
 LONG = int(os.environ.get("TOLIMAN_SEEDS", 1)) > 1
 FRAMES, AT_ONCE, DAYS, PARTS = (1200, 100, 1095, 6) if LONG else (40, 20, 120, 1)

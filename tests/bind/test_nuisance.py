@@ -2,17 +2,13 @@
 against numpy, a trend that hides a signal."""
 import decimal
 import math
-import pathlib
-import sys
 import unittest
 from decimal import Decimal
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
-from toliman import Periodogram  # noqa: E402
+from package import toliman
+from toliman import Periodogram
 
 decimal.getcontext().prec = 80
 SPAN = 1095

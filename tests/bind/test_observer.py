@@ -4,15 +4,12 @@ import copy
 import json
 import logging
 import pathlib
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import toliman
 
 DAY, SECOND, SCALE = 86400 * 10**9, 10**9, 0.75
 TIMES = numpy.arange(0, 1095, 27.4)

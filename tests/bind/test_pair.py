@@ -4,7 +4,6 @@ import logging
 import os
 import pathlib
 import signal
-import sys
 import tempfile
 import threading
 import time
@@ -12,9 +11,8 @@ import unittest
 
 import numpy
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "build" / "python"))
-import toliman  # noqa: E402
-from toliman import Pair, Tracker  # noqa: E402
+from package import toliman
+from toliman import Pair, Tracker
 
 PACKAGE = pathlib.Path(toliman.__file__).parents[1]
 

@@ -3,7 +3,6 @@ import json
 import os
 import pathlib
 import subprocess
-import sys
 import tempfile
 import unittest
 import warnings
@@ -11,10 +10,8 @@ import warnings
 import numpy
 from astropy.timeseries import LombScargle
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
-from toliman import AccuracyWarning, Error, Periodogram, suited_grid  # noqa: E402
+from package import toliman
+from toliman import AccuracyWarning, Error, Periodogram, suited_grid
 
 t = numpy.arange(200.0)
 y = 1e-3 * numpy.sin(2 * numpy.pi * t / 17)

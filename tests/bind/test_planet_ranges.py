@@ -1,13 +1,10 @@
 """Tests long ranges of frequency, which the search divides into boxes: times on a grid have aliases in each of them."""
 import math
-import pathlib
-import sys
 import unittest
 
 import numpy
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "build" / "python"))
-import toliman  # noqa: E402
+from package import toliman
 
 STEP, SPAN, SIGMA, FREQUENCY = 0.3, 3400, 0.1, 0.99  # of the times, in steps, of the values; of the signal
 LONGEST = 10

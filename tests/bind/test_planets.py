@@ -1,15 +1,11 @@
 """Tests planets() of Python: orbits, masses and odds of synthetic series against numpy."""
 import math
-import pathlib
-import sys
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path += [str(ROOT / "build" / "python"), str(ROOT / "tests" / "support")]
-import planet_model as model  # noqa: E402
-import toliman  # noqa: E402
+from package import toliman
+import planet_model as model
 
 N, SIGMA, STARS, PARALLAX = 150, 0.3e-6, (1.0788, 0.9092), 0.750
 KNOWN = {"unit": 1, "parallax_arcsec": PARALLAX, "star_masses": STARS}

@@ -2,19 +2,15 @@
 import json
 import logging
 import pathlib
-import sys
 import tempfile
 import time
 import unittest
 
 import erfa
-import mpmath
 import numpy
 from mpmath import mp, mpf
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
 
 logging.getLogger("toliman").setLevel(logging.ERROR)  # the Earth's centre is meant
 SYSTEM = ROOT / "examples" / "systems" / "alpha-cen.json"

@@ -4,15 +4,12 @@ import json
 import logging
 import os
 import pathlib
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
 
 SYSTEM = json.loads((ROOT / "examples" / "systems" / "alpha-cen.json").read_text())
 TIMES = toliman.parse_time("2027-01-01") + numpy.arange(50) * 10**15

@@ -8,15 +8,12 @@ import math
 import os
 import pathlib
 import subprocess
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
 
 SCENES = ROOT / "examples" / "scenes"
 ROWS, COLS = 260, 270  # not square, so that exchanged rows and columns are detected

@@ -1,13 +1,11 @@
 """Tests threads that share one object: no sample is lost, no result is wrong, and no thread blocks forever."""
-import pathlib
-import sys
 import threading
 import unittest
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "build/python"))
-import numpy  # noqa: E402
+import numpy
 
-from toliman import Frame, Periodogram, StateError, Tracker  # noqa: E402
+import package  # noqa: F401, which finds the bindings
+from toliman import Frame, Periodogram, StateError, Tracker
 
 GRID = (0.01, 0.0005, 20000)
 THREADS, SAMPLES = 4, 150

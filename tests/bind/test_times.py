@@ -14,10 +14,9 @@ from astropy.io.fits import Header
 from astropy.table import QTable
 from astropy.time import Time, TimeDelta
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "build" / "python"))
-import toliman  # noqa: E402
-from toliman import Periodogram, suited_grid  # noqa: E402
-from toliman.times import plain_times  # noqa: E402
+from package import toliman
+from toliman import Periodogram, suited_grid
+from toliman.times import plain_times
 
 PACKAGE = pathlib.Path(toliman.__file__).parents[1]
 

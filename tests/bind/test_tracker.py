@@ -9,9 +9,8 @@ import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-from toliman import VERDICTS, Error, Estimate, Frame, InputError, Periodogram, StateError, Tracker  # noqa: E402
+import package  # noqa: F401, which finds the bindings
+from toliman import VERDICTS, Error, Estimate, Frame, InputError, Periodogram, StateError, Tracker
 
 DAY = 86400 * 10**9
 GRID = (0.01, 0.001, 400)

@@ -4,15 +4,11 @@ Frames are simulated with 0.1 nm of coma, 0.05 px of jitter and stars 5 K hotter
 telescope without them, with all of these projected out. Long version: TOLIMAN_SEEDS=20, of noise and weights."""
 import json
 import os
-import pathlib
-import sys
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
 
 FRAMES, AT_ONCE, SEEDS = 3000, 500, int(os.environ.get("TOLIMAN_SEEDS", 1))
 KNOWN = ["flux_a", "flux_b", "shift_x", "shift_y", "roll", "scale", "focus", "background"]
