@@ -9,6 +9,7 @@ import unittest
 import numpy
 
 from package import ROOT, toliman
+from refusal import refused
 
 
 def small_scene():
@@ -92,20 +93,20 @@ class DesignMask(unittest.TestCase):
                 self.assertLess(info.peak_to_mean, 40)
 
     def test_refusals_of_a_design(self):
-        for text, options in (("scale_x", {"free": ["scale_x"]}), ("zernike_5: a design", {"free": ["zernike_5"]}),
-                              ("focus.: must be named once", {"free": ["focus", "focus"]}),
-                              ("binary.orbit: dates of a design need", {"dates": [2027]}),
-                              ("at most one", {"dates": [2027], "position_angles": [3]}),
-                              (r"position_angles_deg\[1\] = nan", {"position_angles": [3, numpy.nan]}),
-                              ("peak_to_mean = 0.5", {"peak_to_mean": 0.5}), ("light_in_frame = 1", {"light_in_frame": 1}),
-                              ("feature_cells = 99", {"feature_cells": 99}), ("iterations = 200000", {"iterations": 200000})):
-            with self.subTest(text), self.assertRaisesRegex((toliman.InputError, ValueError), text):
+        for text, options in (("options->free", {"free": ["scale_x"]}), ("options->free", {"free": ["zernike_5"]}),
+                              ("options->free", {"free": ["focus", "focus"]}),
+                              ("binary.orbit", {"dates": [2027]}),
+                              ("options->date_count", {"dates": [2027], "position_angles": [3]}),
+                              ("options->position_angles_deg[1]", {"position_angles": [3, numpy.nan]}),
+                              ("options->peak_to_mean", {"peak_to_mean": 0.5}), ("options->light_in_frame", {"light_in_frame": 1}),
+                              ("options->feature_cells", {"feature_cells": 99}), ("options->iterations", {"iterations": 200000})):
+            with self.subTest(text), refused(toliman.InputError, text):
                 toliman.design_mask(self.simulator, **options)
-        with self.assertRaisesRegex(ValueError, "symmetry = 'threefold': must be one of none, even, odd"):
+        with refused(ValueError, "symmetry"):
             toliman.design_mask(self.simulator, symmetry="threefold")
         with self.assertRaises(TypeError):
             toliman.design_mask("chapter.json")
-        with self.assertRaisesRegex(ValueError, "iterations = -1"):
+        with refused(ValueError, "iterations"):
             toliman.design_mask(self.simulator, iterations=-1)
 
     def test_structure_of_the_light(self):

@@ -1,14 +1,18 @@
-"""Tests that unknown optics, projected out, neither bias the separation nor cost more than the bound says.
+"""Unknown optics, projected out: they must neither bias the separation nor cost more than the bound says.
 
 Frames are simulated with 0.1 nm of coma, 0.05 px of jitter and stars 5 K hotter; template and network are made for a
-telescope without them, with all of these projected out. Long version: TOLIMAN_SEEDS=20, of noise and weights."""
+telescope without them, with all of these projected out. TOLIMAN_SEEDS: of noise and weights. The exit status is 1 if a figure is missed."""
 import json
 import os
+import pathlib
+import sys
 import unittest
 
 import numpy
 
-from package import ROOT, toliman
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "build" / "python"))
+import toliman  # noqa: E402
 
 FRAMES, AT_ONCE, SEEDS = 3000, 500, int(os.environ.get("TOLIMAN_SEEDS", 1))
 KNOWN = ["flux_a", "flux_b", "shift_x", "shift_y", "roll", "scale", "focus", "background"]
