@@ -166,17 +166,6 @@ class Calibrations(unittest.TestCase):
         with self.assertRaises(ZeroDivisionError):
             toliman.calibrate(self.nominal, self.frames, free=STATICS, step=lambda *_: 1 // 0)
 
-    def test_resumes(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = pathlib.Path(folder) / "so_far.json"
-            self.calibration.save(path)
-            self.assertEqual(json.loads(path.read_text())["calibration"]["pupil_samples"], CELLS)
-            start = toliman.Simulator(path)
-            resumed = toliman.calibrate(self.nominal, self.frames, free=STATICS, start=start)
-        self.assertLess(resumed.info.iterations, self.calibration.info.iterations)
-        self.assertLess(abs(resumed.values()["focus"].value - self.calibration.values()["focus"].value),
-                        0.1 * resumed.values()["focus"].sigma)
-
     def test_verdicts(self):
         failed = toliman.calibrate(self.nominal, self.frames, most_iterations=1)
         self.assertEqual(failed.flags, ("not_converged",))
@@ -191,8 +180,8 @@ class Calibrations(unittest.TestCase):
         for kind, name, call in (
             (toliman.InputError, "options->free", lambda: toliman.calibrate(self.nominal, self.frames, free="scal")),
             (toliman.InputError, "options->capture_px", lambda: toliman.calibrate(self.nominal, self.frames, capture_px=65)),
-            (toliman.InputError, "n", lambda: toliman.calibrate(self.nominal, self.frames[:1])),
-            (toliman.InputError, "n", lambda: toliman.calibrate(self.nominal, self.frames[:0])),
+            (toliman.InputError, "count", lambda: toliman.calibrate(self.nominal, self.frames[:1])),
+            (toliman.InputError, "count", lambda: toliman.calibrate(self.nominal, self.frames[:0])),
             (toliman.UnsupportedError, "options->free", lambda: toliman.calibrate(self.nominal, self.frames, free=["roll"])),
             (ValueError, "frames", lambda: toliman.calibrate(self.nominal, self.frames[0])),
             (ValueError, "times_days", lambda: toliman.calibrate(self.nominal, self.frames, times_days=[1])),
@@ -200,7 +189,7 @@ class Calibrations(unittest.TestCase):
             (TypeError, "start", lambda: toliman.calibrate(self.nominal, self.frames, start="scene.json")),
             (toliman.InputError, "window", lambda: self.calibration.values(1)),
             (ValueError, "window", lambda: self.calibration.opd(-1)),
-            (toliman.InputError, "fitted.txt", lambda: self.calibration.save("fitted.txt")),
+            (toliman.InputError, "path", lambda: self.calibration.save("fitted.txt")),
         ):
             with self.subTest(name), refused(kind, name):
                 call()

@@ -68,29 +68,16 @@ class DesignMask(unittest.TestCase):
         self.assertEqual(info.quantum_flux_shift_px, numpy.inf)
 
     def test_design(self):
-        """A mask whose scene has the scores of the design; the same on any number of threads."""
+        """At two position angles. Scores of its scene, and threads: tests/unit/test_mask.c."""
         simulator = toliman.Simulator(small_scene())
         made = toliman.design_mask(simulator, free=["flux_a", "flux_b", "shift_x", "shift_y"], position_angles=[30, 40],
                                    peak_to_mean=40, light_in_frame=0.5, iterations=40, seed=2, threads=2)
         self.assertEqual(made.mask, {"kind": "file", "file": "mask.npy", "quantity": "binary", "opd_nm": 297.5})
         self.assertEqual((made.cells.shape, made.cells.dtype), ((64, 64), numpy.uint8))
-        again = toliman.design_mask(simulator, free=["flux_a", "flux_b", "shift_x", "shift_y"], position_angles=[30, 40],
-                                    peak_to_mean=40, light_in_frame=0.5, iterations=40, seed=2, threads=1)
-        self.assertTrue((again.cells == made.cells).all())
-        self.assertEqual(again.places, made.places)
-        with tempfile.TemporaryDirectory() as folder:
-            numpy.save(pathlib.Path(folder) / "mask.npy", made.cells)
-            for angle, info in zip((30, 40), made.places):
-                scene = small_scene()
-                scene["binary"]["position_angle_deg"] = angle
-                for suffix, mask in (("_before", scene["telescope"]["mask"]), ("", made.mask)):
-                    scene["telescope"]["mask"] = mask
-                    bounds = toliman.Simulator(scene, folder=folder).bounds
-                    for name, value in (("crb", bounds.crb_flux_shift_px), ("peak_to_mean", bounds.peak_to_mean),
-                                        ("gradient_energy", bounds.gradient_energy)):
-                        known = getattr(info, f"crb{suffix}_px" if name == "crb" else name + suffix)
-                        self.assertAlmostEqual(known / value, 1, delta=1e-6)
-                self.assertLess(info.peak_to_mean, 40)
+        self.assertEqual(len(made.places), 2)
+        for info in made.places:
+            self.assertLess(info.peak_to_mean, 40)
+            self.assertLess(info.crb_px, info.crb_before_px)
 
     def test_refusals_of_a_design(self):
         for text, options in (("options->free", {"free": ["scale_x"]}), ("options->free", {"free": ["zernike_5"]}),

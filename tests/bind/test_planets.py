@@ -58,7 +58,6 @@ class Circular(unittest.TestCase):
         self.assertTrue(math.isnan(info.axis_deg))
         self.assertEqual((info.axis_turn_deg, info.jitter), (0, (0, 0, 0)))
         self.assertLess(abs(planet.epoch[1] - info.time_reference), planet.period[1])
-        self.assertIn("310"[:2], repr(self.found))
 
     def test_signal_is_that_of_the_best_orbit(self):
         best = self.found.planets[0].best

@@ -206,7 +206,7 @@ class Scenes(unittest.TestCase):
         far["detector"]["full_well_e"] = 1e6
         with self.assertLogs("toliman", "WARNING") as logs:
             toliman.plan(far)
-        self.assertIn("full", " ".join(logs.output))
+        self.assertIn("full_well_e", " ".join(logs.output))
 
     def test_sampling_is_logged(self):
         """Where it is too coarse, and only there: steps of the wavefront of half a wavelength, points lambda/D apart."""
