@@ -57,7 +57,7 @@ class Network(unittest.TestCase):
 
     def test_every_pixel_type_is_read_in_place(self):
         """Without a copy as doubles, which would need 8 bytes per pixel."""
-        counts = (frames / 1e6).round()
+        counts = (frames[:3] / 1e6).round()
         template = toliman.Template(simulator)
         for type_name in ("u1", "<u2", ">u2", "<u4", ">u4", "<i2", ">i2", "<i4", "<f4", ">f4", "<f8"):
             typed = numpy.minimum(counts, 255 if type_name == "u1" else 1e4).astype(type_name)
@@ -150,25 +150,23 @@ class Network(unittest.TestCase):
         def part(first, count):
             return frames[first:first + count]
         trained = []
-        for source in ({"frames": frames}, {"frames": part, "count": len(frames)}):
+        for source in ({"frames": frames[:6]}, {"frames": part, "count": 6}):
             other = toliman.CAE(simulator, layout="paper", input="raw")
-            training = other.train("unsupervised", epochs=2, batch=4, validation=2, **source)
-            self.assertEqual((training.epochs, training.steps), (2, 6))
+            training = other.train("unsupervised", epochs=2, batch=3, validation=2, **source)
+            self.assertEqual((training.epochs, training.steps), (2, 4))
             trained.append(other.to_bytes())
         self.assertEqual(*trained)
 
     def test_results_of_each_epoch(self):
         """Each is the result of a training of as many epochs; the training stops if the function asks for it."""
-        how = {"frames": frames, "batch": 4, "validation": 2}
+        how = {"frames": frames[:6], "batch": 3, "validation": 2}
         seen = []
         other = toliman.CAE(simulator, layout="paper", input="raw")
         result = other.train("unsupervised", epochs=2, **how,
                              epoch=lambda so_far, training: seen.append((training, so_far.to_bytes(training=True))))
-        self.assertEqual(result, seen[1][0])
-        for k, (training, content) in enumerate(seen, 1):
-            again = toliman.CAE(simulator, layout="paper", input="raw")
-            self.assertEqual(again.train("unsupervised", epochs=k, **how), training)
-            self.assertEqual(again.to_bytes(training=True), content)
+        self.assertEqual((result, other.to_bytes(training=True)), seen[1])
+        again = toliman.CAE(simulator, layout="paper", input="raw")
+        self.assertEqual((again.train("unsupervised", epochs=1, **how), again.to_bytes(training=True)), seen[0])
         again = toliman.CAE(simulator, layout="paper", input="raw")
         with refused(toliman.Cancelled):
             again.train("unsupervised", epochs=2, epoch=lambda so_far, training: training.epochs == 1, **how)
