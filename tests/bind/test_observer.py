@@ -137,19 +137,19 @@ class Observers(unittest.TestCase):
 
     def test_mistakes(self):
         elements = {name: value for name, (value, _) in toliman.Sky().elements.items()}
-        for groups, message in (
-                ({"binary": {"observer": "moon"}}, 'binary.observer = "moon": must be one of "none", "earth"'),
-                ({"binary": {"observer": "earth", "moving": False}}, "binary.observer: needs binary.moving"),
-                ({"binary": {"observer": "earth", "orbit": elements}}, "binary.observer: needs an orbit with a system"),
-                ({"binary": {"observer": {"altitude_km": 100}}}, "binary.observer.altitude_km = 100: must be in"),
-                ({"binary": {"observer": {"file": "missing.oem"}}}, "missing.oem"),
-                ({"binary": {"observer": {"file": "a.oem", "altitude_km": 600}}}, "altitude_km"),
-                ({"binary": {"observer": "earth", "date": 1850}}, "binary.date = 1850: must be in"),
-                ({"binary": {"orbit": "missing.json"}}, "missing.json"),
-                ({"cadence": {"on_target_s": [0, 10, 20]}}, "cadence.on_target_s: has 3 numbers"),
-                ({"cadence": {"on_target_s": [0, 10, 10, 20]}}, r"cadence.on_target_s\[2\] = 10: must be above"),
-                ({"cadence": {"on_target_s": [0, 61]}}, "cadence.on_target_s: ends at 61 s: must end within exposure_s")):
-            with self.subTest(message), refused(toliman.Error, message):
+        for name, groups in (
+                ("binary.observer", {"binary": {"observer": "moon"}}),
+                ("binary.observer", {"binary": {"observer": "earth", "moving": False}}),
+                ("binary.observer", {"binary": {"observer": "earth", "orbit": elements}}),
+                ("binary.observer.altitude_km", {"binary": {"observer": {"altitude_km": 100}}}),
+                ("./missing.oem", {"binary": {"observer": {"file": "missing.oem"}}}),
+                ("binary.observer.altitude_km", {"binary": {"observer": {"file": "a.oem", "altitude_km": 600}}}),
+                ("binary.date", {"binary": {"observer": "earth", "date": 1850}}),
+                ("./missing.json", {"binary": {"orbit": "missing.json"}}),
+                ("cadence.on_target_s", {"cadence": {"on_target_s": [0, 10, 20]}}),
+                ("cadence.on_target_s", {"cadence": {"on_target_s": [0, 10, 10, 20]}}),
+                ("cadence.on_target_s", {"cadence": {"on_target_s": [0, 61]}})):
+            with self.subTest(name), refused(toliman.Error, name):
                 toliman.Simulator(scene_with(**groups))
 
 
