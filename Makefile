@@ -14,12 +14,12 @@ demo: all ## build everything, find a planet in 1095 simulated frames, and draw 
 check: everything ## build and run the tests
 	tests/with_kernels $(BUILD) ctest --test-dir $(BUILD) --label-exclude long --output-on-failure --parallel $$(($(JOBS) + 1)) # some tests wait for disks and clocks
 bench: everything ## measure speed and error, with reference programs, into build/bench and a report (10 minutes)
-	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench
+	@/usr/bin/python3 tools/bench/bench.py $(BUILD)/bin $(BUILD)/bench
 	@$(BUILD)/bin/toliman report $(BUILD)/bench
 bench-%: everything ## run one benchmark, with details: sim, cae, period, weights, fit, calibrate, commands or size
-	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench $*
-record: bench ## run make bench and write its results to tests/bench/recorded.json and the tables of the documents
-	@/usr/bin/python3 tests/bench/record.py $(BUILD)/bench
+	@/usr/bin/python3 tools/bench/bench.py $(BUILD)/bin $(BUILD)/bench $*
+record: bench ## run make bench and write its results to tools/bench/recorded.json and the tables of the documents
+	@/usr/bin/python3 tools/bench/record.py $(BUILD)/bench
 fap: everything ## count false alarms in noise, and samples until a signal is found (2 minutes)
 	@$(BUILD)/bin/bench_fap
 noise: everything ## count false alarms in correlated noise, with and without its model (half an hour)
@@ -32,6 +32,7 @@ science: everything ## find the separation with unknown optics, and of stars tha
 missions: everything ## search the planet of alpha Centauri in 600 simulated missions, blind: shares found, false alarms; aliases (10 minutes)
 planets: everything ## compare posteriors, odds and limits of planets with 1,800 simulated series (1 hour)
 doubt: everything ## search planets in frames with effects that the model lacks, and in 2,400 series with wrong sigmas, times, units and samples (20 minutes)
+cosmic: everything ## compare periods of 1,000 frames with and without hits of cosmic rays (5 minutes)
 masks: everything ## design masks for three scenes; what they tolerate; fresh frames with them, 20 seeds (40 minutes)
 chapter: everything ## train the network as the chapter does, 1,000 epochs at three amplitudes; smoothness in time (3 hours)
 budget: everything ## compare the error budget of the mission with finite differences of images (2 minutes)

@@ -1,4 +1,4 @@
-! Results of every header through the Fortran objects, the same as in numbers.c. Usage: numbers scene
+! Results of every header through the Fortran objects, the same as in test_numbers.py. Usage: numbers scene
 program numbers
     use, intrinsic :: iso_c_binding
     use toliman

@@ -1,16 +1,15 @@
 """The bad pixels of a scene: estimators, bounds and calibration do not use them."""
 import copy
 import pathlib
-import sys
 import tempfile
 import unittest
 import warnings
 
 import numpy
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import test_fit  # noqa: E402, which finds the bindings
-import toliman  # noqa: E402
+from package import toliman
+from refusal import refused
+import test_fit
 
 SIDE = test_fit.SIDE
 SCENE = {
@@ -39,7 +38,7 @@ class BadPixels(unittest.TestCase):
     def scene(self, path=None, side=SIDE):
         scene = copy.deepcopy(SCENE)
         scene["detector"]["shape"] = [side, side]
-        scene["telescope"]["pupil_samples"] = 96 if side == SIDE else 256
+        scene["telescope"]["pupil_samples"] = 96 if side == SIDE else 128
         if path is not None:
             scene["detector"]["bad_pixels"] = str(path)
         return scene
@@ -101,7 +100,7 @@ class BadPixels(unittest.TestCase):
             loaded = toliman.CAE.from_bytes(content)
             self.assertEqual(loaded.encode(damaged), loaded.encode(frame))
             self.assertEqual(loaded.to_bytes(planes=encoding) if encoding != "float32" else loaded.to_bytes(), content)
-        with self.assertRaisesRegex(toliman.UnsupportedError, "bad_pixels"):
+        with refused(toliman.UnsupportedError, "detector.bad_pixels"):
             toliman.CAE(toliman.Simulator(self.scene(self.save("wide.npy", numpy.eye(260)), 260)), centre="image")
 
     def test_calibration_does_not_use_them(self):
@@ -116,19 +115,17 @@ class BadPixels(unittest.TestCase):
     def test_mistakes(self):
         nan = numpy.zeros((SIDE, SIDE))
         nan[3, 4] = numpy.nan
-        for array, error, text in (
-            (numpy.zeros((SIDE, SIDE - 1)), toliman.InputError, "bad_pixels: .* is 64 x 63: must be 64 x 64, as shape"),
-            (numpy.ones((SIDE, SIDE)), toliman.InputError, "bad_pixels: .*: all 4096 pixels are bad"),
-            (nan, toliman.InputError, r"element \[3\]\[4\] = nan: must be 0 for a good pixel"),
-            (numpy.zeros(SIDE), toliman.InputError, "bad.npy"),
-            (None, toliman.NotFoundError, "missing.npy"),
+        for array, error, name in (
+            (numpy.zeros((SIDE, SIDE - 1)), toliman.InputError, "detector.bad_pixels"),
+            (numpy.ones((SIDE, SIDE)), toliman.InputError, "detector.bad_pixels"),
+            (nan, toliman.InputError, ""),
+            (numpy.zeros(SIDE), toliman.InputError, ""),
+            (None, toliman.NotFoundError, ""),
         ):
             path = self.save("bad.npy", array) if array is not None else pathlib.Path(self.folder.name, "missing.npy")
-            with self.subTest(text):
-                with self.assertRaisesRegex(error, text):
-                    toliman.Simulator(self.scene(path))
-                with self.assertRaisesRegex(error, text):
-                    toliman.Simulator(self.scene(), bad_pixels=path)
+            for options in {"scene": self.scene(path)}, {"scene": self.scene(), "bad_pixels": path}:
+                with refused(error, name or path):
+                    toliman.Simulator(**options)
 
 
 if __name__ == "__main__":

@@ -1,30 +1,22 @@
 """Blurred images against quadrature: the short form of blur_campaign.py; and what commands say of wide blurs."""
-import contextlib
-import io
 import json
-import pathlib
-import sys
 import unittest
+import unittest.mock
 
 import numpy
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import blur_campaign  # noqa: E402
-import toliman  # noqa: E402
-from test_planet_campaign import Serial  # noqa: E402
+from package import toliman
+from study import Serial, run
+import blur_campaign as campaign
 
-CHAPTER = blur_campaign.ROOT / "examples" / "scenes" / "chapter.json"
+CHAPTER = campaign.ROOT / "examples" / "scenes" / "chapter.json"
 
 
 class Blurs(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        blur_campaign.campaign.quiet()
-
     def test_against_quadrature(self):
-        with contextlib.redirect_stdout(io.StringIO()) as printed:
-            self.assertEqual(blur_campaign.blurs(Serial, (3,), (0.375,)), [])
-        self.assertIn("48 cases", printed.getvalue())
+        with unittest.mock.patch.object(campaign, "SHAPES", campaign.SHAPES[1:2]):
+            wrong, lines = run(campaign.blurs, Serial, (3,), (0.375,))
+        self.assertEqual((wrong, lines[-1]), ([], "16 cases"))
 
     def test_images_of_wide_blurs_are_light(self):
         """Positive, as bright as without the blur, and of a bound that grows with it: 5.9e-6 px at 5 px by quadrature."""

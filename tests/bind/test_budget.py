@@ -4,15 +4,13 @@ import math
 import os
 import pathlib
 import subprocess
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
+from refusal import refused
 
 
 def small_scene():
@@ -62,13 +60,13 @@ class Budget(unittest.TestCase):
         self.assertEqual(self.simulator.budget([]).summary.crb_px, self.simulator.bounds.crb_px)
 
     def test_errors(self):
-        with self.assertRaisesRegex(toliman.InputError, "did you mean \"shift_x"):
+        with refused(toliman.InputError, "options->free_names"):
             self.simulator.budget(["shift_z"])
-        with self.assertRaisesRegex(toliman.UnsupportedError, "mask_rotation"):
+        with refused(toliman.UnsupportedError):
             self.simulator.budget(["mask_rotation"])
-        with self.assertRaisesRegex(ValueError, "free"):
+        with refused(ValueError, "free"):
             self.simulator.budget("flux_a")
-        with self.assertRaisesRegex(ValueError, "frames"):
+        with refused(ValueError, "frames"):
             self.simulator.budget(frames=-1)
 
 

@@ -3,16 +3,14 @@ effect are reported, and mistakes. The long form on the scene `sky`: calibration
 import copy
 import json
 import pathlib
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path += [str(ROOT / "build" / "python"), str(ROOT / "examples" / "sky")]
-import toliman  # noqa: E402
-from truth import draw_truth, true_changes  # noqa: E402
+from package import toliman
+from refusal import refused
+from truth import draw_truth, true_changes
 
 SIDE, FRAMES, CELLS = 40, 4, 32
 SCENE = {
@@ -78,21 +76,19 @@ class Calibrations(unittest.TestCase):
         numpy.testing.assert_allclose(fitted["separation_px"], self.calibration.frames["separation_px"], atol=1e-7)
 
     def test_wrong_models_are_reported(self):
-        """A ghost, another step of the mask, square pixels: effects that no parameter can imitate."""
+        """A ghost, square pixels: effects that no parameter can imitate."""
         bright = [copy.deepcopy(scene) for scene in (SCENE, self.scene)]
         for scene in bright:
             scene["cadence"]["exposure_s"] *= 10
         nominal, truth = bright
-        step, square = (copy.deepcopy(truth) for _ in range(2))
-        step["telescope"]["mask"]["opd_nm"] += 1
+        square = copy.deepcopy(truth)
         square["detector"]["pixel"] = "integrated"
-        for name, scene, ghost in (("ghost", truth, 0.05), ("step", step, 0), ("square", square, 0)):
+        for name, scene, ghost in (("ghost", truth, 0.05), ("square", square, 0)):
             with self.subTest(name):
                 frames = toliman.Simulator(scene).frames(seed=1)
                 frames += ghost * numpy.roll(frames, (7, -5), (1, 2))
                 found = toliman.calibrate(toliman.Simulator(nominal), frames, free=STATICS)
                 self.assertEqual(found.flags, ("incomplete",), found.verdict)
-                self.assertRegex(found.verdict, "^model incomplete: chi-square .* standard deviations above 1; may be missing: ")
 
     def test_incomplete_models_are_completed(self):
         nominal = copy.deepcopy(SCENE)
@@ -101,7 +97,6 @@ class Calibrations(unittest.TestCase):
         (name, attempt), = found.attempts
         self.assertEqual((name, attempt.kept, attempt.goodness, attempt.cells), ("mask edges", True, "good", CELLS))
         self.assertEqual((found.flags, found.changes, found.lacks, found.left_out), (("held",), ("mask edges",), (), {}))
-        self.assertIn("; added to the model: mask edges", found.verdict)
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "fitted.json"
             found.save(path)
@@ -114,7 +109,6 @@ class Calibrations(unittest.TestCase):
         nominal["noise"]["read_e"] = 500
         found = toliman.calibrate(toliman.Simulator(nominal), self.frames, free=STATICS)
         self.assertEqual((found.flags, found.goodness), (("too_good",), "too good"))
-        self.assertRegex(found.verdict, "^too good: chi-square 0.* standard deviations below 1$")
 
     def test_the_opposite_sign_is_found(self):
         """The pupil is nearly symmetric: even aberrations with the opposite sign are a second minimum."""
@@ -136,7 +130,6 @@ class Calibrations(unittest.TestCase):
         numpy.testing.assert_allclose(numpy.sqrt(numpy.diag(covariance)), [value.sigma for value in values.values()])
         self.assertEqual((values["scale"].unit, values["focus"].prior_sigma), ("", 100))
         self.assertRegex(self.calibration.verdict, r"^converged: chi-square [01]\.\d+ \+- 0\.\d+$")
-        self.assertIn("Calibration of 15 parameters with 4 frames: converged", repr(self.calibration))
         self.assertEqual(self.calibration.chi_square, info.chi_square)
         self.assertEqual((self.calibration.opd().shape, self.calibration.residual().shape), ((CELLS, CELLS), (SIDE, SIDE)))
         self.assertGreater(numpy.abs(self.calibration.opd()).max(), 1e-8)
@@ -168,21 +161,10 @@ class Calibrations(unittest.TestCase):
             toliman.calibrate(self.nominal, self.frames, free=STATICS, step=step)
         self.assertEqual([found.iteration for found in steps], [1, 2])
         self.assertTrue(steps[0].accepted and not steps[0].is_map and steps[1].chi_square < steps[0].chi_square)
-        with self.assertRaisesRegex(ValueError, "closed"):
+        with refused(ValueError, "this"):
             kept[0].values()
         with self.assertRaises(ZeroDivisionError):
             toliman.calibrate(self.nominal, self.frames, free=STATICS, step=lambda *_: 1 // 0)
-
-    def test_resumes(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = pathlib.Path(folder) / "so_far.json"
-            self.calibration.save(path)
-            self.assertEqual(json.loads(path.read_text())["calibration"]["pupil_samples"], CELLS)
-            start = toliman.Simulator(path)
-            resumed = toliman.calibrate(self.nominal, self.frames, free=STATICS, start=start)
-        self.assertLess(resumed.info.iterations, self.calibration.info.iterations)
-        self.assertLess(abs(resumed.values()["focus"].value - self.calibration.values()["focus"].value),
-                        0.1 * resumed.values()["focus"].sigma)
 
     def test_verdicts(self):
         failed = toliman.calibrate(self.nominal, self.frames, most_iterations=1)
@@ -195,21 +177,21 @@ class Calibrations(unittest.TestCase):
         self.assertTrue(windows.values(1)["focus"].held and not windows.values(1)["zernike_7"].held)
 
     def test_mistakes(self):
-        for kind, text, call in (
-            (toliman.InputError, 'did you mean "scale"', lambda: toliman.calibrate(self.nominal, self.frames, free="scal")),
-            (toliman.InputError, "capture_px = 65", lambda: toliman.calibrate(self.nominal, self.frames, capture_px=65)),
-            (toliman.InputError, "at least 2 frames", lambda: toliman.calibrate(self.nominal, self.frames[:1])),
-            (toliman.InputError, "at least 2 frames", lambda: toliman.calibrate(self.nominal, self.frames[:0])),
-            (toliman.UnsupportedError, "roll", lambda: toliman.calibrate(self.nominal, self.frames, free=["roll"])),
-            (ValueError, "shape", lambda: toliman.calibrate(self.nominal, self.frames[0])),
-            (ValueError, "times_days has the shape", lambda: toliman.calibrate(self.nominal, self.frames, times_days=[1])),
-            (TypeError, "must be a Simulator", lambda: toliman.calibrate(SCENE, self.frames)),
-            (TypeError, "start is a str", lambda: toliman.calibrate(self.nominal, self.frames, start="scene.json")),
-            (toliman.InputError, "window = 1", lambda: self.calibration.values(1)),
-            (ValueError, "window = -1", lambda: self.calibration.opd(-1)),
-            (toliman.InputError, "must end with .json", lambda: self.calibration.save("fitted.txt")),
+        for kind, name, call in (
+            (toliman.InputError, "options->free", lambda: toliman.calibrate(self.nominal, self.frames, free="scal")),
+            (toliman.InputError, "options->capture_px", lambda: toliman.calibrate(self.nominal, self.frames, capture_px=65)),
+            (toliman.InputError, "count", lambda: toliman.calibrate(self.nominal, self.frames[:1])),
+            (toliman.InputError, "count", lambda: toliman.calibrate(self.nominal, self.frames[:0])),
+            (toliman.UnsupportedError, "options->free", lambda: toliman.calibrate(self.nominal, self.frames, free=["roll"])),
+            (ValueError, "frames", lambda: toliman.calibrate(self.nominal, self.frames[0])),
+            (ValueError, "times_days", lambda: toliman.calibrate(self.nominal, self.frames, times_days=[1])),
+            (TypeError, "simulator", lambda: toliman.calibrate(SCENE, self.frames)),
+            (TypeError, "start", lambda: toliman.calibrate(self.nominal, self.frames, start="scene.json")),
+            (toliman.InputError, "window", lambda: self.calibration.values(1)),
+            (ValueError, "window", lambda: self.calibration.opd(-1)),
+            (toliman.InputError, "path", lambda: self.calibration.save("fitted.txt")),
         ):
-            with self.subTest(text), self.assertRaisesRegex(kind, text):
+            with self.subTest(name), refused(kind, name):
                 call()
 
 

@@ -25,12 +25,11 @@ from contextlib import redirect_stderr
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
-from toliman import _arguments, _library, _raw  # noqa: E402
-from toliman._progress import Bar  # noqa: E402
-from toliman._words import words  # noqa: E402
+from package import ROOT, toliman
+from refusal import refused
+from toliman import _arguments, _library, _raw
+from toliman._progress import Bar
+from toliman._words import words
 
 PACKAGE = pathlib.Path(toliman.__file__).parents[1]
 
@@ -81,7 +80,6 @@ class Results(unittest.TestCase):
         machine = toliman.machine()
         self.assertRegex(str(machine), rf"(?m)^processors +{machine.processors}$")
         self.assertIn(f"<td>{machine.fftw}</td>", machine._repr_html_())
-        self.assertIn("isa (str): instruction set of the kernels in use", type(machine).__doc__)
         self.assertEqual(dataclasses.replace(machine, isa="<b>").isa, "<b>")
         self.assertIn("&lt;b&gt;", dataclasses.replace(machine, isa="<b>")._repr_html_())
         with self.assertRaises(dataclasses.FrozenInstanceError):
@@ -125,7 +123,7 @@ class Results(unittest.TestCase):
     def test_numbers_at_the_limit(self):
         self.assertEqual(_arguments.whole("n", 3, 4), 3)
         for bad in (4, -1):
-            with self.assertRaisesRegex(ValueError, rf"n = {bad}: must be in \[0, 3\]"):
+            with refused(ValueError, "n"):
                 _arguments.whole("n", bad, 4)
 
     def test_words_of_a_newer_library(self):
@@ -138,7 +136,7 @@ class Results(unittest.TestCase):
         periodogram.close()
         periodogram.close()
         for use in (periodogram.peak, lambda: periodogram.push(1, 1), lambda: len(periodogram)):
-            with self.assertRaisesRegex(ValueError, "this Periodogram is closed"):
+            with refused(ValueError, "this"):
                 use()
 
 

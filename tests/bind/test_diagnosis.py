@@ -2,16 +2,13 @@
 and named, and nothing is claimed of data that are right, noisy, damaged or have a planet."""
 import math
 import os
-import pathlib
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import toliman
+from refusal import refused
 
 SECOND = 10**9
 COUNT, SIGMA = 100, 1e-6
@@ -137,17 +134,17 @@ class Times(unittest.TestCase):
         found, all_of_them = self.sky.diagnose(self.exposures[:19], measured(self.sky, self.exposures)[:19] + 1e-3, SIGMA)
         self.assertEqual((found.used, found.cause), (19, "none"))
         self.assertTrue(math.isnan(all_of_them["scale"].value))
-        with self.assertRaisesRegex(toliman.InputError, "measured: has no samples"):
+        with refused(toliman.InputError, "measured"):
             self.sky.diagnose(self.exposures[:0], [], [])
 
     def test_refused_measurements(self):
         right = measured(self.sky, self.exposures)
-        for intervals, separations, text in ((self.exposures, -right, "must be above 0"),
-                                             (self.exposures[:, 1:], right, "zero length"),
-                                             (self.exposures * [1, 1] + [0, 700 * SECOND], right, "on-target intervals")):
+        for intervals, separations, text in ((self.exposures, -right, "y[0]"),
+                                             (self.exposures[:, 1:], right, "intervals"),
+                                             (self.exposures * [1, 1] + [0, 700 * SECOND], right, "intervals")):
             if intervals.shape[1] == 1:
                 intervals = intervals[:, 0]
-            with self.assertRaisesRegex(ValueError, text):
+            with refused(ValueError, text):
                 self.sky.diagnose(intervals, separations, SIGMA)
 
 

@@ -2,15 +2,12 @@
 import json
 import logging
 import math
-import pathlib
-import sys
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
+from refusal import refused
 
 SECOND = 10**9
 START = toliman.parse_time("2027-01-01")
@@ -41,9 +38,9 @@ class Separations(unittest.TestCase):
         damaged[:9] *= 1e6
         self.assertEqual(len(self.sky.reduce(self.exposures, damaged)), 20)
         damaged[10] = math.nan
-        with self.assertRaisesRegex(ValueError, r"y\[10\] = nan: must be above 0"):
+        with refused(ValueError, "y[10]"):
             self.sky.reduce(self.exposures, damaged)
-        with self.assertRaisesRegex(ValueError, "measured: has no samples"):
+        with refused(ValueError, "measured"):
             self.sky.reduce(self.exposures[:0], [])
 
 
@@ -58,7 +55,7 @@ class Times(unittest.TestCase):
             pairs = [[time, time + 1] for time in times]
             for call in (lambda: sky.predict_mean(pairs[:1]), lambda: sky.reduce(pairs, [9.8] * len(pairs)),
                          lambda: sky.refit(pairs, [9.8] * len(pairs), 1e-6), lambda: sky.diagnose(pairs, [9.8] * len(pairs), 1e-6)):
-                with self.assertRaisesRegex(ValueError, "intervals: .* near 1970-01-01"):
+                with refused(ValueError, "intervals"):
                     call()
         for dates in ([0], [12 * 86400 * SECOND], [12345, 60 * 86400 * SECOND], [-12345]):  # whole seconds, and others
             self.assertEqual(len(sky.predict(dates)), len(dates))
@@ -72,9 +69,9 @@ class Properties(unittest.TestCase):
         return json.dumps(system)
 
     def test_parallax_and_masses_of_a_system(self):
-        for group, key, value, limits in (("barycentre", "parallax_mas", 750810, "770"), ("barycentre", "parallax_mas", 1332, "770"),
-                                          ("masses", "A", 2.1e30, "500"), ("masses", "B", 1e-3, "0.01")):
-            with self.assertRaisesRegex(toliman.InputError, f"{group}.{key} = .*: must be in .*{limits}"):
+        for group, key, value in (("barycentre", "parallax_mas", 750810), ("barycentre", "parallax_mas", 1332),
+                                  ("masses", "A", 2.1e30), ("masses", "B", 1e-3)):
+            with refused(toliman.InputError, f"{group}.{key}"):
                 toliman.Sky(self.system(group, key, value))
         for group, key, value in (("barycentre", "parallax_mas", 768.07), ("masses", "A", 0.08), ("masses", "B", 150)):
             toliman.Sky(self.system(group, key, value))
@@ -82,10 +79,10 @@ class Properties(unittest.TestCase):
     def test_parallax_and_masses_of_planets(self):
         t = numpy.arange(20) * 30.0
         y = 1e-6 * numpy.sin(t)
-        for parallax, masses, text in ((750, (1, 1), r"parallax_arcsec = 750: must be in \(0, 0.77\], or 0"),
-                                       (1.33, (1, 1), "parallax_arcsec = 1.33"), (0.75, (2e30, 1), r"star_mass\[0\] = 2e\+30"),
-                                       (0.75, (1, 1e-6), r"star_mass\[1\] = 1e-06: must be in \[0.01, 500\], or 0")):
-            with self.assertRaisesRegex(ValueError, text):
+        for parallax, masses, text in ((750, (1, 1), "options->parallax_arcsec"),
+                                       (1.33, (1, 1), "options->parallax_arcsec"), (0.75, (2e30, 1), "options->star_mass[0]"),
+                                       (0.75, (1, 1e-6), "options->star_mass[1]")):
+            with refused(ValueError, text):
                 toliman.planets(t, y, 1e-6, unit=1, parallax_arcsec=parallax, star_masses=masses)
 
     def test_a_long_name_ends_with_a_whole_character(self):

@@ -1,16 +1,14 @@
 """Tests searches for planets with several instruments: offsets and jitters; and with separations and velocities together:
 the star, the direction and the true mass of the planet. Odds are compared with a midpoint rule of all parameters."""
 import math
-import os
-import sys
 import unittest
 
 import numpy
 
-sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), part) for part in ("../support", "../../build/python")]
-import planet_model as model  # noqa: E402
-import toliman  # noqa: E402
-from toliman import _raw  # noqa: E402
+from package import toliman
+from refusal import refused
+import planet_model as model
+from toliman import _raw
 
 PARALLAX, MASSES = 0.75, (1.08, 0.91)
 MOTION = model.AU / model.DAY / PARALLAX  # m/s of 1 arcsec times one radian per day
@@ -29,9 +27,9 @@ class Instruments(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         random = numpy.random.default_rng(11)
-        cls.t, cls.which = days(random, 150, 1000), random.integers(0, 3, 150)
+        cls.t, cls.which = days(random, 100, 1000), random.integers(0, 3, 100)
         cls.which[:3] = 0, 1, 2
-        cls.noise = random.normal(size=150) * numpy.hypot(1, cls.jitters[cls.which])
+        cls.noise = random.normal(size=100) * numpy.hypot(1, cls.jitters[cls.which])
 
     def series(self, amplitude, names=True, **given):
         y = self.offsets[self.which] + self.noise + amplitude * numpy.cos(2 * math.pi * self.t / 97.3)
@@ -39,7 +37,7 @@ class Instruments(unittest.TestCase):
         return series.set_instruments([self.names[k] for k in self.which]) if names else series
 
     def test_offsets_and_jitters_of_each(self):
-        found = toliman.planets(self.series(3), period_min=20, samples=500, star_masses=(1, 0))
+        found = toliman.planets(self.series(3), period_min=60, samples=500, star_masses=(1, 0))
         planet, = found.planets
         self.assertAlmostEqual(planet.period[1], 97.3, delta=2 * (planet.period[2] - planet.period[0]))
         self.assertAlmostEqual(planet.amplitude[1], 3, delta=2 * (planet.amplitude[2] - planet.amplitude[0]))
@@ -52,17 +50,17 @@ class Instruments(unittest.TestCase):
         self.assertAlmostEqual(found.info.jitter[1], max(one.jitter[1] for one in found.instruments), delta=1e-9)
 
     def test_offsets_hide_a_planet_from_those_who_do_not_name_them(self):
-        self.assertEqual(toliman.planets(self.series(3, names=False), period_min=20, samples=500).planets, [])
+        self.assertEqual(toliman.planets(self.series(3, names=False), period_min=90, samples=100).planets, [])
 
     def test_noise_is_no_planet(self):
-        candidate, = toliman.planets(self.series(0), period_min=20, samples=500).candidates
+        candidate, = toliman.planets(self.series(0), period_min=150, samples=100).candidates
         self.assertTrue(-1.5 < candidate.log10_bayes < 1, candidate.log10_bayes)
 
     def test_one_instrument_changes_no_bit(self):
         y = self.noise[self.which == 1]
         one, two = (toliman.Measurements.of(self.t[self.which == 1], y, 1.0) for _ in range(2))
         two.set_instruments(["UVES"] * len(y))
-        self.assertEqual(*(toliman.planets(one_of, samples=100).candidates[0].best for one_of in (one, two)))
+        self.assertEqual(*(toliman.planets(one_of, samples=100, period_min=100).candidates[0].best for one_of in (one, two)))
 
     def test_odds_of_two_instruments_with_known_noise(self):
         random = numpy.random.default_rng(5)
@@ -74,29 +72,29 @@ class Instruments(unittest.TestCase):
         self.assertAlmostEqual(found.candidates[0].log10_bayes, expected, delta=0.05)
 
     def test_many(self):
-        which = numpy.arange(150) % 25
-        y = 10 * which + numpy.random.default_rng(2).normal(size=150) + 4 * numpy.cos(2 * math.pi * self.t / 97.3)
+        which = numpy.arange(100) % 25
+        y = 10 * which + numpy.random.default_rng(2).normal(size=100) + 4 * numpy.cos(2 * math.pi * self.t / 97.3)
         series = toliman.Measurements.of(self.t, y, 1.0, kind="velocity").set_instruments([f"i{k}" for k in which])
-        found = toliman.planets(series, period_min=20, samples=100)
+        found = toliman.planets(series, period_min=80, samples=100)
         self.assertEqual((len(found.planets), len(found.instruments)), (1, 25))
 
     def test_they_stay_through_the_series(self):
         series = self.series(0)
         numpy.testing.assert_array_equal(series.values("instrument"), [self.order(k) for k in self.which])
         self.assertEqual([one.name for one in series.functions], ["offset UVES", "offset CES"])
-        self.assertEqual([one.name for one in self.series(0).set_instruments(["a"] * 75 + ["b"] * 75).functions], ["offset b"])
+        self.assertEqual([one.name for one in self.series(0).set_instruments(["a"] * 50 + ["b"] * 50).functions], ["offset b"])
 
     def order(self, which):
         return list(dict.fromkeys(self.which.tolist())).index(which)
 
     def test_refusals(self):
         series = toliman.Measurements.of(numpy.arange(40.0), numpy.ones(40), 1.0)
-        for names, message in ((["a"] * 39, "has 39 samples: must have 40"), (["x" * 57] * 40, "up to 56 characters"),
-                               ([f"i{k}" for k in range(40)], "at most 32")):
-            with self.subTest(message), self.assertRaisesRegex(toliman.InputError, message):
+        for names, message in ((["a"] * 39, "instrument"), (["x" * 57] * 40, "names"),
+                               ([f"i{k}" for k in range(40)], "functions")):
+            with self.subTest(message), refused(toliman.InputError, message):
                 series.set_instruments(names)
         self.assertEqual(series.info.instruments, 0)
-        with self.assertRaisesRegex(ValueError, "names"):
+        with refused(ValueError, "names"):
             series.set_instruments(["a,b"] * 40)
 
 
@@ -106,7 +104,7 @@ class Velocities(unittest.TestCase):
     period, e, w, inclination, node, axis = 300.0, 0.3, 1.0, math.radians(70), math.radians(200), 1e-4
 
     @classmethod
-    def mission(cls, star, seed, sigma=0.3e-6, speed=1.0, axis=None, count=(150, 100)):
+    def mission(cls, star, seed, sigma=0.3e-6, speed=1.0, axis=None, count=(100, 60)):
         random = numpy.random.default_rng(seed)
         axis = cls.axis if axis is None else axis
         p = numpy.array([math.cos(cls.node) * math.cos(cls.w) - math.sin(cls.node) * math.sin(cls.w) * math.cos(cls.inclination),
@@ -132,7 +130,7 @@ class Velocities(unittest.TestCase):
     def test_star_direction_and_true_mass(self):
         for star in range(2):
             separations, a, b = self.mission(star, 1 + star)
-            planet, = toliman.planets(separations, velocities=a, velocities_b=b, samples=1000, **ARCSEC).planets
+            planet, = toliman.planets(separations, velocities=a, velocities_b=b, samples=500, period_min=150, **ARCSEC).planets
             true = model.mass_of_separation(self.axis, self.period, MASSES[star], PARALLAX)
             mass = (planet.mass_a, planet.mass_b)[star]
             self.assertEqual(planet.star, star)
@@ -144,16 +142,16 @@ class Velocities(unittest.TestCase):
 
     def test_chi_square_is_that_of_the_separations(self):
         separations, a, b = self.mission(0, 5)
-        found = toliman.planets(separations, velocities=a, velocities_b=b, samples=200, jitter=False, **ARCSEC)
-        freedom = numpy.sum((found.residuals()[:150] / 0.3e-6)**2) / found.info.chi_square
-        self.assertTrue(150 - 8 < freedom < 150 - 5)  # mean, 4 amplitudes, 3 of the orbit, shared with the velocities
+        found = toliman.planets(separations, velocities=a, velocities_b=b, samples=200, jitter=False, period_min=150, **ARCSEC)
+        freedom = numpy.sum((found.residuals()[:100] / 0.3e-6)**2) / found.info.chi_square
+        self.assertTrue(100 - 8 < freedom < 100 - 5)  # mean, 4 amplitudes, 3 of the orbit, shared with the velocities
         self.assertAlmostEqual(found.instruments[0].chi_square, found.info.chi_square, places=9)
 
     def test_no_velocity_tells_no_star(self):
         separations, a, b = self.mission(0, 3, speed=1000)
-        planet, = toliman.planets(separations, velocities=a, velocities_b=b, samples=200, **ARCSEC).planets
+        planet, = toliman.planets(separations, velocities=a, velocities_b=b, samples=200, period_min=150, **ARCSEC).planets
         self.assertLess(abs(planet.log10_star), 0.3)
-        alone, = toliman.planets(separations, samples=200, **ARCSEC).planets
+        alone, = toliman.planets(separations, samples=200, period_min=150, **ARCSEC).planets
         self.assertAlmostEqual(alone.log10_bayes, planet.log10_bayes, delta=0.3)
         self.assertTrue(alone.star == -1 and math.isnan(alone.log10_star) and math.isnan(alone.inclination_deg[1]))
 
@@ -180,29 +178,28 @@ class Velocities(unittest.TestCase):
                 class Turned(Velocities):
                     pass
                 Turned.inclination, Turned.node = math.radians(inclination), math.radians(node)
-                separations, a, b = Turned.mission(0, 9, speed=0.1, count=(100, 60))
+                separations, a, b = Turned.mission(0, 9, speed=0.1)
                 planet = toliman.planets(separations, velocities=a, velocities_b=b, samples=200, jitter=False,
-                                         **ARCSEC).candidates[0]
+                                         period_min=150, **ARCSEC).candidates[0]
                 self.assertAlmostEqual(planet.inclination_deg[1], 90 - abs(90 - inclination), delta=4)
 
     def test_refusals(self):
         t, y = numpy.arange(40.0), numpy.sin(numpy.arange(40.0))
         series = toliman.Measurements.of(t, y, 1.0, kind="reduced", unit=1e-6)
         good = {"kind": "velocity", "unit": 1}
-        for velocities, given, message in (
-                (toliman.Measurements.of(t, y, 1.0), ARCSEC, "must be of kind"),
-                (toliman.Measurements.of(t, y, **good), ARCSEC, "must have sigmas and a known unit"),
-                (toliman.Measurements.of(t, y, 1.0, kind="velocity"), ARCSEC, "must have sigmas and a known unit"),
-                (toliman.Measurements.of(t, y, 1.0, **good), {}, "known unit and parallax"),
+        for velocities, given in (
+                (toliman.Measurements.of(t, y, 1.0), ARCSEC),
+                (toliman.Measurements.of(t, y, **good), ARCSEC),
+                (toliman.Measurements.of(t, y, 1.0, kind="velocity"), ARCSEC),
+                (toliman.Measurements.of(t, y, 1.0, **good), {}),
                 (toliman.Measurements.of(None, y, 1.0, exposures=[(int(k + 60000) * 10**14, int(k + 60000) * 10**14 + 10**9)
-                                                                  for k in t], **good), ARCSEC, "its times are dates"),
-                (toliman.Measurements.of(t[:6], y[:6], 1.0, **good), ARCSEC, "n = 6: must be at least 7")):
-            with self.subTest(message), self.assertRaisesRegex(toliman.Error, message) as raised:
+                                                                  for k in t], **good), ARCSEC),
+                (toliman.Measurements.of(t[:6], y[:6], 1.0, **good), ARCSEC)):
+            with refused(toliman.Error, "options->velocity_b"):
                 toliman.planets(series, velocities_b=velocities, **given)
-            self.assertEqual(raised.exception.field, "options->velocity_b")
-        with self.assertRaisesRegex(toliman.InputError, "must be of separations"):
+        with refused(toliman.InputError, "options->velocity_a"):
             toliman.planets(toliman.Measurements.of(t, y, 1.0, **good), velocities=toliman.Measurements.of(t, y, 1.0, **good))
-        with self.assertRaisesRegex(TypeError, "velocities"):
+        with refused(TypeError, "velocities"):
             toliman.planets(series, velocities=y)
         self.assertEqual(_raw.TOLIMAN_PLANET_COLUMNS, 10)
 

@@ -9,17 +9,17 @@ import sys
 import tempfile
 import unittest
 
-TOP = pathlib.Path(__file__).resolve().parents[2]
+from package import ROOT as TOP
+from toliman import _raw
+
 BUILD = pathlib.Path(os.environ["TOLIMAN"]).parents[1]
 FORTRAN = BUILD / "fortran" / "toliman.f90"
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(TOP / "tools" / "gen"))
-sys.path.append(str(TOP / "build" / "python"))
 
-import fortran
-import layout
-import model
-from toliman import _raw
+import fortran  # noqa: E402
+import layout  # noqa: E402
+import model  # noqa: E402
 
 TABLE = model.read(TOP)
 

@@ -1,18 +1,15 @@
 """design_mask in Python: the masks of the program, scores, quantum bounds, the end of a design, errors."""
-import copy
 import json
 import os
 import pathlib
 import subprocess
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
+from refusal import refused
 
 
 def small_scene():
@@ -71,45 +68,32 @@ class DesignMask(unittest.TestCase):
         self.assertEqual(info.quantum_flux_shift_px, numpy.inf)
 
     def test_design(self):
-        """A mask whose scene has the scores of the design; the same on any number of threads."""
+        """At two position angles. Scores of its scene, and threads: tests/unit/test_mask.c."""
         simulator = toliman.Simulator(small_scene())
         made = toliman.design_mask(simulator, free=["flux_a", "flux_b", "shift_x", "shift_y"], position_angles=[30, 40],
                                    peak_to_mean=40, light_in_frame=0.5, iterations=40, seed=2, threads=2)
         self.assertEqual(made.mask, {"kind": "file", "file": "mask.npy", "quantity": "binary", "opd_nm": 297.5})
         self.assertEqual((made.cells.shape, made.cells.dtype), ((64, 64), numpy.uint8))
-        again = toliman.design_mask(simulator, free=["flux_a", "flux_b", "shift_x", "shift_y"], position_angles=[30, 40],
-                                    peak_to_mean=40, light_in_frame=0.5, iterations=40, seed=2, threads=1)
-        self.assertTrue((again.cells == made.cells).all())
-        self.assertEqual(again.places, made.places)
-        with tempfile.TemporaryDirectory() as folder:
-            numpy.save(pathlib.Path(folder) / "mask.npy", made.cells)
-            for angle, info in zip((30, 40), made.places):
-                scene = small_scene()
-                scene["binary"]["position_angle_deg"] = angle
-                for suffix, mask in (("_before", scene["telescope"]["mask"]), ("", made.mask)):
-                    scene["telescope"]["mask"] = mask
-                    bounds = toliman.Simulator(scene, folder=folder).bounds
-                    for name, value in (("crb", bounds.crb_flux_shift_px), ("peak_to_mean", bounds.peak_to_mean),
-                                        ("gradient_energy", bounds.gradient_energy)):
-                        known = getattr(info, f"crb{suffix}_px" if name == "crb" else name + suffix)
-                        self.assertAlmostEqual(known / value, 1, delta=1e-6)
-                self.assertLess(info.peak_to_mean, 40)
+        self.assertEqual(len(made.places), 2)
+        for info in made.places:
+            self.assertLess(info.peak_to_mean, 40)
+            self.assertLess(info.crb_px, info.crb_before_px)
 
     def test_refusals_of_a_design(self):
-        for text, options in (("scale_x", {"free": ["scale_x"]}), ("zernike_5: a design", {"free": ["zernike_5"]}),
-                              ("focus.: must be named once", {"free": ["focus", "focus"]}),
-                              ("binary.orbit: dates of a design need", {"dates": [2027]}),
-                              ("at most one", {"dates": [2027], "position_angles": [3]}),
-                              (r"position_angles_deg\[1\] = nan", {"position_angles": [3, numpy.nan]}),
-                              ("peak_to_mean = 0.5", {"peak_to_mean": 0.5}), ("light_in_frame = 1", {"light_in_frame": 1}),
-                              ("feature_cells = 99", {"feature_cells": 99}), ("iterations = 200000", {"iterations": 200000})):
-            with self.subTest(text), self.assertRaisesRegex((toliman.InputError, ValueError), text):
+        for text, options in (("options->free", {"free": ["scale_x"]}), ("options->free", {"free": ["zernike_5"]}),
+                              ("options->free", {"free": ["focus", "focus"]}),
+                              ("binary.orbit", {"dates": [2027]}),
+                              ("options->date_count", {"dates": [2027], "position_angles": [3]}),
+                              ("options->position_angles_deg[1]", {"position_angles": [3, numpy.nan]}),
+                              ("options->peak_to_mean", {"peak_to_mean": 0.5}), ("options->light_in_frame", {"light_in_frame": 1}),
+                              ("options->feature_cells", {"feature_cells": 99}), ("options->iterations", {"iterations": 200000})):
+            with self.subTest(text), refused(toliman.InputError, text):
                 toliman.design_mask(self.simulator, **options)
-        with self.assertRaisesRegex(ValueError, "symmetry = 'threefold': must be one of none, even, odd"):
+        with refused(ValueError, "symmetry"):
             toliman.design_mask(self.simulator, symmetry="threefold")
         with self.assertRaises(TypeError):
             toliman.design_mask("chapter.json")
-        with self.assertRaisesRegex(ValueError, "iterations = -1"):
+        with refused(ValueError, "iterations"):
             toliman.design_mask(self.simulator, iterations=-1)
 
     def test_structure_of_the_light(self):

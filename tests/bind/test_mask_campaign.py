@@ -1,18 +1,14 @@
 """Designed masks at few samples, wavelengths and pixels: the short form of mask_campaign.py."""
 import argparse
-import contextlib
-import io
-import logging
 import pathlib
-import sys
 import tempfile
 import unittest
 import unittest.mock
 
 import numpy
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import mask_campaign as campaign  # noqa: E402
+from study import run
+import mask_campaign as campaign
 
 GROUPS = {"telescope": {"pupil_samples": 64}, "band": {"min_nm": 550, "max_nm": 600, "step_nm": 12.5},
           "detector": {"shape": [80, 80]}, "cadence": {"frames": 40}}
@@ -23,7 +19,6 @@ BY_CHANCE = {"peak-to-mean over that of the spiral", "light outside the frame"} 
 class Campaign(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        logging.getLogger("toliman").setLevel(logging.ERROR)
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
         cls.options = argparse.Namespace(folder=pathlib.Path(folder.name), masks=1, seeds=2, methods="template", iterations=10,
@@ -31,11 +26,10 @@ class Campaign(unittest.TestCase):
 
     def run_mode(self, mode, **more):
         """Figures that are missed, and the cells of the printed rows."""
-        shown = io.StringIO()
         limits = {"ASKED": {}, "GAIN": 0.9, "EFFICIENCY": 0.8, "BIAS": 0.6}
-        with contextlib.redirect_stdout(shown), unittest.mock.patch.multiple(campaign, **limits):
-            wrong = mode(argparse.Namespace(**{**vars(self.options), **more}))
-        return wrong, [[cell.strip() for cell in line.split("|")[1:-1]] for line in shown.getvalue().splitlines()[2:]]
+        with unittest.mock.patch.multiple(campaign, **limits):
+            wrong, lines = run(mode, argparse.Namespace(**{**vars(self.options), **more}))
+        return wrong, [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines[2:]]
 
     def test_designs(self):
         wrong, rows = self.run_mode(campaign.designs, cases={name: CASES[name] for name in ("mission", "sky")})

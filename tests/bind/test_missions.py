@@ -1,11 +1,9 @@
 """Simulated missions, from the measured separations to the period of a planet: the short form of mission_campaign.py."""
 import logging
-import pathlib
-import sys
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import mission_campaign as campaign  # noqa: E402
+import package  # noqa: F401, which finds the studies
+import mission_campaign as campaign
 
 
 class Missions(unittest.TestCase):

@@ -6,7 +6,6 @@ import pathlib
 import pickle
 import struct
 import subprocess
-import sys
 import tempfile
 import threading
 import unittest
@@ -14,10 +13,9 @@ import zlib
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
-from toliman import _pixels  # noqa: E402
+from package import ROOT, toliman
+from refusal import refused
+from toliman import _pixels
 
 ROWS, COLS = 260, 270
 
@@ -27,6 +25,7 @@ def setUpModule():
     scene = json.loads((ROOT / "examples" / "scenes" / "chapter.json").read_text())
     scene["detector"]["shape"] = [ROWS, COLS]
     scene["telescope"]["pupil_samples"] = 128
+    scene["band"]["step_nm"] = (scene["band"]["max_nm"] - scene["band"]["min_nm"]) / 4
     simulator = toliman.Simulator(scene)
     network = toliman.CAE(simulator)
     network.train()
@@ -58,7 +57,7 @@ class Network(unittest.TestCase):
 
     def test_every_pixel_type_is_read_in_place(self):
         """Without a copy as doubles, which would need 8 bytes per pixel."""
-        counts = (frames / 1e6).round()
+        counts = (frames[:3] / 1e6).round()
         template = toliman.Template(simulator)
         for type_name in ("u1", "<u2", ">u2", "<u4", ">u4", "<i2", ">i2", "<i4", "<f4", ">f4", "<f8"):
             typed = numpy.minimum(counts, 255 if type_name == "u1" else 1e4).astype(type_name)
@@ -71,7 +70,7 @@ class Network(unittest.TestCase):
                 self.assertEqual(estimator.encode(typed[2]), expected[2])
         masked = numpy.ma.masked_equal(counts.astype("u2"), 3)
         masked[0, 0, 0] = numpy.ma.masked
-        with self.assertRaisesRegex(ValueError, "frames has masked values"):
+        with refused(ValueError, "frames"):
             network.encode(masked)
 
     def test_chi_square(self):
@@ -82,7 +81,7 @@ class Network(unittest.TestCase):
         for estimator, pixels in ((network, 65536), (template, ROWS * COLS)):
             values, fits = estimator.encode(damaged, goodness=True)
             squares = fits["chi_square"]
-            with self.assertWarnsRegex(toliman.FitWarning, "12 frames: the fit of 1, with a median chi-square of .*, is poor"):
+            with self.assertWarns(toliman.FitWarning):
                 self.assertEqual(values.tolist(), estimator.encode(damaged).tolist())
             out = numpy.abs(squares - 1) > 5 * (2 / pixels) ** 0.5
             self.assertEqual(numpy.flatnonzero(out).tolist(), [1])
@@ -99,24 +98,23 @@ class Network(unittest.TestCase):
     def test_invalid_frames(self):
         with tempfile.NamedTemporaryFile() as file:
             objects = numpy.memmap(file.name, "u1", "w+", shape=(ROWS, COLS)).astype(object)
-            with self.assertRaisesRegex(TypeError, "frames is an array of object: give plain numbers"):
+            with refused(TypeError, "frames"):
                 network.encode(objects)
         for bad in (None, "frame", frames[0].astype("M8[s]"), [object()], frames[0].astype(str)):
-            with self.assertRaisesRegex(TypeError, "frames is an? .*: give plain numbers"):
+            with refused(TypeError, "frames"):
                 network.encode(bad)
-        with self.assertRaisesRegex(ValueError, "masked"):
+        with refused(ValueError, "frames"):
             network.encode([numpy.ma.masked_greater(frame, 10) for frame in frames])
-        for bad, what in ((frames[0].T, r"\(270, 260\): must be \(260, 270\)"), (frames[0, 0], "must be"),
-                          (frames[:, :5], r"must be \(any, 260, 270\)")):
-            with self.assertRaisesRegex(ValueError, what):
+        for bad in frames[0].T, frames[0, 0], frames[:, :5]:
+            with refused(ValueError, "frames"):
                 network.encode(bad)
         hot = frames[0].copy()
         hot[200, 100] = numpy.nan
-        with self.assertRaisesRegex(toliman.InputError, r"counts\[200\]\[100\] = nan"):
+        with refused(toliman.InputError, "counts[200][100]"):
             network.encode(hot)
-        with self.assertRaisesRegex(ValueError, "masked"):
+        with refused(ValueError, "frames"):
             network.encode(numpy.ma.masked_greater(frames[0], 10))
-        with self.assertRaisesRegex(TypeError, "complex"):
+        with refused(TypeError, "frames"):
             network.encode(frames[0] * 1j)
 
     def test_saved_and_loaded(self):
@@ -133,11 +131,11 @@ class Network(unittest.TestCase):
         self.assertEqual([float(line.split(",")[2]) for line in output.splitlines()[1:]], latents.tolist())
         self.assertTrue((pickle.loads(pickle.dumps(network)).encode(frames) == latents).all())
         self.assertLess(len(network.to_bytes(weights="fp16", planes="bf16")), 0.7 * len(network.to_bytes()))
-        with self.assertRaisesRegex(toliman.InputError, "does not start with"):
+        with refused(toliman.InputError):
             toliman.CAE.from_bytes(b"not weights" * 100)
         with self.assertRaises(FileNotFoundError):
             toliman.CAE.load("/nowhere/weights.tlmw")
-        with self.assertRaisesRegex(ValueError, "weights = 'int8': must be one of float32, bf16, fp16"):
+        with refused(ValueError, "weights"):
             network.to_bytes(weights="int8")
 
     def test_decoder_output_is_the_target(self):
@@ -152,27 +150,25 @@ class Network(unittest.TestCase):
         def part(first, count):
             return frames[first:first + count]
         trained = []
-        for source in ({"frames": frames}, {"frames": part, "count": len(frames)}):
+        for source in ({"frames": frames[:6]}, {"frames": part, "count": 6}):
             other = toliman.CAE(simulator, layout="paper", input="raw")
-            training = other.train("unsupervised", epochs=2, batch=4, validation=2, **source)
-            self.assertEqual((training.epochs, training.steps), (2, 6))
+            training = other.train("unsupervised", epochs=2, batch=3, validation=2, **source)
+            self.assertEqual((training.epochs, training.steps), (2, 4))
             trained.append(other.to_bytes())
         self.assertEqual(*trained)
 
     def test_results_of_each_epoch(self):
         """Each is the result of a training of as many epochs; the training stops if the function asks for it."""
-        how = {"frames": frames, "batch": 4, "validation": 2}
+        how = {"frames": frames[:6], "batch": 3, "validation": 2}
         seen = []
         other = toliman.CAE(simulator, layout="paper", input="raw")
         result = other.train("unsupervised", epochs=2, **how,
                              epoch=lambda so_far, training: seen.append((training, so_far.to_bytes(training=True))))
-        self.assertEqual(result, seen[1][0])
-        for k, (training, content) in enumerate(seen, 1):
-            again = toliman.CAE(simulator, layout="paper", input="raw")
-            self.assertEqual(again.train("unsupervised", epochs=k, **how), training)
-            self.assertEqual(again.to_bytes(training=True), content)
+        self.assertEqual((result, other.to_bytes(training=True)), seen[1])
         again = toliman.CAE(simulator, layout="paper", input="raw")
-        with self.assertRaisesRegex(toliman.Cancelled, "epoch 1: cancelled by the epoch callback"):
+        self.assertEqual((again.train("unsupervised", epochs=1, **how), again.to_bytes(training=True)), seen[0])
+        again = toliman.CAE(simulator, layout="paper", input="raw")
+        with refused(toliman.Cancelled):
             again.train("unsupervised", epochs=2, epoch=lambda so_far, training: training.epochs == 1, **how)
         again.train("unsupervised", epochs=2, **how)
         self.assertEqual(again.to_bytes(), other.to_bytes())
@@ -183,11 +179,11 @@ class Network(unittest.TestCase):
 
         def broken(first, count):
             raise ZeroDivisionError("the disk is gone")
-        with self.assertRaisesRegex(ZeroDivisionError, "the disk is gone"):
+        with refused(ZeroDivisionError, "the"):
             other.train("unsupervised", epochs=1, frames=broken, count=8)
-        with self.assertRaisesRegex(ValueError, r"must be \(\d+, 260, 270\)"):
+        with refused(ValueError, "frames"):
             other.train("unsupervised", epochs=1, frames=lambda first, count: frames[:0], count=8)
-        with self.assertRaisesRegex(ValueError, "count = None: must be given if frames is a function"):
+        with refused(ValueError, "count"):
             other.train("unsupervised", frames=broken)
         self.assertEqual(other.to_bytes(), before)
 
@@ -201,19 +197,19 @@ class Network(unittest.TestCase):
             junk = [numpy.ones((300, 300)) for _ in range(30)]
             self.assertEqual(tracker.push(toliman.Frame(frames[1], 1, 0)).value, expected)
             del junk
-            with self.assertRaisesRegex(ValueError, "closed"):
+            with refused(ValueError, "this"):
                 estimator.encode(frames[:0])
 
     def test_training_while_in_use(self):
         other = toliman.CAE(simulator)
         tracker = toliman.Tracker(other, 0.01, 0.001, 100)
-        with self.assertRaisesRegex(RuntimeError, "a Tracker uses this CAE: close the Tracker first"):
+        with refused(RuntimeError, "a"):
             other.train(steps=2)
         tracker.close()
-        with self.assertRaisesRegex(RuntimeError, "this CAE is being trained"):
+        with refused(RuntimeError, "this"):
             other.train(steps=2, progress=lambda stage, fraction: other.train())
         other.train(steps=2)
-        with self.assertRaisesRegex(ValueError, "frames, count, epoch: allowed for mode = .unsupervised. only"):
+        with refused(ValueError, "frames,"):
             other.train(frames=frames)
 
     def test_closing_during_training(self):
@@ -235,6 +231,7 @@ class Network(unittest.TestCase):
             del star["relative_flux"]
             star["photons_per_s"] = photons
         scene["telescope"]["pupil_samples"] = 128
+        scene["band"] = {"wavelength_nm": 580}
         simulated = toliman.Simulator(scene)
         frames = simulated.frames(0, 2).astype("<u8")
         for options in ({}, {"layout": "paper", "input": "raw"}):
@@ -254,20 +251,20 @@ class Network(unittest.TestCase):
         self.assertNotEqual(following.encode(numpy.roll(frames[0], 9, axis=1)), latents[0])  # stays within the frame
         damaged = frames[0].astype(float)
         damaged[9, 30] = numpy.nan
-        with self.assertRaisesRegex(toliman.InputError, r"counts\[9\]\[30\] = nan: must be finite"):
+        with refused(toliman.InputError, "counts[9][30]"):
             following.encode(damaged)
-        with self.assertRaisesRegex(toliman.InputError, "has no light above the background of 1e\\+09 counts per pixel"):
+        with refused(toliman.InputError, "counts"):
             following.encode(numpy.zeros((ROWS, COLS)))
         scene["detector"]["shape"] = [256, 256]
-        with self.assertRaisesRegex(toliman.UnsupportedError, "must exceed .256, 256. px for a crop that follows the image"):
+        with refused(toliman.UnsupportedError, "detector.shape"):
             toliman.CAE(toliman.Simulator(scene), centre="image")
 
     def test_blobs_of_a_crop_that_follows(self):
         blob = toliman.CAE(simulator, centre="image").to_bytes()
         self.assertEqual(struct.unpack_from("<I", blob, 20)[0] & 16, 16)
         self.assertEqual(struct.unpack_from("<d", blob, 104), (0,))
-        for value, text in ((numpy.nan, "background = nan"), (1e300, "background = 1e.300"), (1e12, "no light above")):
-            with self.assertRaisesRegex(toliman.InputError, text):
+        for value in numpy.nan, 1e300, 1e12:  # which leaves no light
+            with refused(toliman.InputError):
                 toliman.CAE.from_bytes(self.with_number(blob, "<d", 104, value))
         with self.assertRaises(toliman.InputError):  # without the flag, the header ends before the number
             toliman.CAE.from_bytes(self.with_number(blob, "<I", 20, struct.unpack_from("<I", blob, 20)[0] & ~16))
@@ -285,7 +282,7 @@ class Network(unittest.TestCase):
         again.close()
         self.assertTrue((network.encode(frames) == latents).all())
         for other in (simulator, toliman.Template(simulator)):
-            with self.assertRaisesRegex(TypeError, "cannot be pickled: create it in each process"):
+            with refused(TypeError, "a"):
                 copy.copy(other)
 
 
@@ -328,7 +325,7 @@ class Linear(unittest.TestCase):
         self.assertNotEqual(seeds[0], seeds[2])
         empty = toliman.Components(simulator)
         self.assertEqual(len(empty), 0)
-        with self.assertRaisesRegex(toliman.Error, "TOLIMAN_E_STATE|frames"):
+        with refused(toliman.StateError):
             empty.train()
 
 

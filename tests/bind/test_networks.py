@@ -6,15 +6,11 @@ of the weights. Short version: four months of the orbit. Long, also with a netwo
 TOLIMAN_SEEDS=20."""
 import json
 import os
-import pathlib
-import sys
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
 
 LONG = int(os.environ.get("TOLIMAN_SEEDS", 1)) > 1
 FRAMES, AT_ONCE, DAYS, PARTS = (1200, 100, 1095, 6) if LONG else (40, 20, 120, 1)
@@ -44,15 +40,15 @@ class Networks(unittest.TestCase):
         options = {} if LONG else {"places": 2, "steps": 150}
         cls.bank = toliman.Bank(cls.fit, **options)
         cls.untrained = toliman.Bank(cls.fit, **options)
-        cls.single = toliman.Bank(cls.fit, places=1, spacing_px=4, **({} if LONG else {"steps": 150}))
         cls.bank.train()
-        cls.single.train()
-        at_rest = {}
+        banks, at_rest = {"untrained bank": cls.untrained}, {}
         if LONG:
+            banks["single network"] = toliman.Bank(cls.fit, places=1, spacing_px=4)
+            banks["single network"].train()
             cae = toliman.CAE(cls.simulator, seed=1)
             cae.train()
             at_rest = {"network at rest": cae, "template at rest": toliman.Template(cls.simulator)}
-        cls.values = {name: [] for name in ("bank", "fit", "single network", "untrained bank", *at_rest)}
+        cls.values = {name: [] for name in ("bank", "fit", *banks, *at_rest)}
         cls.shifted, cls.results, bounds = [], [], []
         for first in range(0, FRAMES, AT_ONCE):
             frames, times = cls.simulator.frames(first, AT_ONCE, seed=SEED), cls.times[first:first + AT_ONCE]
@@ -60,7 +56,7 @@ class Networks(unittest.TestCase):
             cls.results.append(results)
             cls.values["bank"].append(results["displacement_px"])
             cls.values["fit"].append(fits["displacement_px"])
-            for name, bank in (("single network", cls.single), ("untrained bank", cls.untrained)):
+            for name, bank in banks.items():
                 cls.values[name].append(bank.encode(frames, times_days=times)[0]["displacement_px"])
             for name, estimator in at_rest.items():
                 cls.values[name].append(estimator.encode(frames))

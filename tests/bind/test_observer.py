@@ -4,15 +4,13 @@ import copy
 import json
 import logging
 import pathlib
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import toliman
+from refusal import refused
 
 DAY, SECOND, SCALE = 86400 * 10**9, 10**9, 0.75
 TIMES = numpy.arange(0, 1095, 27.4)
@@ -139,19 +137,19 @@ class Observers(unittest.TestCase):
 
     def test_mistakes(self):
         elements = {name: value for name, (value, _) in toliman.Sky().elements.items()}
-        for groups, message in (
-                ({"binary": {"observer": "moon"}}, 'binary.observer = "moon": must be one of "none", "earth"'),
-                ({"binary": {"observer": "earth", "moving": False}}, "binary.observer: needs binary.moving"),
-                ({"binary": {"observer": "earth", "orbit": elements}}, "binary.observer: needs an orbit with a system"),
-                ({"binary": {"observer": {"altitude_km": 100}}}, "binary.observer.altitude_km = 100: must be in"),
-                ({"binary": {"observer": {"file": "missing.oem"}}}, "missing.oem"),
-                ({"binary": {"observer": {"file": "a.oem", "altitude_km": 600}}}, "altitude_km"),
-                ({"binary": {"observer": "earth", "date": 1850}}, "binary.date = 1850: must be in"),
-                ({"binary": {"orbit": "missing.json"}}, "missing.json"),
-                ({"cadence": {"on_target_s": [0, 10, 20]}}, "cadence.on_target_s: has 3 numbers"),
-                ({"cadence": {"on_target_s": [0, 10, 10, 20]}}, r"cadence.on_target_s\[2\] = 10: must be above"),
-                ({"cadence": {"on_target_s": [0, 61]}}, "cadence.on_target_s: ends at 61 s: must end within exposure_s")):
-            with self.subTest(message), self.assertRaisesRegex(toliman.Error, message):
+        for name, groups in (
+                ("binary.observer", {"binary": {"observer": "moon"}}),
+                ("binary.observer", {"binary": {"observer": "earth", "moving": False}}),
+                ("binary.observer", {"binary": {"observer": "earth", "orbit": elements}}),
+                ("binary.observer.altitude_km", {"binary": {"observer": {"altitude_km": 100}}}),
+                ("./missing.oem", {"binary": {"observer": {"file": "missing.oem"}}}),
+                ("binary.observer.altitude_km", {"binary": {"observer": {"file": "a.oem", "altitude_km": 600}}}),
+                ("binary.date", {"binary": {"observer": "earth", "date": 1850}}),
+                ("./missing.json", {"binary": {"orbit": "missing.json"}}),
+                ("cadence.on_target_s", {"cadence": {"on_target_s": [0, 10, 20]}}),
+                ("cadence.on_target_s", {"cadence": {"on_target_s": [0, 10, 10, 20]}}),
+                ("cadence.on_target_s", {"cadence": {"on_target_s": [0, 61]}})):
+            with self.subTest(name), refused(toliman.Error, name):
                 toliman.Simulator(scene_with(**groups))
 
 
@@ -201,7 +199,7 @@ class Files(unittest.TestCase):
         end = int(self.times[-1])
         self.assertFalse(numpy.isnan(self.sky.predict_mean([end - 600 * SECOND, end]).factor))
         self.assertTrue(numpy.isnan(self.sky.predict_mean([end - 600 * SECOND, end + 1]).factor))
-        with self.assertRaisesRegex(toliman.Error, "must be from .* to .*, the times of the states"):
+        with refused(toliman.Error, self.path):
             self.sky.predict(end + SECOND)
 
     def test_reduction(self):
@@ -217,27 +215,27 @@ class Files(unittest.TestCase):
         for name in seen.dtype.names:
             self.assertTrue(numpy.isnan(seen[name][[1, 3]]).all(), name)
         self.assertEqual(seen["factor"][[0, 2]].tolist(), [one.factor for one in expected])
-        with self.assertRaisesRegex(toliman.Error, "measurement 0: intervals: zero length"):
+        with refused(toliman.InputError, "intervals"):
             self.sky.reduce(starts[:, 0], 9.8)
         long = exposures[:1, :1] + numpy.array([0, 900]) * SECOND
         for more in ({}, {"on_target": False}):
-            with self.assertRaisesRegex(toliman.Error, "measurement 0: intervals: 900 s: must be on-target intervals"):
+            with refused(toliman.InputError, "intervals"):
                 self.sky.reduce(long, 9.8, **more)
-            with self.assertRaisesRegex(toliman.Error, "measurement 0: intervals: 900 s: must be on-target intervals"):
+            with refused(toliman.InputError, "intervals"):
                 self.sky.refit(long, 9.8, 1, **more)
         for known in ({"tai_ns": long, "on_target": True}, {"tai_ns": long[:, None]}):
             self.assertEqual(self.sky.predict_exposures(**known)["factor"][0],
                              self.sky.predict_mean(long).factor)
-        with self.assertRaisesRegex(ValueError, "tai_ns: must be a time or a pair for each measurement, or an array"):
+        with refused(ValueError, "tai_ns"):
             self.sky.reduce([exposures[0], exposures[:2]], 9.8)
         self.assertEqual(self.sky.refit(exposures, 9.8, 1)[1].left_out, 2)
-        with self.assertRaisesRegex(toliman.InputError, "measured: the observer is not known for the time of any sample"):
+        with refused(toliman.InputError, "measured"):
             self.sky.refit(exposures[[1, 3]], 9.8, 1)
-        with self.assertRaisesRegex(ValueError, "on_target=False: must have one interval"):
+        with refused(ValueError, "on_target=False"):
             self.sky.reduce([exposures[:2]], 9.8, on_target=False)
-        with self.assertRaisesRegex(toliman.Error, "measurement 0: time = "):  # not a matter of the file
+        with refused(toliman.InputError, "time"):  # not a matter of the file
             self.sky.reduce([[-(2**62), 1 - 2**62]], 9.8, on_target=True)
-        with self.assertRaisesRegex(toliman.InputError, "measured: has no samples"):
+        with refused(toliman.InputError, "measured"):
             self.sky.reduce([], [])
 
     def test_scenes(self):
@@ -342,15 +340,15 @@ class Refits(unittest.TestCase):
             del system["sigma"]["orbit"]
             path.write_text(json.dumps(system))
             exact = toliman.Sky(path, altitude_km=600)
-        with self.assertRaisesRegex(toliman.Error, "measurement 0: intervals: zero length"):
+        with refused(toliman.InputError, "intervals"):
             self.truth.refit(self.tai_ns, self.measured, 1e-6)
         for sky, separations, sigma, scale, message in (
-                (exact, self.measured, 1e-6, 0, "no element has a standard deviation"),
-                (self.truth, self.measured * numpy.nan, 1e-6, 0, r"y\[0\] = nan"),
-                (self.truth, self.measured, 0, 0, r"sigma\[0\] = 0"),
-                (self.truth, self.measured, 1e-6, -1, "scale_sigma = -1"),
-                (self.truth, self.measured * 3, 1e-6, 0, r"the fit moves the \w.* by .* standard deviations: must be at most 10")):
-            with self.subTest(message), self.assertRaisesRegex(toliman.Error, message):
+                (exact, self.measured, 1e-6, 0, "sky"),
+                (self.truth, self.measured * numpy.nan, 1e-6, 0, "y[0]"),
+                (self.truth, self.measured, 0, 0, "sigma[0]"),
+                (self.truth, self.measured, 1e-6, -1, "scale_sigma"),
+                (self.truth, self.measured * 3, 1e-6, 0, "measured")):
+            with self.subTest(message), refused(toliman.Error, message):
                 sky.refit(self.exposures, separations, sigma, scale_sigma=scale)
 
 

@@ -1,45 +1,29 @@
 """Odds and errors of planets on simulated series: the short form of odds_campaign.py."""
-import contextlib
-import io
 import math
-import pathlib
-import sys
 import unittest
 import unittest.mock
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import odds_campaign as campaign  # noqa: E402
-from test_planet_campaign import Serial  # noqa: E402
+from study import Serial, run
+import odds_campaign as campaign
 
 
 class Campaign(unittest.TestCase):
     def test_modes(self):
-        campaign.campaign.quiet()
-        with unittest.mock.patch.object(campaign, "noise_of", lambda task: (-0.3, 0)):
-            self.assertEqual(self.lines(campaign.noise), 3)
-        self.assertEqual(self.lines(campaign.pulls), 3)
-        self.assertEqual(self.lines(campaign.star), 3)
+        made = {"noise_of": lambda task: (-0.3, 0), "pull_of": lambda task: [0.5, 0.4, 0.6], "star_of": lambda task: [1, 0, 1]}
+        with unittest.mock.patch.multiple(campaign, **made):
+            for mode in campaign.noise, campaign.pulls, campaign.star:
+                wrong, lines = run(mode, Serial, 1, 1)
+                self.assertEqual((wrong, len(lines)), ([], 3))
 
-    def lines(self, mode):
-        """The number of lines that a mode prints for one series, whose figures are good."""
-        with contextlib.redirect_stdout(io.StringIO()) as shown:
-            self.assertEqual(mode(Serial, 1, 1), [])
-        return len(shown.getvalue().splitlines())
+    def test_ridge_of_an_eccentric_orbit(self):
+        """A strong signal of short passages, whose peak leaves the cells that were divided first: it came out at 14 sigma."""
+        for name, rank in zip(("period", "eccentricity", "amplitude"), campaign.pull_of((10**6 + 66,))):
+            with self.subTest(name=name):
+                self.assertLess(abs(campaign.deviate(rank)), 3)
 
-    def test_ridges_of_eccentric_orbits(self):
-        """Strong signals of short passages, whose peaks leave the cells that were divided first: one came out at 14 sigma, the other
-        posterior ended at an eccentricity below the true one."""
-        campaign.campaign.quiet()
-        for pull in (66, 193):
-            for name, rank in zip(("period", "eccentricity", "amplitude"), campaign.pull_of((10**6 + pull,))):
-                with self.subTest(pull=pull, name=name):
-                    self.assertLess(abs(campaign.deviate(rank)), 3)
-
-    def test_noise_of_instruments_of_which_one_is_quiet(self):
-        """The log10 odds were -3: the least scale of amplitudes was that of the noisy instruments."""
-        odds, planets = campaign.noise_of((10**6 + 3,))
-        self.assertGreater(odds, -1.5)
-        self.assertEqual(planets, 0)
+    def test_star_of_a_mission(self):
+        mission = campaign.Mission(7, count=(50, 40))
+        self.assertGreater(mission.search().candidates[0].log10_star * (1 - 2 * mission.star), 0)
 
     def test_deviates(self):
         for share, expected in ((0.5, 0), (0.8413447, 1), (0.0227501, -2)):

@@ -2,17 +2,16 @@
 table: a number that is not finite, one outside the stated range, an unknown constant, unknown flags."""
 import ctypes
 import math
-import pathlib
 import re
 import sys
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "build" / "python"), str(ROOT / "tools" / "gen")]
+from package import ROOT, toliman
+from toliman import _raw
+from toliman._library import library
+
+sys.path.insert(0, str(ROOT / "tools" / "gen"))
 import model as headers  # noqa: E402
-import toliman  # noqa: E402
-from toliman import _raw  # noqa: E402
-from toliman._library import library  # noqa: E402
 
 COUNT, SIDE = 40, 256
 SCENE = {

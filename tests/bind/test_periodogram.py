@@ -3,7 +3,6 @@ import json
 import os
 import pathlib
 import subprocess
-import sys
 import tempfile
 import unittest
 import warnings
@@ -11,10 +10,9 @@ import warnings
 import numpy
 from astropy.timeseries import LombScargle
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
-from toliman import AccuracyWarning, Error, Periodogram, suited_grid  # noqa: E402
+from package import toliman
+from refusal import refused
+from toliman import AccuracyWarning, Error, Periodogram, suited_grid
 
 t = numpy.arange(200.0)
 y = 1e-3 * numpy.sin(2 * numpy.pi * t / 17)
@@ -35,16 +33,16 @@ class Arguments(unittest.TestCase):
             unit = "d"
 
         with Periodogram(**GRID) as periodogram:
-            with self.assertRaisesRegex(ValueError, "y has masked values"):
+            with refused(ValueError, "y"):
                 periodogram.push_many(t, numpy.ma.masked_greater(y, 0))
-            with self.assertRaisesRegex(TypeError, "t is in d: give plain numbers"):
+            with refused(TypeError, "t"):
                 periodogram.push_many(t.view(Quantity), y)
             self.assertEqual(len(periodogram), 0)
             periodogram.push_many(numpy.ma.array(t, mask=False), y)
             self.assertEqual(len(periodogram), 200)
-            with self.assertRaisesRegex(ValueError, "must be one of standard, model, log, psd"):
+            with refused(ValueError, "normalisation"):
                 periodogram.power("lombscargle")
-            with self.assertRaisesRegex(ValueError, "must be one of baluev, naive"):
+            with refused(ValueError, "method"):
                 periodogram.log10_fap(-1, "davies")
         with self.assertRaises(TypeError):
             Periodogram(0.01, 0.001, 400.5)
@@ -99,26 +97,26 @@ class Arguments(unittest.TestCase):
         class Quantity(float):
             unit = "d"
         with Periodogram(**GRID) as periodogram:
-            for bad, why in (((Quantity(1), 1), "t is in d: give plain numbers"), ((1, None), "y is a NoneType: give one"),
-                             ((t, 1), "t is a ndarray"), (("2020-01-01", 1), "t is a str")):
-                with self.assertRaisesRegex(TypeError, why):
+            for bad, why in (((Quantity(1), 1), "t"), ((1, None), "y"),
+                             ((t, 1), "t"), (("2020-01-01", 1), "t")):
+                with refused(TypeError, why):
                     periodogram.push(*bad)
             for bad in (t.astype("m8[D]"), t.astype(str)):
-                with self.assertRaisesRegex(TypeError, "t is an array of .*: give plain numbers"):
+                with refused(TypeError, "t"):
                     periodogram.push_many(bad, y)
-            with self.assertRaisesRegex(ValueError, "t is an array of int64 whose values float64 cannot represent exactly"):
+            with refused(ValueError, "t"):
                 periodogram.push_many(numpy.arange(200) + 2**53, y)
             for bad in (2**63, -2**63 - 1):
-                with self.assertRaisesRegex(ValueError, "t = .*must be in"):
+                with refused(ValueError, "t"):
                     periodogram.push(bad, 0, ns=True)
             self.assertEqual(len(periodogram), 0)
             periodogram.push(numpy.float32(1), numpy.array(2.0))
             periodogram.push(2**63 - 1, 0, ns=True)
-            with self.assertRaisesRegex(ValueError, "must not contain a zero byte"):
+            with refused(ValueError, "path"):
                 periodogram.save("/nowhere/a\0b")
-            with self.assertRaisesRegex(TypeError, "other is a NoneType: must be a View"):
+            with refused(TypeError, "other"):
                 periodogram.merge(None)
-        with self.assertRaisesRegex(ValueError, "time_offset_ns = "):
+        with refused(ValueError, "time_offset_ns"):
             Periodogram(**GRID, time_offset_ns=2**64)
 
     def test_push_with_all_time_types(self):
@@ -129,9 +127,9 @@ class Arguments(unittest.TestCase):
                 whole = int(t[k].round())
                 other.push(whole * 10**9, y[k], ns=True) if k % 2 else other.push(whole - 0.5, y[k], t_low=0.5)
             self.assertEqual(plain.to_bytes(), other.to_bytes())
-            with self.assertRaisesRegex(toliman.StateError, "has a sigma, but other samples have none"):
+            with refused(toliman.StateError, "sigma"):
                 plain.push(1.0, 2.0, 3.0)
-            with self.assertRaisesRegex(ValueError, "sigma = 0: must be finite and above 0"):
+            with refused(ValueError, "sigma"):
                 plain.push(1.0, 2.0, 0)
             other.retract(int(t[1].round()) * 10**9, y[1], ns=True)
             other.retract(t[2].round() - 0.5, y[2], t_low=0.5)
@@ -171,8 +169,8 @@ class Arguments(unittest.TestCase):
             self.assertAlmostEqual(grid.f0 / output["grid"]["f0"], 1, delta=1e-15)
             self.assertAlmostEqual(grid.df / output["grid"]["df"], 1, delta=1e-15)
             Periodogram(*grid).close()
-        for bad, why in (([1.0], "t: must have at least two distinct times"), ([2.0, 2.0], "t: must have at least two distinct times"), ([0, numpy.nan], "t = nan")):
-            with self.assertRaisesRegex(Error, why):
+        for bad, why in (([1.0], "t"), ([2.0, 2.0], "t"), ([0, numpy.nan], "t")):
+            with refused(Error, why):
                 suited_grid(bad)
         self.assertEqual(suited_grid([], 1095), suited_grid(numpy.arange(1095.0)))
 
@@ -211,7 +209,7 @@ class Handle(unittest.TestCase):
 
     def test_sigma_below_its_floor(self):
         with Periodogram(**GRID) as periodogram:
-            with self.assertRaisesRegex(Error, "sigma = 0.001: must be at least sigma_floor = 1, the smallest sigma"):
+            with refused(Error, "sigma"):
                 periodogram.push_many(t, y, sigma)
 
     def test_edge(self):
@@ -231,11 +229,11 @@ class Handle(unittest.TestCase):
                 self.assertTrue((second.power() == first.power()).all())
                 for one in (first, second):
                     one.push(200.0, 0.0, 0.02)
-                    with self.assertRaisesRegex(toliman.StateError, "has no sigma, but other samples have one"):
+                    with refused(toliman.StateError, "sigma"):
                         one.push(201.0, 0.0)
                 self.assertTrue((second.power() == first.power()).all())
             path.write_bytes(b"no state")
-            with self.assertRaisesRegex(Error, "state.tlmp: "):
+            with refused(Error, path):
                 Periodogram.load(path)
 
     def test_fap(self):

@@ -1,50 +1,24 @@
 """Calibration of planets on simulated series: the short form of planet_campaign.py."""
-import contextlib
-import io
 import math
-import pathlib
-import sys
 import unittest
 
 import numpy
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import planet_campaign as campaign  # noqa: E402
-
-
-class Serial:
-    """The pool of a campaign, in this process."""
-
-    @staticmethod
-    def map(function, tasks, chunksize=1):
-        return [function(task) for task in tasks]
-
-    imap = map
-
-
-def run(mode, *arguments):
-    """Figures that are missed, and the printed rows."""
-    shown = io.StringIO()
-    with contextlib.redirect_stdout(shown):
-        wrong = mode(Serial, *arguments)
-    return wrong, shown.getvalue().splitlines()[2:]
+from study import Serial, run
+import planet_campaign as campaign
 
 
 class Campaign(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        campaign.campaign.quiet()
-
     def test_posteriors(self):
-        wrong, rows = run(campaign.sbc, 1, 1)
-        self.assertEqual((wrong, len(rows)), ([], 8))
+        wrong, lines = run(campaign.sbc, Serial, 1, 1)
+        self.assertEqual((wrong, len(lines)), ([], 10))
 
     def test_without_planet(self):
-        self.assertEqual(run(campaign.null, 2, 1)[0], [])
+        self.assertEqual(run(campaign.null, Serial, 1, 1)[0], [])
 
     def test_limits(self):
-        wrong, rows = run(campaign.limits, 3, 1, (800,))
-        self.assertEqual((wrong, len(rows)), ([], 1))
+        wrong, lines = run(campaign.limits, Serial, 1, 1, (800,))
+        self.assertEqual((wrong, len(lines)), ([], 3))
 
 
 class Figures(unittest.TestCase):
@@ -70,9 +44,7 @@ class Figures(unittest.TestCase):
     def test_figures_that_are_missed_are_named(self):
         class Wrong:
             map = staticmethod(lambda function, tasks, chunksize: [3.0] * len(tasks))
-        with contextlib.redirect_stdout(io.StringIO()):
-            wrong = campaign.null(Wrong, 10, 1)
-        self.assertEqual(wrong, ["10 of 10 Bayes factors above 10: must be at most 1 %"])
+        self.assertEqual(run(campaign.null, Wrong, 10, 1)[0], ["10 of 10 Bayes factors above 10: must be at most 1 %"])
 
 
 if __name__ == "__main__":

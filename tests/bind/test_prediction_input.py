@@ -4,80 +4,45 @@ import json
 import logging
 import os
 import pathlib
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
+from refusal import refused
 
 SYSTEM = json.loads((ROOT / "examples" / "systems" / "alpha-cen.json").read_text())
 TIMES = toliman.parse_time("2027-01-01") + numpy.arange(50) * 10**15
 logging.getLogger("toliman").setLevel(logging.ERROR)
 
 
-class Refusals(unittest.TestCase):
-    def refuse(self, kind, message, call):
-        with self.assertRaises(kind) as raised:
-            call()
-        self.assertEqual(str(raised.exception), message)
+class Arguments(unittest.TestCase):
+    """The library's own refusals: tests/unit/test_sky_api.c."""
 
-
-class Arguments(Refusals):
-    def test_options(self):
-        input_error = toliman.InputError
-        for kind, message, options in (
-            (ValueError, "without: 'aberration': must be one of earth_aberration, spacecraft_aberration, parallax, roemer, "
-             "light_time, radial_motion, transverse_motion, deflection", {"without": "aberration"}),
-            (input_error, "options->altitude_km = 100: must be in [200, 2000] km, or 0 for none", {"altitude_km": 100}),
-            (input_error, "options->altitude_km = nan: must be in [200, 2000] km, or 0 for none",
-             {"altitude_km": float("nan")}),
-            (input_error, "options->altitude_km = 600: must be 0 with observer", {"observer": "x", "altitude_km": 600}),
-            (input_error, "options->node_hours = 25: must be in (0, 24] h, or 0 for 18",
-             {"altitude_km": 600, "node_hours": 25}),
-            (input_error, "options->node_hours = 6: needs altitude_km", {"node_hours": 6}),
-            (toliman.NotFoundError, "missing.oem: No such file or directory", {"observer": "missing.oem"}),
-            (toliman.NotFoundError, "missing.json: No such file or directory", {"system": "missing.json"}),
-        ):
-            with self.subTest(message):
-                self.refuse(kind, message, lambda: toliman.Sky(**options))
-
-    def test_times(self):
-        sky, range_text = toliman.Sky(), "must be from 1900-01-01T12 to 2099-12-31T12 TT"
-        longest = 2**63
-        for kind, message, times in (
-            (toliman.InputError, f"time = -3786825600000000000 ns TAI: {range_text}", [0, -3786825600 * 10**9]),
-            (toliman.InputError, f"time = 4200000000000000000 ns TAI: {range_text}", [4200000000 * 10**9]),
-            (toliman.InputError, f"time = {-longest} ns TAI: {range_text}", -longest),
-            (toliman.InputError, f"time = {longest - 1} ns TAI: {range_text}", [longest - 1]),
-            (TypeError, "tai_ns is an array of float64: must be integers, nanoseconds of TAI (parse_time)", [61000.5]),
-            (TypeError, "tai_ns is an array of datetime64[D]: must be integers, nanoseconds of TAI (parse_time)",
-             numpy.array(["2027-01-01"], "M8[D]")),
-            (ValueError, f"tai_ns = {longest}: must be below 2^63", numpy.array([longest], "u8")),
-        ):
-            with self.subTest(message):
-                self.refuse(kind, message, lambda: sky.predict(times))
+    def test_types_and_words(self):
+        sky = toliman.Sky()
+        for kind, name, call in (
+                (ValueError, "without", lambda: toliman.Sky(without="aberration")),
+                (toliman.InputError, "options->altitude_km", lambda: toliman.Sky(altitude_km=100)),
+                (toliman.NotFoundError, "missing.oem", lambda: toliman.Sky(observer="missing.oem")),
+                (toliman.NotFoundError, "missing.json", lambda: toliman.Sky("missing.json")),
+                (toliman.InputError, "time", lambda: sky.predict([0, -3786825600 * 10**9])),
+                (TypeError, "tai_ns", lambda: sky.predict([61000.5])),
+                (TypeError, "tai_ns", lambda: sky.predict(numpy.array(["2027-01-01"], "M8[D]"))),
+                (ValueError, "tai_ns", lambda: sky.predict(numpy.array([2**63], "u8"))),
+                (TypeError, "tai_ns", lambda: sky.refit(TIMES / 86400e9, numpy.full(50, 10), 1e-6))):
+            with self.subTest(name), refused(kind, name):
+                call()
 
     def test_intervals(self):
-        sky, range_text = toliman.Sky(), "must be from 1900-01-01T12 to 2099-12-31T12 TT"
-        for kind, message, intervals in (
-            (toliman.InputError, "intervals: must not be empty", []),
-            (toliman.InputError, "intervals: start 10, end 5 ns TAI: must begin before it ends", [10, 5]),
-            (toliman.InputError, "intervals: start 7, end 7 ns TAI: must begin before it ends", [[0, 5], [7, 7]]),
-            (toliman.InputError, "intervals: one ends at 9, another starts at 8 ns TAI: must not overlap", [[8, 12], [2, 9]]),
-            (toliman.InputError, "intervals: 401 days: must be at most 400 days", [0, 401 * 86400 * 10**9]),
-            (toliman.InputError, "intervals: start 10, end 5 ns TAI: must begin before it ends", [[0, 5], [10, 5]]),
-            (toliman.InputError, f"time = {-2**63} ns TAI: {range_text}", [-2**63, 2**63 - 1]),
-            (ValueError, "intervals has shape (3,): must be (2,) or (n, 2)", [1, 2, 3]),
-            (ValueError, "intervals has shape (2, 3): must be (2,) or (n, 2)", [[1, 2, 3], [1, 2, 3]]),
-            (TypeError, "intervals is an array of float64: must be integers, nanoseconds of TAI (parse_time)",
-             [[0.5, 1]]),
-        ):
-            with self.subTest(message):
-                self.refuse(kind, message, lambda: sky.predict_mean(intervals))
+        sky = toliman.Sky()
+        for kind, intervals in (
+                (toliman.InputError, []), (toliman.InputError, [[0, 5], [7, 7]]), (toliman.InputError, [[8, 12], [2, 9]]),
+                (toliman.InputError, [0, 401 * 86400 * 10**9]), (toliman.InputError, [[0, 5], [10, 5]]), (ValueError, [1, 2, 3]),
+                (ValueError, [[1, 2, 3], [1, 2, 3]]), (TypeError, [[0.5, 1]])):
+            with self.subTest(intervals=intervals), refused(kind, "intervals"):
+                sky.predict_mean(intervals)
 
     def test_an_instant(self):
         sky = toliman.Sky()
@@ -92,14 +57,8 @@ class Arguments(Refusals):
         numpy.testing.assert_array_equal(sky.predict(TIMES[::-1]), sky.predict(TIMES)[::-1])
 
     def test_mean_of_an_instant(self):
-        sky = toliman.Sky(altitude_km=600)
-        self.refuse(toliman.InputError, "intervals: zero length: must be start and end of the exposure for an observer in orbit",
-                    lambda: sky.predict_mean([TIMES[0], TIMES[0]]))
-
-    def test_refit(self):
-        sky, separations = toliman.Sky(), numpy.full(50, 10)
-        self.refuse(TypeError, "tai_ns is an array of float64: must be integers, nanoseconds of TAI (parse_time)",
-                    lambda: sky.refit(TIMES / 86400e9, separations, 1e-6))
+        with refused(toliman.InputError, "intervals"):
+            toliman.Sky(altitude_km=600).predict_mean([TIMES[0], TIMES[0]])
 
     def test_warning(self):
         """The Earth's centre is hardly ever meant; an observer, or leaving the spacecraft out, is a decision."""
@@ -112,7 +71,7 @@ class Arguments(Refusals):
             toliman.Sky(without=["spacecraft_aberration"])
 
 
-class Systems(Refusals):
+class Systems(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
@@ -159,48 +118,28 @@ class Systems(Refusals):
         self.assertEqual(sky.info.orbit_digest, toliman.Sky().info.orbit_digest)
 
     def test_not_json(self):
-        for text, message in (('{"schema": ', "binary.json: line 1, column 12: JSON syntax error"),
-                              ("", "binary.json: is empty"),
-                              ("[]", "binary.json: the system = an array: must be an object"),
-                              ('{"schema": NaN}', "binary.json: line 1, column 12: unexpected character")):
-            with self.subTest(message):
-                self.refuse(toliman.InputError, message, lambda: self.sky_of(text))
+        for text in '{"schema": ', "", "[]", '{"schema": NaN}':
+            with self.subTest(text), self.assertRaises(toliman.InputError):
+                self.sky_of(text)
 
     def test_contents(self):
-        def changed(group, **changes):
+        for group, changes, *names in (
+                ("", {"schema": "toliman-scene/1"}), ("", {"schema": None}), ("", {"masses": None}), ("", {"barycenter": {}}),
+                ("orbit", {"epoch": None}), ("orbit", {"ecentricity": 0.5}), ("orbit", {"eccentricity": 1}),
+                ("orbit", {"period_years": 0}), ("orbit", {"node_deg": 361}), ("orbit", {"source": 5}),
+                ("barycentre", {"radial_velocity_kind": None}), ("barycentre", {"parallax_mas": 0}),
+                ("barycentre", {"radial_velocity_kind": "optical"}), ("barycentre", {"line_shift_km_s": 0.06}),
+                ("barycentre", {"radial_velocity_kind": "spectroscopic"}, "barycentre.line_shift_km_s"),
+                ("masses", {"A": -1}), ("masses", {"B": "heavy"}), ("sigma", {"orbits": {}}),
+                ("sigma", {"orbit": {"epoch": -1}}, "sigma.orbit.epoch")):
             system = copy.deepcopy(SYSTEM)
             part = system[group] if group else system
             part.update(changes)
             for key in [key for key, value in part.items() if value is None]:
                 del part[key]
-            return json.dumps(system)
-
-        for message, text in (
-            ('schema = "toliman-scene/1": must be one of "toliman-system/1"; did you mean "toliman-system/1"?',
-             changed("", schema="toliman-scene/1")),
-            ("schema: is missing", changed("", schema=None)),
-            ("masses: is missing", changed("", masses=None)),
-            ("orbit.epoch: is missing", changed("orbit", epoch=None)),
-            ("barycentre.radial_velocity_kind: is missing", changed("barycentre", radial_velocity_kind=None)),
-            ('orbit.ecentricity: unknown key; did you mean "eccentricity"?', changed("orbit", ecentricity=0.5)),
-            ('barycenter: unknown key; did you mean "barycentre"?', changed("", barycenter={})),
-            ('sigma.orbits: unknown key; did you mean "orbit"?', changed("sigma", orbits={})),
-            ("orbit.eccentricity = 1: must be in [0, 0.9999]", changed("orbit", eccentricity=1)),
-            ("orbit.period_years = 0: must be in (0, 1000000] years", changed("orbit", period_years=0)),
-            ("orbit.node_deg = 361: must be in [-360, 360] deg", changed("orbit", node_deg=361)),
-            ("barycentre.parallax_mas = 0: must be in (0, 770] mas", changed("barycentre", parallax_mas=0)),
-            ("masses.A = -1: must be in [0.01, 500] solar masses", changed("masses", A=-1)),
-            ('masses.B = "heavy": must be a number in [0.01, 500] solar masses', changed("masses", B="heavy")),
-            ("orbit.source = 5: must be a string", changed("orbit", source=5)),
-            ('barycentre.radial_velocity_kind = "optical": must be one of "kinematic", "spectroscopic"',
-             changed("barycentre", radial_velocity_kind="optical")),
-            ("barycentre.line_shift_km_s: is missing", changed("barycentre", radial_velocity_kind="spectroscopic")),
-            ("barycentre.line_shift_km_s: needs radial_velocity_kind spectroscopic",
-             changed("barycentre", line_shift_km_s=0.06)),
-            ("sigma.orbit.epoch = -1: must be in [0, 1000000] years", changed("sigma", orbit={"epoch": -1})),
-        ):
-            with self.subTest(message):
-                self.refuse(toliman.InputError, "binary.json: " + message, lambda: self.sky_of(text))
+            name = names[0] if names else ".".join(filter(None, (group, *changes)))
+            with self.subTest(name), refused(toliman.InputError, name):
+                self.sky_of(json.dumps(system))
 
 
 if __name__ == "__main__":

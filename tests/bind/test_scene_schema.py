@@ -2,15 +2,11 @@
 import copy
 import json
 import logging
-import pathlib
-import sys
 import unittest
 
 import jsonschema
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
 
 SCHEMA = json.loads((ROOT / "tools" / "schema" / "toliman-scene-1.schema.json").read_text())
 SCENE = {
@@ -63,10 +59,10 @@ def paths(form, before=()):
         yield from paths(value, before + (key,))
 
 
-def mutants(scene):
-    """Scenes with one place changed, renamed, removed or added, with a description."""
+def mutants(scene, other):
+    """Scenes with one place changed, renamed, removed or added, with a description; not in groups that another scene has too."""
     keys = sorted({path[-1] for path in paths(SCENE) if isinstance(path[-1], str)})
-    for number, path in enumerate(paths(scene)):
+    for number, path in enumerate(path for path in paths(scene) if scene[path[0]] != other.get(path[0])):
         for value in VALUES + ("rename", "remove", "add"):
             changed = copy.deepcopy(scene)
             place = changed
@@ -88,10 +84,10 @@ class Verdicts(unittest.TestCase):
         logging.disable(logging.WARNING)
         self.addCleanup(logging.disable, logging.NOTSET)
 
-    def compare(self, scene):
+    def compare(self, scene, other, least):
         validator = jsonschema.Draft202012Validator(SCHEMA)
         accepted = refused = 0
-        for name, changed in mutants(scene):
+        for name, changed in mutants(scene, other):
             valid, message = validator.is_valid(changed), ""
             try:
                 toliman.plan(changed)
@@ -104,17 +100,17 @@ class Verdicts(unittest.TestCase):
                 if any(words in message for words in OF_ONE_KEY):
                     self.assertFalse(valid)
                     refused += 1
-        self.assertGreater(accepted, 25)
-        self.assertGreater(refused, 250)
+        self.assertGreater(accepted, 15)
+        self.assertGreater(refused, least)
 
     def test_sinusoid(self):
-        self.compare(SCENE)
+        self.compare(SCENE, {}, 250)
 
     def test_planet_on_an_orbit(self):
-        self.compare(OTHER)
+        self.compare(OTHER, SCENE, 100)
 
     def test_single_star(self):
-        self.compare(THIRD)
+        self.compare(THIRD, SCENE, 100)
 
     def test_every_parameter_can_be_projected(self):
         names = SCHEMA["$defs"]["preprocess"]["properties"]["project"]["items"]["enum"]

@@ -2,14 +2,11 @@
 form of drift_campaign.py."""
 import copy
 import logging
-import pathlib
-import sys
 import unittest
 
 import numpy
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "build" / "python"))
-import toliman  # noqa: E402
+from package import toliman
 
 SIDE = 48
 SCENE = {

@@ -8,15 +8,13 @@ import math
 import os
 import pathlib
 import subprocess
-import sys
 import tempfile
 import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
+from package import ROOT, toliman
+from refusal import refused
 
 SCENES = ROOT / "examples" / "scenes"
 ROWS, COLS = 260, 270  # not square, so that exchanged rows and columns are detected
@@ -58,7 +56,7 @@ class Frames(unittest.TestCase):
         moved = numpy.linspace(-0.01, 0.01, 70)  # more than are passed to C at a time
         self.assertTrue((few.frames(0, displacements=moved)[69] == few.frame(69, displacement=0.01)).all())
         self.assertEqual(few.frames(0, 0).shape, (0, ROWS, COLS))
-        with self.assertRaisesRegex(toliman.InputError, "cadence"):
+        with refused(toliman.InputError, "first"):
             few.frames(2, 2)
 
     def test_series_is_the_scene_s_sinusoid(self):
@@ -85,9 +83,9 @@ class Frames(unittest.TestCase):
         self.assertEqual((parameters["roll"].unit, parameters["roll"].scope), ("rad", "frame"))
         numpy.testing.assert_array_equal(self.simulator.derivative("separation"), self.simulator.image("separation"))
         self.assertTrue(self.simulator.derivative("zernike_7").any())
-        with self.assertRaisesRegex(toliman.InputError, "zernike_77.*did you mean .zernike_7."):
+        with refused(toliman.InputError, "name"):
             self.simulator.derivative("zernike_77")
-        with self.assertRaisesRegex(toliman.UnsupportedError, "mask_rotation: needs a spiral mask"):
+        with refused(toliman.UnsupportedError):
             self.simulator.derivative("mask_rotation")
 
     def test_derivatives_between_nodes_of_wavelengths(self):
@@ -115,7 +113,7 @@ class Frames(unittest.TestCase):
         compare("spectrum_a_1", lambda d: shaped([d]), step, 1e-6)
         compare("spectrum_a_11", lambda d: shaped([0] * 10 + [d]), step, 1e-6)
         compare("temperature_a", lambda d: {"kind": "blackbody", "temperature_k": 5790 + d}, 1, 1e-6)
-        with self.assertRaisesRegex(toliman.InputError, "modes.* at least 1e-6"):
+        with refused(toliman.InputError, "stars.A.spectrum.modes"):
             changed(shaped([1]))
         scene.pop("band")
         scene["stars"].pop("B")
@@ -135,7 +133,7 @@ class Frames(unittest.TestCase):
         product = weights * simulator.derivative("focus")
         by_cell = (unfocused - simulator.pupil()[1]) / 1000 * simulator.opd_gradient(weights)
         self.assertAlmostEqual(by_cell.sum(), product.sum(), delta=1e-12 * abs(product).sum())
-        with self.assertRaisesRegex(ValueError, "weights"):
+        with refused(ValueError, "weights"):
             simulator.opd_gradient(weights[1:])
 
     def test_stars_are_at_their_offsets(self):
@@ -177,30 +175,30 @@ class Scenes(unittest.TestCase):
         self.assertEqual([path.name for path in toliman.shipped_scenes()], ["chapter.json", "mission.json", "sky.json"])
         self.assertEqual(toliman.plan("chapter.json").bytes, toliman.plan(str(SCENES / "chapter.json")).bytes)
         for missing in ("here/chapter.json", "no_chapter.json"):
-            with self.assertRaisesRegex(toliman.NotFoundError, f"{missing}: No such file") as raised:
+            with self.assertRaises(toliman.NotFoundError) as raised:
                 toliman.plan(missing)
             self.assertEqual((raised.exception.filename, raised.exception.errno), (missing, errno.ENOENT))
 
     def test_numbers_of_numpy(self):
         plain = toliman.plan(scene(accuracy=1e-6))
         self.assertEqual(toliman.plan(scene(accuracy=numpy.float64(1e-6))).wavelengths, plain.wavelengths)
-        with self.assertRaisesRegex(TypeError, "scene.accuracy is a complex: must be a number, string, list, dict or None"):
+        with refused(TypeError, "scene.accuracy"):
             toliman.plan(scene(accuracy=1j))
-        with self.assertRaisesRegex(ValueError, "scene.noise.seed = .*2\\^53"):
+        with refused(ValueError, "scene.noise.seed"):
             toliman.plan(scene(noise={"photon": True, "seed": 2**53 + 1}))
 
     def test_refusals(self):
-        with self.assertRaisesRegex(toliman.InputError, "accuracyy.*unknown key") as raised:
+        with self.assertRaises(ValueError) as raised:
             toliman.Simulator(scene(accuracyy=1))
-        self.assertIsInstance(raised.exception, ValueError)
-        self.assertEqual((raised.exception.name, raised.exception.status), ("TOLIMAN_E_SCENE", 6))
-        with self.assertRaisesRegex(ValueError, "scene.accuracy = nan: must be finite"):
+        error = raised.exception
+        self.assertEqual((type(error), error.name, error.status, error.field), (toliman.InputError, "TOLIMAN_E_SCENE", 6, "accuracyy"))
+        with refused(ValueError, "scene.accuracy"):
             toliman.Simulator(scene(accuracy=float("nan")))
-        with self.assertRaisesRegex(ValueError, "folder: allowed only if the scene is a dict"):
+        with refused(ValueError, "folder"):
             toliman.Simulator("chapter.json", folder=".")
-        with self.assertRaisesRegex(ValueError, "engine = 'fast': must be one of matrix_dft, padded_fft"):
+        with refused(ValueError, "engine"):
             toliman.Simulator("chapter.json", engine="fast")
-        with self.assertRaisesRegex(ValueError, "threads = -1: must be in"):
+        with refused(ValueError, "threads"):
             toliman.Simulator("chapter.json", threads=-1)
 
     def test_warnings_are_logged(self):
@@ -208,7 +206,7 @@ class Scenes(unittest.TestCase):
         far["detector"]["full_well_e"] = 1e6
         with self.assertLogs("toliman", "WARNING") as logs:
             toliman.plan(far)
-        self.assertIn("full", " ".join(logs.output))
+        self.assertIn("full_well_e", " ".join(logs.output))
 
     def test_sampling_is_logged(self):
         """Where it is too coarse, and only there: steps of the wavefront of half a wavelength, points lambda/D apart."""

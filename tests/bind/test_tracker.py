@@ -9,9 +9,9 @@ import unittest
 
 import numpy
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build" / "python"))
-from toliman import VERDICTS, Error, Estimate, Frame, InputError, Periodogram, StateError, Tracker  # noqa: E402
+import package  # noqa: F401, which finds the bindings
+from refusal import refused
+from toliman import VERDICTS, Error, Estimate, Frame, InputError, Periodogram, StateError, Tracker
 
 DAY = 86400 * 10**9
 GRID = (0.01, 0.001, 400)
@@ -73,9 +73,9 @@ class Pushing(unittest.TestCase):
                     self.assertEqual(ours.push(Frame(pixels, 0, 0)).value, (counts**2).sum())
         with tracker() as ours:
             for bad in (counts, counts.astype("u4")[0], counts.astype(complex)):
-                with self.assertRaisesRegex(TypeError, r"must be \(rows, columns\) of u1, u2, u4"):
+                with refused(TypeError, "pixels"):
                     ours.push(Frame(bad, 0, 0))
-            with self.assertRaisesRegex(ValueError, "masked"):
+            with refused(ValueError, "pixels"):
                 ours.push(Frame(numpy.ma.masked_equal(counts.astype("u4"), 3), 0, 0))
             self.assertEqual(ours.info.received, 0)
 
@@ -89,13 +89,13 @@ class Pushing(unittest.TestCase):
             return image.sum()
         with tracker(estimate) as ours:
             self.assertEqual(ours.push(frame_of(1)).value, values[1] * 48)
-            with self.assertRaisesRegex(RuntimeError, "no value today"):
+            with refused(RuntimeError, "no"):
                 ours.push_many([frame_of(2), frame_of(3), frame_of(4)])
             self.assertEqual((ours.info.accepted, ours.rejected["estimate"]), (2, 1))
         self.assertEqual(set(seen), {(8, 6)})
         with tracker(lambda image: numpy.nan) as ours:
             self.assertEqual(ours.push(frame_of(1)).reason, "estimate")
-        with self.assertRaisesRegex(TypeError, "estimator is a str: must be a CAE, a Template, a Fit, a Bank, a function or None"):
+        with refused(TypeError, "estimator"):
             tracker("mean")
 
     def test_columns_hold_values_of_estimators_and_frames(self):
@@ -115,14 +115,14 @@ class Pushing(unittest.TestCase):
             self.assertEqual(lines["window_row"].dtype, numpy.int64)
             self.assertEqual(lines["exposure_s"].tolist(), [8, 0])
             self.assertEqual(ours.records(1)["frame_id"].tolist(), [4])
-            for bad in ([1, 2], [(0, 1, 2)], [(0, 9)]):
-                with self.assertRaisesRegex((ValueError, InputError), "intervals"):
+            for bad, name in (([1, 2], "intervals"), ([(0, 1, 2)], "intervals"), ([(0, 9)], "frames[0].intervals[0]")):
+                with refused(ValueError, name):
                     ours.push(frame_of(5, exposure_s=8.0, intervals=bad))
-        with tracker(estimate) as ours, self.assertRaisesRegex(ValueError, "further has 2 values"):
+        with tracker(estimate) as ours, refused(ValueError, "further"):
             ours.push(frame_of(3))
         with tracker() as ours:
             self.assertTrue(numpy.isnan(ours.push(frame_of(3)).chi_square))
-        with self.assertRaisesRegex(InputError, "options->estimator.values"):
+        with refused(InputError, "options->estimator.values"):
             tracker(values="No.name")
 
     def test_options_in_force(self):
@@ -153,7 +153,7 @@ class Pushing(unittest.TestCase):
         self.assertEqual((fitted.options["trend"], fitted.options["trend_end"]), (2, 59))
         late = fitted.push(Frame(numpy.zeros((8, 6)), frame_id=99, camera_ns=60 * DAY))
         self.assertEqual((late.verdict, late.reason), ("rejected", "clock"))
-        with self.assertRaisesRegex(InputError, "trend_end = 1: must be 0 without a trend"):
+        with refused(InputError, "options->grid.trend_start"):
             tracker(trend=0, span=(0, 1))
 
     def test_time_stamps_of_a_folder(self):
@@ -167,7 +167,7 @@ class Pushing(unittest.TestCase):
             self.assertEqual(raised.exception.name, "TOLIMAN_E_MISMATCH")
         with tracker() as ours:
             self.assertEqual((ours.options["stamp"], ours.options["exposure_s"]), ("middle", 0.0))
-        with self.assertRaisesRegex(ValueError, "stamp = 'begin': must be one of start, middle, end"):
+        with refused(ValueError, "stamp"):
             tracker(stamp="begin")
 
     def test_outcomes_up_to_an_error(self):
@@ -184,12 +184,12 @@ class Pushing(unittest.TestCase):
                 ours.push_many([frame_of(k) for k in range(3)])
             self.assertEqual(raised.exception.name, "TOLIMAN_E_CAPACITY")
         with tracker() as ours:
-            with self.assertRaisesRegex(InputError, "session"):
+            with refused(InputError, "frames[0].session"):
                 ours.push(frame_of(1, session="../etc"))
 
     def test_cancelled_between_frames(self):
         with tracker() as ours:
-            with self.assertRaisesRegex(Error, "cancelled"):
+            with refused(Error):
                 ours.push_many([frame_of(k % N, session=f"s{k}") for k in range(200)],
                                progress=lambda stage, fraction: fraction > 0.5)
             self.assertEqual(ours.info.accepted, 101)
@@ -198,14 +198,14 @@ class Pushing(unittest.TestCase):
     def test_times_and_ids_that_do_not_fit(self):
         with tracker() as ours:
             for bad in ({"frame_id": 2**63}, {"camera_ns": -2**63 - 1}, {"dropped": 2**64}, {"frame_id": 1.5}):
-                with self.assertRaisesRegex((ValueError, TypeError), f"{list(bad)[0]} = .*must be"):
+                with refused((ValueError, TypeError), list(bad)[0]):
                     ours.push(Frame(**{"pixels": frame_of(0).pixels, "frame_id": 0, "camera_ns": 0, **bad}))
-            with self.assertRaisesRegex(ValueError, "session = .*must not contain a zero byte"):
+            with refused(ValueError, "session"):
                 ours.push(frame_of(1, session="a\0b"))
-            with self.assertRaisesRegex(TypeError, "frame is a ndarray: must be a Frame"):
+            with refused(TypeError, "frame"):
                 ours.push(frame_of(1).pixels)
             self.assertEqual(ours.info.received, 0)
-        with self.assertRaisesRegex(ValueError, "clock = .*must be in"):
+        with refused(ValueError, "clock"):
             tracker(clock=numpy.array([[0, 2**63]], numpy.uint64))
 
     def test_sigma_and_crop_of_a_frame(self):
@@ -237,12 +237,12 @@ class Pushing(unittest.TestCase):
 
     def test_closing_during_a_push(self):
         def estimate(image):
-            with self.assertRaisesRegex(StateError, "in use by"):  # its frames cannot be committed now
+            with refused(StateError, "track"):  # its frames cannot be committed now
                 ours.close()
             return 1.0
         ours = tracker(estimate)
         self.assertEqual(ours.push(frame_of(1)).value, 1.0)
-        with self.assertRaisesRegex(ValueError, "this Tracker is closed"):
+        with refused(ValueError, "this"):
             ours.push_many([])
         self.assertEqual(repr(ours), "<closed Tracker>")
 
@@ -283,7 +283,7 @@ class Folders(unittest.TestCase):
             self.assertTrue((reader.period.power() == power).all())
             self.assertTrue((whole.period.power() == power).all())
             self.assertEqual(reader.streams()[0].missing, 0)
-            with self.assertRaisesRegex(Error, "STATE|estimator|read"):
+            with refused(Error, self.folder / "a"):
                 reader.push(frame_of(1))
         with self.assertRaises(FileNotFoundError):
             Tracker.open(self.folder / "c")
@@ -327,13 +327,13 @@ class Folders(unittest.TestCase):
             period.push(0, 0)
         kept = period.copy()
         ours.close()
-        with self.assertRaisesRegex(ValueError, "closed"):
+        with refused(ValueError, "this"):
             period.power()
         self.assertEqual(len(kept), 1)
 
     def test_invalid_clocks(self):
         for bad in ([[0.0, 1.0]], [0, 1], [[0, 1, 2]]):
-            with self.assertRaisesRegex(ValueError, "clock has the shape"):
+            with refused(ValueError, "clock"):
                 tracker(clock=bad)
 
 

@@ -13,7 +13,7 @@ import unittest.mock
 import schemas
 from program import PROGRAM, ROOT, ProgramTest
 
-BENCH = ROOT / "tests" / "bench"
+BENCH = ROOT / "tools" / "bench"
 sys.path.append(str(BENCH))
 import bench
 import cae
@@ -346,7 +346,7 @@ class Bench(ProgramTest):
             for _ in period.GRIDS:
                 self.assertEqual(measuring.peer_lines("astropy", "astropy_period.py"), [])
         self.assertEqual(warning.getvalue(), "bench: no reference times from astropy (ModuleNotFoundError: No module named "
-                                            "astropy); see tests/bench/README.md\n")  # once
+                                            "astropy); see tools/bench/README.md\n")  # once
 
     def test_missing_peers(self):
         warning = io.StringIO()
@@ -354,8 +354,8 @@ class Bench(ProgramTest):
             self.assertEqual(measuring.peer_program("oneDNN", ["./not-built"]), [])
             self.assertEqual(measuring.peer_program("PyTorch", ["sh", "-c", "echo 1; echo x >&2; echo no torch >&2; exit 1"]), [])
         self.assertEqual(warning.getvalue(),
-                         "bench: no reference times from oneDNN (No such file or directory); see tests/bench/README.md\n"
-                         "bench: no reference times from PyTorch (no torch); see tests/bench/README.md\n")
+                         "bench: no reference times from oneDNN (No such file or directory); see tools/bench/README.md\n"
+                         "bench: no reference times from PyTorch (no torch); see tools/bench/README.md\n")
         with self.assertRaises(SystemExit):
             measuring.lines(["false"])
 

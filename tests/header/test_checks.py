@@ -159,6 +159,7 @@ class Layers(Tree):
             for header in ("base/error.hpp", "../../lib/base/error.hpp"):
                 name = folder + "/a.c"
                 self.refuses("layers", name, '#include "%s"\n' % header, name + ":1: " + header)
+        self.accepts("layers", "tools/bench/a.cpp", '#include "base/error.hpp"\n')
         self.refuses("layers", "include/toliman/a.h", '#include "toliman/b.h"\n', "include/toliman/a.h:1: ")
 
     def test_extern_c(self):

@@ -1,4 +1,4 @@
-/* Tests false alarm probabilities with nuisance functions on noise. All combinations: tests/bench/bench_fap_nuisance.c
+/* Tests false alarm probabilities with nuisance functions on noise. All combinations: tools/bench/bench_fap_nuisance.c
  */
 #include "nuisance_trials.h"
 

@@ -54,7 +54,7 @@ def median_spread(times):
 
 @functools.lru_cache(None)  # prints each warning once
 def warn(text):
-    print(f"bench: {text}; see tests/bench/README.md", file=sys.stderr)
+    print(f"bench: {text}; see tools/bench/README.md", file=sys.stderr)
 
 
 def peer_program(name, command):

@@ -24,7 +24,7 @@ import tempfile
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path += [str(ROOT / name) for name in ("build/python", "tests/support", "examples/sky")]
+sys.path += [str(ROOT / name) for name in ("build/python", "examples/sky")]
 import campaign  # noqa: E402
 import toliman  # noqa: E402
 from doubt_frames import AMPLITUDE, DAYS, PERIOD, nominal, run, with_planet  # noqa: E402

@@ -6,7 +6,7 @@ import tempfile
 
 from measuring import HERE, lines, row
 
-sys.path.insert(0, os.path.join(HERE, "..", "support"))
+sys.path.insert(0, os.path.join(HERE, "..", "..", "tests", "support"))
 import numpy
 import tlmw
 

@@ -18,7 +18,7 @@ import sys
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path += [str(ROOT / "build" / "python"), str(ROOT / "tests" / "support")]
+sys.path.append(str(ROOT / "build" / "python"))
 import campaign  # noqa: E402
 import toliman  # noqa: E402
 
