@@ -1,6 +1,6 @@
 /* A host program that watches the whole library at work, in the host's locale: which functions it must not call are
- * called and by whom (watch.c), and whether the state of the process changes. It makes the calls of tests/fault in the C
- * locale, and again in the host's: the results must be the same. Usage: conventions report messages [function]
+ * called and by whom (watch.c), and whether the state of the process changes. It makes the calls of tests/fault in the
+ * C locale, and again in the host's: the results must be the same. Usage: conventions report messages [function]
  *
  * messages receives the messages of some failures, which must have a decimal point in every locale. With the name of a
  * function, a library that violates the conventions calls that function instead. */
@@ -99,6 +99,7 @@ static void assert_unchanged(const process *before, const process *after) {
 }
 
 /* Rounding modes other than to-nearest are not supported: calls must fail, and leave the mode as it is. */
+/* promise: other-rounding-is-refused */
 static void refuse_rounding(int mode) {
     double image[SMALL * SMALL], t = 0, y = 0, power[2];
     const toliman_sim *const sim = shared(create_sim_json_threads);

@@ -64,6 +64,7 @@ class Conventions(unittest.TestCase):
         self.assertEqual((code, output, watched), (0, "", []))
         return messages
 
+    # promises: host-state-is-not-changed, locale-changes-nothing
     def test_whole_library(self):
         """Results in the locale are compared with those of the C locale by the host."""
         messages = self.behaves("comma")
@@ -81,6 +82,7 @@ class Conventions(unittest.TestCase):
                 watched = self.host(how=name)[2]
                 self.assertIn(name + " from libtoliman_violations.so", watched)
 
+    # promise: host-state-is-not-changed
     def test_imports(self):
         def imports(library):
             table = subprocess.run(["nm", "-D", "-u", library], check=True, stdout=subprocess.PIPE, universal_newlines=True)

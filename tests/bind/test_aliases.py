@@ -17,6 +17,7 @@ def run(*arguments):
 
 
 class Campaign(unittest.TestCase):
+    # promise: longest-alias-is-shown
     def test_missions(self):
         rows = [campaign.fly(seed) for seed in range(1, 6)]
         self.assertTrue(all(campaign.is_right(row[0], shown) for row in rows for shown in row[2:]), rows)

@@ -75,6 +75,7 @@ class Calibrations(unittest.TestCase):
         self.assertLess(numpy.abs((fitted["separation_px"] - wanted) / fitted["separation_sigma_px"]).max(), 4)
         numpy.testing.assert_allclose(fitted["separation_px"], self.calibration.frames["separation_px"], atol=1e-7)
 
+    # promise: incomplete-models-are-reported
     def test_wrong_models_are_reported(self):
         """A ghost, square pixels: effects that no parameter can imitate."""
         bright = [copy.deepcopy(scene) for scene in (SCENE, self.scene)]

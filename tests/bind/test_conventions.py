@@ -99,6 +99,7 @@ class Results(unittest.TestCase):
             self.assertEqual(str(again[0](*again[1])), str(raised.exception))
         self.assertEqual(f"{toliman.Error.__module__}.{toliman.Error.__name__}", "toliman.Error")
 
+    # promise: errors-name-the-field
     def test_errors_name_what_was_wrong(self):
         with self.assertRaises(toliman.InputError) as raised:
             toliman.Periodogram(0.1, -1, 3)
@@ -232,6 +233,7 @@ class Cancellation(unittest.TestCase):
         thread.join()
         self.assertGreater(len(ticks), 5)
 
+    # promise: const-calls-run-together
     def test_const_calls_from_several_threads(self):
         frames = [None] * 4
 

@@ -19,11 +19,13 @@ class Cosmic(unittest.TestCase):
                 self.assertLess(of["rms"], 0.05)
                 self.assertLess(of["largest"], 0.5)
 
+    # promises: bad-pixels-are-left-out, cosmic-rays-lose-no-frame
     def test_hits_are_left_out(self):
         """Without the rejection a hit moves the fit of a small frame by up to 10 standard deviations."""
         self.check(campaign.measure(campaign.moving(60), False, 0.5, 4), 0.95)
         self.check(campaign.measure(campaign.chapter(16), True, 2, 4), 0.8)
 
+    # promise: wrong-models-are-not-cleaned
     def test_wrong_optics_are_not_cleaned(self):
         """Frames of another focus: hundreds of pixels are off, of which at most three are left out; the fit stays poor."""
         scene = campaign.moving(4)

@@ -75,6 +75,7 @@ class Times(unittest.TestCase):
                                                measured(self.sky, self.exposures, amplitude), SIGMA)
         return found, all_of_them
 
+    # promise: causes-need-seven-sigmas
     def test_a_common_offset_is_found_and_named(self):
         for late_s, amplitude, name in ((37, 0, "TAI taken for UTC"), (-37, 3e-6, "UTC taken for TAI"),
                                         (-30, 3e-6, "starts of exposures taken for their middles"),
@@ -93,6 +94,7 @@ class Times(unittest.TestCase):
                 self.assertEqual(time.text.endswith("?"), bool(name), time.text)
                 self.assertIn(name, time.text)
 
+    # promise: planets-are-no-mistakes
     def test_nothing_is_claimed_of_right_times(self):
         for amplitude, period in ((0, 300), (3e-6, 300), (10e-6, 300), (10e-6, 100), (10e-6, 600)):
             with self.subTest(amplitude=amplitude, period=period):
@@ -102,6 +104,7 @@ class Times(unittest.TestCase):
                 self.assertEqual(found.cause, "none", all_of_them)
                 self.assertFalse(any(one.is_decisive for one in all_of_them.values()))
 
+    # promise: planets-are-no-mistakes
     def test_nothing_is_claimed_of_damaged_samples(self):
         right = measured(self.sky, self.exposures, 3e-6)
         damaged = right.copy()
@@ -112,6 +115,7 @@ class Times(unittest.TestCase):
             found, _ = self.sky.diagnose(self.exposures, separations, sigmas)
             self.assertEqual((found.goodness, found.cause), ("poor", "none"))
 
+    # promise: causes-need-seven-sigmas
     def test_the_plate_scale_is_found(self):
         for error in (-0.02, 0.01, 0.05):
             found, all_of_them = self.sky.diagnose(self.exposures, measured(self.sky, self.exposures) * (1 + error), SIGMA)
@@ -151,6 +155,7 @@ class Times(unittest.TestCase):
 class Axes(unittest.TestCase):
     DAYS = 20
 
+    # promise: causes-need-seven-sigmas
     def test_wrong_axes_of_an_observer_file_are_found(self):
         obliquity = 84381.448 / 3600
         cases = ((numpy.eye(3)[[1, 0, 2]], "axes", "x and y of the observer's states are exchanged", 82.2),

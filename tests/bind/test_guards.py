@@ -25,12 +25,14 @@ class Separations(unittest.TestCase):
         self.exposures = numpy.stack([start, start + 60 * SECOND], 1)
         self.right = numpy.array([self.sky.predict_mean(one).separation_arcsec for one in self.exposures])
 
+    # promise: separation-units-are-checked
     def test_other_units_are_named(self):
         for factor, unit in ((1e3, "mas"), (1e6, "uas"), (1 / 60, "arcmin"), (1 / 3600, "deg"), (math.radians(1 / 3600), "rad"),
                              (1 / 0.375, "px, or those of another system"), (0.4, "px, or those of another system")):
             with self.assertRaisesRegex(ValueError, f"y: median .* must be in arcsec; are they in {unit}\\?"):
                 self.sky.reduce(self.exposures, self.right * factor)
 
+    # promise: separation-units-are-checked
     def test_wrong_orbits_outliers_and_missing_values_are_not_units(self):
         for factor in (0.6, 0.8, 1.2, 1.9):
             self.sky.reduce(self.exposures, self.right * factor)
@@ -45,6 +47,7 @@ class Separations(unittest.TestCase):
 
 
 class Times(unittest.TestCase):
+    # promise: time-units-are-checked
     def test_numbers_that_are_no_nanoseconds(self):
         sky = toliman.Sky(altitude_km=600)
         for times, unit in (([START // SECOND], r"seconds\?"), ([START // 10**6], r"milliseconds\?"),

@@ -42,6 +42,7 @@ class Network(unittest.TestCase):
         self.assertTrue(other.info.trained)
         self.assertEqual(other.info.layout, "flight")
 
+    # promise: latent-slope-is-stated
     def test_slope_of_the_latent(self):
         step = 1e-5
         latents = network.encode(numpy.stack([simulator.expect(step), simulator.expect(-step)]))

@@ -66,6 +66,7 @@ class Accuracy(unittest.TestCase):
             worst = max(worst, *(abs(mpf(float(p)) - e) for p, e in zip(power, exact)))
         return float(worst)
 
+    # promise: trend-power-has-twelve-digits
     def test_full_span(self):
         for functions in (2, 4, 8):
             self.assertLess(self.worst(1, functions, (0.3, 1, 1.5, 40)), 1e-12, functions)
@@ -73,6 +74,7 @@ class Accuracy(unittest.TestCase):
     def test_trend_of_a_million_signals(self):
         self.assertLess(self.worst(1, 6, (0.3, 3), large=1e6), 1e-12)
 
+    # promise: trend-power-has-twelve-digits
     def test_beginning_of_the_span(self):
         self.assertLess(self.worst(0.1, 6, (0.3, 1, 40)), 1e-12)
         self.assertLess(self.worst(0.03, 6, (0.3, 1, 40)), 1e-9)

@@ -96,6 +96,7 @@ def wrong_values(table, struct, field):
 
 
 class Options(unittest.TestCase):
+    # promise: wrong-enumerations-are-refused
     def test_members_refuse_what_their_comments_do_not_allow(self):
         callers, table = Callers(), headers.read(str(ROOT))
         for name, call in callers.calls.items():

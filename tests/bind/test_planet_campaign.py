@@ -13,9 +13,11 @@ class Campaign(unittest.TestCase):
         wrong, lines = run(campaign.sbc, Serial, 1, 1)
         self.assertEqual((wrong, len(lines)), ([], 10))
 
+    # promise: false-planets-are-rare
     def test_without_planet(self):
         self.assertEqual(run(campaign.null, Serial, 1, 1)[0], [])
 
+    # promise: detectable-planets-are-found
     def test_limits(self):
         wrong, lines = run(campaign.limits, Serial, 1, 1, (800,))
         self.assertEqual((wrong, len(lines)), ([], 3))

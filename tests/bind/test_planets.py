@@ -111,6 +111,7 @@ class Circular(unittest.TestCase):
                                  period_min=250).candidates[0]
         self.assertTrue(planet.mass_a[1] > 0 and math.isnan(planet.mass_b[1]))
 
+    # promise: threads-change-no-bit
     def test_threads_give_the_same_bits(self):
         for threads in (2, 4):
             other = toliman.planets(self.t, self.y, SIGMA, threads=threads, **self.given)
@@ -143,6 +144,7 @@ class Circular(unittest.TestCase):
         self.assertTrue((lower["detectable"] < limits["detectable"]).all())
         self.assertEqual(self.found.limits([]).shape, (0,))
 
+    # promise: detectable-planets-are-found
     def test_injections(self):
         amplitude = float(self.found.limits([80], 0.6)["detectable"][0])
         detected = self.found.inject((80, 80), (amplitude, amplitude), 600, circular=True, seed=3)
@@ -164,6 +166,7 @@ class Circular(unittest.TestCase):
         with refused(ValueError, "position_angle_deg"):
             self.found.signal(0, [0.0], [1, 2])
 
+    # promise: upper-limits-hold
     def test_upper_limit(self):
         """Without a planet: of planets of the limit with random phases, noise gives a smaller gain to 10 %; if the noise has
         hardly any power of this period, that of its 16 % point counts."""

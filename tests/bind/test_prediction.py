@@ -181,11 +181,13 @@ class Accuracy(unittest.TestCase):
         for name, error in worst.items():
             self.assertLess(error, 1e-3, name)
 
+    # promise: predictions-keep-their-digits
     def test_at_the_centre_of_the_earth(self):
         random = numpy.random.default_rng(1)
         times = random.integers(tai_of(2020.0), tai_of(2040.0), 100)
         self.compare(toliman.Sky(), times, lambda _: ())
 
+    # promise: predictions-keep-their-digits
     def test_in_a_low_orbit(self):
         times = numpy.random.default_rng(2).integers(tai_of(2020.0), tai_of(2040.0), 20)
         self.compare(toliman.Sky(altitude_km=ALTITUDE), times, low_orbit)
@@ -221,6 +223,7 @@ class Effects(unittest.TestCase):
                 digits = len(cell.partition(".")[2])
                 self.assertEqual(cell, f"{size:.{digits}f}", f"{effect}: {size}")
 
+    # promise: effects-have-stated-sizes
     def test_each_effect_has_its_size(self):
         sizes = {effect: self.change(effect) for effect in (
             "earth_aberration", "parallax", "roemer", "light_time", "radial_motion", "transverse_motion",
@@ -236,6 +239,7 @@ class Effects(unittest.TestCase):
         self.near(sizes["deflection"].min(), -0.78)
         self.near(sizes["deflection"].max(), 0.11, 0.05)  # a number of two digits
 
+    # promise: effects-have-stated-sizes
     def test_velocity_of_the_spacecraft(self):
         """In uas at the mean separation, over a year."""
         starts = tai_of(2027.0) + numpy.arange(53) * 7 * DAY

@@ -32,6 +32,7 @@ def in_threads(work):
 
 
 class Threads(unittest.TestCase):
+    # promise: calls-need-exclusive-use
     def test_pushes_equal_those_of_one_thread(self):
         t = numpy.arange(THREADS * SAMPLES, dtype=float)
         y = numpy.sin(t)

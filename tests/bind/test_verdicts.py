@@ -33,6 +33,7 @@ class Reasons(unittest.TestCase):
         self.assertEqual((one.reasons, one.verdict), (tuple(REASONS[name] for name in reasons), "candidate"))
         self.assertEqual((found.info.planets, len(found), found.planets), (0, 0, []))
 
+    # promise: one-reason-forbids-a-planet
     def test_none(self):
         (one,) = self.right.planets
         self.assertEqual((one.verdict, one.reasons, self.right.info.planets, len(self.right.outliers)), ("planet", (), 1, 0))
@@ -43,13 +44,16 @@ class Reasons(unittest.TestCase):
         self.assertAlmostEqual(self.right.info.chi_square_sigma, math.sqrt(2 * 150) / freedom, delta=1e-9)
         self.assertAlmostEqual(self.right.info.largest_residual, abs(residuals).max(), delta=1e-9)
 
+    # promise: one-reason-forbids-a-planet
     def test_odds(self):
         self.assert_refused(self.search(self.noise), "ODDS")
 
+    # promise: one-reason-forbids-a-planet
     def test_chi_square(self):
         self.assert_refused(self.search(self.y + 1.2 * numpy.roll(self.noise, 1), jitter=False), "CHI_SQUARE")
         self.assert_refused(campaign.search(self.t, self.y, 2 * campaign.SIGMA, period_min=150), "CHI_SQUARE")  # too good
 
+    # promise: one-reason-forbids-a-planet
     def test_jitter(self):
         found = self.search(self.y + 2 * numpy.roll(self.noise, 1))
         self.assert_refused(found, "JITTER")
@@ -63,21 +67,26 @@ class Reasons(unittest.TestCase):
         found = toliman.planets(self.t, y, 0.5, velocity=True, unit=1, star_masses=(1, 0), samples=100, period_min=200)
         self.assertEqual((found.info.planets, found.info.goodness), (1, "poor"))
 
+    # promise: one-reason-forbids-a-planet
     def test_fap(self):
         self.assert_refused(self.search(self.y, detection_fap=1e-300), "FAP")
 
+    # promise: one-reason-forbids-a-planet
     def test_edge(self):
         self.assert_refused(self.search(self.y, period_min=299), "EDGE")
 
+    # promise: one-reason-forbids-a-planet
     def test_range(self):
         y = self.y + model.separation(self.t, 40, 0, 0, 7, 6e-6)
         self.assert_refused(self.search(y, velocity=False, threshold=0.5), "JITTER", "RANGE")
         self.assertEqual(self.search(y, period_min=38, period_max=320, max_planets=2, samples=100).info.planets, 2)
 
+    # promise: one-reason-forbids-a-planet
     def test_mass(self):
         self.assert_refused(self.search(self.y, unit=1e6), "MASS")  # uas taken for arcsec, the other way round
         self.assertEqual(self.search(self.y, unit=1e4).info.planets, 1)
 
+    # promise: one-reason-forbids-a-planet
     def test_crossing(self):
         y = self.y + model.separation(self.t, 200, 0.7, 200, 20, 6e-6)
         found = self.search(y, max_planets=2)
@@ -89,6 +98,7 @@ class Reasons(unittest.TestCase):
         self.assert_refused(self.search(self.y, frame_chi_square=2.1), "FRAMES")
         self.assertEqual(self.search(self.y, frame_chi_square=1.9).info.planets, 1)
 
+    # promise: outliers-forbid-a-planet
     def test_samples(self):
         """Those that do not belong have no weight."""
         y = self.y.copy()
@@ -110,6 +120,7 @@ class Reasons(unittest.TestCase):
         self.assertEqual((found.info.planets, len(found.outliers)), (1, 0))
         self.assertAlmostEqual(found.planets[0].eccentricity[1], 0.9, delta=0.02)
 
+    # promise: outliers-forbid-a-planet
     def test_bounded_work(self):
         for size in 1e-4, 1e90:
             y = self.y.copy()

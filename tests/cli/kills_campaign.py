@@ -1,6 +1,7 @@
 """Commands that are killed (SIGKILL) at random moments: merge, train --bank, calibrate, calibrate --windows and --map.
 After each kill the output is absent or whole; the same command, with --resume where it has that option, then gives the bits of an undisturbed run and leaves no
 other file. Usage: kills_campaign.py [--scale SHARE_OF_KILLS] [JOB...]; TOLIMAN is the program."""
+# promises: killed-calibrations-resume, killed-trainings-resume, kills-leave-no-half-result
 import argparse
 import dataclasses
 import json

@@ -122,6 +122,7 @@ class Stops(Bank):
         return subprocess.Popen([PROGRAM, "--progress=json", "train", "s.json", *arguments], cwd=self.folder,
                                 stderr=subprocess.PIPE, text=True)
 
+    # promises: bank-training-resumes, killed-trainings-resume
     def test_resumed_after_any_stop(self):
         """Weights do not depend on the moments of the signals. A journal of other options is refused, and what differs is named."""
         self.train(*self.HOW, "--out", "whole")

@@ -226,6 +226,7 @@ class Results(Calibrate):
 
 
 class Resume(Calibrate):
+    # promises: killed-calibrations-resume, unconverged-scenes-are-not-written
     def test_too_few_iterations(self):
         """No scene is written; the journal is, and a resumed run ends with the bits of an undisturbed one."""
         done = self.calibrate("--iterations", 1)
@@ -258,6 +259,7 @@ class Resume(Calibrate):
         self.calibrate("--windows", "50", "--iterations", 1)
         self.assertEqual(self.calibrate("--windows", "50", "--resume").returncode, 0)
 
+    # promise: stopped-work-resumes
     def test_a_signal_keeps_the_state(self):
         self.take_finished()
         finished = (self.folder / "fitted.json").read_bytes()

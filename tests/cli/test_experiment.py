@@ -325,6 +325,7 @@ class GoingOn(Experiment):
     ARGUMENTS = ("experiment", "tiny.json", "--methods", "template", "--tables", "real", "--amplitudes", "1e-3",
                  "--seeds", 2, "--blind", 400)
 
+    # promise: stopped-work-resumes
     def test_stopped_and_resumed(self):
         whole = self.succeed(*self.ARGUMENTS, "--out", "whole")
         lines = (self.folder / "whole" / "journal.jsonl").read_bytes().count(b"\n")

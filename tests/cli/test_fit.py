@@ -204,6 +204,7 @@ class Track(Fit):
         self.assertEqual(sigma, sigmas[3])
         self.assertIn(f" {sigma:.3g} px", self.succeed("status", "st"))
 
+    # promise: calibrations-are-not-mixed
     def test_another_scene_or_estimator_is_refused(self):
         self.track("--fit", "s.json", "--state", "st", "f.npy")
         self.write("other.json", {**SCENE, "cadence": {**SCENE["cadence"], "peak_photons": 1.1e5}})

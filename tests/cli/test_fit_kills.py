@@ -28,6 +28,7 @@ class Kills(ProgramTest):
         self.succeed("status", state, "--out", "out")
         return (self.folder / "out/periodogram.csv").read_bytes(), sorted(self.succeed("status", state, "--series").splitlines())
 
+    # promise: committed-frames-survive-kills
     def test_same_bits(self):
         (self.folder / "s.json").write_text(json.dumps(SCENE))
         size = FRAMES // FILES

@@ -106,6 +106,7 @@ class Follow(ProgramTest):
 
     # Ends.
 
+    # promise: streams-save-their-sums
     def test_signals_save_the_state(self):
         for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)):
             child = self.start("--save-state", "s.tlmp")
@@ -147,6 +148,7 @@ class Follow(ProgramTest):
         self.assertEqual(child.communicate(timeout=PATIENCE)[1], "")
         self.assertEqual(child.returncode, 0)
 
+    # promise: streams-save-their-sums
     def test_a_reader_that_leaves(self):
         child = self.start("--save-state", "s.tlmp")
         self.feed(child, ROWS[:10])
@@ -168,6 +170,7 @@ class Follow(ProgramTest):
         self.assertEqual(child.wait(timeout=PATIENCE), 143)
         self.assertIn("state saved: ", child.stderr.read())
 
+    # promise: streams-save-their-sums
     def test_the_state_is_saved_meanwhile(self):
         """Every minute by SIGALRM, which the test sends earlier; then the machine dies."""
         child = self.start("--save-state", "s.tlmp")

@@ -17,18 +17,22 @@ class Kills(unittest.TestCase):
         self.assertEqual(tally.faults, 0)
         self.assertGreater(tally.absent, 0)
 
+    # promises: killed-merges-begin-again, kills-leave-no-half-result
     def test_merge(self):
         self.check(campaign.MERGE, lambda folder: campaign.states(folder, 5), 6)
 
+    # promises: killed-trainings-resume, kills-leave-no-half-result
     def test_bank(self):
         self.check(with_options(campaign.BANK, "--places", "1", "--steps", "60"), campaign.bank_scene, 2)
 
+    # promises: killed-calibrations-resume, kills-leave-no-half-result
     def test_calibrate(self):
         self.check(with_options(campaign.CALIBRATE, "--free", "scale zernike_5-8"),
                    lambda folder: campaign.calibration(folder, campaign.TELESCOPE, 4), 3)
 
 
 class Left(ProgramTest):
+    # promise: killed-merges-begin-again
     def test_a_folder_of_a_merge_that_was_killed(self):
         """It is removed by the next merge, and nothing else is."""
         campaign.states(self.folder, 2)

@@ -8,6 +8,7 @@ CHAPTER = SCENES / "chapter.json"
 
 
 class Words(ProgramTest):
+    # promises: data-goes-to-stdout, exit-codes-are-the-same
     def test_unknown_words(self):
         for words, text in (
             (("psf", CHAPTER, "--oot", "x.npy"), "unknown option --oot (did you mean --out?)"),
@@ -90,6 +91,7 @@ class Small(ProgramTest):
         (self.folder / "taken").write_text("")
         self.refuse(6, "taken: is not a folder", arguments=("run", CHAPTER, "--out", "taken"))
 
+    # promise: unknown-keys-are-refused
     def test_keys_and_ranges(self):
         self.scene(noise={"zebra": 1})
         self.psf_refused(2, "s.json: noise.zebra: unknown key; allowed keys: photon, read_e, seed")

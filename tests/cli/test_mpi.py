@@ -103,6 +103,7 @@ class Mpi(ProgramTest):
         self.assertEqual(campaign, "".join(self.output(1, "s.json", "--seed", s, "--json") for s in (8, 9)))
         self.assertEqual(len({json.loads(line)["digest"] for line in campaign.splitlines()}), 2)
 
+    # promise: maps-ignore-threads-and-stops
     def test_a_map_of_planets_is_that_of_the_program(self):
         """On any number of ranks, and resumed after a stop."""
         random = numpy.random.default_rng(7)

@@ -140,6 +140,7 @@ class Replace(ProgramTest):
         return {suffix: (self.folder / f"x.{suffix}").read_bytes() for suffix in ("npy", "fits")} | {
             "bin": bytes(5 * 64), "tlmp": b"notes\n", "json": b'{"schema": "other/1"}', "csv": b"t,y\n0,1\n", "html": b"<!DOCTYPE html>\n"}
 
+    # promise: foreign-files-need-force
     def test_files_of_others(self):
         foreign = self.foreign()
         for name, command in self.outputs:
@@ -151,6 +152,7 @@ class Replace(ProgramTest):
                 self.assertEqual(self.run_program(*command, "--force").returncode, 0)
                 self.assertNotEqual(path.read_bytes(), text)
 
+    # promise: foreign-files-need-force
     def test_own_and_empty_files(self):
         for name, command in self.outputs:
             with self.subTest(name):
@@ -162,6 +164,7 @@ class Replace(ProgramTest):
         self.foreign()
         self.refuse(6, "link.npy: " + REASON, arguments=("psf", "s.json", "--out", "link.npy"))
 
+    # promise: foreign-files-need-force
     def test_before_the_work(self):
         """What takes long looks first: at every file that it will write."""
         quick = self.folder / "quick.json"
@@ -179,6 +182,7 @@ class Replace(ProgramTest):
             (self.folder / name[-4:] / name).write_text("notes")
             self.refuse(6, f"{name[-4:]}/{name}: " + REASON, arguments=("experiment", quick, "--out", name[-4:]))
 
+    # promise: foreign-files-need-force
     def test_pages(self):
         write_bench(self.folder / "r")
         page = self.folder / "r" / "report" / "report.html"
@@ -194,6 +198,7 @@ class Replace(ProgramTest):
             __main__.report(options)
         __main__.report(__main__.parse([str(self.folder / "r"), "--force"]))
 
+    # promise: inputs-are-never-replaced
     def test_the_input(self):
         """Under any name, and also with --force."""
         self.succeed("psf", "s.json", "--out", "x.npy")

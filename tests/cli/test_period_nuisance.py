@@ -113,6 +113,7 @@ class Trend(Nuisance):
         best = reference.at(self.period("dates.csv", *GRID, "--trend", 2, "--span", "61406,62502.5")["peak"]["frequency"])[0]
         numpy.testing.assert_allclose([one["value"] for one in found[0]["coefficients"]], best[2:], rtol=1e-4)
 
+    # promise: saved-sums-continue
     def test_sums_are_continued(self):
         """Saved with a trend and continued by plain samples: the bits of all at once, which begin with the same sample."""
         t, y, sigma = self.trending()

@@ -82,6 +82,7 @@ class Reduced(ProgramTest):
         offsets = [self.period(*GRID, *more)["peak"]["time_offset"] for more in ((), ("--leap-seconds", "new.list"))]
         self.assertAlmostEqual((offsets[1] - offsets[0]) * 86400, 26, delta=1e-4)  # also without a system
 
+    # promise: uncovered-exposures-are-left-out
     def test_samples_without_a_state(self):
         """They are left out; the others are reduced by the states of the file."""
         write_orbit(self.folder / "low.csv", START, 120)

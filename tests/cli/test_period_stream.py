@@ -47,6 +47,7 @@ class Streams(Series):
         self.assertLess(updates[-1]["log10_fap"], -5)
         self.assertLess(updates[-1]["log10_fap_sequential"], -4)
 
+    # promises: merged-files-give-same-bits, saved-sums-continue
     def test_states_go_on_to_the_same_bits(self):
         self.succeed("period", "all.csv", "--follow", *GRID, *BOUNDS, "--save-state", "whole.tlmp")
         self.write("first.csv", self.series[:25])
@@ -161,6 +162,7 @@ class States(Series):
         power = LombScargle(t - t[0], y).power(frequency, method="slow")
         self.assertLess(abs(numpy.load(self.folder / "x.npy") - power).max(), 1e-9)
 
+    # promise: nothing-is-merged-twice
     def test_nothing_is_counted_twice(self):
         self.succeed("period", "all.csv", *GRID, "--save-state", "a.tlmp")
         (self.folder / "copy.tlmp").write_bytes(self.bytes_of("a.tlmp"))

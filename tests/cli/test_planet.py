@@ -115,6 +115,7 @@ class Results(Planet):
                 else:
                     self.assertIsNone(uas)
 
+    # promise: refused-candidates-exit-with-4
     def test_candidates_that_are_no_planets(self):
         """Exit code 4, the reason in text, JSON and message; the result is printed and written all the same."""
         days, y = self.write_uas()
@@ -146,6 +147,7 @@ class Results(Planet):
 
 
 class Folder(Planet):
+    # promises: maps-ignore-threads-and-stops, stopped-work-resumes
     def test_folder_map_and_page(self):
         t, y = self.write_uas()
         arguments = ("planet", "s.csv", *UAS, "--limits", *MAP)

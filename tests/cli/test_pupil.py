@@ -81,6 +81,7 @@ class Pupil(ProgramTest):
             image = numpy.load(self.folder / "psf.npy")
             self.assertAlmostEqual(image.max() / image.mean() / first[mask]["peak_to_mean"], 1, delta=1e-6)
 
+    # promise: masks-ignore-threads
     def test_same_seed_same_mask_on_any_number_of_processors(self):
         arguments = ("tiny.json", "--iterations", 5, "--seed", 3)
         first = self.design(*arguments)

@@ -78,6 +78,7 @@ class Refit(ProgramTest):
     def noisy(self, size=1e-6):
         return self.arcsec + size * numpy.random.default_rng(2).normal(size=120)
 
+    # promises: exit-codes-are-the-same, poor-orbits-are-not-written
     def test_late_times(self):
         """37 s: chi-square is 50, and no orbit is written."""
         write_series(self.folder / "s.csv", mjd(self.tai_ns + 37 * SECOND), self.noisy(), 1e-6)
@@ -122,6 +123,7 @@ class Refit(ProgramTest):
         self.assertLess(abs(found["scale"] - 1e-3), 5 * found["scale_sigma"])
         self.assertLess(found["scale_sigma"], 0.01)
 
+    # promise: uncovered-exposures-are-left-out
     def test_samples_without_a_state(self):
         write_orbit(self.folder / "low.csv", START, 120)
         tai_ns = START + (300 + 650 * numpy.arange(12)) * SECOND

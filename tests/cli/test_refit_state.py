@@ -66,6 +66,7 @@ class RefitState(ProgramTest):
             self.assertAlmostEqual(row["after"], value, delta=1e-6 * max(sigma, 1e-9))
             self.assertAlmostEqual(row["sigma_after"], sigma, delta=1e-6 * sigma)
 
+    # promise: rebuild-gives-first-bits
     def test_track_refit_rebuild(self):
         self.track("s", "--system", "wrong.json", "--observer", "predicted.csv")
         self.assertGreater(self.largest("s"), 1000)

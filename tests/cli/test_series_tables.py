@@ -78,6 +78,7 @@ class Tables(ProgramTest):
         self.assertEqual((last["n"], last["time_scale"]), (50, "TDB"))
         self.assertIn("s.txt: 1 rows ", done.stderr)
 
+    # promise: missing-marks-are-no-values
     def test_marks_of_missing_values(self):
         end = "2459990,-9999,1\n2459991,-9999,1\n"
         (self.folder / "s.txt").write_text(table("t,y,sigma\n", every=end))

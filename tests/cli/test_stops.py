@@ -55,6 +55,7 @@ class Stops(ProgramTest):
         self.assertEqual(out, "")
         return child.returncode, time.monotonic() - start, err.splitlines()[-1]
 
+    # promise: signals-leave-no-part
     @long
     def test_during_a_long_call_of_the_library(self):
         """The folder shows that the command is past the set-up, or before it in case of train."""
@@ -77,6 +78,7 @@ class Stops(ProgramTest):
                 self.assertLess(seconds, SOON)
                 self.assertEqual(self.left(), [])
 
+    # promise: signals-leave-no-part
     def test_at_each_stage(self):
         scene = one_wavelength()
         scene["cadence"]["frames"] = 500
@@ -105,6 +107,7 @@ class Stops(ProgramTest):
         self.assertEqual((returned, last.partition(";")[0]), (143, STOPPED))
         self.assertEqual(self.left(), [])
 
+    # promises: exit-codes-are-the-same, signals-leave-no-part
     def test_report(self):
         """Also while Python starts: the signal is blocked until Python handles it."""
         write_bench(self.work / "b")

@@ -91,6 +91,7 @@ class Track(ProgramTest):
 
 
 class Order(Track):
+    # promises: data-goes-to-stdout, track-gives-same-bits
     def test_names_on_stdin_in_any_order(self):
         clean = self.clean(range(FRAMES))
         values = {}
@@ -147,6 +148,7 @@ class Network(ProgramTest):
 
 
 class Damage(Track):
+    # promise: damage-does-not-stop-track
     def test_every_kind_is_named_counted_and_harmless(self):
         """10 % twice, all out of order, and each kind of damage: the sums are those of the frames that are left."""
         names = [self.single(k) for k in range(FRAMES)]
@@ -203,6 +205,7 @@ class Damage(Track):
         size, told = re.search(r" -?(\S+) px, beyond the (\S+) px of --value-limit", self.errors).groups()
         self.assertGreater(float(size), float(told))
 
+    # promise: damage-does-not-stop-track
     def test_clock_jumps(self):
         for line, ns in ((10, 5), (20, 10**18)):
             facts = json.loads(self.lines[line])
@@ -216,6 +219,7 @@ class Damage(Track):
 
 
 class Stops(Track):
+    # promises: printed-frames-are-durable, track-gives-same-bits
     def test_killed_and_taken_up(self):
         clean = self.clean(range(FRAMES))
         for number, code in ((signal.SIGKILL, -9), (signal.SIGTERM, 143)):  # test_track_stops.py has the others
@@ -281,6 +285,7 @@ class Folders(Track):
             self.track(name, f"in_{k}", *more)
         return names
 
+    # promise: nothing-is-merged-twice
     def test_merge(self):
         clean = self.clean(range(FRAMES))
         names = self.shards(3)
@@ -378,6 +383,7 @@ class Folders(Track):
             self.assertIn(part, text)
         self.refuse(2, "--json", arguments=("status", "s", "--json", "--records"))
 
+    # promise: salvage-counts-what-is-lost
     def test_salvage(self):
         self.track("s", "all")
         ledger = self.folder / "s" / "ledger.tlml"
@@ -419,6 +425,7 @@ class Realigned(Track):
     def series(self, state):
         return self.succeed("status", state, "--series")
 
+    # promise: shifted-frames-are-found
     def test_holes(self):
         raw = [frame.astype("<u4").tobytes() for frame in self.frames]
         self.assertEqual((FRAMES, len(raw[0])), (48, SIZE))

@@ -9,6 +9,7 @@ from test_track_mistakes import PAIRS, TEMPLATE, Mistakes
 
 
 class Ledger(Mistakes):
+    # promise: exit-codes-are-the-same
     def test_a_ledger_that_is_gone(self):
         self.track("s", "all")
         (self.folder / "s/ledger.tlml").unlink()
@@ -33,6 +34,7 @@ class Ledger(Mistakes):
             (self.folder / "kept").rename(path)
         self.track("s", "all")
 
+    # promise: damage-is-told-once
     def test_damage_that_costs_nothing_is_told(self):
         """By status as long as it is there, by track once, which mends it."""
         self.track("s", "all")
@@ -68,6 +70,7 @@ class Ledger(Mistakes):
         lines = [json.loads(line) for line in self.run_program("status", state, "--records").stdout.splitlines()]
         self.assertEqual({line["session"] for line in lines}, {session})
 
+    # promises: exit-codes-are-the-same, folders-have-one-writer
     def test_a_second_writer(self):
         run = self.start("s", "all", "--follow")
         self.read(run, 1)
@@ -79,6 +82,7 @@ class Ledger(Mistakes):
         self.assertIn("state saved: ", self.errors)
         self.assertEqual(json.loads(self.run_program("status", "s", "--json").stdout)["accepted"], FRAMES)
 
+    # promises: folders-have-one-writer, printed-frames-are-durable
     def test_two_writers_lose_no_frame(self):
         """Whatever is removed to let the second one in: what either has printed as accepted is in the ledger."""
         for trial in range(int(os.environ.get("TOLIMAN_WRITERS", 1))):
@@ -111,6 +115,7 @@ class Ledger(Mistakes):
             self.assertEqual(set(accepted) - {line["frame_id"] for line in lines}, set())
             self.assertEqual(set(accepted), set(range(15)))
 
+    # promise: changed-ledgers-stop-writers
     def test_a_ledger_that_changes_under_its_writer(self):
         """Nothing more is acknowledged, and no state is called saved; tests/unit/test_track_ledger.c has other changes."""
         ledger = self.folder / "s/ledger.tlml"

@@ -86,6 +86,7 @@ class Reduced(ProgramTest):
             value = found["separation_px"] / found["factor"] - found["geometric_arcsec"] / SCALE
             self.assertAlmostEqual(record["value"], value, delta=1e-14)
 
+    # promise: rebuild-gives-first-bits
     def test_predicted_then_definitive(self):
         self.simulate()
         lines = self.track("late", "--system", "alpha-cen", "--observer", "predicted.csv")

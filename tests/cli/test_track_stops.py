@@ -29,6 +29,7 @@ class Stopped(Mistakes):
         self.assertTrue(out.endswith("\n"))
         return [json.loads(line) for line in out.splitlines()]
 
+    # promise: printed-frames-are-durable
     def test_no_verdict_on_what_was_not_read(self):
         for number, code in STOPS:
             for how in ((), ("--follow",)):

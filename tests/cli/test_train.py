@@ -29,6 +29,7 @@ class Resumed(ProgramTest):
     def bytes_of(self, name):
         return (self.folder / name).read_bytes()
 
+    # promises: killed-trainings-resume, stopped-work-resumes
     def test_the_file_says_how(self):
         how = (*UNSUPERVISED, "--layout", "paper", "--input", "raw", "--seed", "7")
         self.succeed(*how, "--epochs", "2", "--out", "whole")

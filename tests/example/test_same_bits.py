@@ -1,5 +1,6 @@
 """Examples that promise equal bits: a tracker that receives frames out of order, duplicated, in two passes and killed between
 them, compared with the same frames pushed in order; and shards of several threads, compared with one."""
+# promises: arrival-order-changes-no-bit, track-gives-same-bits
 import math
 import os
 import pathlib

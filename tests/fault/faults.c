@@ -5,8 +5,8 @@
  *
  *   faults SYMBOLS memory|files|threads [all] [FUNCTION]
  *
- * SYMBOLS is lib/api/toliman.sym; each of its functions must have a scenario. Without `all`, the first and the last call
- * fail, and some between them. */
+ * SYMBOLS is lib/api/toliman.sym; each of its functions must have a scenario. Without `all`, the first and the last
+ * call fail, and some between them. */
 #include <errno.h>
 #include <limits.h>
 #include <pthread.h>
@@ -234,6 +234,8 @@ static int check_all_have_scenarios(const char *symbols) {
     return count;
 }
 
+/* promises: failed-calls-change-nothing, file-failures-are-survived, files-are-replaced-atomically */
+/* promise: memory-failures-are-survived */
 int main(int count, char **arguments) {
     static const struct {
         const char *name;

@@ -124,8 +124,8 @@ void put_old(void) {
     require(chmod(in_folder(SAVED), MODE) == 0 && symlink(SAVED, in_folder(SAVED_LINK)) == 0, "no link", SAVED_LINK);
 }
 
-/* The file must be the old or the complete one, with its permissions, and after TOLIMAN_OK the latter. No other file may
- * remain, unless every call fails and it cannot be removed. */
+/* The file must be the old or the complete one, with its permissions, and after TOLIMAN_OK the latter. No other file
+ * may remain, unless every call fails and it cannot be removed. */
 void check_saved(const saved_file *complete, toliman_status status) {
     struct stat attributes = {0};
     saved_file found;

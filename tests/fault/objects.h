@@ -1,4 +1,5 @@
-/* What the table `scenarios` names: values of arguments, and the objects, files and checks that need code of their own. */
+/* What the table `scenarios` names: values of arguments, and the objects, files and checks that need code of their
+ * own. */
 #ifndef TOLIMAN_TESTS_OBJECTS_H
 #define TOLIMAN_TESTS_OBJECTS_H
 

@@ -1,5 +1,5 @@
-/* Series, tables and files of times: what the table `scenarios` names of period.h, measure.h, planet.h, sky.h, ingest.h and
- * series.h. */
+/* Series, tables and files of times: what the table `scenarios` names of period.h, measure.h, planet.h, sky.h, ingest.h
+ * and series.h. */
 #include <stdio.h>
 
 #include "leap_second_rows.h"

@@ -79,6 +79,7 @@ bool check_failing_call(long call, const std::vector<Arrival> &arrivals, const R
 
 } // namespace
 
+// promises: failed-writes-stop-the-tracker, file-failures-are-survived
 int main() {
     std::mt19937_64 random(7);
     const std::vector<Arrival> arrivals = make_arrivals(kArrivals, random);

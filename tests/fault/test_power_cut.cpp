@@ -175,6 +175,7 @@ void cut_during_rebuild(uint64_t seed) {
 
 } // namespace
 
+// promise: acknowledged-frames-survive-power-cuts
 int main() {
     const char *const given = std::getenv("TOLIMAN_POWER_CUTS");
     const uint64_t scenarios = (given != nullptr ? std::strtoull(given, nullptr, 10) : 800) / 4;

@@ -102,6 +102,7 @@ bool push(const toliman_sim *sim, const std::vector<double> &images, int allowed
     return enough;
 }
 
+// promise: memory-failures-are-survived
 int main() {
     toliman_sim *sim = nullptr;
     must(toliman_sim_create_json(kScene, std::strlen(kScene), nullptr, nullptr, &sim) == TOLIMAN_OK, "the scene", 0);

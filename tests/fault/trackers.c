@@ -1,5 +1,5 @@
-/* Trackers: what the table `scenarios` names of track.h. A folder has frames 1 to 30; frames up to 44 arrive, or are merged
- * from another folder, while calls fail. One that reduces has frames 1 to 12, and frames up to 16 arrive. */
+/* Trackers: what the table `scenarios` names of track.h. A folder has frames 1 to 30; frames up to 44 arrive, or are
+ * merged from another folder, while calls fail. One that reduces has frames 1 to 12, and frames up to 16 arrive. */
 #include <stdio.h>
 
 #include "objects.h"
@@ -159,7 +159,8 @@ uint64_t digest_track(const void *track) {
     return fnv1a(hash, records, size * sizeof *records);
 }
 
-/* The frames that arrive, made in the first call, which is undisturbed; and with images of double, as the library's own estimators need. */
+/* The frames that arrive, made in the first call, which is undisturbed; and with images of double, as the library's own
+ * estimators need. */
 const toliman_frame *coming(void) {
     static small_frame made[COMING];
     static toliman_frame frames[COMING];

@@ -1,6 +1,7 @@
 // Banks of networks: a bank that loads has networks in range, and saves to the same bytes (except for the compression,
 // so that the second save is compared).
 #include <cmath>
+// promises: damaged-banks-are-refused, parsers-are-safe
 
 #include <toliman/toliman.hpp>
 

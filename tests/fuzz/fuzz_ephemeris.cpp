@@ -1,5 +1,6 @@
 // Files of an observer: Orbit Ephemeris Messages and tables.
 #include <cmath>
+// promise: parsers-are-safe
 
 #include "fuzz.hpp"
 #include "memory_file.hpp"

@@ -1,6 +1,7 @@
 // Frames with arbitrary fields: each is refused or gets a verdict, the counts add up, and the periodogram stays within
 // its bounds.
 #include <cmath>
+// promise: parsers-are-safe
 
 #include <toliman/toliman.hpp>
 

@@ -1,5 +1,6 @@
 // Times of FITS headers, which the program reads.
 #include <map>
+// promise: parsers-are-safe
 
 #include "common/failure.hpp"
 #include "frames/frame_times.hpp"

@@ -1,5 +1,6 @@
 // Files named by a scene: masks and OPD as .npy, spectra as CSV. The first byte selects which.
 #include <cmath>
+// promise: parsers-are-safe
 
 #include "base/error.hpp"
 #include "frame/npy_image.hpp"

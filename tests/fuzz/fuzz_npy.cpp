@@ -1,5 +1,6 @@
 // .npy files that the program reads: frames, and a table of samples.
 #include <cmath>
+// promise: parsers-are-safe
 
 #include "common/failure.hpp"
 #include "frames/frames_in.hpp"

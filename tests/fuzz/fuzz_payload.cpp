@@ -2,6 +2,7 @@
 // the same numbers and bytes. The input is the block sizes as u16, followed by the raw numbers of the payload or, if
 // the first byte is even, by the compressed stream.
 #include <cmath>
+// promises: damaged-weights-are-refused, parsers-are-safe
 
 #include "base/error.hpp"
 #include "cae/payload.hpp"

@@ -1,5 +1,6 @@
 // States of a periodogram: a state that loads answers every query, gives finite numbers, and saves to the same bytes.
 #include <cmath>
+// promises: damaged-states-are-refused, parsers-are-safe
 
 #include <toliman/toliman.hpp>
 

@@ -1,5 +1,6 @@
 // Scenes: the plan has finite numbers, and scenes that are cheap are simulated to a finite frame.
 #include <cmath>
+// promise: parsers-are-safe
 
 #include <toliman/toliman.hpp>
 

@@ -1,5 +1,6 @@
 // Lines of a series, through the public functions. The first byte selects the options.
 #include <cmath>
+// promises: bad-lines-end-no-series, parsers-are-safe
 
 #include <toliman/toliman.hpp>
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <memory>
+// promises: damaged-lines-are-events, parsers-are-safe
 
 #include <toliman/toliman.hpp>
 

@@ -1,6 +1,7 @@
 // System files: what is read is saved to the same numbers, and predictions are finite.
 #include <algorithm>
 #include <cmath>
+// promise: parsers-are-safe
 
 #include "base/error.hpp"
 #include "fuzz.hpp"

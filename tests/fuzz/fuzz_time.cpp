@@ -1,6 +1,7 @@
 // Clock tables, on-target windows, leap seconds and times as text, through the public functions. The first byte selects
 // which.
 #include <toliman/ingest.h>
+// promise: parsers-are-safe
 
 #include "fuzz.hpp"
 #include "leap_second_rows.h"

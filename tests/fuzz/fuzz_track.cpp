@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+// promise: parsers-are-safe
 
 #include "memory_store.hpp"
 #include "track/tracker.hpp"

@@ -1,6 +1,7 @@
 // Weights blobs: a blob that loads saves to the same bytes (except for the compression, so that the second save is
 // compared), gives finite numbers, and encodes a frame to a finite latent or an error.
 #include <cmath>
+// promises: damaged-weights-are-refused, parsers-are-safe
 
 #include <toliman/toliman.hpp>
 

@@ -137,6 +137,7 @@ void weights(const char *what, const Bytes &blob, size_t model) {
     });
 }
 
+// promise: weights-have-bounded-memory
 void blobs() {
     const Bytes zeros(size_t{1} << 28), bomb = zip::deflate(zeros.data(), zeros.size()); // 1000 : 1
     expect(bomb.size() < 300000, "the bomb is too large");
@@ -445,6 +446,7 @@ void ephemerides() {
 
 } // namespace
 
+// promise: resources-are-bounded
 int main() {
     scenes();
     period_state("period: 2^26 frequencies in 1 MiB", 1 << 26, kMiB);

@@ -59,6 +59,7 @@ void past_misreadings() {
 
 } // namespace
 
+// promise: resources-are-bounded
 int main() {
     samples("samples: one line of commas", repeated(","));
     samples("samples: commas", repeated(repeated(",", 65000) + "\n"));

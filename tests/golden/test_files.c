@@ -165,6 +165,7 @@ static void read_mission(const char *version) {
     remove_folder(above);
 }
 
+/* promise: other-versions-are-refused */
 static void files_of_every_release(void **unused) {
     (void)unused;
     glob_t releases;

@@ -28,6 +28,7 @@ def header_text():
 
 
 class Enumerations(unittest.TestCase):
+    # promise: wrong-enumerations-are-refused
     def test_no_two_constants_share_a_value(self):
         found = re.findall(r"^#define (TOLIMAN_\w+)(?: |\s*\\\s*\n\s*)(\d+)(u?)\b", header_text(), re.M)
         constants = [(name, value) for name, value, is_flag in found if not is_flag]

@@ -57,6 +57,7 @@ static void heavy(double s[6], double t) {
     s[2] += bend * t / 2;
 }
 
+/* promise: other-axes-are-refused */
 static void mislabelled_messages(void **state) {
     const struct {
         const char *what;

@@ -109,6 +109,7 @@ static const struct {
 };
 
 /* The estimate without the bad pixels is that of the other pixels alone; with too many it is that of all. */
+/* promises: bad-pixels-are-left-out, wrong-models-are-not-cleaned */
 static void bad_pixels_are_left_out(void **state) {
     double clean[PIXELS];
     memcpy(clean, counts, sizeof clean);

@@ -2,6 +2,7 @@
 others agree, over instruction sets, workers, OpenBLAS kernels and threads, orders of arrival, and points where objects
 are saved and loaded. Prints a table: = identical bits, - not tested, else the largest difference over the largest
 value. TOLIMAN_RESULTS is same_results; TOLIMAN_ORDERS, a number of orders, tests every choice instead of a few."""
+# promise: components-repeat-their-bits
 import os
 import subprocess
 import sys
@@ -56,6 +57,7 @@ def difference(model, other):
     return numpy.inf if numpy.isnan(largest) else largest
 
 
+# promises: images-agree-between-cpus, processors-change-little, threads-change-no-bit
 def main():
     with tempfile.TemporaryDirectory() as top:
         model = os.path.join(top, "model")

@@ -246,6 +246,7 @@ static void prepare(void) {
         assert_int_equal(uses[kind](&alone[kind]), 0);
 }
 
+/* promises: const-calls-run-together, messages-belong-to-threads, threads-do-not-interfere */
 int main(int count, char **arguments) {
     const int rounds = count > 1 ? atoi(arguments[1]) : 40, workers = count > 2 ? atoi(arguments[2]) : 8;
     static worker all[MOST_WORKERS];

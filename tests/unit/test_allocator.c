@@ -202,6 +202,7 @@ static size_t system_bytes(void) {
     return info.uordblks + info.hblkhd;
 }
 
+/* promise: allocators-get-memory-back */
 TEST(large_arrays_come_from_the_caller) {
     for (size_t i = 0; i < KINDS; i++) {
         arena memory = {.fails_at = SIZE_MAX};
@@ -224,6 +225,7 @@ TEST(large_arrays_come_from_the_caller) {
 }
 
 /* One allocation after the other fails; from the 8th on, only some of them. */
+/* promise: allocators-get-memory-back */
 TEST(no_memory_is_an_error) {
     for (size_t i = 0; i < KINDS; i++) {
         arena memory = {.fails_at = 0};
@@ -245,6 +247,7 @@ TEST(no_memory_is_an_error) {
 }
 
 /* A copy uses the same allocator; scratch memory of a call does not come from it. */
+/* promise: allocators-get-memory-back */
 TEST(memory_belongs_to_its_object) {
     arena memory = {.fails_at = SIZE_MAX};
     const toliman_allocator allocator = allocator_of(&memory);
@@ -287,6 +290,7 @@ TEST(halves_of_an_allocator_are_refused) {
     assert_null(made);
 }
 
+/* promise: zero-is-the-default */
 TEST(load_options_are_checked_and_zero_is_their_default) {
     toliman_load_options filled, options = TOLIMAN_LOAD_OPTIONS_INIT;
     memset(&filled, 0xff, sizeof filled);

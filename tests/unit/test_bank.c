@@ -122,6 +122,7 @@ static int32_t stop_after_the_first(const char *stage, double fraction, void *ca
 }
 
 /* By one or three threads, cancelled between networks and within one, and continued after saving. */
+/* promises: bank-training-resumes, stopped-objects-stay-usable */
 TEST(interrupted_trainings_give_the_same_bits) {
     enum { FEW = 10 };
     size_t size, again_size;
@@ -163,6 +164,7 @@ TEST(interrupted_trainings_give_the_same_bits) {
 }
 
 /* A bank whose training was cancelled is made again: its journal has the networks that were complete. */
+/* promise: bank-training-resumes */
 TEST(journals_continue_trainings) {
     enum { FEW = 10 };
     char path[300], journal_folder[256];
@@ -213,6 +215,7 @@ TEST(journals_continue_trainings) {
 }
 
 /* Frames in one call, on any number of threads and in any order, give the bits of single calls. */
+/* promise: bank-results-ignore-others */
 TEST(all_calls_give_the_same_bits) {
     enum { MANY = 5 };
     static double backwards[MANY][PIXELS];
@@ -269,6 +272,7 @@ static void *encode_alone(void *given) {
 }
 
 /* On one bank and one fit at the same time. */
+/* promises: bank-results-ignore-others, const-calls-run-together */
 TEST(calls_of_several_threads_give_the_same_bits) {
     enum { THREADS = 4 };
     pthread_t threads[THREADS];

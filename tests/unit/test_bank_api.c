@@ -172,6 +172,7 @@ TEST(other_fits_are_refused) {
 }
 
 /* In float32 with the same results, in 16 bits with nearly the same; saving again gives the same bytes. */
+/* promise: banks-save-same-bytes */
 TEST(saved_banks_give_the_same_results) {
     const toliman_bank_result expected = encoded(bank);
     const toliman_bank_info info = bank_info_of(bank);
@@ -207,6 +208,7 @@ TEST(saved_banks_give_the_same_results) {
     assert_invalid(toliman_bank_load(little, 8, NULL, NULL), "out");
 }
 
+/* promise: banks-save-same-bytes */
 TEST(banks_are_saved_to_files) {
     char folder[200], path[300], missing[300];
     make_folder(folder, sizeof folder);
@@ -262,6 +264,7 @@ static uint8_t *with_weights(const uint8_t *given, const float *weights, size_t 
     return out;
 }
 
+/* promise: damaged-banks-are-refused */
 TEST(truncated_banks_are_refused) {
     size_t size;
     uint8_t *const bytes = bank_bytes(bank, 0, &size);
@@ -296,6 +299,7 @@ TEST(truncated_banks_are_refused) {
 }
 
 /* Changed numbers, with a correct checksum. */
+/* promises: damaged-banks-are-refused, other-versions-are-refused */
 TEST(impossible_numbers_are_refused) {
     const uint64_t nan_bits = 0x7ff8000000000000u, infinite = 0x7ff0000000000000u, two = 0x4000000000000000u,
                    minus_one = 0xbff0000000000000u, large = 0x41dfffffffc00000u /* 2^31 */;
@@ -367,6 +371,7 @@ static int is_bias(size_t i) {
     return 0;
 }
 
+/* promise: damaged-banks-are-refused */
 TEST(impossible_weights_are_refused) {
     static float weights[2 * kStored];
     const float bad[] = {NAN, INFINITY, -INFINITY, 2e30f, 1e-38f, -1e-45f};

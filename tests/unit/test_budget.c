@@ -68,6 +68,7 @@ static const toliman_sim_budget_row *row_of(const toliman_sim_budget_row *rows, 
     return NULL;
 }
 
+/* promise: budgets-match-fisher-matrix */
 TEST(fit_matches_the_fisher_matrix) {
     fit f = fit_of_scene();
     const toliman_sim_budget_options options = with_names(kFree);
@@ -132,6 +133,7 @@ TEST(bias_is_that_of_the_normal_equations) {
 }
 
 /* K = 3 frames, each with its own separation, flux and shift, and one scale: the whole Fisher matrix. */
+/* promise: budgets-match-fisher-matrix */
 TEST(shared_bound_is_that_of_many_frames) {
     enum { FRAMES = 3, OWN = 4, ALL = FRAMES * OWN + 1 };
     fit f = fit_of_scene();

@@ -118,6 +118,7 @@ static void assert_trained_as_stated(const toliman_cae_training *report) {
 
 /* Figures of the default training stated in the header: the cosine for any seed, and with coarse pixels; the
  * nonlinearity of ELU, latent over displacement, for both signs. */
+/* promise: tied-efficiency-is-stated */
 TEST(test_figures_of_the_header) {
     const struct {
         double displacement, slope;
@@ -139,6 +140,7 @@ TEST(test_figures_of_the_header) {
 }
 
 /* Training with the largest learning rate converges badly, but every number stays finite. */
+/* promise: tied-training-never-diverges */
 TEST(test_no_rate_diverges) {
     toliman_cae *cae = make_cae(sim, 7, 0, NULL);
     toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
@@ -196,6 +198,7 @@ static int32_t stop_half_way(const char *stage, double fraction, void *calls) {
     return fraction >= 0.5;
 }
 
+/* promises: failed-training-keeps-weights, stopped-objects-stay-usable */
 TEST(test_cancelled_training_changes_nothing) {
     size_t size;
     int calls = 0;
@@ -217,6 +220,7 @@ static int32_t count_calls(const char *stage, double fraction, void *calls) {
 }
 
 /* Resumes a cancelled training, also from a file, with the same bits as an uninterrupted one. */
+/* promises: cancelled-training-resumes, stopped-objects-stay-usable */
 TEST(test_resume_after_cancellation) {
     toliman_cae *broken = make_cae(sim, 7, 0, NULL), *loaded = NULL;
     toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;

@@ -19,6 +19,7 @@ FIXTURE(tear_down) {
     return 0;
 }
 
+/* promise: networks-save-same-bytes */
 TEST(test_round_trip) {
     toliman_cae *loaded = NULL;
     size_t size;
@@ -187,6 +188,7 @@ TEST(test_many_planes) {
 }
 
 /* A network whose target is zero cannot be trained. */
+/* promise: failed-training-keeps-weights */
 TEST(test_no_target) {
     enum { kFloats = 5 * kPixels };
     static float planes[kFloats];

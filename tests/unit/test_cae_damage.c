@@ -39,6 +39,7 @@ FIXTURE(tear_down) {
 }
 
 /* Every wrong length of the small blob, in a buffer of exactly that length, so that reads beyond it are detected. */
+/* promise: damaged-weights-are-refused */
 TEST(test_every_truncation) {
     for (size_t size = 0; size < blob_size; size += size < 1000 ? 1 : 97)
         refused(blob, size, size < 4 ? "weights blob: truncated" : "truncated");
@@ -63,6 +64,7 @@ TEST(test_every_truncation) {
     free(longer);
 }
 
+/* promise: damaged-weights-are-refused */
 TEST(test_every_flipped_bit) {
     for (size_t i = 0; i < small_size; i++)
         for (int bit = 0; bit < 8; bit++) {
@@ -83,6 +85,7 @@ TEST(test_every_flipped_bit) {
 }
 
 /* Changed header fields, with a correct checksum. */
+/* promises: damaged-weights-are-refused, other-versions-are-refused */
 TEST(test_impossible_headers) {
     const uint64_t nan_bits = 0x7ff8000000000000u, infinite = 0x7ff0000000000000u, two = 0x4000000000000000u;
     const struct {
@@ -141,6 +144,7 @@ TEST(test_impossible_headers) {
 }
 
 /* The same for the training state after the planes. */
+/* promise: damaged-weights-are-refused */
 TEST(test_impossible_trainings) {
     const uint64_t nan_bits = 0x7ff8000000000000u, minus_one = 0xbff0000000000000u, two = 0x4000000000000000u;
     const struct {
@@ -189,6 +193,7 @@ TEST(test_impossible_trainings) {
     toliman_cae_destroy(cae), toliman_sim_destroy(plain), free(bytes), free(kept);
 }
 
+/* promise: damaged-weights-are-refused */
 TEST(test_unusable_numbers) {
     static float weights[kParameters], planes[kFloats];
     const float bad[] = {NAN, INFINITY, -INFINITY, 2e30f, -2e30f, 1e-38f, -1e-45f};
@@ -220,6 +225,7 @@ TEST(test_unusable_numbers) {
 }
 
 /* 16-bit numbers that encode infinity or NaN, and scales that would produce them. */
+/* promise: damaged-weights-are-refused */
 TEST(test_unusable_narrow_numbers) {
     static uint8_t raw[2 * kParameters + 2 * kTensors];
     const struct {
@@ -273,6 +279,7 @@ static long peak_kib(void) {
     return usage.ru_maxrss;
 }
 
+/* promise: damaged-weights-are-refused */
 TEST(test_streams_of_another_size) {
     const size_t planes_size = get(blob + kAtPlanes, 4), right = 4 * kParameters;
     const uint8_t *planes = blob + kHeader + get(blob + kAtWeights, 4);

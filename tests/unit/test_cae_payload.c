@@ -41,6 +41,7 @@ static void assert_blob(const toliman_cae *cae, int pair) {
     free(bytes);
 }
 
+/* promise: networks-save-same-bytes */
 TEST(test_same_bytes_after_loading) {
     for (int k = 0; k < PAIRS; k++) {
         assert_int_equal(get(blobs[k] + kAtWeightsEncoding, 2), pairs[k][0]);

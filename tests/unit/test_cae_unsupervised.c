@@ -110,6 +110,7 @@ static int32_t note_epoch(const toliman_cae *so_far, const toliman_cae_training 
 }
 
 /* The result of each epoch is that of a training of as many epochs; a training stopped by the callback resumes. */
+/* promise: cancelled-training-resumes */
 TEST(test_results_of_each_epoch) {
     Source source = make_source(1e-2);
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_RAW);
@@ -145,6 +146,7 @@ static int32_t stop_in_time(const char *stage, double fraction, void *user_data)
 }
 
 /* Three epochs in one run; two epochs, cancelled in the third and resumed; two epochs plus one. */
+/* promise: cancelled-training-resumes */
 TEST(test_resume_after_cancellation) {
     Source source = make_source(1e-2);
     toliman_cae_training report = {.struct_size = sizeof report};
@@ -225,6 +227,7 @@ static int32_t cancel(const char *stage, double fraction, void *user_data) {
 }
 
 /* A training that cannot start leaves the last training resumable. */
+/* promise: failed-training-keeps-weights */
 TEST(test_failures_keep_the_last_training) {
     Source source = make_source(1e-2);
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_WHITENED), *loaded = NULL;

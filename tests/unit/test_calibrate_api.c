@@ -178,6 +178,7 @@ TEST(other_scenes_are_no_start) {
 
 /* Verdicts. */
 
+/* promise: unconverged-values-are-nan */
 TEST(without_convergence_every_value_is_nan) {
     static double numbers[PIXELS];
     const toliman_calibration_options options = {.struct_size = sizeof options, .most_iterations = 1};
@@ -223,6 +224,7 @@ static char *text_of(const char *path) {
 }
 
 /* Its group `calibration` states what belongs to the model. */
+/* promise: contradicting-scenes-are-refused */
 TEST(contradictions_of_saved_scenes_are_refused) {
     assert_ok(toliman_calibration_save_file(whole, 0, in_folder("fitted.json")));
     char *const text = text_of(in_folder("fitted.json"));

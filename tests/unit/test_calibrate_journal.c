@@ -41,6 +41,7 @@ static int64_t size_of_journal(void) {
 }
 
 /* Cancelled after each step in turn. */
+/* promise: journals-continue-calibrations */
 TEST(each_call_continues) {
     toliman_calibration *made = NULL;
     const int32_t iterations = calibrate_info_of(whole).iterations;
@@ -58,6 +59,7 @@ TEST(each_call_continues) {
     toliman_calibration_destroy(made);
 }
 
+/* promise: journals-continue-calibrations */
 TEST(more_iterations_continue) {
     toliman_calibration *made = NULL;
     steps all = {.cancel_at = 0};
@@ -73,6 +75,7 @@ TEST(more_iterations_continue) {
 }
 
 /* A journal that ends anywhere, as after a kill or a power cut, or with any byte changed. */
+/* promise: journals-continue-calibrations */
 TEST(damage_costs_time_only) {
     enum { CASES = 6 };
     toliman_calibration *made = NULL;
@@ -126,6 +129,7 @@ static void change_version(void) {
     fclose(file);
 }
 
+/* promise: other-versions-are-refused */
 TEST(other_versions_are_refused) {
     toliman_calibration *made = NULL;
     steps all = {.cancel_at = 1};
@@ -135,6 +139,7 @@ TEST(other_versions_are_refused) {
     assert_fails(run(&all, 0, &made), TOLIMAN_E_MISMATCH, "version of the library");
 }
 
+/* promise: other-journals-are-refused */
 TEST(others_are_refused) {
     static double changed[FRAMES * PIXELS];
     toliman_calibration *made = NULL;
@@ -204,6 +209,7 @@ static toliman_sim *sim_at_times(const char *times) {
     return sim;
 }
 
+/* promise: other-journals-are-refused */
 TEST(other_times_are_refused) {
     toliman_sim *const sims[] = {sim_at_times("0\n15\n30\n45\n"), sim_at_times("0\n15\n30\n46\n")};
     toliman_fit_prediction predictions[FRAMES] = {{.struct_size = sizeof *predictions}};

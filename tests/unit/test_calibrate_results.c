@@ -125,6 +125,7 @@ TEST(residuals_are_white_after_the_fit) {
 }
 
 /* Any number of threads, pixels of another type, and times given by the caller. */
+/* promise: threads-change-no-bit */
 TEST(all_calls_give_the_same_bits) {
     static float single[FRAMES * PIXELS];
     static double rounded[FRAMES * PIXELS];
@@ -239,6 +240,7 @@ TEST(calibrations_resume) {
 
 /* Verdicts. */
 
+/* promise: incomplete-models-are-reported */
 TEST(missing_parameters_are_reported) {
     const toliman_calibration_options options = {.struct_size = sizeof options, .free = "focus zernike_5-11 scale"};
     toliman_calibration *const made = calibrated(nominal, frames, FRAMES, &options);

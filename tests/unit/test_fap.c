@@ -11,6 +11,7 @@ enum { DAYS = 200, MOST = 400 };
 static double times[MOST], values[MOST], sigmas[MOST];
 
 /* The trials of the benchmark on shorter series. */
+/* promise: sequential-alarms-are-rare */
 TEST(alarm_rate_is_as_documented) {
     enum { ENDS = 2500, STREAMS = 200 };
     toliman_period *const period = fap_periodogram(DAYS);
@@ -77,6 +78,7 @@ static double fap_of(const toliman_period *period, int32_t method, double log10_
 
 /* From the power 1/(N - 3) on, no method's FAP ever rises with the power. One query counts less than many, one
  * frequency less than several. */
+/* promise: faps-are-finite */
 TEST(faps_fall) {
     const int counts[] = {5, 6, 10, 100, 101, 102, MOST};
     for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
@@ -133,6 +135,7 @@ static int32_t record_fraction(const char *stage, double fraction, void *user_da
     return user_data != NULL;
 }
 
+/* promise: threads-change-no-bit */
 TEST(bootstrap_is_the_same_for_any_threads) {
     enum { COUNT = 60 };
     toliman_period *const period = filled(100);

@@ -107,6 +107,7 @@ static void make_hostile(char *name, size_t capacity, uint64_t *random) {
     }
 }
 
+/* promise: files-stay-in-their-folder */
 TEST(names_from_the_downlink_stay_inside) {
     uint64_t random = 7;
     toliman_track_options options = small_options(folder);
@@ -163,6 +164,7 @@ static void use_folder(const toliman_track_options *with, int use) {
 
 /* Replaces each file of a tracker's folder and each temporary file by a link to a file, to a missing file, to a folder,
  * and to itself; then writes, reads, rebuilds and merges. */
+/* promise: files-stay-in-their-folder */
 TEST(links_are_not_followed) {
     static const char *const names[] = {"ledger.tlml", "checkpoint.tlmc", "setup.tlms",          "streams.txt",
                                         "lock",        "ledger.tlml.tmp", "checkpoint.tlmc.tmp", "setup.tlms.tmp",
@@ -190,6 +192,7 @@ TEST(links_are_not_followed) {
 }
 
 /* Replacing a file through a temporary file must not touch an existing file of the temporary's name. */
+/* promise: files-stay-in-their-folder */
 TEST(temporaries_are_not_followed) {
     char path[300], name[64];
     snprintf(path, sizeof path, "%s/sums", folder);
@@ -208,6 +211,7 @@ TEST(temporaries_are_not_followed) {
 }
 
 /* Folders and pipes in place of files. Opening a pipe would block until the other end is opened. */
+/* promise: files-stay-in-their-folder */
 TEST(non_regular_files_are_refused) {
     const char *const places[] = {ledger, setup, checkpoint};
     for (int place = 0; place < 3; place++)
@@ -245,6 +249,7 @@ static mode_t mode_of(const char *path) {
     return attributes.st_mode & 0777;
 }
 
+/* promise: files-stay-in-their-folder */
 TEST(temporaries_are_private_to_their_owner) {
     const mode_t masks[] = {022, 002, 027, 077, 0};
     char path[300];

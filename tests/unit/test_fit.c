@@ -118,6 +118,7 @@ TEST(position_angles_are_on_the_sky) {
 }
 
 /* The Fisher matrix of places, fluxes and background, from differences of propagated images. */
+/* promise: covariances-are-bounds */
 TEST(covariances_are_the_cramer_rao_bound) {
     static double slope[N][PIXELS];
     toliman_sim *const sim = scene_of(kPlaces, 0, "", "");
@@ -252,6 +253,7 @@ TEST(false_maxima_are_left) {
 
 /* Scatter of noisy frames with pointing in units of their own standard deviations; the same with saturated pixels and
  * with few photons. */
+/* promise: covariances-are-bounds */
 TEST(errors_are_as_predicted) {
     static const char *const pointing = ", \"systematics\": {\"pointing_rms_px\": 0.3}";
     static const struct {
@@ -307,6 +309,7 @@ TEST(faint_frames_converge) {
 }
 
 /* A damaged frame has a flag; whatever the frame, numbers are finite unless it did not converge. */
+/* promise: unfitted-frames-are-nan */
 TEST(damage_is_flagged) {
     toliman_sim *const sim = scene_of(kPlaces, 0, "", "");
     toliman_fit *const fit = fit_of(sim, NULL);

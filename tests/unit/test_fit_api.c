@@ -209,6 +209,7 @@ TEST(bad_frames_and_predictions_are_refused) {
 }
 
 /* Frames in one call, by any number of threads and of any pixel type, give the bits of the single calls. */
+/* promise: fits-ignore-other-frames */
 TEST(all_calls_give_the_same_bits) {
     toliman_fit_prediction predictions[FRAMES];
     toliman_fit_result alone[FRAMES], together[FRAMES];
@@ -297,6 +298,7 @@ TEST(predictions_state_what_is_expected) {
 }
 
 /* An empty frame has no stars to fit. */
+/* promise: unfitted-frames-are-nan */
 TEST(numbers_of_frames_without_a_fit_are_nan) {
     static double empty[PIXELS];
     toliman_fit_result result = {.struct_size = sizeof result};

@@ -115,6 +115,7 @@ int ends_with(toliman_status status, const char *message) {
 }
 
 // An exception thrown by a callback cancels the call, and the object stays usable.
+// promises: exceptions-cancel-calls, stopped-objects-stay-usable
 int callbacks_may_throw() {
     using namespace toliman;
     const auto sim = make<simulator>(toliman_sim_create_json, kScene, sizeof kScene - 1, nullptr, nullptr);

@@ -77,6 +77,7 @@ static void fill(int32_t kind, size_t stride, size_t frame_stride, unsigned char
             }
 }
 
+/* promise: latents-ignore-other-frames */
 TEST(every_kind_of_pixels_and_every_layout_gives_the_same_bits) {
     /* without gaps, with gaps, and with the rows of all frames interleaved */
     const size_t strides[][2] = {{0, 0}, {kSide + kGap, (kSide + kGap) * (kSide + kGap)}, {COUNT * kSide, kSide}};
@@ -111,6 +112,7 @@ TEST(every_kind_of_pixels_and_every_layout_gives_the_same_bits) {
     free(plain), free(pixels);
 }
 
+/* promise: components-take-all-or-none */
 TEST(components_take_many_frames_or_none) {
     enum { SMALL = 1 << 4 };
     const toliman_components_options options = {.struct_size = sizeof options, .bin = SMALL, .capacity = COUNT};

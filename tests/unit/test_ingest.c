@@ -107,6 +107,7 @@ TEST(test_stamps) {
 #define REST "\"timestamp_ns\": 5, \"nframes_dropped\": 0, \"host_time\": 0"
 #define LONG_NAME "abcdefghijklmnopqrstuvwxyzabcdefghijklmnopqrstuvwxyzabcdefghijklm"
 
+/* promise: damaged-lines-are-events */
 TEST(test_malformed_lines) {
     static const struct {
         const char *line, *text;
@@ -172,6 +173,7 @@ TEST(test_malformed_lines) {
 }
 
 /* Lines longer than 4096 bytes, also longer than what is read at once, are reported and skipped. */
+/* promise: damaged-lines-are-events */
 TEST(test_long_lines) {
     static char spaces[200001];
     memset(spaces, ' ', sizeof spaces - 1);
@@ -209,6 +211,7 @@ static void put_odd_lines(int odd, const char *line) {
         put_text(side_path, "ab", i == odd ? line : side_line(text, i, i * INT64_C(1000000000), i, ROWS, COLS));
 }
 
+/* promise: damaged-lines-are-events */
 TEST(test_positions) {
     char text[512];
     /* The shapes of the lines fill the file: every position is known. */
@@ -262,6 +265,7 @@ TEST(test_positions) {
     }
 }
 
+/* promise: damaged-lines-are-events */
 TEST(test_sizes) {
     put_lines(0, 3);
     put_pixels(2 * FRAME_BYTES + 5);
@@ -371,6 +375,7 @@ TEST(test_range_of_damaged_ids) {
 }
 
 /* The memory of a frame and the text of an event stay valid during the next `buffers` - 1 calls, and are reused. */
+/* promise: frames-outlive-their-buffers */
 TEST(test_buffers) {
     enum { COUNT = 12, BUFFERS = 4 };
     put_lines(0, COUNT);

@@ -19,6 +19,7 @@ static void start_files(void) {
 }
 
 /* A frame is reported as soon as its line and all its pixels are there, and not before. */
+/* promise: growing-pairs-lose-no-frame */
 TEST(test_byte_by_byte) {
     char text[512];
     for (int pixels_first = 0; pixels_first < 2; pixels_first++) {
@@ -110,6 +111,7 @@ static void touch(const char *path, time_t seconds) {
 }
 
 /* A file that another one replaces, by rename, truncation or overwriting: the first call waits for the second file. */
+/* promise: replaced-pairs-start-again */
 TEST(test_replaced) {
     for (int way = 0; way < 3; way++) {
         char text[512], moved[400];
@@ -160,6 +162,7 @@ TEST(test_replaced) {
 }
 
 /* The files disappear and come back; the file of pixels is truncated while frames are read. */
+/* promise: replaced-pairs-start-again */
 TEST(test_unreadable) {
     start_files();
     put_lines(0, 3);
@@ -409,6 +412,7 @@ static void compare_complete(model m, size_t side, size_t pixels) {
     toliman_ingest_destroy(ingest);
 }
 
+/* promise: growing-pairs-lose-no-frame */
 TEST(test_random_growth) {
     uint64_t random = 20280301;
     int64_t frames = 0, damaged = 0, warnings = 0;

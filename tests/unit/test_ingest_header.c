@@ -111,6 +111,7 @@ TEST(times) {
     }
 }
 
+/* promise: contradicting-headers-are-refused */
 TEST(refused) {
     const struct {
         toliman_ingest_header header;

@@ -55,6 +55,7 @@ enum {
 };
 
 /* Time(text, scale=..., format=...).tai of astropy 5.2; GPS = TAI - 19 s and TDB = TT by definition. */
+/* promise: dates-are-exact */
 TEST(constants) {
     const struct {
         const char *text;
@@ -112,6 +113,7 @@ static void print_day(char *text, size_t size, int64_t whole, int64_t ns) {
     text[at] = '\0';
 }
 
+/* promise: dates-are-exact */
 TEST(every_nanosecond_is_exact) {
     uint64_t random = 1;
     for (int i = 0; i < 20000; i++) {
@@ -316,6 +318,7 @@ TEST(wrong_arguments) {
 #define SEALED "#$\t3960835200\n#@\t3991593600\n#hash of what follows\n" ROWS "3692217600 37\n"
 #define HASH "#h 49db2447 571e5e1b 2f002a53 9c8da8e4 39b8e49e"
 
+/* promise: leap-seconds-are-verified */
 TEST(leap_second_files) {
     const char *const good[] = {LIST, LIST "\n", SEALED HASH};
     toliman_leap_second table[30] = {TOLIMAN_LEAP_SECOND_INIT};

@@ -14,6 +14,7 @@ static toliman_period *make_period(void) {
     return period;
 }
 
+/* promise: errors-name-the-field */
 TEST(files) {
     toliman_sim *sim = NULL; /* for a file that a scene names, the field is its path */
     char *scene = replaced(kSingleScene, "\"pupil_samples\": 64",
@@ -44,6 +45,7 @@ static void *fields_of_a_new_thread(void *out) {
 }
 
 /* An error without a name clears the field, a success leaves it, another thread has its own. */
+/* promise: messages-belong-to-threads */
 TEST(field_of_the_last_failure_of_the_thread) {
     toliman_period *period = make_period();
     toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;

@@ -44,6 +44,7 @@ static toliman_linear *make_linear(const toliman_sim *sim) {
     return linear;
 }
 
+/* promise: template-scatter-is-the-bound */
 TEST(sigma_is_the_bound_with_projected_parameters_free) {
     const char *const projects[] = {"", "\"flux_a\", \"flux_b\"", all_four};
     double last = 0;
@@ -62,6 +63,7 @@ TEST(sigma_is_the_bound_with_projected_parameters_free) {
 }
 
 /* 2,000 noisy frames: the relative error of their scatter is 1.6 %. */
+/* promise: template-scatter-is-the-bound */
 TEST(values_are_unbiased_with_the_predicted_scatter) {
     enum { frames = 2000 };
     const char *const projects[] = {"", all_four};

@@ -148,6 +148,7 @@ static int32_t stop_at(const char *stage, double fraction, void *user_data) {
     return strcmp(stage, user_data) == 0;
 }
 
+/* promises: cancelled-components-remain, stopped-objects-stay-usable */
 TEST(push_discards_a_training_and_cancellation_does_not) {
     static double image[PIXELS];
     double before[FRAMES], after[FRAMES], share;

@@ -127,6 +127,7 @@ TEST(scores_are_those_of_the_scenes) {
     toliman_sim_destroy(own), toliman_sim_destroy(better), toliman_mask_destroy(mask);
 }
 
+/* promise: masks-ignore-threads */
 TEST(a_seed_gives_one_mask_on_any_number_of_threads) {
     static double cells[3][CELLS], descent[2][40];
     toliman_sim *const sim = sim_of(kBinaryScene);
@@ -169,6 +170,7 @@ static int32_t stop_in_stage(const char *stage, double fraction, void *given) {
 }
 
 /* A stopped design calls the callback no more, and its result is the mask so far. */
+/* promise: stopped-objects-stay-usable */
 TEST(a_stopped_design_keeps_its_mask) {
     static const struct {
         const char *stage;

@@ -43,6 +43,7 @@ static size_t write_npy(char *out) {
     return 128 + N * 3 * sizeof(double);
 }
 
+/* promise: sources-give-same-numbers */
 TEST(every_source_gives_the_same_numbers) {
     char texts[3][600];
     size_t sizes[3] = {0, 0, write_npy(texts[2])};

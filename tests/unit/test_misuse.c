@@ -71,6 +71,7 @@ static void assert_same_state(const toliman_period *a, const toliman_period *b) 
 
 /* A push during another push fails and changes nothing: the sums equal those of the pushes that returned TOLIMAN_OK, to
  * the last bit. */
+/* promise: calls-need-exclusive-use */
 TEST(pushes_of_many_threads_exclude_each_other) {
     void *(*const ways[])(void *) = {push_once, push_until_in};
     for (int way = 0; way < 2; way++) {
@@ -124,6 +125,7 @@ static int32_t while_it_runs(const char *stage, double fraction, void *given) {
 }
 
 /* A const call permits concurrent readers, but no writers. */
+/* promises: calls-need-exclusive-use, objects-in-use-stay */
 TEST(callback_may_read_while_a_const_call_runs) {
     enum { N = 20 };
     double t[N], y[N], residuals[3];
@@ -148,6 +150,7 @@ TEST(callback_may_read_while_a_const_call_runs) {
     toliman_period_destroy(callback.period);
 }
 
+/* promise: calls-need-exclusive-use */
 TEST(callback_cannot_use_what_is_being_trained) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     Callback callback = {.cae = make_cae(sim, 1, 0, NULL)};
@@ -177,6 +180,7 @@ static int32_t estimate(const toliman_estimate_input *input, toliman_estimate *m
 }
 
 /* Neither the tracker nor its periodogram can be read during a push. */
+/* promise: calls-need-exclusive-use */
 TEST(tracker_cannot_be_read_while_it_changes) {
     Estimating e = {NULL, NULL, TOLIMAN_OK, TOLIMAN_OK};
     toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
@@ -207,6 +211,7 @@ TEST(tracker_cannot_be_read_while_it_changes) {
     toliman_track_destroy(e.track);
 }
 
+/* promises: invalid-handles-are-refused, objects-in-use-stay */
 TEST(pointer_to_another_type_is_refused) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     toliman_linear *linear = NULL;
@@ -252,6 +257,7 @@ static const struct {
     DESTROYS(toliman_sky, toliman_sky_destroy),
     DESTROYS(toliman_track, toliman_track_destroy)};
 
+/* promises: destroying-null-does-nothing, invalid-handles-are-refused, objects-in-use-stay */
 TEST(functions_without_status_check_their_object) {
     toliman_sky *sky = NULL;
     toliman_period *period = new_period(5);
@@ -284,6 +290,7 @@ TEST(functions_without_status_check_their_object) {
 }
 
 /* Works as long as the freed memory still shows it; a sanitizer would stop the program at the first access. */
+/* promise: invalid-handles-are-refused */
 TEST(destroyed_object_is_refused) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
     toliman_period *period = new_period(5);

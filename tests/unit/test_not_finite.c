@@ -75,6 +75,7 @@ static void assert_finite_power(const toliman_period *period) {
     }
 }
 
+/* promises: failed-calls-change-nothing, only-finite-numbers-pass, power-is-never-nan, pushes-take-all-or-none */
 TEST(periodograms) {
     static unsigned char before[STATE_CAPACITY], after[STATE_CAPACITY];
     double t[SAMPLES], y[SAMPLES], sigma[SAMPLES], power[GRID];
@@ -112,6 +113,7 @@ TEST(periodograms) {
     }
 }
 
+/* promises: only-finite-numbers-pass, power-is-never-nan */
 TEST(grids) {
     for (uint64_t storm = 0; storm < 20 * storms; storm++) {
         double grid[2] = {0.01, 0.02};
@@ -167,6 +169,7 @@ static toliman_status series_with(const toliman_measure_data *data, const double
     return status;
 }
 
+/* promise: only-finite-numbers-pass */
 TEST(series_of_planets) {
     double t[SAMPLES], y[SAMPLES], sigma[SAMPLES], rows[SAMPLES], angles[SAMPLES];
     double *const arrays[] = {t, y, sigma, rows, angles};
@@ -227,6 +230,7 @@ static void corrupt_pixels(double *frame, double (*number)(void)) {
         frame[draw(&draws, kPixels)] = number();
 }
 
+/* promise: only-finite-numbers-pass */
 TEST(pixels) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "\"shift_x\"");
     toliman_cae *cae = make_cae(sim, 1, 3, NULL);
@@ -272,6 +276,7 @@ TEST(pixels) {
 }
 
 /* Weights and planes with numbers that are not finite or subnormal, and a correct checksum. */
+/* promise: only-finite-numbers-pass */
 TEST(weights) {
     static const uint32_t bad[] = {0x7f800000u, 0xff800000u, 0x7fc00000u, 0xffc12345u,
                                    0x7f800001u, 1u,          0x807fffffu, 0x00400000u};
@@ -295,6 +300,7 @@ TEST(weights) {
     free(numbers), free(blob), toliman_cae_destroy(cae), toliman_sim_destroy(sim);
 }
 
+/* promise: only-finite-numbers-pass */
 TEST(frames_of_a_pass) {
     const toliman_track_options options = small_options(NULL);
     toliman_track *track = make_track(&options);
@@ -322,6 +328,7 @@ TEST(frames_of_a_pass) {
 }
 
 /* A number of the scene that JSON cannot represent, or near the limits of a double. */
+/* promise: only-finite-numbers-pass */
 TEST(scenes) {
     static const char *const numbers[] = {"NaN",   "Infinity", "-Infinity", "nan",    "inf",  "1e999", "-1e999",
                                           "1e308", "-1e308",   "5e-324",    "1e-320", "-0.0", "0"};

@@ -31,6 +31,7 @@ static void save_into(const toliman_period *period, unsigned char *bytes, size_t
 static unsigned char bytes_a[1 << 20], bytes_b[1 << 20];
 
 /* More samples than the sums accept between two folds, so that carries are tested; saved and loaded in between. */
+/* promise: long-streams-stay-exact */
 TEST(long_streams_survive_saving) {
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.sigma_ceiling = 1e6;
@@ -145,6 +146,7 @@ TEST(nu_ophiuchi) {
     toliman_period_destroy(period);
 }
 
+/* promise: power-is-never-nan */
 TEST(defined_where_others_give_nan) {
     double power[64];
     const double same[6] = {7.25, 7.25, 7.25, 7.25, 7.25, 7.25}, t[6] = {0, 1, 2.5, 3, 4.5, 6};
@@ -188,6 +190,7 @@ TEST(defined_where_others_give_nan) {
     toliman_period_destroy(period);
 }
 
+/* promise: pushes-take-all-or-none */
 TEST(refusals_name_the_argument) {
     toliman_period *period = NULL;
     toliman_period_options options;
@@ -225,6 +228,7 @@ TEST(refusals_name_the_argument) {
     toliman_period_destroy(period), toliman_period_destroy(NULL);
 }
 
+/* promise: damaged-states-are-refused */
 TEST(damaged_state_is_refused) {
     toliman_period *period = make(0.1, 0.1, 10, NULL), *loaded = NULL;
     for (int i = 0; i < 9; i++)

@@ -84,6 +84,7 @@ static double double_limb_power(double f, size_t n, double *bound, double *expec
     return power;
 }
 
+/* promise: power-error-is-bounded */
 TEST(double_limb_sums_are_accurate_near_coincidence) {
     double bound, expected;
     even_times(256);
@@ -101,6 +102,7 @@ TEST(double_limb_sums_are_accurate_near_coincidence) {
 }
 
 /* One night: from 3e-6 of a cycle to one and a half in steps of a factor 1.25, each with its own grid. */
+/* promise: inaccurate-powers-are-flagged */
 TEST(inaccurate_powers_are_flagged) {
     enum { kSamples = 60 };
     const double first = 2460000.3, span = 0.35;
@@ -143,6 +145,7 @@ TEST(inaccurate_powers_are_flagged) {
 
 /* Half a thousandth of a cycle is too short for single-limb accumulators; double-limb ones fail if all times are equal.
  */
+/* promise: inaccurate-powers-are-flagged */
 TEST(double_limb_sums_are_flagged_later) {
     two_clusters(200, 0.1);
     for (int double_limb = 0; double_limb < 2; double_limb++) {

@@ -95,6 +95,7 @@ static const struct {
              {"slow change", 0.99726957, 0.1, 366, 0, 2e-5, 2.5, 86400e9, 0, TOLIMAN_PERIOD_INTERVAL_SIDEREAL_DAY,
               0.99726957, 0}};
 
+/* promise: longest-alias-is-shown */
 TEST(choice_and_list) {
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
         const int n = sample(cases[c].step, cases[c].scatter, cases[c].season, cases[c].period, cases[c].slope);

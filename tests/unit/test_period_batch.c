@@ -110,6 +110,7 @@ static toliman_period_batch_options options_of(double tolerance, uint32_t flags)
 }
 
 /* |power - exact| <= tolerance for each requested tolerance; for tolerances below 1e-13, and the default, 1e-13. */
+/* promise: batches-meet-their-tolerance */
 TEST(hard_cases_meet_their_tolerance) {
     for (size_t c = 0; c < sizeof cases / sizeof cases[0]; c++)
         for (uint32_t flags = 0; flags < 2; flags++) {
@@ -192,6 +193,7 @@ static void many(double *t, double *y, double *sigma) {
 }
 
 /* The streaming periodogram gives the same powers; the number of threads changes no bit. */
+/* promise: threads-change-no-bit */
 TEST(archive_matches_streaming_on_any_threads) {
     double *t = malloc(MANY * sizeof *t), *y = malloc(MANY * sizeof *y), *sigma = malloc(MANY * sizeof *sigma);
     double streamed[WIDE], power[WIDE], first[WIDE];
@@ -229,6 +231,7 @@ static double most_bytes(void) {
 }
 
 /* The memory stated in the header, plus a tenth for the allocator. */
+/* promise: batch-memory-is-stated */
 TEST(memory_is_as_documented) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
     skip(); /* its allocator keeps freed memory */
@@ -329,6 +332,7 @@ TEST(coincident_frequency_is_fitted) {
 }
 
 /* A few ill-conditioned frequencies are summed exactly, and each counts as progress. */
+/* promise: batches-meet-their-tolerance */
 TEST(few_frequencies_are_summed_exactly) {
     enum { FEW = 7 };
     const quad_samples samples = {times, values, sigmas, FEW, NULL};

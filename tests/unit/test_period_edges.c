@@ -124,6 +124,7 @@ TEST(impossible_grids_are_refused) {
     REFUSED(unit_ns, 1e31);
 }
 
+/* promise: lost-digits-are-refused */
 TEST(small_values_keep_their_digits_or_are_refused) {
     static const struct {
         double scale, bound, ceiling;
@@ -204,6 +205,7 @@ TEST(nyquist_frequency_is_fitted) {
 }
 
 /* A fit without residual: 1 - power is treated as 1e-4900, and nothing is infinite or NaN. */
+/* promise: faps-are-finite */
 TEST(perfect_fit_has_a_probability) {
     for (uint32_t flags = 0; flags < 2; flags++) {
         toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
@@ -283,6 +285,7 @@ static uint32_t crc32(const unsigned char *bytes, size_t size) {
 }
 
 /* States with a correct checksum and impossible content; offsets as in tools/docs/formats.md. */
+/* promises: damaged-states-are-refused, other-versions-are-refused */
 TEST(crafted_state_is_refused) {
     enum { COUNT = 104, PAIRS = 112, DIGITS = 148, SUMS = 2948, EXACT = 560 };
     static const struct {
@@ -351,6 +354,7 @@ TEST(crafted_state_is_refused) {
 }
 
 /* The header determines the size before anything else is read: 8 GiB of another file cost nothing. */
+/* promise: damaged-states-are-refused */
 TEST(large_foreign_file_is_not_read) {
     char path[] = "large.XXXXXX";
     const int file = mkstemp(path);
@@ -382,6 +386,7 @@ static size_t allocated_bytes(void) {
     return usage.uordblks + usage.hblkhd;
 }
 
+/* promise: pushes-allocate-nothing */
 TEST(memory_is_allocated_at_creation) {
     enum { MANY = 1 << 20 };
     for (int double_limb = 0; double_limb < 2; double_limb++) {
@@ -473,6 +478,7 @@ TEST(peak_at_the_edge_is_flagged) {
 }
 
 /* Pure sines between grid points: a parabola through the powers would exceed the sine's power, even 1. */
+/* promises: fits-beat-the-grid, peaks-are-not-overstated */
 TEST(peak_power_is_not_overestimated) {
     for (int quarter = 0; quarter < 4; quarter++) {
         const double frequency = 0.01 + 0.25 * quarter / (10.0 * N);

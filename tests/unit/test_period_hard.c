@@ -81,6 +81,7 @@ static toliman_period_options fill(const hard_case *c, int fixed_mean) {
 }
 
 /* Compares the two lowest frequencies and eight others across the grid. */
+/* promise: power-error-is-bounded */
 TEST(power_matches_113_bits) {
     for (int i = 0; i < 2 * kCases; i++) {
         const hard_case *c = &cases[i / 2];
@@ -127,6 +128,7 @@ static void saved_and_loaded(toliman_period **period) {
 
 /* The samples are shuffled; pushed to 64 shards that are merged; mixed with as many samples that are retracted; saved
  * and loaded in between. */
+/* promises: any-order-gives-same-bits, merged-shards-give-same-bits, retractions-are-exact */
 TEST(state_does_not_depend_on_the_order) {
     for (int which = 0; which < kCases; which++) {
         const hard_case *c = &cases[which];
@@ -197,6 +199,7 @@ static double loss_of(size_t n, double f) {
 /* Few and many samples, equal sigmas and sigmas up to the ceiling, short nights, even times near their aliases, values
  * far from the offset: the error is within the header's bound, and where it exceeds 1e-9 the sampling diagnostics flag
  * it. */
+/* promise: power-error-is-bounded */
 TEST(power_is_within_the_documented_bound) {
     uint64_t state = 77;
     for (int draw = 0; draw < 600; draw++) {
@@ -238,6 +241,7 @@ TEST(power_is_within_the_documented_bound) {
 }
 
 /* A million samples against sums in long double with exact phases. */
+/* promise: long-streams-stay-exact */
 TEST(million_samples) {
     enum { kMany = 1000000, kFrequencies = 12 };
     const double f0 = 1e-3, df = 0.045;

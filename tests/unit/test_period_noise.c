@@ -169,6 +169,7 @@ TEST(errors_agree_with_the_fit) {
     assert_close(remainder(phase - peak.phase, 6.283185307179586), 0, 0, 1e-4);
 }
 
+/* promise: noise-power-has-ten-digits */
 TEST(power_agrees_with_dense_generalised_least_squares) {
     fill();
     compare("white", (series){NULL, NULL, 0}, TOLIMAN_PERIOD_WHITE_NOISE);
@@ -208,6 +209,7 @@ TEST(correlation_has_the_largest_likelihood) {
 }
 
 /* The trials of the benchmark, fewer. */
+/* promise: correlated-alarms-are-rare */
 TEST(alarms_are_as_documented) {
     enum { SERIES = 150 };
     const noise_times few = noise_regular(200, 5), many = noise_regular(400, 5);

@@ -72,6 +72,7 @@ static void push(toliman_period *period, int i) {
     assert_ok(toliman_period_push_samples(period, &samples[i], rows[i], 1));
 }
 
+/* promise: functions-keep-exactness */
 TEST(any_order_gives_the_same_bits) {
     fill();
     const toliman_period_options options = options_for_rows();
@@ -93,6 +94,7 @@ TEST(any_order_gives_the_same_bits) {
     toliman_period_destroy(none);
 }
 
+/* promise: functions-keep-exactness */
 TEST(shards_and_saved_states_give_the_same_bits) {
     fill();
     const toliman_period_options options = options_for_rows();
@@ -117,6 +119,7 @@ TEST(shards_and_saved_states_give_the_same_bits) {
 }
 
 /* Without nuisance functions the bytes are those of version 3; a file is loaded by the size in its header. */
+/* promise: damaged-states-are-refused */
 TEST(state_has_a_version) {
     fill();
     toliman_period_options options = options_for_rows();

@@ -122,6 +122,7 @@ TEST(samples_with_and_without_sigma_do_not_mix) {
 }
 
 /* Retractions that would make the totals impossible change nothing. */
+/* promise: wrong-retracts-find-nothing */
 TEST(impossible_totals_are_refused) {
     for (int last = 0; last < 3; last++) { /* for a single sample: wrong time, value, sigma */
         toliman_period *period = make(0), *same = make(0);
@@ -143,6 +144,7 @@ TEST(impossible_totals_are_refused) {
 
 /* Retracts a sample with the wrong time. The power must never be 1: an impossible state is reported wherever it would
  * appear. */
+/* promise: wrong-retracts-find-nothing */
 TEST(a_wrong_retract_makes_no_perfect_detection) {
     static double power[180];
     uint64_t state = 77;
@@ -208,6 +210,7 @@ TEST(perfect_fits_are_accepted) {
 }
 
 /* 0 in an option is its documented default, by the bits of the results. */
+/* promise: zero-is-the-default */
 TEST(zero_is_the_default_of_every_option) {
     fill(1);
     toliman_period_options zero = TOLIMAN_PERIOD_OPTIONS_INIT, filled = zero;
@@ -233,6 +236,7 @@ TEST(zero_is_the_default_of_every_option) {
 }
 
 /* The same for a batch, on an archive large enough for an FFT; direct sums are requested by a flag. */
+/* promise: zero-is-the-default */
 TEST(zero_is_the_default_of_a_batch) {
     enum { kMany = 1500, kGrid = 2000 };
     static double times[kMany], values[kMany], power[4][kGrid];

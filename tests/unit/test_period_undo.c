@@ -60,6 +60,7 @@ static void assert_same_bytes(const toliman_period *a, const toliman_period *b) 
 }
 
 /* More than 4096 pushes, so that sums are folded in between; retracted in another order. */
+/* promise: retractions-are-exact */
 TEST(test_retract_undoes_push) {
     for (int double_limb = 0; double_limb < 2; double_limb++) {
         fill(double_limb);
@@ -83,6 +84,7 @@ TEST(test_retract_undoes_push) {
     }
 }
 
+/* promise: pushes-take-all-or-none */
 TEST(test_retract_many_is_all_or_none) {
     fill(0);
     const toliman_period_options options = options_for(0);
@@ -104,6 +106,7 @@ TEST(test_retract_many_is_all_or_none) {
     toliman_period_destroy(period), toliman_period_destroy(other);
 }
 
+/* promise: retractions-are-exact */
 TEST(test_window_slides) {
     enum { kWindow = 50 };
     fill(0);
@@ -134,6 +137,7 @@ TEST(test_copies_are_independent) {
 }
 
 /* Shards with different references: after re-referencing to the first one's, the power agrees with 113-bit sums. */
+/* promise: other-references-merge */
 TEST(test_merge_of_other_references) {
     for (int double_limb = 0; double_limb < 2; double_limb++) {
         fill(double_limb);
@@ -162,6 +166,7 @@ TEST(test_merge_of_other_references) {
 }
 
 /* Two nights, each with its own suitable options: value offset by its first value, sigmas about its own. */
+/* promise: other-references-merge */
 TEST(test_merge_of_two_nights) {
     fill(0);
     toliman_period *nights[2];
@@ -294,6 +299,7 @@ TEST(test_times_in_nanoseconds_and_pairs) {
 
 /* Sums that no samples can produce are reported when they are saved, not only when they are loaded; the previous file
  * is kept. */
+/* promise: unloadable-states-are-not-saved */
 TEST(unloadable_state_is_not_saved) {
     unsigned char bytes[8192];
     char folder[256], path[300];

@@ -31,6 +31,7 @@ static toliman_period *any_period(void) {
     return period;
 }
 
+/* promise: loading-restores-what-was-saved */
 TEST(periodograms) {
     static unsigned char bytes[STATE_CAPACITY], again[STATE_CAPACITY];
     int64_t samples = 0;
@@ -57,6 +58,7 @@ static void fill(float *numbers, size_t count) {
     }
 }
 
+/* promises: loading-restores-what-was-saved, networks-save-same-bytes */
 TEST(networks) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     toliman_cae *cae = make_cae(sim, 1, 0, NULL);
@@ -96,6 +98,7 @@ static size_t contents(const char *path, unsigned char *bytes, size_t capacity) 
 }
 
 /* A folder that is opened and saved: no byte of its three files changes. */
+/* promise: loading-restores-what-was-saved */
 TEST(folders) {
     enum { CAPACITY = 1 << 16 };
     static unsigned char before[CAPACITY], after[CAPACITY];

@@ -69,6 +69,7 @@ TEST(impossible_values) {
     CHECK_REFUSALS(kBinaryScene, TOLIMAN_E_SCENE, changes);
 }
 
+/* promise: unknown-keys-are-refused */
 TEST(unknown_keys) {
     const refusal changes[] = {
         {"'aperture_m'", "'apertur_m'", "telescope.apertur_m"},

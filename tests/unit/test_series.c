@@ -142,6 +142,7 @@ TEST(objects) {
     assert_line_refused(columns("t,v"), LINES("{\"t\": 1, \"y\": 1}"), TOLIMAN_E_FORMAT, "v");
 }
 
+/* promise: bad-lines-end-no-series */
 TEST(malformed) {
     const struct {
         const char *lines[3], *field;

@@ -247,6 +247,7 @@ TEST(tables_are_read) {
 
 #define GOOD "1,2,1\n2,3,1\n3,2,1\n4,3,1\n5,2,1\n6,3,1\n"
 
+/* promise: missing-marks-are-no-values */
 TEST(others_are_refused) {
     const struct {
         const char *text, *columns;
@@ -318,6 +319,7 @@ TEST(others_are_refused) {
 }
 
 /* Nines among numbers that reach as far are numbers. */
+/* promise: missing-marks-are-no-values */
 TEST(nines_may_be_values) {
     static const char text[] = "1,100,1\n2,99.9,1\n3,-80,1\n4,999,99\n5,700,80\n6,500,120\n7,50,70\n8,10,70\n9,9,70\n";
     toliman_measure *measure = NULL;

@@ -35,6 +35,7 @@ static char *exact_scene(const char *path) {
     return replaced(text, "'accuracy': 1e-9", "'accuracy': 1e-15");
 }
 
+/* promise: images-keep-their-accuracy */
 TEST(chapter_against_long_double) {
     char *const text = exact_scene("examples/scenes/chapter.json");
     toliman_sim *const sim = sim_of(text);
@@ -140,6 +141,7 @@ TEST(expansion_error_is_as_predicted) {
 }
 
 /* All derivative images against differences of propagated images: along the separation, and common shifts. */
+/* promise: derivatives-are-exact */
 TEST(derivatives_are_exact) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     const size_t n = 64 * 64;

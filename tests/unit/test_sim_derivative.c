@@ -257,6 +257,7 @@ static void check_all(const keys *base, int few) {
     toliman_sim_destroy(sim);
 }
 
+/* promise: derivatives-are-exact */
 TEST(derivatives_are_those_of_scenes) {
     check_all(&kKeys, 0);
 }

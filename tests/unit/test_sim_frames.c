@@ -49,6 +49,7 @@ TEST(without_noise_frames_are_expectations) {
     toliman_sim_destroy(sim);
 }
 
+/* promise: frames-depend-on-seed-alone */
 TEST(frames_do_not_depend_on_threads_or_order) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     double *const one = frames_of(sim, 7, 20, 13);
@@ -74,6 +75,7 @@ TEST(frames_do_not_depend_on_threads_or_order) {
     toliman_sim_destroy(sim);
 }
 
+/* promise: frames-depend-on-seed-alone */
 TEST(seeds_and_numbers_make_different_frames) {
     toliman_sim *const sim = sim_of(kBinaryScene);
     double *const frames = frames_of(sim, 7, 0, 2), *const others = frames_of(sim, 8, 0, 2);
@@ -87,6 +89,7 @@ TEST(seeds_and_numbers_make_different_frames) {
 }
 
 /* The image has the same bits with any number of library workers and of BLAS threads. */
+/* promise: threads-change-no-bit */
 TEST(images_do_not_depend_on_threads) {
     void (*set_blas_threads)(int);
     *(void **)&set_blas_threads = dlsym(RTLD_DEFAULT, "openblas_set_num_threads");

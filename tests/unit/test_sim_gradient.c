@@ -67,6 +67,7 @@ static void mode_of(const variant *v, int noll, double *mode) {
         mode[i] = (mode[i] - plain[i]) / 1000;
 }
 
+/* promise: opd-gradients-transpose-derivatives */
 TEST(gradient_transposes_derivatives) {
     static double weights[MOST], gradient[MOST], derivative[MOST], mode[MOST];
     const int nolls[] = {5, 8, 22, 36};

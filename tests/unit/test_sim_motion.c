@@ -222,6 +222,7 @@ TEST(displacements_of_any_size) {
 }
 
 /* In any order and with any number of threads: the same bytes. */
+/* promise: frames-depend-on-seed-alone */
 TEST(frames_are_computed_in_any_order) {
     enum { FRAMES = 12 };
     char *const text = scene_at(2027, ", 'moving': true", "'frames': 12000, 'interval_days': 0.1",

@@ -72,6 +72,7 @@ static const variation kVariations[] = {
 };
 
 /* Against every wavelength and a pixel filter at double precision. */
+/* promise: images-keep-their-accuracy */
 TEST(predictions_hold) {
     for (size_t i = 0; i < sizeof kVariations / sizeof *kVariations; i++) {
         variation v = kVariations[i];

@@ -355,6 +355,7 @@ static char *noisy_text(const char *extra) {
                           "'bit_depth': 24");
 }
 
+/* promise: frames-depend-on-seed-alone */
 TEST(frames_do_not_depend_on_threads_or_order) {
     enum { count = 17 };
     toliman_sim *const sim = made(noisy_text(kAll));

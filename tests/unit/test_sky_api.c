@@ -145,6 +145,7 @@ TEST(reduced_is_measured_over_factor_minus_geometric) {
 }
 
 /* An exposure in orbit must be known: neither its middle nor a whole that is longer than 600 s is enough. */
+/* promise: unknown-exposures-are-refused */
 TEST(unknown_exposures_are_refused) {
     const double measured[MEASURED] = {9.8, 9.9, 10.1};
     const size_t ones[MEASURED] = {1, 1, 1};
@@ -172,6 +173,7 @@ TEST(unknown_exposures_are_refused) {
 }
 
 /* A refit refuses what a reduction refuses, and what the observer file does not cover. */
+/* promise: unknown-exposures-are-refused */
 TEST(a_refit_refuses_unknown_exposures) {
     const double measured[MEASURED] = {9.8, 9.9, 10.1}, sigmas[MEASURED] = {1, 1, 1};
     const size_t ones[MEASURED] = {1, 1, 1};
@@ -395,6 +397,7 @@ static void *predict_in_order(void *given) {
     return NULL;
 }
 
+/* promise: const-calls-run-together */
 TEST(threads_give_the_bits_of_one) {
     static job alone, jobs[THREADS];
     const toliman_sky_options options = {.struct_size = sizeof options, .altitude_km = 600};

@@ -65,6 +65,7 @@ static int begin_writing(int number) {
     return file;
 }
 
+/* promise: files-are-replaced-atomically */
 TEST(existing_names) {
     enum { NAMES = 100, DIED = 7 };
     int writers[NAMES];
@@ -130,6 +131,7 @@ static int save_where_the_folder_cannot_be_opened(void) {
 
 /* A folder that accepts files but cannot be opened for reading cannot be synced: reported before the old file is
  * replaced. */
+/* promises: files-are-replaced-atomically, objects-survive-fork */
 TEST(a_folder_that_cannot_be_opened) {
     assert_ok(toliman_period_save_file(first, path));
     assert_int_equal(chmod(path, 0644), 0);
@@ -155,6 +157,7 @@ static int make_frames_without_threads(void) {
 }
 
 /* With fewer threads than requested, even with none, the frames are the same. */
+/* promise: objects-survive-fork */
 TEST(threads_that_cannot_be_created) {
     char *const text =
         replaced(kSingleScene, "\"peak_photons\": 1e6}", "\"peak_photons\": 1e6}, \"noise\": {\"photon\": true}");

@@ -15,6 +15,7 @@ static int32_t reason_of(toliman_track *track, const toliman_frame *frame, int64
     return outcome.reason;
 }
 
+/* promise: conflicting-frames-are-quarantined */
 TEST(every_verdict_is_counted) {
     const toliman_track_options options = small_options(NULL);
     toliman_track *track = make_track(&options);
@@ -120,6 +121,7 @@ static int32_t refuse(const toliman_estimate_input *input, toliman_estimate *mad
     return *(int32_t *)data;
 }
 
+/* promise: bad-estimates-reject-frames */
 TEST(estimators_may_refuse) {
     int32_t answer = 1;
     toliman_track_options options = small_options(NULL);
@@ -455,6 +457,7 @@ TEST(full_tracker_keeps_its_frames) {
 }
 
 /* A batch equals one push after the other, for any split and number of threads. */
+/* promise: threads-change-no-bit */
 TEST(threads_and_batches_change_no_bit) {
     enum { N = 700 };
     static small_frame frames[N];
@@ -505,6 +508,7 @@ static long touched_pages(void) {
 /* Memory: 1.5 slots of 18 bytes and a bit per frame in the index, 131 kB for the distribution of chi-squares; without a
  * folder, 64 more and 8 for each of 10 columns. Creation touches no page of the index (28 MB are 6900), and a push
  * allocates nothing, whatever its verdict. */
+/* promise: trackers-allocate-at-creation */
 TEST(memory_is_allocated_at_creation) {
     enum { MANY = 1 << 20 };
     static const int64_t clock[2] = {0, 1000};

@@ -205,6 +205,7 @@ TEST(the_covariances_predict_how_network_and_fit_differ) {
     toliman_track_destroy(track);
 }
 
+/* promise: arrival-order-changes-no-bit */
 TEST(order_threads_restarts_and_merges_change_no_bit) {
     const int orders[][SOME] = {{0, 1, 2, 3, 4, 5}, {5, 2, 0, 4, 1, 3}};
     double expected[NF], found[NF];
@@ -257,6 +258,7 @@ TEST(a_frame_without_a_fit_is_rejected) {
     toliman_track_destroy(track);
 }
 
+/* promise: estimators-are-not-mixed */
 TEST(other_estimators_are_refused) {
     toliman_track_outcome outcome;
     toliman_track_options options = options_of(folder, bank);

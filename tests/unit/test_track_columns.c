@@ -172,6 +172,7 @@ TEST(columns_hold_the_given_values) {
 }
 
 /* The window's origin is that of the cropped frame on the detector. */
+/* promise: bad-estimates-reject-frames */
 TEST(estimators_receive_the_known_values) {
     toliman_track_options options = rich_options(NULL);
     const int64_t clock[] = {0, 500};
@@ -220,6 +221,7 @@ TEST(estimators_receive_the_known_values) {
 }
 
 /* The estimator's inputs are part of a frame's content: a copy must have the same. */
+/* promise: conflicting-frames-are-quarantined */
 TEST(other_exposures_are_other_contents) {
     for (int trial = 0; trial < 6; trial++) {
         toliman_track_options options = rich_options(NULL);
@@ -341,6 +343,7 @@ TEST(unknown_columns_are_left_empty) {
     toliman_track_destroy(track);
 }
 
+/* promise: other-versions-are-refused */
 TEST(old_ledgers_are_refused) {
     const toliman_track_options options = filled_folder();
     toliman_track *none = NULL;
@@ -379,6 +382,7 @@ TEST(impossible_columns_are_refused) {
 }
 
 /* Zeros are replaced by defaults, and the options in force are reported. */
+/* promise: zero-is-the-default */
 TEST(options_in_force) {
     toliman_track_options zeros = TOLIMAN_TRACK_OPTIONS_INIT, made;
     made = (toliman_track_options)TOLIMAN_TRACK_OPTIONS_INIT;

@@ -47,6 +47,7 @@ TEST(other_options_are_refused) {
     REFUSED(estimator.id, 78);
 }
 
+/* promise: impossible-records-are-refused */
 TEST(impossible_terms_are_refused) {
     enum { TERMS = 16 };
     const toliman_track_options options = cropped_options();
@@ -93,6 +94,7 @@ static uint32_t add_line(unsigned char *line, off_t number, uint32_t chain) {
     return chain;
 }
 
+/* promise: impossible-records-are-refused */
 TEST(contradictory_records_are_refused) {
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
@@ -153,6 +155,7 @@ TEST(damage_while_open) {
 }
 
 /* An impossible checkpoint or setup is ignored. */
+/* promise: lost-checkpoints-cost-time-only */
 TEST(impossible_checkpoints_and_setups) {
     enum { POINTS = 8, REPEATS = 24 };
     toliman_track_options options = filled_folder();
@@ -188,6 +191,7 @@ TEST(impossible_checkpoints_and_setups) {
 }
 
 /* Lines of names that are truncated, invalid, with a wrong digest or of no frame are ignored. */
+/* promise: lost-names-cost-no-frame */
 TEST(invalid_names) {
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);

@@ -7,6 +7,7 @@
 #include "track_folder.h"
 
 /* With each byte of the checkpoint flipped, the file truncated or missing, the sums are recomputed from the ledger. */
+/* promise: lost-checkpoints-cost-time-only */
 TEST(lost_checkpoint_costs_only_time) {
     toliman_track_options options = filled_folder();
     const off_t size = size_of(checkpoint);
@@ -167,6 +168,7 @@ TEST(times_out_of_range_lose_no_frame) {
 }
 
 /* Undamaged records of a damaged ledger are merged to a new folder; the lost ones are counted. */
+/* promise: salvage-counts-what-is-lost */
 TEST(damaged_ledger_is_salvaged) {
     toliman_track_options options = small_options(folder), elsewhere = small_options(NULL);
     toliman_track *track = make_track(&options);
@@ -201,6 +203,7 @@ TEST(damaged_ledger_is_salvaged) {
 }
 
 /* Impossible records with correct checksums are refused, and never mistaken for torn ones. */
+/* promise: impossible-records-are-refused */
 TEST(impossible_records_are_refused) {
     toliman_track_options options = small_options(folder), elsewhere = small_options(NULL);
     toliman_track *track = make_track(&options), *none = NULL;
@@ -233,6 +236,7 @@ TEST(impossible_records_are_refused) {
 
 /* A full disk: the error is reported, no more frames are accepted, and acknowledged frames are there once space is
  * available. */
+/* promise: failed-writes-stop-the-tracker */
 TEST(full_disk_is_reported) {
     toliman_track_options options = small_options(folder);
     options.ledger.group = 4;
@@ -264,6 +268,7 @@ TEST(full_disk_is_reported) {
 }
 
 /* After one salvage, a folder can be merged as before, and its later records are not skipped. */
+/* promise: salvage-counts-what-is-lost */
 TEST(salvage_hides_nothing) {
     char region_path[300];
     snprintf(region_path, sizeof region_path, "%s/region", folder);
@@ -304,6 +309,7 @@ TEST(salvage_hides_nothing) {
 }
 
 /* The frame of a lost record stays quarantined, whether another folder with that frame is merged before or after. */
+/* promise: quarantines-retract-exactly */
 TEST(salvaged_quarantines_hold_in_any_order) {
     char other_path[300];
     snprintf(other_path, sizeof other_path, "%s/other", folder);

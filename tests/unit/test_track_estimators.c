@@ -47,6 +47,7 @@ static toliman_frame frame_of(int64_t id, const uint32_t *pixels) {
                            .cols = COLS};
 }
 
+/* promise: encoding-allocates-nothing */
 TEST(values_match_the_estimators) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "\"flux_a\", \"flux_b\"");
     toliman_cae *cae = make_cae(sim, 1, 60, NULL);
@@ -100,6 +101,7 @@ static uint64_t id_of(const toliman_track_options *options) {
     return info.estimator_id;
 }
 
+/* promise: estimators-are-not-mixed */
 TEST(estimators_are_distinguished) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, ""), *other_sim = make_sim(kSide, kSide, 0, "\"flux_a\"");
     toliman_cae *cae = make_cae(sim, 1, 0, NULL), *again = make_cae(sim, 1, 0, NULL),
@@ -138,6 +140,7 @@ TEST(estimators_are_distinguished) {
 
 /* Counts for which a network gives no finite value: the frame is rejected, without an error. The template's value is
  * finite, but too large. */
+/* promise: bad-estimates-reject-frames */
 TEST(counts_without_an_estimate) {
     static double pixels[kPixels];
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");

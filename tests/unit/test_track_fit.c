@@ -148,6 +148,7 @@ TEST(values_are_those_of_fits_at_the_frames_times) {
     toliman_track_destroy(track);
 }
 
+/* promise: arrival-order-changes-no-bit */
 TEST(order_threads_and_restarts_change_no_bit) {
     const int orders[][FRAMES] = {{0, 1, 2, 3, 4, 5}, {5, 2, 0, 4, 1, 3}};
     double expected[20], found[20];
@@ -199,6 +200,7 @@ TEST(a_frame_without_a_fit_is_rejected) {
     toliman_track_destroy(track);
 }
 
+/* promise: estimators-are-not-mixed */
 TEST(other_estimators_are_refused) {
     toliman_track_options options = options_of(folder, fit);
     toliman_track *track = opened(&options);

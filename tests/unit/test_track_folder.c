@@ -4,6 +4,7 @@
 
 #include "track_folder.h"
 
+/* promise: committed-frames-survive-kills */
 TEST(committed_frames_are_resumed) {
     toliman_track_options options = filled_folder();
     for (int time = 0; time < 2; time++) {
@@ -28,6 +29,7 @@ TEST(committed_frames_are_resumed) {
     assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_CAPACITY, "");
 }
 
+/* promise: folders-have-one-writer */
 TEST(one_writer_and_many_readers) {
     toliman_track_options options = small_options(folder), looking;
     toliman_track *writer = make_track(&options), *none = NULL;
@@ -68,6 +70,7 @@ TEST(one_writer_and_many_readers) {
 }
 
 /* A new clock changes every time, a new grid the frequencies: the result is as if all frames arrived under them. */
+/* promise: rebuilds-equal-new-folders */
 TEST(another_grid_and_clock_without_frames) {
     toliman_track_options options = filled_folder();
     const int64_t clock[] = {0, 5000, 30 * DAY_NS, 31 * DAY_NS, 50 * DAY_NS, 50 * DAY_NS + 77};
@@ -361,6 +364,7 @@ TEST(readers_tolerate_recovery) {
     assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0 && reads > 10);
 }
 
+/* promise: committed-frames-survive-kills */
 TEST(killed_runs_are_resumed) {
     const char *given = getenv("TOLIMAN_KILLS");
     const int kills = given != NULL ? atoi(given) : 10;
@@ -404,6 +408,7 @@ TEST(killed_runs_are_resumed) {
 }
 
 /* Names, ids and missing frames of each session and region; a lost name loses no frame. */
+/* promise: lost-names-cost-no-frame */
 TEST(sessions_are_named) {
     toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
@@ -478,6 +483,7 @@ TEST(sessions_are_named) {
 }
 
 /* A checkpoint is valid only for the ledger, grid and clock that it was made of. */
+/* promise: lost-checkpoints-cost-time-only */
 TEST(foreign_checkpoint_is_ignored) {
     toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options), *none = NULL;

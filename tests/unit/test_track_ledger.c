@@ -42,6 +42,7 @@ static void assert_warned(const toliman_track_options *options, const char *text
     assert_int_equal(count_warnings(*options, 0), !repaired);
 }
 
+/* promise: damage-is-told-once */
 TEST(damage_is_reported_once) {
     const toliman_track_options options = filled_folder();
     char copy[300];
@@ -76,6 +77,7 @@ TEST(damage_is_reported_once) {
     remove_folder(copy);
 }
 
+/* promise: folders-have-one-writer */
 TEST(one_writer_even_if_files_are_removed) {
     char path[330];
     static const char *const other_files[] = {"lock", "checkpoint.tlmc", "setup.tlms", "streams.txt",
@@ -114,6 +116,7 @@ static void damage_ledger(int way) {
 }
 
 /* The change is detected before anything more is acknowledged; a removed file is never saved to. */
+/* promise: changed-ledgers-stop-writers */
 TEST(a_ledger_that_changes_stops_its_writer) {
     for (int way = 0; way < WAYS; way++)
         for (int saving = 0; saving < 2; saving++) {
@@ -164,6 +167,7 @@ static int write_some(int writer) {
 }
 
 /* Writers that race to create a folder: each writes alone or is refused, and no acknowledged frame is lost. */
+/* promise: folders-have-one-writer */
 TEST(race_to_create_a_folder) {
     const toliman_track_options options = small_options(folder);
     for (int round = 0; round < ROUNDS; round++) {
@@ -241,6 +245,7 @@ TEST(partly_created_folder_continues) {
 }
 
 /* Arrivals are counted once, without a save and without the checkpoint. */
+/* promise: counts-survive-crashes */
 TEST(repeats_are_kept_by_commit) {
     const toliman_track_options options = small_options(folder);
     for (int pass = 1; pass <= 4; pass++) {
@@ -267,6 +272,7 @@ TEST(repeats_are_kept_by_commit) {
 
 /* A checkpoint of an earlier version, which held these counts alone: they count once, also after the ledger has
  * them. */
+/* promise: counts-survive-crashes */
 TEST(repeats_of_an_older_checkpoint_count_once) {
     enum { REPEATS = 24 };
     const toliman_track_options options = small_options(folder);

@@ -94,6 +94,7 @@ static void push_in_order(toliman_track *track, const int64_t *ids, int count, i
 }
 
 /* In memory and in folders that are saved in the middle and reopened from the ledger behind that checkpoint. */
+/* promise: misfits-ignore-arrival-order */
 TEST(any_order_gives_the_same_sums) {
     for (int seed = 0; seed < 12; seed++) {
         const int quarantines = seed % 3 == 1;
@@ -131,6 +132,7 @@ TEST(any_order_gives_the_same_sums) {
 }
 
 /* After each frame, the tracker has what the frames so far give: also when the limit falls and when it rises. */
+/* promise: misfits-ignore-arrival-order */
 TEST(limit_follows_the_median) {
     const toliman_track_options options = misfit_options(NULL);
     toliman_track *up = make_track(&options), *down = make_track(&options);
@@ -180,6 +182,7 @@ TEST(limit_of_a_folder_is_kept) {
     }
 }
 
+/* promise: folders-merge-in-any-order */
 TEST(shards_merge_to_the_whole) {
     char shard[256];
     make_folder(shard, sizeof shard);

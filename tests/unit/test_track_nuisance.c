@@ -182,6 +182,7 @@ TEST(the_fit_uses_the_columns) {
     toliman_period_destroy(clean), toliman_track_destroy(reader);
 }
 
+/* promise: rebuilds-equal-new-folders */
 TEST(rebuild_changes_the_functions) {
     fill_folder(orbit, 1, LAST);
     toliman_track_options options = loaded_options(TOLIMAN_TRACK_REBUILD);

@@ -117,6 +117,7 @@ static void assert_counts(const toliman_track *track, const struct pass *pass) {
     assert_int_equal(info->missing, expected->missing);
 }
 
+/* promises: arrival-order-changes-no-bit, frames-count-once, quarantines-retract-exactly */
 TEST(any_order_gives_the_same_bits) {
     static struct pass pass;
     const char *given = getenv("TOLIMAN_SEEDS");
@@ -134,6 +135,7 @@ TEST(any_order_gives_the_same_bits) {
 }
 
 /* A pass that is replayed, before and after reopening: only the count of repeats changes. */
+/* promise: frames-count-once */
 TEST(replays_change_nothing) {
     static struct pass pass;
     char folder[256];
@@ -205,6 +207,7 @@ static void merge_shards(const struct pass *pass, int shards) {
     remove_folder(above);
 }
 
+/* promise: folders-merge-in-any-order */
 TEST(shards_merge_in_any_order) {
     static struct pass pass;
     const toliman_track_options options = small_options(NULL);
@@ -218,6 +221,7 @@ TEST(shards_merge_in_any_order) {
 
 /* A growing folder that is merged repeatedly, directly and through another folder: every frame is included once, and
  * the counts are those of all folders together, in any order of the merges. */
+/* promise: folders-merge-in-any-order */
 TEST(growing_shards_are_merged_once) {
     char paths[3][256];
     toliman_track *tracks[3];
@@ -277,6 +281,7 @@ TEST(growing_shards_are_merged_once) {
         remove_folder(paths[i]);
 }
 
+/* promise: estimators-are-not-mixed */
 TEST(incompatible_shards_are_refused) {
     char folder[256], ledger[300];
     make_folder(folder, sizeof folder);

@@ -70,6 +70,7 @@ static void assert_same_counts(toliman_track_info a, toliman_track_info b) {
 }
 
 /* Also with a torn record, which is removed. */
+/* promise: rebuilds-equal-new-folders */
 TEST(rebuild_reduces_a_plain_folder) {
     char first[300];
     snprintf(first, sizeof first, "%s/first", folder);
@@ -131,6 +132,7 @@ TEST(rebuild_keeps_reductions_of_the_system) {
     toliman_track_destroy(track);
 }
 
+/* promise: folders-merge-in-any-order */
 TEST(shards_merge_in_any_order) {
     enum { SHARDS = 3, EACH = LAST / SHARDS };
     char shards[SHARDS][300];

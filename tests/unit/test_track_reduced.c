@@ -51,6 +51,7 @@ static void assert_unreduced(toliman_track *track, const small_frame *frame, int
     assert_int_equal(outcome.tai_ns, frame->frame.camera_ns);
 }
 
+/* promise: unknown-exposures-are-refused */
 TEST(frames_without_time_on_target_wait) {
     static const double day[] = {0, 500, 700, 1000}, points[] = {0, 1e-11, 0.5, 1};
     static const struct {
@@ -155,6 +156,7 @@ TEST(any_number_of_intervals_is_kept) {
 }
 
 /* Frame 4 has intervals; it is also quarantined in memory, and after the folder is reopened. */
+/* promise: quarantines-retract-exactly */
 TEST(quarantine_retracts_the_reduced_value) {
     toliman_track *const memory = reduced_in_memory(orbit, 1, LAST);
     push_changed(memory, 4);

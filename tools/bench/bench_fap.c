@@ -1,5 +1,6 @@
 /* False alarm rates on pure noise, and number of samples until a signal is detected, for the chapter's sampling: 1095
  * daily samples. */
+/* promise: sequential-alarms-are-rare */
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -2,6 +2,7 @@
  * Exits with 1 if with the model less than 0.6 % or more than 1.4 % of the series of AR(1) noise have a FAP of 0.01, up
  * to two standard errors, if less than 95 % of the alarms in 1/f noise are flagged, or if the median loss of the signal
  * of the scene chapter.json exceeds 5 % of its log10 FAP. */
+/* promise: correlated-alarms-are-rare */
 #include <stdio.h>
 #include <stdlib.h>
 

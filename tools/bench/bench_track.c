@@ -1,6 +1,7 @@
 /* A long run of the tracker, one JSON line per case: frames per second of processor time and of wall time, growth of
  * the memory, bytes requested. Usage: bench_track [template frames] [network frames] [frequencies]; with the third,
  * records are not fsync'ed. Run by make soak and, shorter, by make bench (commands.py). */
+/* promises: nothing-leaks-over-a-mission, trackers-allocate-at-creation */
 #include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -2,6 +2,7 @@
 at low and high frequencies, with weights, a mean far from 0 and uneven times. Usage: long_stream.py [samples]. Exits
 with 1 if the power differs from the exact one by more than max(1e-12 power, 1e-14), or from astropy's by more than 1e-9
 of the peak."""
+# promise: long-streams-stay-exact
 import pathlib
 import sys
 

@@ -7,6 +7,7 @@ the frames are lost, 5 % arrive twice, all in random order. A planet of 132 to 5
 2.2 uas. The frames enter a state folder of the default grid, which goes to 0.5 per day. Other series are those of telescopes
 on the ground. Prints for each kind how often the highest peak and the period that is shown are right. The exit status
 is 1 if a period that is shown is wrong."""
+# promise: longest-alias-is-shown
 import argparse
 import pathlib
 import sys

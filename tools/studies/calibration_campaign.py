@@ -12,6 +12,7 @@ improve    models with whole cells, too few cells, no spectral slope, or no map:
 
 --short: improve with small frames, in two minutes. A larger --step-nm of the wavelengths, the same in truth and model, is faster. The exit status is 1 if a figure exceeds its
 limit, which is printed next to it."""
+# promise: incomplete-models-are-reported
 import argparse
 import copy
 import json

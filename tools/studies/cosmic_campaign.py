@@ -7,6 +7,7 @@ Each frame has a Poisson number of hits, `rate` on average, of 5e3 to 3e4 photon
 the chapter's scene, with a peak of 1e6 photons, are encoded by its template, its network and its fit, those of moving.json (64 x 64 px, stars on their
 orbit) by the fit. Prints for each the false alarm probability of the period without and with hits, frames whose goodness is
 not "good", pixels left out of frames without and with hits, and by how many standard deviations the hits move a value."""
+# promise: cosmic-rays-lose-no-frame
 import argparse
 import json
 import pathlib

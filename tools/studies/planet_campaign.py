@@ -17,6 +17,7 @@ limits  At seven periods, also beyond half the span: the share of planets that a
         those of the detectable amplitude that a search and injections call planets, 95 %.
 
 Without a mode all four run. The exit status is 1 if a figure is missed."""
+# promises: detectable-planets-are-found, false-planets-are-rare, upper-limits-hold
 import functools
 import math
 import pathlib
