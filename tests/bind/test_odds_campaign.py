@@ -21,6 +21,12 @@ class Campaign(unittest.TestCase):
             with self.subTest(name=name):
                 self.assertLess(abs(campaign.deviate(rank)), 3)
 
+    def test_noise_of_instruments_of_which_one_is_quiet(self):
+        """The log10 odds were -3: the least scale of amplitudes was that of the noisy instruments."""
+        odds, planets = campaign.noise_of((10**6 + 3,), 150)
+        self.assertGreater(odds, -1.5)
+        self.assertEqual(planets, 0)
+
     def test_star_of_a_mission(self):
         mission = campaign.Mission(7, count=(50, 40))
         self.assertGreater(mission.search().candidates[0].log10_star * (1 - 2 * mission.star), 0)

@@ -107,6 +107,20 @@ TEST(test_retract_many_is_all_or_none) {
 }
 
 /* promise: retractions-are-exact */
+/* Also of sums that were folded, after 4,096 pushes. */
+TEST(test_shards_merge_to_the_same_bits) {
+    for (int double_limb = 0; double_limb < 2; double_limb++) {
+        fill(double_limb);
+        const toliman_period_options options = options_for(double_limb);
+        toliman_period *whole = make(&options), *shards[2] = {make(&options), make(&options)};
+        for (int i = 0; i < kMost; i++)
+            push(whole, i), push(shards[uniform(&state) < 0.8], i);
+        assert_ok(toliman_period_merge(shards[0], shards[1]));
+        assert_same_bytes(shards[0], whole);
+        toliman_period_destroy(whole), toliman_period_destroy(shards[0]), toliman_period_destroy(shards[1]);
+    }
+}
+
 TEST(test_window_slides) {
     enum { kWindow = 50 };
     fill(0);
@@ -340,6 +354,7 @@ TEST(unloadable_state_is_not_saved) {
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_retract_undoes_push),
                                        cmocka_unit_test(test_retract_many_is_all_or_none),
+                                       cmocka_unit_test(test_shards_merge_to_the_same_bits),
                                        cmocka_unit_test(test_window_slides),
                                        cmocka_unit_test(test_copies_are_independent),
                                        cmocka_unit_test(test_merge_of_other_references),

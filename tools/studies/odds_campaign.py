@@ -36,21 +36,21 @@ def log_uniform(random, low, high):
     return math.exp(random.uniform(math.log(low), math.log(high)))
 
 
-def search_velocities(t, y, names, **options):
+def search_velocities(t, y, names, shortest=10, **options):
     series = toliman.Measurements.of(t, y, 1.0, kind="velocity", unit=1)
     if names is not None:
         series.set_instruments(names)
-    return toliman.planets(series, period_min=10, period_max=0.5 * float(numpy.ptp(t)), threads=1, **options)
+    return toliman.planets(series, period_min=shortest, period_max=0.5 * float(numpy.ptp(t)), threads=1, **options)
 
 
-def noise_of(task):
+def noise_of(task, shortest=10):
     seed, = task
     random = numpy.random.default_rng([seed, 1])
     count, instruments = int(random.integers(40, 150)), int(random.integers(1, 5))
     t, which = numpy.sort(random.uniform(0, random.uniform(300, 2000), count)), random.integers(0, instruments, count)
     jitters, offsets = 10**random.uniform(-1, 3, instruments), 1000 * random.normal(size=instruments)
     y = offsets[which] + random.normal(size=count) * numpy.hypot(1, jitters[which])
-    found = search_velocities(t, y, None if instruments == 1 else [f"i{k}" for k in which], samples=200)
+    found = search_velocities(t, y, None if instruments == 1 else [f"i{k}" for k in which], shortest, samples=200)
     return found.candidates[0].log10_bayes, len(found.planets)
 
 
