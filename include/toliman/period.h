@@ -364,8 +364,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
 /* Saves a periodogram as state bytes (formats.md, "TLMP"): bytes[capacity], whose number becomes *needed.
- * TOLIMAN_E_CAPACITY if capacity is too small. TOLIMAN_E_STATE if no set of samples can have these accumulators, so
- * that the state could not be loaded (promise: unloadable-states-are-not-saved). This happens after retracting a sample
+ * The same samples give the same bytes in any order. TOLIMAN_E_CAPACITY if capacity is too small. TOLIMAN_E_STATE if no
+ * set of samples can have these accumulators, so that the state could not be loaded
+ * (promise: unloadable-states-are-not-saved). This happens after retracting a sample
  * that was never pushed, or one that was added by a merge between different offsets (such a merge is not exact). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_period *period, void *bytes,
                                                                   size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
