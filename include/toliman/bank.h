@@ -47,13 +47,13 @@ typedef struct toliman_bank toliman_bank;
 /* Options of a bank. */
 typedef struct toliman_bank_options {
     uint32_t struct_size;
-    int32_t layout;                     /* TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT */
-    double first_days, last_days;       /* range of the frames' times (toliman_fit_prediction.time_days), days, in
-                                           [-1e6, 1e6]; both 0: 0 to the last frame of the scene */
-    double spacing_px;                  /* largest change of the place of B relative to A from one date to the next,
-                                           px, in [0.05, 4]; 0 = 0.5 */
-    uint32_t places;                    /* sub-pixel places per axis, at most 8; 0 = 3 */
-    uint32_t steps;                     /* steps of the training of each network, at most 1e6; 0 = 600 */
+    int32_t layout; /* TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT */
+    double first_days,
+        last_days; /* range of the frames' times (toliman_fit_prediction.time_days), in [-1e6, 1e6] days; both 0: 0 to the last frame of the scene */
+    double
+        spacing_px; /* largest change of the place of B relative to A from one date to the next, in [0.05, 4] px; 0 = 0.5 */
+    uint32_t places;                    /* sub-pixel places per axis, in [1, 8]; 0 = 3 */
+    uint32_t steps;                     /* steps of the training of each network, in [1, 1e6]; 0 = 600 */
     uint64_t seed;                      /* seed of the initial weights; 0 = 1 */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     uint32_t threads;                   /* worker threads of toliman_bank_encode, 0 = one per processor */

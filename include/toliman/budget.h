@@ -30,8 +30,8 @@ typedef struct toliman_sim_budget_options {
     uint32_t struct_size;
     uint32_t reserved;
     const char *free_names; /* list of the free parameters; "" = none; NULL = those of preprocess.project */
-    int64_t frames;         /* frames that share the parameters of the instrument, 0 = 1 */
-    double earth_px;        /* displacement due to an Earth, px; 0 = that of the scene */
+    int64_t frames;         /* frames that share the parameters of the instrument, in [1, 2^50]; 0 = 1 */
+    double earth_px;        /* displacement due to an Earth, in (0, 100] px; 0 = that of the scene */
 } toliman_sim_budget_options;
 #define TOLIMAN_SIM_BUDGET_OPTIONS_INIT TOLIMAN_INIT(toliman_sim_budget_options)
 

@@ -136,22 +136,22 @@ typedef int32_t (*toliman_epoch_fn)(const toliman_cae *so_far, const toliman_cae
 /* Training options. */
 typedef struct toliman_cae_train_options {
     uint32_t struct_size;
-    int32_t mode;         /* TOLIMAN_CAE_MODE_..., 0 = TIED */
-    uint32_t steps;       /* TIED: number of steps; 0 = 300 */
-    uint32_t epochs;      /* UNSUPERVISED: total number of passes over the training frames; 0 = 300 */
-    double learning_rate; /* in [0, 1]. TIED: largest rotation of a tensor per step in rad, decreasing linearly to 0;
-                             0 = 0.08. UNSUPERVISED: constant rate of Adam; 0 = 1e-3 */
+    int32_t mode; /* TOLIMAN_CAE_MODE_..., 0 = TIED */
+    uint32_t
+        steps; /* TIED: number of steps. UNSUPERVISED: total number of epochs, passes over the training frames. 0 = 300 */
+    double
+        learning_rate; /* in (0, 1]; 0 = 0.08 (TIED), 1e-3 (UNSUPERVISED). TIED: largest rotation of a tensor per step in rad, decreasing linearly to 0. UNSUPERVISED: constant rate of Adam */
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
     toliman_frames_fn frames; /* UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each */
     void *frames_data;
-    size_t frame_count; /* UNSUPERVISED: number of frames, at least 2 */
-    size_t validation;  /* UNSUPERVISED: number of frames held out, chosen by the seed; 0 = a tenth, rounded to
-                             nearest, at least 1 */
-    uint32_t batch;     /* UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16 */
-    uint32_t threads;   /* UNSUPERVISED: worker threads, 0 = one per processor */
-    double *losses;     /* [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1 */
-    size_t loss_count;  /* elements of losses. Losses of later steps, and of steps before a training was resumed, are
+    size_t frame_count; /* UNSUPERVISED: number of frames */
+    size_t
+        validation; /* UNSUPERVISED: number of frames held out, chosen by the seed; 0 = a tenth, rounded to nearest, or 1 */
+    uint32_t batch;    /* UNSUPERVISED: frames per step of Adam, in [1, 4096]; 0 = 16 */
+    uint32_t threads;  /* UNSUPERVISED: worker threads, 0 = one per processor */
+    double *losses;    /* [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1 */
+    size_t loss_count; /* elements of losses. Losses of later steps, and of steps before a training was resumed, are
                              not written */
     toliman_epoch_fn epoch; /* UNSUPERVISED: may be NULL. If given, the validation frames are requested and
                                reconstructed again after each epoch */
@@ -273,7 +273,7 @@ typedef struct toliman_cae_save_options {
     uint32_t struct_size;
     int32_t weights_encoding; /* of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32 */
     int32_t planes_encoding;  /* of variance, target and nuisance images: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32 */
-    int32_t with_training;    /* 1: also save the training state, so that toliman_cae_train can resume; 0: do not */
+    int32_t with_training;    /* 0 or 1: also save the training state, so that toliman_cae_train can resume */
 } toliman_cae_save_options;
 #define TOLIMAN_CAE_SAVE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_save_options)
 

@@ -108,15 +108,17 @@ typedef struct toliman_calibration_options {
     const toliman_sim *start; /* scene to start from, such as the saved one of a calibration that was interrupted;
                                  NULL: the nominal scene. Priors remain around the nominal scene. With IMPROVE, its
                                  mask.edges and pupil_samples replace those of the nominal scene */
-    int32_t most_iterations;  /* of the parameters, and again of the map; 0 = 30, at most 1000 */
+    int32_t most_iterations;  /* of the parameters, and again of the map, in [1, 1000]; 0 = 30 */
     uint32_t threads;         /* worker threads, 0 = one per processor */
-    double capture_px;        /* largest shift of both stars from their predicted places along x or y, px;
-                                 0 = 6, at most 64 */
-    double window_days;       /* length of the windows, days: parameters change linearly from the start of one to
-                                 that of the next, as images do (toliman_fit_create). 0: constant */
-    double smoothness;        /* with windows: standard deviation of the change of each parameter from one start to
-                                 the next, in units of prior_sigma; 0 = 0.01 */
-    double map_rms_nm;        /* prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls
+    double
+        capture_px; /* largest shift of both stars from their predicted places along x or y, in [0.1, 64] px; 0 = 6 */
+    double
+        window_days; /* length of the windows, in [1e-6, 1e6] days; 0 = constant: parameters change linearly from the start of one to
+                                 that of the next, as images do (toliman_fit_create) */
+    double smoothness; /* with windows: standard deviation of the change of each parameter from one start to
+                                 the next, in units of prior_sigma, in [1e-9, 1000]; 0 = 0.01 */
+    double
+        map_rms_nm; /* prior of the map: its rms over the open pupil, in [1e-3, 1e4] nm; 0 = 10. Its power spectrum falls
                                  as frequency^-2.5 above 4 cycles per aperture, and is constant below */
     toliman_calibration_step_fn step; /* may be NULL */
     void *step_data;

@@ -24,11 +24,10 @@ typedef struct toliman_components toliman_components;
 /* Options of a collection. */
 typedef struct toliman_components_options {
     uint32_t struct_size;
-    int32_t raw;       /* 0: residuals (counts - reference)/sigma, with preprocess.project projected out;
-                          1: counts */
-    uint32_t bin;      /* sums blocks of bin x bin pixels before whitening; must be a divisor of rows and of columns; 0
+    int32_t raw;  /* 0 or 1: residuals (counts - reference)/sigma, with preprocess.project projected out, or counts */
+    uint32_t bin; /* sums blocks of bin x bin pixels before whitening; must be a divisor of rows and of columns; 0
                           = 1 */
-    uint32_t capacity; /* largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence */
+    uint32_t capacity; /* largest number of frames, in [2, 16384]; 0 = number of frames of the scene's cadence */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL */
     void *log_data;
@@ -62,11 +61,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_push(toliman_co
 typedef struct toliman_components_train_options {
     uint32_t struct_size;
     int32_t method;               /* TOLIMAN_COMPONENTS_..., 0 = PCA */
-    uint32_t components;          /* number of components: 1 ... 64, fewer than frames; 0 = 1 */
+    uint32_t components;          /* number of components, in [1, 64] and fewer than frames; 0 = 1 */
     uint32_t threads;             /* worker threads, 0 = one per processor */
     uint32_t iterations;          /* dictionary: largest number of iterations; 0 = 200 */
     uint32_t reserved;            /* 0 */
-    double lambda;                /* dictionary: lambda of toliman_components_train; in [0, 1e6], 0 = 1 */
+    double lambda;                /* dictionary: lambda of toliman_components_train, in (0, 1e6]; 0 = 1 */
     uint64_t seed;                /* dictionary: seed of the random initial atoms */
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;

@@ -38,12 +38,12 @@ typedef struct toliman_ingest_options {
     uint32_t flags;     /* TOLIMAN_INGEST_GROWING */
     int32_t pixel;      /* type of the pixels: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32; there is no default */
     int32_t stamp;      /* meaning of timestamp_ns: TOLIMAN_FRAME_STAMP_..., 0 = START, as the mission writes it */
-    double exposure_s;  /* length of an exposure, at most 1e9 s; 0 = unknown */
-    int64_t rows, cols; /* expected shape of a frame, each 1 to 65536; both 0 = the shape in the first valid line. If
+    double exposure_s;  /* length of an exposure, in (0, 1e9] s; 0 = unknown */
+    int64_t rows, cols; /* expected shape of a frame, in [1, 65536]; both 0 = the shape in the first valid line. If
                            lines of the side file are damaged, it gives the positions of the frames */
     int64_t first_id;   /* frames with ids from first_id to end_id - 1 are reported, others are skipped. Malformed */
     int64_t end_id;     /* lines are reported unless their id is readable and outside. Both 0 = all frames */
-    uint32_t buffers;   /* frames whose memory stays valid at the same time, 1 to 4096; 0 = 1 */
+    uint32_t buffers;   /* frames whose memory stays valid at the same time, in [1, 4096]; 0 = 1 */
     uint32_t reserved;  /* 0 */
     const toliman_allocator *allocator; /* for the pixels; NULL = malloc */
 } toliman_ingest_options;

@@ -42,16 +42,17 @@ typedef struct toliman_mask_options {
                          shift_x, shift_y, roll, scale, focus and background; "" = none; NULL = all of the scene */
     /* Places of the stars for which the mask is designed, at most one of the two lists; without, that of the scene. */
     const double *dates;               /* [date_count] Julian years; the scene must give the places by binary.orbit */
-    size_t date_count;                 /* at most 64 */
+    size_t date_count;                 /* in [0, 64] */
     const double *position_angles_deg; /* [position_angle_count] of B from A; the scene must have
                                           binary.position_angle_deg */
-    size_t position_angle_count;       /* at most 64 */
-    double peak_to_mean;    /* largest peak-to-mean ratio at every place, above 1; 0 = that of the scene's mask there */
-    double light_in_frame;  /* smallest fraction of the light, in [0, 1); 0 = 0.875, or no limit
-                               in a scene that gives peak_photons. Most designs meet it to 1 % */
-    uint32_t feature_cells; /* side of the smallest feature in cells of the pupil, at most 16; 0 = 2 */
+    size_t position_angle_count;       /* in [0, 64] */
+    double
+        peak_to_mean; /* largest peak-to-mean ratio at every place, in (1, inf); 0 = that of the scene's mask there */
+    double
+        light_in_frame; /* smallest fraction of the light, in (0, 1); 0 = 0.875 (no limit in a scene that gives peak_photons). Most designs meet it to 1 % */
+    uint32_t feature_cells; /* side of the smallest feature in cells of the pupil, in [1, 16]; 0 = 2 */
     int32_t symmetry;       /* TOLIMAN_MASK_SYMMETRY_..., 0 = NONE */
-    uint32_t iterations; /* of the first descent, at most 100000; 0 = 250. The whole takes 1.8 to 2.6 times as many */
+    uint32_t iterations; /* of the first descent, in [1, 100000]; 0 = 250. The whole takes 1.8 to 2.6 times as many */
     uint32_t reserved;   /* 0 */
     toliman_progress_fn progress; /* stages "draw", "descend", "polish", "correct", with the bound of the sketch
                                      ("polish: bound 1.8e-06 px"). A nonzero value ends the design: its result is the

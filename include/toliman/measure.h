@@ -75,9 +75,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_create(const tolim
 /* How to read a file or a state folder. */
 typedef struct toliman_measure_options {
     uint32_t struct_size;
-    int32_t kind;        /* TOLIMAN_MEASURE_...; 0 = VELOCITY if the file states a unit of velocity, otherwise VALUE,
-                            of a state folder REDUCED where it is. SEPARATION of a state folder: the measured
-                            separations */
+    int32_t
+        kind; /* TOLIMAN_MEASURE_...; 0 = VELOCITY if the file states a unit of velocity, otherwise VALUE, of a state folder REDUCED where it is. SEPARATION of a state folder: the measured separations */
     const char *columns; /* as toliman_series_options, likewise the next four; not for state folders */
     int32_t time_format;
     int32_t time_scale;
@@ -85,9 +84,11 @@ typedef struct toliman_measure_options {
     size_t leap_second_count;
     uint32_t flags; /* TOLIMAN_SERIES_PLAIN_TIMES */
     uint32_t reserved;
-    double unit; /* as toliman_measure_data; 0 = that which the file states, if any. Of a state folder: arcsec per px
+    double
+        unit; /* as toliman_measure_data, in (0, 1e100]; 0 = that which the file states, if any. Of a state folder: arcsec per px
                     instead of its own plate scale, not for reduced frames */
-    double exposure_s;      /* length of each exposure, whose middle is t, s; 0: not known. Times must be dates. Not for
+    double
+        exposure_s; /* length of each exposure, whose middle is t, in (0, 34560000] s; 0 = unknown. Times must be dates. Not for
                           state folders */
     const char *instrument; /* as toliman_series_options: the instruments of the series, as of
                                toliman_measure_set_instruments; not for state folders */

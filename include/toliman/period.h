@@ -73,11 +73,12 @@ typedef struct toliman_period_options {
     uint32_t flags;      /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB */
     double time_offset;  /* subtracted exactly from every t; give the first time if time stamps have many digits */
     double value_offset; /* subtracted exactly from every y; give a typical value if the mean is large */
-    double value_bound;  /* largest |y - value_offset| accepted; 0 = 2^20. Terms are rounded to 2^-100 of it
+    double
+        value_bound; /* largest |y - value_offset| accepted, in [1e-100, 1e100]; 0 = 2^20. Terms are rounded to 2^-100 of it
                             (double-limb: 2^-150). If every sigma is sigma_floor, values may scatter as little as
                             2.6e-17 of it (standard deviation) */
-    double sigma_floor;  /* smallest sigma accepted; 0 = 1 */
-    /* Largest sigma accepted; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to 32
+    double sigma_floor; /* smallest sigma accepted, in [1e-100, 1e100]; 0 = 1 */
+    /* Largest sigma accepted, up to 1e8 sigma_floor (else TOLIMAN_E_RANGE); 0 = 32 sigma_floor. Up to 32
      * sigma_floor the accumulators are single-limb, with weights (sigma_floor/sigma)^2 rounded to 2^-50. Above, or
      * with TOLIMAN_PERIOD_DOUBLE_LIMB, they are double-limb: a push takes 3 times as long, a query 1.5 times. */
     double sigma_ceiling;
@@ -87,12 +88,13 @@ typedef struct toliman_period_options {
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     /* Nuisance functions (period_nuisance.h). Any of them makes the accumulators double-limb and excludes
      * TOLIMAN_PERIOD_FIXED_MEAN. */
-    int32_t trend;                 /* highest order of T_j(x), x from -1 at trend_start to 1 at trend_end; 0 to 8 */
-    int32_t columns;               /* number of values that come with each sample; at most 32 - trend */
+    int32_t trend;   /* highest order of T_j(x), x from -1 at trend_start to 1 at trend_end, in [0, 8] */
+    int32_t columns; /* number of values that come with each sample, in [0, 32], together with trend at most 32 */
     double trend_start, trend_end; /* in units of t; a time outside is TOLIMAN_E_RANGE */
-    double column_bound[32];       /* largest |value| of each column, otherwise TOLIMAN_E_RANGE; 0 = 1 */
-    double prior_precision[33];    /* 1/s_j^2 for the mean (about value_offset), T_1 ... and the columns, with s_j in
-                                      units of y per unit of the function; 0 = no prior */
+    double
+        column_bound[32]; /* largest |value| of each column, in [1e-100, 1e100], otherwise TOLIMAN_E_RANGE; 0 = as 1 */
+    double prior_precision
+        [33]; /* 1/s_j^2 for the mean (about value_offset), T_1 ... and the columns, with s_j in units of y per unit of the function, in [1e-200, 1e200]; 0 = no prior */
 } toliman_period_options;
 #define TOLIMAN_PERIOD_OPTIONS_INIT TOLIMAN_INIT(toliman_period_options)
 

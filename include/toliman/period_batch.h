@@ -18,15 +18,16 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_period_batch_options {
     uint32_t struct_size;
     uint32_t flags;   /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DIRECT */
-    double tolerance; /* largest error of a power, at most 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT */
+    double tolerance; /* largest error of a power, in (0, 0.01]; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT */
     uint32_t threads; /* worker threads, 0 = one per processor */
     uint32_t reserved;
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
     /* Nuisance functions, as in period_nuisance.h. */
-    int32_t trend, columns;
+    int32_t trend;                 /* in [0, 8] */
+    int32_t columns;               /* in [0, 32], together with trend at most 32 */
     double trend_start, trend_end; /* both 0: first and last time */
-    double prior_precision[33];    /* that of the mean is about 0 */
+    double prior_precision[33];    /* in [1e-200, 1e200], that of the mean about 0; 0 = no prior */
     const double *rows;            /* [n][columns] */
 } toliman_period_batch_options;
 #define TOLIMAN_PERIOD_BATCH_OPTIONS_INIT TOLIMAN_INIT(toliman_period_batch_options)

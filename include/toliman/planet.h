@@ -96,35 +96,37 @@ typedef struct toliman_planet toliman_planet;
 
 /* Ranges of the priors. */
 typedef struct toliman_planet_prior {
-    double period_min, period_max;       /* in units of t; 0 = 60 d and 1000 d */
-    double eccentricity_max;             /* in [0.001, 0.99]; 0 = 0.99 */
-    double amplitude_min, amplitude_max; /* range of the scale of the amplitudes, in units of y; set both or none.
-                                            Default with a known unit of separations: 0.05 uas to 5 uas, or to the rms
+    double period_min, period_max; /* in units of t, in (0, 1e100]; 0 = 60 d and 1000 d */
+    double eccentricity_max;       /* in [0.001, 0.99]; 0 = 0.99 */
+    double amplitude_min,
+        amplitude_max; /* range of the scale of the amplitudes, in units of y, in (0, 1e100]; set both or none; 0 = the default: with a known unit of separations 0.05 uas to 5 uas, or to the rms
                                             of the series if that is larger. Otherwise: 0.1 s to 3 rms, with the rms of
                                             the series without the planets before, and the standard error s of an
                                             amplitude in this noise, not in that of the sigmas, which may be
                                             wrong. With several instruments s follows from the noise of each */
-    double jitter_max; /* in units of y; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER */
+    double jitter_max; /* in units of y, in (0, 1e100]; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER */
 } toliman_planet_prior;
 
 /* Options of a search. */
 typedef struct toliman_planet_options {
     uint32_t struct_size;
-    uint32_t flags;         /* TOLIMAN_PLANET_NO_JITTER, _CLIP */
-    uint32_t max_planets;   /* 1 to TOLIMAN_PLANET_MOST; 0 = 1 */
-    uint32_t threads;       /* worker threads, 0 = one per processor */
-    double parallax_arcsec; /* of the binary; 0 = that of the series; if that is unknown, and if the unit is, masses
+    uint32_t flags;       /* TOLIMAN_PLANET_NO_JITTER, _CLIP */
+    uint32_t max_planets; /* in [1, TOLIMAN_PLANET_MOST]; 0 = 1 */
+    uint32_t threads;     /* worker threads, 0 = one per processor */
+    double
+        parallax_arcsec; /* of the binary, in (0, 0.77] arcsec; 0 = that of the series; if that is unknown, and if the unit is, masses
                                of a separation are NaN. 0 for velocities */
-    double star_mass[2];    /* of A and B, solar masses; 0 = that of the series; if that is unknown, the mass for it is
+    double star_mass
+        [2]; /* of A and B, in [0.01, 500] solar masses; 0 = that of the series; if that is unknown, the mass for it is
                                NaN. Velocities: of A */
     toliman_planet_prior prior;
     /* Velocities of A and of B: of kind TOLIMAN_MEASURE_VELOCITY, with sigmas and a known unit. NULL: none. The series
      * must then be of separations of known unit and parallax; their times are both dates, or both plain numbers. */
     const toliman_measure *velocity_a, *velocity_b;
-    double threshold;     /* log10 of the Bayes factor that a planet needs; 0 = 2 */
-    double detection_fap; /* largest FAP of a planet, and FAP of a detection in limits and injections;
-                             0 = 0.001 */
-    uint32_t samples;     /* samples of each posterior, 100 to 1,000,000; 0 = 4096 */
+    double threshold; /* log10 of the Bayes factor that a planet needs, in [-100, 1e6]; 0 = 2 */
+    double
+        detection_fap; /* largest FAP of a planet, and FAP of a detection in limits and injections, in [1e-300, 0.5]; 0 = 0.001 */
+    uint32_t samples; /* samples of each posterior, in [100, 1e6]; 0 = 4096 */
     uint32_t reserved;
     uint64_t seed;                /* of the samples */
     toliman_progress_fn progress; /* may be NULL */

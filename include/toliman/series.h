@@ -51,7 +51,7 @@ typedef struct toliman_series toliman_series;
 /* Options of a parser. */
 typedef struct toliman_series_options {
     uint32_t struct_size;
-    uint32_t flags;      /* TOLIMAN_SERIES_... */
+    uint32_t flags;      /* TOLIMAN_SERIES_GROWING, _PLAIN_TIMES */
     int32_t time_format; /* TOLIMAN_INGEST_FORMAT_...; 0 = dates if the first time begins as YYYY-MM-DD; otherwise
                             Modified or Julian Days if the column is named mjd, jd, bjd, rjd, "BJD - 2450000" or alike;
                             otherwise numbers. Julian Days near 59000 are taken as JD - 2400000, with a warning */

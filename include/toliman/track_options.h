@@ -62,9 +62,10 @@ typedef struct toliman_track_estimator {
     const toliman_bank *bank;
     toliman_estimate_fn estimate;
     void *estimate_data;
-    uint64_t id;      /* number that identifies `estimate`. If no estimator is given: the number of the estimator that
+    uint64_t id; /* number that identifies `estimate`. If no estimator is given: the number of the estimator that
                          wrote the ledger. Ignored with cae, linear and fit, which have their own */
-    double sigma;     /* standard deviation of a value; 0 = Cramer-Rao bound of cae or linear, half of that of fit;
+    double
+        sigma; /* standard deviation of a value, in [1e-90, 1e90]; 0 = Cramer-Rao bound of cae or linear, half of that of fit;
                          required with `estimate` and without an estimator */
     char values[176]; /* list of names ("dx dy") of additional values of `estimate`: at most 7, of 1 to 24 characters
                          a-z 0-9 _; columns of a new ledger. "" with cae, linear and fit */
@@ -75,14 +76,16 @@ typedef struct toliman_track_estimator {
  * that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
  * smallest frame that holds the image. */
 typedef struct toliman_track_frames {
-    int64_t rows, cols, crop_row, crop_col, bin, image_rows, image_cols;
-    uint32_t bit_depth;      /* at most 32; a pixel of 2^bit_depth or more rejects the frame; 0 = no limit */
+    int64_t rows, cols, crop_row, crop_col; /* in [0, 65536] */
+    int64_t bin;                            /* in [1, 65536]; 0 = 1 */
+    int64_t image_rows, image_cols;         /* in [0, 65536] */
+    uint32_t bit_depth;      /* in [0, 32]: a pixel of 2^bit_depth or more rejects the frame; 0 = no limit */
     uint32_t zero_run_bytes; /* a run of consecutive zero pixels of this many bytes rejects the frame; 0 = 4096 */
     /* Origin of the camera_ns of all frames: stamp and exposure_s of toliman_ingest_options. The tracker records both
      * in the setup file. In a reduction, exposure_s is the exposure of frames without their own. */
     int32_t stamp; /* TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE */
     uint32_t reserved;
-    double exposure_s; /* length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown */
+    double exposure_s; /* length of an exposure, in (0, 1e9] s; 0 = that of the folder; in a new folder unknown */
 } toliman_track_frames;
 
 /* Periodogram of a tracker: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the grid
@@ -94,9 +97,9 @@ typedef struct toliman_track_grid {
     double f0, df;
     int64_t nf;
     int64_t time_offset_ns; /* TAI of time 0 */
-    double unit_ns;         /* 0 = 86400e9, days */
+    double unit_ns;         /* in [1, 1e30]; 0 = 86400e9, days */
     uint32_t flags;         /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB */
-    int32_t trend;          /* 1 to 8: a trend of this order; -1: none, the mean alone; 0 = the functions of the folder.
+    int32_t trend; /* in [-1, 8]: a trend of this order; -1: none, the mean alone; 0 = the functions of the folder.
                                In a new folder, and in a rebuild with sky, 0 = with sky the errors of its orbit
                                (toliman_sky_set_columns), otherwise none */
     double trend_start, trend_end; /* span of the trend, in units of unit_ns since time_offset_ns. A frame outside is
@@ -120,7 +123,7 @@ typedef struct toliman_track_reduction {
      * observer in orbit if it had one (TOLIMAN_E_ARGUMENT if NULL, TOLIMAN_E_MISMATCH for another). To read or merge,
      * give NULL. Must outlive the tracker. */
     const toliman_sky *sky;
-    double plate_scale_arcsec; /* arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`.
+    double plate_scale_arcsec; /* arcsec per px, in (0, 1e6]; 0 = that of the folder, or of the scene of `fit`.
                                   toliman_track_load_options: 0 = the folder has no system */
     double scale_sigma;        /* standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of
                                   the folder; in a new folder no error */
@@ -128,7 +131,8 @@ typedef struct toliman_track_reduction {
 
 /* Limits of a tracker. */
 typedef struct toliman_track_limits {
-    double value; /* a frame with |value| above it is an outlier; 0 = 10,000 sigma, with sky at least 0.25 px */
+    double
+        value; /* a frame with |value| above it is an outlier, in [1e-90, 1e90]; 0 = 10000 sigma, with sky at least 0.25 px */
     /* Of the chi-square of a frame; frames above it are misfits.
      *   > 0  this number
      *   -1   4 times the median of all valid frames of the folder, misfits included, at least 2 and at most 100,
@@ -142,9 +146,9 @@ typedef struct toliman_track_limits {
 
 /* Ledger of a tracker. */
 typedef struct toliman_track_ledger {
-    int64_t capacity; /* largest number of frames, at most 2^28; 0 = 2^20. Memory: 3.2 MB + 24 bytes per frame */
+    int64_t capacity; /* largest number of frames, in [1, 2^28]; 0 = 2^20. Memory: 3.2 MB + 24 bytes per frame */
     int32_t sync;     /* TOLIMAN_TRACK_SYNC_..., 0 = GROUP */
-    uint32_t group;   /* records per fsync, 1 to 65536; 0 = 64 */
+    uint32_t group;   /* records per fsync, in [1, 65536]; 0 = 64 */
     /* NULL, or an existing folder: a new folder takes its clock table, system and plate scale, with nf = 0 also its
      * grid, and with stamp = 0 its stamp and exposure_s. For a merge. */
     const char *setup_folder;
@@ -153,7 +157,7 @@ typedef struct toliman_track_ledger {
 /* Options of a tracker. */
 typedef struct toliman_track_options {
     uint32_t struct_size;
-    uint32_t flags;     /* TOLIMAN_TRACK_... */
+    uint32_t flags;     /* TOLIMAN_TRACK_READ_ONLY, _REBUILD, _ALLOW_ZERO_RUNS */
     const char *folder; /* folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes
                            64 bytes more per frame and 8 per column */
     toliman_track_estimator estimator;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "api/accept.hpp"
 #include "api/cae_choices.hpp"
 #include "api/fit_values.hpp"
 #include "api/goodness.hpp"
@@ -12,7 +13,6 @@
 #include "api/handles.hpp"
 #include "api/journal.hpp"
 #include "api/memory.hpp"
-#include "api/option.hpp"
 #include "api/output.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/struct_array.hpp"
@@ -36,19 +36,13 @@ bank::Options options_of(const toliman_bank_options &given, double last_days) {
     const bool preset = given.first_days == 0 && given.last_days == 0;
     options.first_days = given.first_days;
     options.last_days = preset ? last_days : given.last_days;
-    for (const auto &[name, days] : {std::pair<const char *, double>{"first_days", options.first_days},
-                                     std::pair<const char *, double>{"last_days", options.last_days}})
-        if (!(std::fabs(days) <= bank::kMostDays))
-            fail(Status::argument, "{options->%s} = %g: must be in [%g, %g] days", name, days, -bank::kMostDays,
-                 bank::kMostDays);
     if (options.last_days < options.first_days)
         fail(Status::argument, "{options->last_days} = %g: must be at least first_days = %g", options.last_days,
              options.first_days);
-    options.spacing_px =
-        in_range("spacing_px", given.spacing_px, bank::kLeastSpacingPx, bank::kMostSpacingPx, bank::kSpacingPx);
-    options.places = in_range("places", given.places, 1u, bank::kMostPlaces, bank::kPlaces);
-    options.steps = in_range("steps", given.steps, 1u, bank::kMostSteps, bank::kSteps);
-    options.seed = given.seed != 0 ? given.seed : 1;
+    options.spacing_px = given.spacing_px;
+    options.places = given.places;
+    options.steps = given.steps;
+    options.seed = given.seed;
     return options;
 }
 
@@ -123,7 +117,6 @@ toliman_status toliman_bank_create(const toliman_fit *fit, const toliman_bank_op
         toliman_bank *&made = required(out, "out");
         check_single(*fit, "fit");
         const fit::Fit &single = use->fit.first();
-        check_reserved(known.reserved);
         made =
             new toliman_bank{{}, bank::Bank(single, options_of(known, single.last_days())), known.threads, bank_source};
     });

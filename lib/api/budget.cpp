@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "api/accept.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/output.hpp"
@@ -15,7 +16,6 @@ using namespace toliman::api;
 
 namespace {
 
-constexpr int64_t kMostFrames = int64_t{1} << 53; // exact as double
 constexpr double kTenth = 0.1;
 
 // The free parameters of the options, in the order of their names.
@@ -40,16 +40,9 @@ struct Request {
 
 Request request_of(const optics::Simulator &simulator, const toliman_sim_budget_options *options) {
     const auto known = accept(options, "options");
-    check_reserved(known.reserved);
-    if (known.frames < 0 || known.frames > kMostFrames)
-        fail(Status::argument, "{options->frames} = %lld: must be in [0, %lld]", static_cast<long long>(known.frames),
-             static_cast<long long>(kMostFrames));
-    if (!(known.earth_px >= 0 && known.earth_px <= kFarthestDisplacement))
-        fail(Status::argument, "{options->earth_px} = %g: must be in [0, %g] px", known.earth_px,
-             kFarthestDisplacement);
     const information::Earth earth = known.earth_px > 0 ? information::Earth{known.earth_px, "the options"}
                                                         : information::earth_of(simulator.scene());
-    return {free_of(simulator, known.free_names), static_cast<double>(std::max<int64_t>(known.frames, 1)), earth};
+    return {free_of(simulator, known.free_names), static_cast<double>(known.frames), earth};
 }
 
 // Row i of the budget.

@@ -8,12 +8,12 @@
 
 #include <toliman/cae.h>
 
+#include "api/accept.hpp"
 #include "api/cae_choices.hpp"
 #include "api/frames_goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
-#include "api/option.hpp"
 #include "api/output.hpp"
 #include "api/pixel_frames.hpp"
 #include "backend/file.hpp"
@@ -38,10 +38,6 @@ constexpr Choice<cae::Mode> kModes = {TOLIMAN_CAE_MODE_TIED, TOLIMAN_CAE_MODE_UN
 
 toliman_cae_train_options known_train_options(const toliman_cae_train_options *given) {
     toliman_cae_train_options options = accept(given, "options");
-    options.mode = kModes.to_constant(kModes.to_enum_or(options.mode, cae::Mode::tied, "options->mode"));
-    if (!(options.learning_rate >= 0 && options.learning_rate <= 1))
-        fail(Status::argument, "{options->learning_rate} = %g: must be in [0, 1], 0 for the default",
-             options.learning_rate);
     if (options.loss_count > 0)
         required(options.losses, "options->losses");
     return options;
@@ -76,8 +72,7 @@ toliman_cae_train_options resumable_of(const cae::Training *training) noexcept {
         return options;
     const cae::Course &course = training->course;
     options.mode = kModes.to_constant(course.mode);
-    options.steps = static_cast<uint32_t>(course.total);
-    options.epochs = course.mode == cae::Mode::unsupervised ? training->done : 0;
+    options.steps = course.mode == cae::Mode::unsupervised ? training->done : static_cast<uint32_t>(course.total);
     options.learning_rate = course.learning_rate;
     options.frame_count = course.frames;
     options.validation = course.validation;
@@ -87,7 +82,7 @@ toliman_cae_train_options resumable_of(const cae::Training *training) noexcept {
 
 toliman_cae_training train_tied(toliman_cae &cae, const toliman_cae_train_options &options) {
     cae::TiedOptions known;
-    known.steps = or_default(options.steps, known.steps);
+    known.steps = options.steps;
     known.learning_rate = or_default(options.learning_rate, known.learning_rate);
     known.progress = {options.progress, options.progress_data};
     known.losses = {options.losses, options.loss_count};
@@ -118,11 +113,9 @@ cae::UnsupervisedOptions unsupervised_options(const toliman_cae_train_options &o
     if (options.validation >= options.frame_count)
         fail(Status::argument, "{options->validation} = %llu: must be below frame_count = %llu",
              static_cast<unsigned long long>(options.validation), static_cast<unsigned long long>(options.frame_count));
-    if (options.batch > cae::kLargestBatch)
-        fail(Status::argument, "{options->batch} = %u: must be at most %u", options.batch, cae::kLargestBatch);
     cae::UnsupervisedOptions known;
-    known.epochs = or_default(options.epochs, known.epochs);
-    known.batch = or_default(options.batch, known.batch);
+    known.epochs = options.steps;
+    known.batch = options.batch;
     known.workers = options.threads;
     known.learning_rate = or_default(options.learning_rate, known.learning_rate);
     known.frames = options.frame_count;
@@ -175,12 +168,9 @@ std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_opti
     const Use use(cae, "cae");
     const cae::Network &network = use->network;
     const toliman_cae_save_options options = accept(given, "options");
-    check_truth("options->with_training", options.with_training);
-    return cae::to_blob(
-        network,
-        {kEncodings.to_enum_or(options.weights_encoding, cae::Encoding::float32, "options->weights_encoding"),
-         kEncodings.to_enum_or(options.planes_encoding, cae::Encoding::float32, "options->planes_encoding")},
-        options.with_training != 0 ? training_of(*cae) : nullptr);
+    return cae::to_blob(network,
+                        {kEncodings.to_enum(options.weights_encoding), kEncodings.to_enum(options.planes_encoding)},
+                        options.with_training != 0 ? training_of(*cae) : nullptr);
 }
 
 void store_network(cae::Blob &&blob, uint32_t threads, toliman_cae **out) {
@@ -198,18 +188,15 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
         const auto &simulator = use->simulator;
         const toliman_cae_options known = accept(options, "options");
         const cae::Layout &layout = layout_of(known.layout);
-        check_reserved(known.reserved);
         required(out, "out");
         const MemoryScope scope(memory_of(known.allocator));
-        store_network(
-            {cae::untrained_network(
-                 layout,
-                 cae::Preprocess::from_model(information::model_of(simulator, {known.log, known.log_data}),
-                                             kInputs.to_enum_or(known.input, cae::Input::whitened, "options->input"),
-                                             kCentres.to_enum_or(known.centre, cae::Centre::scene, "options->centre")),
-                 seed),
-             std::nullopt},
-            known.threads, out);
+        store_network({cae::untrained_network(
+                           layout,
+                           cae::Preprocess::from_model(information::model_of(simulator, {known.log, known.log_data}),
+                                                       kInputs.to_enum(known.input), kCentres.to_enum(known.centre)),
+                           seed),
+                       std::nullopt},
+                      known.threads, out);
     });
 }
 

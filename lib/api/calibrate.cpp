@@ -7,13 +7,13 @@
 #include <optional>
 #include <string>
 
+#include "api/accept.hpp"
 #include "api/fit_values.hpp"
 #include "api/goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/journal.hpp"
 #include "api/memory.hpp"
-#include "api/option.hpp"
 #include "api/parameters.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/struct_array.hpp"
@@ -35,8 +35,6 @@ struct toliman_calibration : Handle<toliman_calibration> {
 
 namespace {
 
-constexpr int32_t kMostIterations = 1000;
-constexpr double kMostDays = 1e6;
 constexpr size_t kMostUnknowns = 4096; // parameters times windows
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -88,12 +86,9 @@ toliman_calibration_step public_step(const calibrate::Report &report) {
 
 calibrate::Options options_of(const toliman_calibration_options &given) {
     calibrate::Options options;
-    if ((given.flags & ~(TOLIMAN_CALIBRATION_MAP | TOLIMAN_CALIBRATION_IMPROVE)) != 0)
-        fail(Status::argument, "{options->flags} = %u: must be a combination of TOLIMAN_CALIBRATION_MAP and _IMPROVE",
-             given.flags);
     options.map = (given.flags & TOLIMAN_CALIBRATION_MAP) != 0;
-    options.most_iterations = in_range("most_iterations", given.most_iterations, 1, kMostIterations, 30);
-    options.map_rms_m = 1e-9 * in_range("map_rms_nm", given.map_rms_nm, 1e-3, 1e4, 10.0);
+    options.most_iterations = given.most_iterations;
+    options.map_rms_m = 1e-9 * given.map_rms_nm;
     options.on_step = [given](const calibrate::Calibration &so_far, const calibrate::Report &report) {
         if (given.step == nullptr)
             return;
@@ -132,9 +127,8 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
         problem.peak_photons = simulator.images().peak_photons();
         const std::string free = given.free != nullptr ? given.free : "";
         problem.free = calibrate::free_of(free, problem.nominal, outline.plan, &problem.left_out);
-        problem.capture_px = in_range("capture_px", given.capture_px, 0.1, fit::kMostCapturePx, 6.0);
-        problem.smoothness = in_range("smoothness", given.smoothness, 1e-9, 1e3, 0.01);
-        const double window_days = in_range("window_days", given.window_days, 1e-6, kMostDays, 0.0);
+        problem.capture_px = given.capture_px;
+        problem.smoothness = given.smoothness;
         const PixelFrames frames =
             frames_of(image, count, simulator.scene().detector.rows, simulator.scene().detector.cols);
         problem.frames.count = count;
@@ -145,7 +139,7 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
                 std::copy_n(frame.row(row), frame.cols, counts + row * frame.cols);
         };
         problem.frames.predictions = predictions_of(predictions, count, simulator);
-        problem.windows = calibrate::windows_of(problem.frames.predictions, window_days);
+        problem.windows = calibrate::windows_of(problem.frames.predictions, given.window_days);
         if (problem.windows.size() * problem.free.size() > kMostUnknowns)
             fail(Status::argument, "{options->window_days} = %g: %zu windows of %zu parameters: must be at most %zu",
                  given.window_days, problem.windows.size(), problem.free.size(), kMostUnknowns);

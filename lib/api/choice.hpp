@@ -21,7 +21,10 @@ template <class Enum> struct Choice {
         return static_cast<Enum>(value - first);
     }
 
-    // The same for a member of an options struct, in which 0 is the default.
+    // The same for a member of accepted options, which is one of the constants.
+    Enum to_enum(int32_t value) const noexcept { return static_cast<Enum>(value - first); }
+
+    // The same for a number whose default is 0.
     Enum to_enum_or(int32_t value, Enum preset, const char *name) const {
         return value == 0 ? preset : to_enum(value, name);
     }

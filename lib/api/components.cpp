@@ -3,11 +3,11 @@
 
 #include <toliman/components.h>
 
+#include "api/accept.hpp"
 #include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
-#include "api/option.hpp"
 #include "api/pixel_frames.hpp"
 #include "base/workers.hpp"
 #include "information/scene_model.hpp"
@@ -27,16 +27,13 @@ struct toliman_components : Handle<toliman_components> {
 namespace {
 
 constexpr uint32_t kMostFrames = 16384; // 16384^2 products of 8 bytes are 2 GiB
-constexpr uint32_t kMostComponents = 64;
-constexpr double kLargestLambda = 1e6;
 
 linear::Preparation preparation_of(const toliman_components_options &options, int64_t cadence) {
-    check_truth("options->raw", options.raw);
     const int64_t capacity = options.capacity != 0 ? options.capacity : cadence;
     if (capacity < 2 || capacity > kMostFrames)
-        fail(Status::argument, "{options->capacity} = %lld%s: must be in [2, %u] frames",
-             static_cast<long long>(capacity), options.capacity != 0 ? "" : " (from the scene's cadence)", kMostFrames);
-    return {options.raw != 0, std::max<size_t>(options.bin, 1), static_cast<size_t>(capacity)};
+        fail(Status::argument, "{options->capacity} = 0: the scene's cadence has %lld frames: must be in [2, %u]",
+             static_cast<long long>(capacity), kMostFrames);
+    return {options.raw != 0, options.bin, static_cast<size_t>(capacity)};
 }
 
 enum class Method { pca, dictionary };
@@ -45,23 +42,14 @@ constexpr Choice<Method> kMethods = {TOLIMAN_COMPONENTS_PCA, TOLIMAN_COMPONENTS_
 
 toliman_components_train_options known_options(const toliman_components_train_options *given) {
     auto options = accept(given, "options");
-    check_reserved(options.reserved);
-    options.method = kMethods.to_constant(kMethods.to_enum_or(options.method, Method::pca, "options->method"));
-    if (options.components > kMostComponents)
-        fail(Status::argument, "{options->components} = %u: must be in [1, %u], 0 for 1", options.components,
-             kMostComponents);
-    if (!(options.lambda >= 0 && options.lambda <= kLargestLambda))
-        fail(Status::argument, "{options->lambda} = %g: must be in [0, %g] rms pixels, 0 for the default",
-             options.lambda, kLargestLambda);
-    options.components = std::max(options.components, 1u);
     return options;
 }
 
 linear::DictionaryOptions dictionary_of(const toliman_components_train_options &options, const Progress &progress) {
     linear::DictionaryOptions known;
     known.count = options.components;
-    known.lambda = options.lambda != 0 ? options.lambda : known.lambda;
-    known.iterations = options.iterations != 0 ? options.iterations : known.iterations;
+    known.lambda = options.lambda;
+    known.iterations = options.iterations;
     known.seed = options.seed;
     known.progress = progress;
     return known;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/accept.hpp"
 #include "api/fit_values.hpp"
 #include "api/goodness.hpp"
 #include "api/guard.hpp"
@@ -34,20 +35,13 @@ static_assert(fit::kMostParameters == TOLIMAN_FIT_MAX_PARAMETERS);
 
 using Lease = WorkPool<fit::FitWork>::Lease;
 
-double capture_of(const toliman_fit_options &options) {
-    if (!(options.capture_px >= 0 && options.capture_px <= fit::kMostCapturePx))
-        fail(Status::argument, "{options->capture_px} = %g: must be in (0, %g] px, or 0 for %g", options.capture_px,
-             fit::kMostCapturePx, fit::kCapturePx);
-    return options.capture_px != 0 ? options.capture_px : fit::kCapturePx;
-}
-
 // Checked options.
 struct FitSettings {
     explicit FitSettings(const toliman_fit_options *options) {
         const toliman_fit_options known = accept(options, "options");
         threads = known.threads;
         free = parameters_of(known.free, "options->free", &self);
-        capture_px = capture_of(known);
+        capture_px = known.capture_px;
         memory = memory_of(known.allocator);
         progress = {known.progress, known.progress_data};
     }
@@ -132,7 +126,7 @@ fit::Prediction prediction_of(const toliman_fit_prediction &given, const char *n
 }
 
 fit::Prediction prediction_of(const toliman_fit_prediction *given) {
-    return given == nullptr ? fit::Prediction() : prediction_of(accept(given, "prediction"), "prediction");
+    return given == nullptr ? fit::Prediction() : prediction_of(copied(given, "prediction"), "prediction");
 }
 
 toliman_fit_result public_result(const fit::Result &result, size_t n) {

@@ -7,9 +7,7 @@
 
 namespace toliman::api {
 
-inline void set_flags(period::Grid &grid, uint32_t flags, const char *name) {
-    if ((flags & ~(TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_DOUBLE_LIMB)) != 0)
-        fail(Status::argument, "{options->%s} = 0x%x: unknown bits", name, flags);
+inline void set_flags(period::Grid &grid, uint32_t flags) {
     grid.fixed_mean = (flags & TOLIMAN_PERIOD_FIXED_MEAN) != 0;
     grid.double_limb_sums = (flags & TOLIMAN_PERIOD_DOUBLE_LIMB) != 0;
 }

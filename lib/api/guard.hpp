@@ -68,16 +68,6 @@ inline void check_count(const char *name, size_t given, size_t wanted, const cha
         fail(Status::argument, "{%s} = %zu: must be %zu, %s", name, given, wanted, what);
 }
 
-// Status::argument for flags other than the known ones, and for a reserved member that is not 0.
-inline void check_flags(const char *name, uint32_t flags, uint32_t known) {
-    if ((flags & ~known) != 0)
-        fail(Status::argument, "{%s} = 0x%x: unknown bits", name, flags);
-}
-inline void check_reserved(uint32_t reserved) {
-    if (reserved != 0)
-        fail(Status::argument, "{options->reserved} = %u: must be 0", reserved);
-}
-
 // Runs work on the contents of a file and prefixes the messages of its errors with the path.
 template <class Work> void in_file(const char *path, Work work) {
     try {
@@ -102,16 +92,6 @@ template <class T> void deliver(const T &result, T *out, const char *name) {
     T whole = result;
     whole.struct_size = size;
     __builtin_memcpy(out, &whole, size);
-}
-
-// Returns the caller's options. Members that the caller's struct lacks are 0, their default; NULL: all are.
-template <class T> T accept(const T *options, const char *name) {
-    T known = {};
-    if (options != nullptr) {
-        check_struct_size(name, *options);
-        __builtin_memcpy(&known, options, options->struct_size);
-    }
-    return known;
 }
 
 // Checks an image argument: not NULL, and a stride of at least one row.

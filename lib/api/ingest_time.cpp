@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "api/accept.hpp"
 #include "api/guard.hpp"
 #include "api/header_keys.hpp"
 #include "api/output.hpp"
@@ -81,7 +82,7 @@ toliman_status toliman_ingest_read_header(const toliman_ingest_header *header, c
                                           size_t count, int64_t expires, toliman_ingest_header_time *time) noexcept {
     return guard([&] {
         required(header, "header");
-        const toliman_ingest_header given = accept(header, "header");
+        const toliman_ingest_header given = copied(header, "header");
         const ingest::LeapSeconds leap_seconds = leap_seconds_of(table, count, "table");
         const ingest::Keywords value_of = [&given](const char *key) {
             for (const auto &[name, member] : kHeaderKeys)

@@ -1,6 +1,7 @@
 // include/toliman/linear.h
 #include <toliman/linear.h>
 
+#include "api/accept.hpp"
 #include "api/frames_goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"

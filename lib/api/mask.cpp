@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "api/accept.hpp"
 #include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
@@ -25,9 +26,7 @@ struct toliman_mask : Handle<toliman_mask> {
 
 namespace {
 
-constexpr uint64_t kMostPlaces = 64;
 constexpr size_t kMostDraws = 125;
-constexpr uint32_t kMostFeature = 16, kMostIterations = 100000;
 constexpr double kLargestDate = 1e4, kLargestTurn = 360; // years, degrees: as in a scene
 
 constexpr Choice<mask::Symmetry> kSymmetries = {TOLIMAN_MASK_SYMMETRY_NONE, TOLIMAN_MASK_SYMMETRY_ODD,
@@ -45,33 +44,17 @@ std::vector<Parameter> free_of(const Scene &scene, const char *names) {
     return free;
 }
 
-template <class T> T in_range_or(T value, T preset, T most, const char *name) {
-    if (value > most)
-        fail(Status::argument, "{options->%s} = %llu: must be at most %llu", name,
-             static_cast<unsigned long long>(value), static_cast<unsigned long long>(most));
-    return value != 0 ? value : preset;
-}
-
 mask::DesignOptions design_options_of(const Scene &scene, const toliman_mask_options &given) {
     mask::DesignOptions known;
-    check_reserved(given.reserved);
-    if (given.peak_to_mean != 0 && !(given.peak_to_mean > 1 && std::isfinite(given.peak_to_mean)))
-        fail(Status::argument, "{options->peak_to_mean} = %g: must be above 1, or 0 for that of the scene's mask",
-             given.peak_to_mean);
-    if (!(given.light_in_frame >= 0 && given.light_in_frame < 1))
-        fail(Status::argument, "{options->light_in_frame} = %g: must be in [0, 1), 0 for %g", given.light_in_frame,
-             known.light_in_frame);
     known.seed = given.seed;
     known.free = free_of(scene, given.free);
     known.peak_to_mean = given.peak_to_mean;
     if (given.light_in_frame > 0 || scene.cadence.peak_photons > 0)
         known.light_in_frame = given.light_in_frame;
-    known.feature_cells =
-        in_range_or(given.feature_cells, static_cast<uint32_t>(known.feature_cells), kMostFeature, "feature_cells");
-    known.iterations =
-        in_range_or(given.iterations, static_cast<uint32_t>(known.iterations), kMostIterations, "iterations");
+    known.feature_cells = given.feature_cells;
+    known.iterations = given.iterations;
     known.draws = std::clamp<size_t>(known.iterations / 2, 1, kMostDraws);
-    known.symmetry = kSymmetries.to_enum_or(given.symmetry, mask::Symmetry::none, "options->symmetry");
+    known.symmetry = kSymmetries.to_enum(given.symmetry);
     known.workers = given.threads;
     known.progress = {given.progress, given.progress_data};
     return known;
@@ -92,10 +75,6 @@ std::vector<Scene> places_of(const Scene &scene, const toliman_mask_options &opt
     if (dates > 0 && angles > 0)
         fail(Status::argument, "{options->date_count} = %llu, position_angle_count = %llu: at most one may be above 0",
              static_cast<unsigned long long>(dates), static_cast<unsigned long long>(angles));
-    if (std::max(dates, angles) > kMostPlaces)
-        fail(Status::argument, "{options->%s} = %llu: must be at most %llu",
-             dates > 0 ? "date_count" : "position_angle_count",
-             static_cast<unsigned long long>(std::max(dates, angles)), static_cast<unsigned long long>(kMostPlaces));
     const Scene still = mask::at_rest(scene);
     if (dates > 0 && !still.binary.orbit)
         fail(Status::scene, "%s: {binary.orbit}: dates of a design need the orbit of the stars", scene.source.c_str());

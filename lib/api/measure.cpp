@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "api/accept.hpp"
 #include "api/guard.hpp"
 #include "api/measure_handle.hpp"
 #include "api/output.hpp"
@@ -23,7 +24,6 @@ using namespace toliman::api;
 namespace {
 
 constexpr size_t kLargestFile = size_t{1} << 36;
-constexpr double kLongestExposure = 400 * 86400.0; // s, of the predictions
 
 std::vector<double> copied(const double *values, size_t n) {
     return values != nullptr ? std::vector<double>(values, values + n) : std::vector<double>();
@@ -67,6 +67,7 @@ measure::Series series_of(const toliman_measure_data &data) {
 
 measure::Series series_of(std::string_view bytes, const char *name, const toliman_measure_options &options) {
     toliman_series_options lines = {};
+    lines.struct_size = sizeof lines;
     lines.flags = options.flags;
     lines.time_format = options.time_format;
     lines.time_scale = options.time_scale;
@@ -75,15 +76,10 @@ measure::Series series_of(std::string_view bytes, const char *name, const tolima
     lines.leap_seconds = options.leap_seconds;
     lines.leap_second_count = options.leap_second_count;
     lines.name = name;
-    if (!(options.exposure_s >= 0 && options.exposure_s <= kLongestExposure))
-        fail(Status::argument, "{options->exposure_s} = %g: must be in (0, %g] s, or 0", options.exposure_s,
-             kLongestExposure);
-    if ((options.flags & ~TOLIMAN_SERIES_PLAIN_TIMES) != 0)
-        fail(Status::argument, "{options->flags} = 0x%x: must be 0 or TOLIMAN_SERIES_PLAIN_TIMES", options.flags);
-    measure::Text text = measure::read_text(bytes, series_options(lines));
+    measure::Text text = measure::read_text(bytes, series_options(accept(&lines, "options")));
     std::optional<measure::Kind> kind;
     if (options.kind != 0)
-        kind = kMeasureKinds.to_enum(options.kind, "options->kind");
+        kind = kMeasureKinds.to_enum(options.kind);
     measure::set_unit(kind, options.unit, text);
     for (const std::string &warning : text.warnings)
         Log{options.log, options.log_data}.warn("%s", warning.c_str());
@@ -121,7 +117,7 @@ extern "C" {
 toliman_status toliman_measure_create(const toliman_measure_data *data, toliman_measure **out) noexcept {
     return guard([&] {
         toliman_measure *&made = required(out, "out");
-        made = new toliman_measure{{}, series_of(accept(&required(data, "data"), "data"))};
+        made = new toliman_measure{{}, series_of(copied(&required(data, "data"), "data"))};
     });
 }
 

@@ -3,7 +3,7 @@
 #pragma once
 #include <toliman/base.h>
 
-#include "api/guard.hpp"
+#include "api/accept.hpp"
 #include "base/memory.hpp"
 
 namespace toliman::api {

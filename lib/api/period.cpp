@@ -5,6 +5,7 @@
 
 #include <toliman/period.h>
 
+#include "api/accept.hpp"
 #include "api/grid_flags.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
@@ -41,14 +42,13 @@ period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_opti
     grid.f0 = f0;
     grid.df = df;
     grid.nf = nf;
-    set_flags(grid, options.flags, "flags");
+    set_flags(grid, options.flags);
     grid.time_offset = options.time_offset;
     grid.time_offset_ns = options.time_offset_ns;
     grid.value_offset = options.value_offset;
-    const period::Grid preset;
-    grid.unit_ns = options.unit_ns != 0 ? options.unit_ns : preset.unit_ns;
-    grid.value_bound = options.value_bound != 0 ? options.value_bound : preset.value_bound;
-    grid.sigma_floor = options.sigma_floor != 0 ? options.sigma_floor : preset.sigma_floor;
+    grid.unit_ns = options.unit_ns;
+    grid.value_bound = options.value_bound;
+    grid.sigma_floor = options.sigma_floor;
     grid.sigma_ceiling = options.sigma_ceiling;
     grid.basis = basis_of(options);
     return grid;

@@ -4,6 +4,7 @@
 #include <toliman/period.h>
 #include <toliman/period_batch.h>
 
+#include "api/accept.hpp"
 #include "api/guard.hpp"
 #include "period/batch/batch.hpp"
 
@@ -17,8 +18,6 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
                                     double *power) noexcept {
     return guard([&] {
         const auto known = accept(options, "options");
-        check_flags("options->flags", known.flags, TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_DIRECT);
-        check_reserved(known.reserved);
         required_array(t, n, sizeof *t, "t");
         required_array(y, n, sizeof *y, "y");
         required(power, "power");
@@ -35,10 +34,7 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
         if (sigma == nullptr && job.grid.basis.has_priors())
             fail(Status::argument,
                  "{sigma}: must be given with prior_precision, whose unit is that of absolute sigmas");
-        if ((known.flags & TOLIMAN_PERIOD_DIRECT) != 0)
-            job.tolerance = 0;
-        else if (known.tolerance != 0)
-            job.tolerance = known.tolerance;
+        job.tolerance = (known.flags & TOLIMAN_PERIOD_DIRECT) != 0 ? 0 : known.tolerance;
         job.threads = known.threads;
         job.progress = {known.progress, known.progress_data};
         period::batch_power(job, {t, y, sigma, n, known.rows}, power);

@@ -4,6 +4,7 @@
 
 #include <toliman/period_fap.h>
 
+#include "api/accept.hpp"
 #include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"

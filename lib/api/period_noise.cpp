@@ -5,6 +5,7 @@
 
 #include <toliman/period_noise.h>
 
+#include "api/accept.hpp"
 #include "api/guard.hpp"
 #include "api/measure_handle.hpp"
 #include "api/peak.hpp"
@@ -92,7 +93,6 @@ toliman_status toliman_measure_query_noise(const toliman_measure *series, double
     return call(series, "series", [&](auto &self) {
         check_struct_size("out", required(out, "out"));
         const auto known = accept(options, "options");
-        check_flags("options->flags", known.flags, TOLIMAN_PERIOD_WHITE_NOISE);
         const Search search(f0, df, nf, self.series);
         period::NoiseModel model = search.model();
         const size_t count = 1 + self.series.functions();

@@ -1,4 +1,5 @@
 #include "api/pixel_frames.hpp"
+#include "api/accept.hpp"
 
 #include "api/guard.hpp"
 
@@ -37,7 +38,7 @@ void check_extent(const PixelFrames &frames, size_t count) {
 
 PixelFrames frames_of(const toliman_image *image, size_t count, size_t rows, size_t cols) {
     required(image, "image");
-    const toliman_image given = accept(image, "image");
+    const toliman_image given = copied(image, "image");
     required(given.pixels, "image->pixels");
     check_side(given.rows, rows, "rows");
     check_side(given.cols, cols, "cols");

@@ -6,12 +6,12 @@
 
 #include <toliman/planet.h>
 
+#include "api/accept.hpp"
 #include "api/goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handle.hpp"
 #include "api/instruments.hpp"
 #include "api/measure_handle.hpp"
-#include "api/option.hpp"
 #include "api/output.hpp"
 #include "api/struct_array.hpp"
 #include "base/constants.hpp"
@@ -43,29 +43,13 @@ struct toliman_planet : Handle<toliman_planet> {
 namespace {
 
 constexpr double kDegree = kPi / 180;
+constexpr uint32_t kMostInjections = 1'000'000;
 
 static_assert(planet::kReasonOdds == TOLIMAN_PLANET_REASON_ODDS &&
                   planet::kReasonSamples == TOLIMAN_PLANET_REASON_SAMPLES &&
                   planet::kReasonEvidence == TOLIMAN_PLANET_REASON_EVIDENCE,
               "the reasons of lib/planet are those of planet.h");
 static_assert(planet::kColumns == TOLIMAN_PLANET_COLUMNS);
-constexpr uint32_t kMostSamples = 1'000'000;
-constexpr double kMostParallax = 0.77;               // arcsec; that of the nearest star is 0.768
-constexpr double kLeastMass = 0.01, kMostMass = 500; // of a star, solar masses
-
-double positive(const char *name, double value) {
-    if (!(value >= 0 && value <= 1e100))
-        fail(Status::argument, "{%s} = %g: must be in (0, 1e100], or 0", name, value);
-    return value;
-}
-
-// A property of a star; 0 = unknown.
-double within(const char *name, double value, double least, double most) {
-    if (!(value == 0 || (value >= least && value <= most)))
-        fail(Status::argument, "{%s} = %g: must be in %c%g, %g], or 0", name, value, least > 0 ? '[' : '(', least,
-             most);
-    return value;
-}
 
 void check_pair(const char *least_name, double least, const char *most_name, double most) {
     if ((least == 0) != (most == 0))
@@ -73,10 +57,9 @@ void check_pair(const char *least_name, double least, const char *most_name, dou
 }
 
 planet::Settings settings_of(const toliman_planet_options &options, const measure::Series &series) {
-    check_flags("options->flags", options.flags, TOLIMAN_PLANET_NO_JITTER | TOLIMAN_PLANET_CLIP);
     const toliman_planet_prior &prior = options.prior;
     planet::Settings settings;
-    settings.most = in_range("max_planets", options.max_planets, 1u, TOLIMAN_PLANET_MOST, 1u);
+    settings.most = options.max_planets;
     settings.threads = options.threads;
     settings.jitter = (options.flags & TOLIMAN_PLANET_NO_JITTER) == 0;
     settings.clip = (options.flags & TOLIMAN_PLANET_CLIP) != 0;
@@ -85,16 +68,15 @@ planet::Settings settings_of(const toliman_planet_options &options, const measur
         series.kind == measure::Kind::velocity,
         series.time_unit_days,
         series.unit,
-        within("options->parallax_arcsec", chosen(options.parallax_arcsec, series.parallax_arcsec), 0, kMostParallax),
-        {within("options->star_mass[0]", chosen(options.star_mass[0], series.star_mass[0]), kLeastMass, kMostMass),
-         within("options->star_mass[1]", chosen(options.star_mass[1], series.star_mass[1]), kLeastMass, kMostMass)}};
-    settings.period_min = positive("options->prior.period_min", prior.period_min);
-    settings.period_max = positive("options->prior.period_max", prior.period_max);
-    settings.eccentricity_max = in_range("prior.eccentricity_max", prior.eccentricity_max, 1e-3, 0.99, 0.99);
-    settings.amplitude_min = positive("options->prior.amplitude_min", prior.amplitude_min);
-    settings.amplitude_max = positive("options->prior.amplitude_max", prior.amplitude_max);
+        chosen(options.parallax_arcsec, series.parallax_arcsec),
+        {chosen(options.star_mass[0], series.star_mass[0]), chosen(options.star_mass[1], series.star_mass[1])}};
+    settings.period_min = prior.period_min;
+    settings.period_max = prior.period_max;
+    settings.eccentricity_max = prior.eccentricity_max;
+    settings.amplitude_min = prior.amplitude_min;
+    settings.amplitude_max = prior.amplitude_max;
     check_pair("prior.amplitude_min", prior.amplitude_min, "amplitude_max", prior.amplitude_max);
-    settings.jitter_max = positive("options->prior.jitter_max", prior.jitter_max);
+    settings.jitter_max = prior.jitter_max;
     if (prior.jitter_max != 0 && !settings.jitter)
         fail(Status::argument, "{options->prior.jitter_max} = %g: must be 0 with TOLIMAN_PLANET_NO_JITTER",
              prior.jitter_max);
@@ -103,9 +85,9 @@ planet::Settings settings_of(const toliman_planet_options &options, const measur
     if (settings.units.velocity && options.star_mass[1] != 0)
         fail(Status::argument, "{options->star_mass[1]} = %g: must be 0 for velocities, of one star",
              options.star_mass[1]);
-    settings.threshold = in_range("threshold", options.threshold, -100.0, 1e6, 2.0);
-    settings.fap = in_range("detection_fap", options.detection_fap, 1e-300, 0.5, 1e-3);
-    settings.samples = in_range("samples", options.samples, 100u, kMostSamples, 4096u);
+    settings.threshold = options.threshold;
+    settings.fap = options.detection_fap;
+    settings.samples = options.samples;
     settings.seed = options.seed;
     settings.progress = {options.progress, options.progress_data};
     return settings;
@@ -177,8 +159,8 @@ planet::InjectionCell checked(const planet::Result &result, const toliman_planet
         fail(Status::argument, "{cell->star} = %d: unit, parallax or mass of the star is unknown", cell.star);
     if (cell.is_circular != 0 && cell.is_circular != 1)
         fail(Status::argument, "{cell->is_circular} = %d: must be 0 or 1", cell.is_circular);
-    if (cell.count > kMostSamples)
-        fail(Status::argument, "{cell->count} = %u: must be at most %u", cell.count, kMostSamples);
+    if (cell.count > kMostInjections)
+        fail(Status::argument, "{cell->count} = %u: must be at most %u", cell.count, kMostInjections);
     return {cell.star,     cell.period_min,       cell.period_max, cell.size_min,
             cell.size_max, cell.is_circular == 1, cell.count,      cell.seed};
 }
@@ -351,7 +333,7 @@ toliman_status toliman_planet_inject(const toliman_planet *planets, const tolima
     return guard([&] {
         required(detected, "detected");
         const Use use(planets, "planets");
-        const auto known = accept(&required(cell, "cell"), "cell");
+        const auto known = copied(&required(cell, "cell"), "cell");
         const planet::Result &result = use->result;
         const planet::InjectionCell injected = checked(result, known);
         *detected = static_cast<uint32_t>(use->recovery().inject(injected, result.settings.units));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "api/accept.hpp"
 #include "api/guard.hpp"
 #include "api/handle.hpp"
 #include "api/output.hpp"
@@ -35,8 +36,6 @@ void warn(toliman_series &series) {
         series.log.warn("%s: it may stand for a missing value", mark.c_str());
 }
 
-constexpr uint32_t kFlags = TOLIMAN_SERIES_GROWING | TOLIMAN_SERIES_PLAIN_TIMES;
-
 std::vector<std::string> columns_of(const char *text) {
     if (text == nullptr)
         return {};
@@ -52,7 +51,6 @@ std::vector<std::string> columns_of(const char *text) {
 
 ingest::SeriesOptions toliman::api::series_options(const toliman_series_options &options) {
     const bool plain = (options.flags & TOLIMAN_SERIES_PLAIN_TIMES) != 0;
-    check_flags("options->flags", options.flags, kFlags);
     if (plain && options.time_format != 0)
         fail(Status::argument, "{options->time_format} = %d: must be 0 with TOLIMAN_SERIES_PLAIN_TIMES",
              options.time_format);
@@ -63,9 +61,9 @@ ingest::SeriesOptions toliman::api::series_options(const toliman_series_options 
     known.growing = (options.flags & TOLIMAN_SERIES_GROWING) != 0;
     known.times.plain = plain;
     if (options.time_format != 0)
-        known.times.format = kFormats.to_enum(options.time_format, "options->time_format");
+        known.times.format = kFormats.to_enum(options.time_format);
     if (options.time_scale != 0)
-        known.times.scale = kScales.to_enum(options.time_scale, "options->time_scale");
+        known.times.scale = kScales.to_enum(options.time_scale);
     known.times.leap_seconds =
         leap_seconds_of(options.leap_seconds, options.leap_second_count, "options->leap_seconds");
     return known;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "api/accept.hpp"
 #include "api/choice.hpp"
 #include "api/goodness.hpp"
 #include "api/guard.hpp"
@@ -42,9 +43,7 @@ optics::Settings settings_of(const toliman_sim_options &known) {
     settings.log = {known.log, known.log_data};
     if (known.bad_pixels != nullptr)
         settings.bad_pixels = known.bad_pixels;
-    if (known.reserved != 0)
-        fail(Status::argument, "{options->reserved} = %d: must be 0", known.reserved);
-    settings.engine = kEngines.to_enum_or(known.engine, optics::EngineKind::matrix_dft, "options->engine");
+    settings.engine = kEngines.to_enum(known.engine);
     return settings;
 }
 
@@ -332,7 +331,7 @@ toliman_status toliman_sim_get_stages(const toliman_sim_plan_info *plan, toliman
                                       size_t *count) noexcept {
     return api::guard([&] {
         api::required(plan, "plan");
-        const toliman_sim_plan_info known = api::accept(plan, "plan");
+        const toliman_sim_plan_info known = api::copied(plan, "plan");
         const api::StructOutput<toliman_sim_stage> result(stages, "stages", capacity, count);
         result.write(optics::kStages, "stages", [&](size_t i) {
             toliman_sim_stage stage = {};

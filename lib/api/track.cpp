@@ -15,6 +15,7 @@
 
 #include <toliman/track.h>
 
+#include "api/accept.hpp"
 #include "api/grid_flags.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
@@ -47,92 +48,47 @@ class ExclusiveUse {
     Use<toliman_period> period_;
 };
 
-constexpr uint32_t kLargestGroup = 65536;
-constexpr double kMostScale = 1e6; // arcsec per px
-
 constexpr int64_t kCapacity = 1 << 20;
-constexpr uint32_t kZeroRunBytes = 4096, kGroup = 64;
-constexpr double kDayNs = 86400e9;
-
-template <class T> void default_to(T &member, T otherwise) noexcept {
-    if (member == 0)
-        member = otherwise;
-}
 
 void check_functions(const toliman_track_options &options) {
-    if (options.grid.trend < -1 || options.grid.trend > period::kMaxTrend)
-        fail(Status::argument, "{options->grid.trend} = %d: must be in [-1, %d]", options.grid.trend,
-             period::kMaxTrend);
     if (options.grid.trend <= 0 && (options.grid.trend_start != 0 || options.grid.trend_end != 0))
         fail(Status::argument, "{options->grid.trend_start} = %g, trend_end = %g: must be 0 without a trend",
              options.grid.trend_start, options.grid.trend_end);
-    if (!(options.reduction.scale_sigma >= 0 && options.reduction.scale_sigma < 1))
-        fail(Status::argument, "{options->reduction.scale_sigma} = %g: must be in [0, 1)",
-             options.reduction.scale_sigma);
 }
 
 toliman_track_options known_options(const toliman_track_options *given) {
     required(given, "options");
     toliman_track_options options = accept(given, "options");
-    default_to(options.ledger.capacity, kCapacity);
-    default_to(options.frames.zero_run_bytes, kZeroRunBytes);
-    default_to(options.grid.unit_ns, kDayNs);
-    default_to(options.ledger.group, kGroup);
-    default_to(options.frames.bin, int64_t{1});
     if (options.threads == 0 && options.estimator.estimate != nullptr)
         options.threads = 1;
     options.threads = worker_count(options.threads);
-    options.ledger.sync =
-        kSyncs.to_constant(kSyncs.to_enum_or(options.ledger.sync, track::Sync::group, "options->ledger.sync"));
     constexpr uint32_t kOfFolder = TOLIMAN_TRACK_READ_ONLY | TOLIMAN_TRACK_REBUILD;
-    check_flags("options->flags", options.flags, kOfFolder | TOLIMAN_TRACK_ALLOW_ZERO_RUNS);
     if (options.clock.count > 0)
         required(options.clock.pairs, "options->clock.pairs");
-    if (options.ledger.group > kLargestGroup)
-        fail(Status::argument, "{options->ledger.group} = %u: must be in [1, %u], or 0 for %u", options.ledger.group,
-             kLargestGroup, kGroup);
     if (memchr(options.estimator.values, 0, sizeof options.estimator.values) == nullptr)
         fail(Status::argument, "{options->estimator.values}: must have at most %zu characters",
              sizeof options.estimator.values - 1);
-    kStamps.to_enum_or(options.frames.stamp, track::Stamp::middle, "options->frames.stamp");
-    if (!(options.frames.exposure_s >= 0 && options.frames.exposure_s <= kLongestExposure))
-        fail(Status::argument, "{options->frames.exposure_s} = %g: must be in [0, %g], 0 = unknown",
-             options.frames.exposure_s, kLongestExposure);
-    if (!(options.reduction.plate_scale_arcsec >= 0 && options.reduction.plate_scale_arcsec <= kMostScale))
-        fail(Status::argument, "{options->reduction.plate_scale_arcsec} = %g: must be in (0, %g] arcsec per px, or 0",
-             options.reduction.plate_scale_arcsec, kMostScale);
-    if (options.limits.chi_square != track::kLimitOfMedian &&
-        !(options.limits.chi_square >= 0 && std::isfinite(options.limits.chi_square)))
+    if (options.limits.chi_square != track::kLimitOfMedian && options.limits.chi_square < 0)
         fail(Status::argument,
              "{options->limits.chi_square} = %g: must be above 0, 0 = that of the folder, or -1 = that of the "
              "median",
              options.limits.chi_square);
     check_functions(options);
-    if (options.ledger.capacity < 1 || options.ledger.capacity > track::FrameIndex::kMax)
-        fail(Status::argument, "{options->ledger.capacity} = %lld: must be in [1, 2^28], or 0 for 2^20",
-             static_cast<long long>(options.ledger.capacity));
     if (options.folder == nullptr && (options.flags & kOfFolder) != 0)
         fail(Status::argument, "{options->folder} is NULL: required by READ_ONLY and REBUILD");
     return options;
 }
 
-size_t side(int64_t value, const char *name) {
-    if (value < 0 || value > kLargestSide)
-        fail(Status::argument, "{options->frames.%s} = %lld: must be in [0, %lld]", name, static_cast<long long>(value),
-             static_cast<long long>(kLargestSide));
-    return static_cast<size_t>(value);
-}
-
 track::Terms terms_of(const toliman_track_options &options) {
     track::Terms terms;
     track::Geometry &geometry = terms.geometry;
-    geometry.rows = side(options.frames.rows, "rows");
-    geometry.cols = side(options.frames.cols, "cols");
-    geometry.crop_row = side(options.frames.crop_row, "crop_row");
-    geometry.crop_col = side(options.frames.crop_col, "crop_col");
-    geometry.out_rows = side(options.frames.image_rows, "image_rows");
-    geometry.out_cols = side(options.frames.image_cols, "image_cols");
-    geometry.bin = side(options.frames.bin, "bin");
+    geometry.rows = static_cast<size_t>(options.frames.rows);
+    geometry.cols = static_cast<size_t>(options.frames.cols);
+    geometry.crop_row = static_cast<size_t>(options.frames.crop_row);
+    geometry.crop_col = static_cast<size_t>(options.frames.crop_col);
+    geometry.out_rows = static_cast<size_t>(options.frames.image_rows);
+    geometry.out_cols = static_cast<size_t>(options.frames.image_cols);
+    geometry.bin = static_cast<size_t>(options.frames.bin);
     geometry.bit_depth = options.frames.bit_depth;
     geometry.zero_run = (options.flags & TOLIMAN_TRACK_ALLOW_ZERO_RUNS) != 0 ? 0 : options.frames.zero_run_bytes;
     terms.sigma = options.estimator.sigma;
@@ -148,7 +104,7 @@ std::optional<period::Grid> grid_of(const toliman_track_options &options, const 
     grid.f0 = options.grid.f0;
     grid.df = options.grid.df;
     grid.nf = options.grid.nf;
-    set_flags(grid, options.grid.flags, "grid.flags");
+    set_flags(grid, options.grid.flags);
     grid.time_offset_ns = options.grid.time_offset_ns;
     grid.unit_ns = options.grid.unit_ns;
     grid = track::for_terms(grid, terms);
@@ -248,7 +204,7 @@ track::Request request_of(const toliman_track_options &options, const track::Sou
     request.grid = grid_of(options, terms);
     request.clock = clock_of(options);
     if (options.frames.stamp != 0)
-        request.stamp = kStamps.to_enum(options.frames.stamp, "options->frames.stamp");
+        request.stamp = kStamps.to_enum(options.frames.stamp);
     request.exposure_s = options.frames.exposure_s;
     request.scale_arcsec = options.reduction.plate_scale_arcsec;
     request.scale_sigma = options.reduction.scale_sigma;
@@ -269,7 +225,7 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     plan.capacity = options.ledger.capacity;
     plan.workers = options.threads;
     plan.group = options.ledger.group;
-    plan.sync = kSyncs.to_enum(options.ledger.sync, "options->ledger.sync");
+    plan.sync = kSyncs.to_enum(options.ledger.sync);
     track::Source source = source_of(options, plan.workers);
     const bool is_reduced = options.reduction.sky != nullptr;
     plan.terms = track::completed(terms_of(options), source, is_reduced);

@@ -3,6 +3,7 @@
 
 #include <toliman/track_records.h>
 
+#include "api/accept.hpp"
 #include "api/guard.hpp"
 #include "api/measure_handle.hpp"
 #include "api/track_handle.hpp"
@@ -40,7 +41,7 @@ measure::Series series_of(const toliman_track &track, const toliman_measure_opti
     const bool is_measured = options.kind == TOLIMAN_MEASURE_SEPARATION;
     measure::Series series =
         is_measured ? measure::separations_of(tracker) : measure::values_of(tracker, track.period.stream.grid());
-    const measure::Kind kind = kMeasureKinds.to_enum_or(options.kind, series.kind, "options->kind");
+    const measure::Kind kind = options.kind != 0 ? kMeasureKinds.to_enum(options.kind) : series.kind;
     if (kind != series.kind)
         fail(Status::argument, "{options->kind} = %d: the values of the frames are %s", options.kind,
              toliman_constant_name(kMeasureKinds.to_constant(series.kind)));

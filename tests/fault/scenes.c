@@ -151,7 +151,7 @@ const toliman_cae_train_options *unsupervised(uint32_t epochs, uint32_t threads)
     static _Thread_local toliman_cae_train_options options;
     options = (toliman_cae_train_options){.struct_size = sizeof options,
                                           .mode = TOLIMAN_CAE_MODE_UNSUPERVISED,
-                                          .epochs = epochs,
+                                          .steps = epochs,
                                           .frames = give_frames,
                                           .frame_count = 3,
                                           .batch = 1,

@@ -94,7 +94,7 @@ static void train(const toliman_sim *sim, double *frames) {
     options.layout = TOLIMAN_CAE_LAYOUT_PAPER;
     assert_ok(toliman_cae_create(sim, 1, &options, &cae));
     how.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
-    how.epochs = 1;
+    how.steps = 1;
     how.frames = give;
     how.frames_data = frames;
     how.frame_count = FRAMES;

@@ -46,7 +46,7 @@ static toliman_status give_frames(size_t first, size_t count, double *counts, vo
 static toliman_cae_train_options options_for(Source *source, uint64_t frames, uint32_t epochs) {
     toliman_cae_train_options options = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
     options.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
-    options.epochs = epochs;
+    options.steps = epochs;
     options.frames = give_frames;
     options.frames_data = source;
     options.frame_count = frames;
@@ -177,7 +177,7 @@ TEST(test_resume_after_cancellation) {
     options = options_for(&source, 10, 2);
     assert_ok(toliman_cae_train(longer, &options, NULL));
     assert_true(first_latent(longer) != expected);
-    options.epochs = 3;
+    options.steps = 3;
     assert_ok(toliman_cae_train(longer, &options, &report));
     assert_true(first_latent(longer) == expected && report.steps == 9);
     toliman_cae_destroy(whole), toliman_cae_destroy(cancelled), toliman_cae_destroy(longer);
@@ -252,11 +252,11 @@ TEST(test_failures_keep_the_last_training) {
 
     assert_ok(toliman_cae_load(before, size, NULL, &loaded));
     assert_ok(toliman_cae_get_info(loaded, &known, &info));
-    assert_true(known.mode == TOLIMAN_CAE_MODE_UNSUPERVISED && known.epochs == 2 && known.batch == 4 &&
-                known.learning_rate == 1e-3 && known.frame_count == 10 && known.validation == 1 && known.steps == 0 &&
+    assert_true(known.mode == TOLIMAN_CAE_MODE_UNSUPERVISED && known.steps == 2 && known.batch == 4 &&
+                known.learning_rate == 1e-3 && known.frame_count == 10 && known.validation == 1 &&
                 known.frames == NULL && known.progress == NULL);
     toliman_cae_training report = {.struct_size = sizeof report};
-    known.epochs = 3;
+    known.steps = 3;
     known.frames = give_frames;
     known.frames_data = &source;
     assert_ok(toliman_cae_train(loaded, &known, &report));
@@ -294,7 +294,7 @@ TEST(test_divergence_is_never_a_result) {
     toliman_cae_train_options options = options_for(&source, 2, 0);
     toliman_status status = TOLIMAN_OK;
     options.learning_rate = 1;
-    for (options.epochs = 3; options.epochs <= 15; options.epochs += 4) {
+    for (options.steps = 3; options.steps <= 15; options.steps += 4) {
         toliman_cae_training report = {.struct_size = sizeof report};
         toliman_cae *loaded = NULL;
         status = toliman_cae_train(cae, &options, &report);

@@ -1,9 +1,11 @@
-# What tools/gen makes from the public headers: the Fortran source, modules of the Python package, sizes of structs.
+# What tools/gen makes from the public headers: the Fortran source, modules of the Python package, sizes of structs,
+# rules of options.
 # ${PROJECT_BINARY_DIR}/python is the complete Python package: these modules, and links to the files of bindings/python.
 find_package(Python3 3.9 REQUIRED COMPONENTS Interpreter)
 
 set(package ${PROJECT_BINARY_DIR}/python)
 set(toliman_generated ${PROJECT_BINARY_DIR}/fortran/toliman.f90 ${PROJECT_BINARY_DIR}/generated/api/struct_sizes.hpp
+    ${PROJECT_BINARY_DIR}/generated/api/option_rules.hpp
     ${package}/toliman/_raw.py ${package}/toliman/_results.py ${package}/toliman/report/_network.py)
 file(GLOB toliman_generators CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/include/toliman/*.h
      ${PROJECT_SOURCE_DIR}/include/toliman/*.h.in ${PROJECT_SOURCE_DIR}/tools/gen/*.py)

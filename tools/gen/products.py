@@ -4,6 +4,7 @@ import os
 import fortran_layer
 import model
 import network
+import options
 import python_raw
 import python_results
 import shapes
@@ -21,5 +22,6 @@ def products(top):
         "python/toliman/_results.py": python_results.write(table),
         "python/toliman/report/_network.py": network.write(top),
         "generated/api/struct_sizes.hpp": struct_sizes.write(table),
+        "generated/api/option_rules.hpp": options.write(table),
         "fortran/toliman.f90": fortran_layer.write(table, template),
     }

@@ -118,14 +118,16 @@ class CAE(Handle):
         """
         if mode == "tied" and (frames is not None or count is not None or epoch is not None):
             raise ValueError("frames, count, epoch: allowed for mode = 'unsupervised' only")
+        if mode == "unsupervised" and steps or mode == "tied" and epochs:
+            raise ValueError("steps: for mode = 'tied'; epochs: for mode = 'unsupervised'")
         if any(tracker._pointer is not None for tracker in self._trackers):
             raise RuntimeError("a Tracker uses this CAE: close the Tracker first, or train another CAE")
         with self._exclusive(), Watch(progress) as watch:
             source, count = _source(watch, frames, count, self.info)
             options = options_of(
                 _raw.toliman_cae_train_options,
-                mode=number("mode", mode, "TOLIMAN_CAE_MODE"), steps=whole("steps", steps, 2**32),
-                epochs=whole("epochs", epochs, 2**32), learning_rate=real("learning_rate", learning_rate),
+                mode=number("mode", mode, "TOLIMAN_CAE_MODE"), steps=whole("steps", steps, 2**32) or whole("epochs", epochs, 2**32),
+                learning_rate=real("learning_rate", learning_rate),
                 progress=watch.callback,
                 frames=source, frame_count=count, validation=whole("validation", validation),
                 batch=whole("batch", batch, 2**32), threads=whole("threads", threads, 2**32),

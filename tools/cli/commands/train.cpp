@@ -66,8 +66,7 @@ Training new_training(const Scene &scene, const Options &options, Progress &prog
     Training training = {toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), options.seed, &how),
                          toliman::sized<toliman_cae_train_options>(), options.seed};
     training.how.mode = kModes.at(options.mode);
-    training.how.steps = options.steps;
-    training.how.epochs = options.epochs;
+    training.how.steps = options.mode == "tied" ? options.steps : options.epochs;
     training.how.frame_count = static_cast<uint64_t>(scene.info.frames);
     return training;
 }
@@ -113,10 +112,10 @@ Training resumed_training(const Scene &scene, const Options &options, const std:
     if (options.resume.empty())
         check_same(file, info, training.how, options);
     const uint32_t epochs = options.epochs != 0 ? options.epochs : kEpochs;
-    if (training.how.epochs > epochs)
+    if (training.how.steps > epochs)
         throw Failure(kExitUsage, "--epochs " + std::to_string(epochs) + ": must be at least " +
-                                      std::to_string(training.how.epochs) + ", the epochs done in " + file);
-    training.how.epochs = epochs;
+                                      std::to_string(training.how.steps) + ", the epochs done in " + file);
+    training.how.steps = epochs;
     return training;
 }
 
@@ -150,7 +149,7 @@ void check_bank_mode(const Options &options) {
 // Epochs of the training that a network resumes.
 uint32_t done_in(const toliman_cae *cae) {
     toliman_cae_train_options how = {};
-    return get_training(cae, how) ? how.epochs : 0;
+    return get_training(cae, how) ? how.steps : 0;
 }
 
 // An option of the other mode is refused.
@@ -260,7 +259,7 @@ void train_network(const Options &options, OutputFile &out, Progress &progress) 
     if (!options.log.empty()) {
         epochs.emplace(Epochs{{options.log, scene, frames.seed, resume.empty() ? 0 : done_in(cae.get())},
                               options.out != "-" ? options.out + kPart : "",
-                              how.epochs != 0 ? how.epochs : kEpochs,
+                              how.steps != 0 ? how.steps : kEpochs,
                               nullptr});
         if (resume.empty())
             epochs->log.add_untrained(cae.get());

@@ -194,7 +194,7 @@ class UnsupervisedMethod : public Method {
         const auto cae = toliman::make<toliman::autoencoder>(toliman_cae_create, scene_.sim.get(), seed_, &network);
         auto options = toliman::sized<toliman_cae_train_options>();
         options.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
-        options.epochs = kChapterEpochs;
+        options.steps = kChapterEpochs;
         options.frames = give;
         options.frames_data = this;
         options.frame_count = frames_.size() / scene_.pixels();
