@@ -49,7 +49,8 @@ period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_opti
     grid.unit_ns = options.unit_ns;
     grid.value_bound = options.value_bound;
     grid.sigma_floor = options.sigma_floor;
-    grid.sigma_ceiling = options.sigma_ceiling;
+    grid.sigma_ceiling =
+        options.sigma_ceiling != 0 ? options.sigma_ceiling : period::kSingleLimbSigmaRatio * grid.sigma_floor;
     grid.basis = basis_of(options);
     return grid;
 }
@@ -83,7 +84,9 @@ toliman_status toliman_period_create(double f0, double df, int64_t nf, const tol
         required(out, "out");
         const toliman_period_options known = accept(options, "options");
         const MemoryScope scope(memory_of(known.allocator));
-        *out = new toliman_period{{}, period::Stream(grid_of(f0, df, nf, known))};
+        const period::Grid grid = grid_of(f0, df, nf, known);
+        in_struct("options->", [&] { grid.check_options(); });
+        *out = new toliman_period{{}, period::Stream(grid)};
     });
 }
 

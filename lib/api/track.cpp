@@ -108,7 +108,7 @@ std::optional<period::Grid> grid_of(const toliman_track_options &options, const 
     grid.time_offset_ns = options.grid.time_offset_ns;
     grid.unit_ns = options.grid.unit_ns;
     grid = track::for_terms(grid, terms);
-    grid.check();
+    in_struct("options->grid.", [&] { grid.check(); });
     return grid;
 }
 

@@ -40,6 +40,13 @@ Error::Error(Status status, const char *text, const char *field) noexcept : stat
     copy_printable(field_, field);
 }
 
+Error Error::of_member(const char *prefix) const noexcept {
+    Error whole = *this;
+    std::snprintf(whole.text_, sizeof whole.text_, "%s%s", prefix, text_);
+    std::snprintf(whole.field_, sizeof whole.field_, "%s%s", prefix, field_);
+    return whole;
+}
+
 void fail(Status status, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);

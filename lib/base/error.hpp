@@ -37,6 +37,9 @@ class Error : public std::exception {
     const char *what() const noexcept override { return text_; }
     const char *field() const noexcept { return field_; }
 
+    // The same error of a member of a struct, whose name begins both texts.
+    Error of_member(const char *prefix) const noexcept;
+
   private:
     Status status_;
     char text_[kErrorTextSize], field_[kErrorTextSize];
@@ -57,6 +60,15 @@ template <class Work> void in_frame(size_t frame, Work work) {
         work();
     } catch (const Error &error) {
         fail_within(error, error.status(), "frame %zu: %s", frame, error.what());
+    }
+}
+
+// Runs a check whose messages begin with the name of a member, and prefixes the name: "options->grid.".
+template <class Work> void in_struct(const char *prefix, Work work) {
+    try {
+        work();
+    } catch (const Error &error) {
+        throw error.of_member(prefix);
     }
 }
 

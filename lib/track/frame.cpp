@@ -87,16 +87,16 @@ Flaw check_and_bin_pixels(const T *pixels, const Frame &frame, const Geometry &g
 
 void Geometry::check() const {
     if (rows < 1 || cols < 1 || out_rows < 1 || out_cols < 1 || bin < 1)
-        fail(Status::argument, "{options->frames}: %zux%zu pixels, image %zux%zu, bin = %zu: must be at least 1", rows,
-             cols, out_rows, out_cols, bin);
+        fail(Status::argument, "{rows} = %zu, cols = %zu, image %zux%zu, bin = %zu: must be at least 1", rows, cols,
+             out_rows, out_cols, bin);
     if (out_rows > rows / bin || out_cols > cols / bin || crop_row > rows - out_rows * bin ||
         crop_col > cols - out_cols * bin)
         fail(Status::argument,
-             "{options->frames.crop_row} = %zu, crop_col = %zu, bin = %zu: an image of %zux%zu pixels does not fit in "
+             "{crop_row} = %zu, crop_col = %zu, bin = %zu: an image of %zux%zu pixels does not fit in "
              "frames of %zux%zu",
              crop_row, crop_col, bin, out_rows, out_cols, rows, cols);
     if (bit_depth > 32)
-        fail(Status::argument, "{options->frames.bit_depth} = %u: must be at most 32, or 0 for any value", bit_depth);
+        fail(Status::argument, "{bit_depth} = %u: must be at most 32, or 0 for any value", bit_depth);
 }
 
 double mean_shift_s(const Frame &frame) noexcept {

@@ -142,7 +142,7 @@ void set_functions(const Request &request, const KnownSetup &known, bool rebuild
         setup.errors.sigmas = known->errors.sigmas;
         set_priors(setup);
     }
-    setup.grid.check();
+    in_struct("options->grid.", [&] { setup.grid.check(); });
 }
 
 double chi_limit_of(const Request &request, const KnownSetup &known, const ModelVerdict &model) {
@@ -163,6 +163,7 @@ Terms completed(Terms terms, const Source &source, bool reduced) {
     if (terms.value_limit == 0)
         terms.value_limit = std::max(kSigmasToLimit * terms.sigma, reduced ? kReducedLimitPx : 0);
     terms.estimator = source.digest;
+    in_struct("options->frames.", [&] { terms.geometry.check(); });
     terms.check();
     return terms;
 }

@@ -17,9 +17,9 @@ constexpr double kMin = 1e-90, kMax = 1e90; // limits of a periodogram, with a m
 void Terms::check() const {
     geometry.check();
     if (!(sigma >= kMin && sigma <= kMax))
-        fail(Status::argument, "{options->estimator.sigma} = %g: must be in [%g, %g]", sigma, kMin, kMax);
+        fail(Status::argument, "{sigma} = %g: must be in [%g, %g]", sigma, kMin, kMax);
     if (!(value_limit >= kMin && value_limit <= kMax))
-        fail(Status::argument, "{options->limits.value} = %g: must be in [%g, %g]", value_limit, kMin, kMax);
+        fail(Status::argument, "{value_limit} = %g: must be in [%g, %g]", value_limit, kMin, kMax);
 }
 
 bool Terms::allow(const Record &record, bool reduced) const noexcept {

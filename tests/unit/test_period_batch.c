@@ -391,7 +391,7 @@ TEST(bad_input_is_refused) {
     options.flags = 0;
     for (int i = 0; i < 3; i++) {
         options.tolerance = i == 0 ? -1e-9 : i == 1 ? 0.02 : NAN;
-        REFUSED(0.1, 0.1, NF, N, RANGE, "tolerance");
+        REFUSED(0.1, 0.1, NF, N, ARGUMENT, "options->tolerance");
     }
     options = options_of(1e-9, 0);
     options.struct_size = 4;

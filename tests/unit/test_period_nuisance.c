@@ -156,18 +156,18 @@ TEST(bad_options_are_refused) {
         assert_refused(toliman_period_create(0.1, 0.1, 10, &options, &period), TOLIMAN_E_ARGUMENT, field);             \
         assert_null(period);                                                                                           \
     } while (0)
-    REFUSED(options.trend = -1, "trend");
-    REFUSED(options.trend = 9, "trend");
-    REFUSED(options.columns = 30, "columns");
-    REFUSED(options.columns = INT32_MAX, "columns");
-    REFUSED(options.trend_end = options.trend_start, "trend_start");
-    REFUSED(options.trend_start = NAN, "trend_start");
-    REFUSED(options.trend = 0, "trend_start");
-    REFUSED(options.column_bound[1] = -1, "column_bound[1]");
-    REFUSED(options.column_bound[2] = 1, "column_bound[2]");
-    REFUSED(options.prior_precision[0] = INFINITY, "prior_precision[0]");
-    REFUSED(options.prior_precision[6] = 1, "prior_precision[6]");
-    REFUSED(options.flags = TOLIMAN_PERIOD_FIXED_MEAN, "flags");
+    REFUSED(options.trend = -1, "options->trend");
+    REFUSED(options.trend = 9, "options->trend");
+    REFUSED(options.columns = 30, "options->columns");
+    REFUSED(options.columns = INT32_MAX, "options->columns");
+    REFUSED(options.trend_end = options.trend_start, "options->trend_start");
+    REFUSED(options.trend_start = NAN, "options->trend_start");
+    REFUSED(options.trend = 0, "options->trend_start");
+    REFUSED(options.column_bound[1] = -1, "options->column_bound[1]");
+    REFUSED(options.column_bound[2] = 1, "options->column_bound[2]");
+    REFUSED(options.prior_precision[0] = INFINITY, "options->prior_precision[0]");
+    REFUSED(options.prior_precision[6] = 1, "options->prior_precision[6]");
+    REFUSED(options.flags = TOLIMAN_PERIOD_FIXED_MEAN, "options->flags");
 #undef REFUSED
 }
 

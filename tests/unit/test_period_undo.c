@@ -307,7 +307,7 @@ TEST(test_times_in_nanoseconds_and_pairs) {
     }
     options.unit_ns = 0.5;
     toliman_period *none = NULL;
-    assert_refused(toliman_period_create(9.5, 1e-4, 200, &options, &none), TOLIMAN_E_ARGUMENT, "unit_ns");
+    assert_refused(toliman_period_create(9.5, 1e-4, 200, &options, &none), TOLIMAN_E_ARGUMENT, "options->unit_ns");
     toliman_period_destroy(by_ns), toliman_period_destroy(by_pair);
 }
 

@@ -410,14 +410,14 @@ TEST(impossible_frames_and_options_are_refused) {
     } while (0)
     NOT_MADE(ledger.capacity, -1, "options->ledger.capacity");
     NOT_MADE(estimator.sigma, 0, "options->estimator.sigma");
-    NOT_MADE(estimator.sigma, -1, "sigma");
-    NOT_MADE(limits.value, NAN, "value_limit");
+    NOT_MADE(estimator.sigma, -1, "options->estimator.sigma");
+    NOT_MADE(limits.value, NAN, "options->limits.value");
     NOT_MADE(frames.rows, -1, "options->frames.rows");
     NOT_MADE(frames.crop_row, 8, "options->frames.rows");
     NOT_MADE(frames.crop_col, 9, "options->frames.cols");
     NOT_MADE(frames.bin, 9, "options->frames.rows");
-    NOT_MADE(frames.image_rows, 9, "crop_row");
-    NOT_MADE(frames.bit_depth, 33, "bit_depth");
+    NOT_MADE(frames.image_rows, 9, "options->frames.crop_row");
+    NOT_MADE(frames.bit_depth, 33, "options->frames.bit_depth");
     NOT_MADE(grid.nf, 0, "options->grid.nf");
     NOT_MADE(grid.flags, 64, "options->grid.flags");
     NOT_MADE(flags, 64, "options->flags");

@@ -58,11 +58,11 @@ TEST(impossible_terms_are_refused) {
         uint64_t value;
         const char *field;
     } bad[] = {
-        {0, 0, "frames"},
-        {1, 0, "frames"},
-        {4, 0, "frames"},
-        {5, 0, "frames"},
-        {6, 0, "frames"},
+        {0, 0, "rows"},
+        {1, 0, "rows"},
+        {4, 0, "rows"},
+        {5, 0, "rows"},
+        {6, 0, "rows"},
         {4, 17, "crop_row"},
         {5, 17, "crop_row"},
         {2, 13, "crop_row"},

@@ -240,8 +240,8 @@ TEST(bad_functions_are_refused) {
     } cases[] = {{9, 0, 0, 0, "options->grid.trend"},
                  {-2, 0, 0, 0, "options->grid.trend"},
                  {0, 0, 1, 0, "options->grid.trend_start"},
-                 {1, 1, 1, 0, "trend_start"},
-                 {1, 0, NAN, 0, "trend_start"},
+                 {1, 1, 1, 0, "options->grid.trend_start"},
+                 {1, 0, NAN, 0, "options->grid.trend_end"},
                  {0, 0, 0, 0.1, "options->reduction.scale_sigma"},
                  {0, 0, 0, 1, "options->reduction.scale_sigma"},
                  {0, 0, 0, NAN, "options->reduction.scale_sigma"}};
@@ -256,7 +256,7 @@ TEST(bad_functions_are_refused) {
     }
     toliman_track_options options = trend_options(NULL, kEnd);
     options.grid.flags = TOLIMAN_PERIOD_FIXED_MEAN;
-    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "flags");
+    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->grid.flags");
 }
 
 /* Every byte of a setup with functions is covered by a check. */

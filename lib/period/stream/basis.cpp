@@ -36,29 +36,26 @@ bool within(Quad product, Quad a, Quad b, Quad slack) noexcept {
 void Basis::check() const {
     constexpr auto kMost = static_cast<int32_t>(kMaxColumns);
     if (trend < 0 || trend > kMaxTrend)
-        fail(Status::argument, "{options->trend} = %d: must be in [0, %d]", trend, kMaxTrend);
+        fail(Status::argument, "{trend} = %d: must be in [0, %d]", trend, kMaxTrend);
     if (columns < 0 || columns > kMost - trend)
-        fail(Status::argument, "{options->columns} = %d: must be in [0, %d] with trend = %d", columns, kMost - trend,
-             trend);
+        fail(Status::argument, "{columns} = %d: must be in [0, %d] with trend = %d", columns, kMost - trend, trend);
     if (trend == 0 && !(start == 0 && end == 0))
-        fail(Status::argument, "{options->trend_start} = %g, trend_end = %g: must be 0 without a trend", start, end);
+        fail(Status::argument, "{trend_start} = %g, trend_end = %g: must be 0 without a trend", start, end);
     if (trend > 0 && !(std::isfinite(start) && std::isfinite(end) && start < end && std::isfinite(end - start)))
-        fail(Status::argument, "{options->trend_start} = %g, trend_end = %g: must be finite, the start before the end",
-             start, end);
+        fail(Status::argument, "{trend_start} = %g, trend_end = %g: must be finite, the start before the end", start,
+             end);
     for (size_t c = 0; c < kMaxColumns; c++) {
         if (c >= static_cast<size_t>(columns) && bound[c] != 0)
-            fail(Status::argument, "{options->column_bound[%zu]} = %g: must be 0 with columns = %d", c, bound[c],
-                 columns);
+            fail(Status::argument, "{column_bound[%zu]} = %g: must be 0 with columns = %d", c, bound[c], columns);
         if (c < static_cast<size_t>(columns) && !(bound[c] >= 1e-100 && bound[c] <= 1e100))
-            fail(Status::argument, "{options->column_bound[%zu]} = %g: must be in [1e-100, 1e100]", c, bound[c]);
+            fail(Status::argument, "{column_bound[%zu]} = %g: must be in [1e-100, 1e100]", c, bound[c]);
     }
     for (size_t f = 0; f < kMaxFunctions; f++) {
         if (f >= functions() && precision[f] != 0)
-            fail(Status::argument, "{options->prior_precision[%zu]} = %g: must be 0 with %zu functions", f,
-                 precision[f], functions());
+            fail(Status::argument, "{prior_precision[%zu]} = %g: must be 0 with %zu functions", f, precision[f],
+                 functions());
         if (!(precision[f] == 0 || (precision[f] >= 1e-200 && precision[f] <= 1e200)))
-            fail(Status::argument, "{options->prior_precision[%zu]} = %g: must be 0 or in [1e-200, 1e200]", f,
-                 precision[f]);
+            fail(Status::argument, "{prior_precision[%zu]} = %g: must be 0 or in [1e-200, 1e200]", f, precision[f]);
     }
 }
 

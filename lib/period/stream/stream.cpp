@@ -66,27 +66,29 @@ void Grid::check() const {
              static_cast<long long>(kMaxFrequencies));
     if (!std::isfinite(last()))
         fail(Status::argument, "{f0} + (nf - 1) df: must be finite");
-    if (!(unit_ns >= 1 && unit_ns <= 1e30))
-        fail(Status::argument, "{options->unit_ns} = %g: must be in [1, 1e30]", unit_ns);
-    if (!std::isfinite(time_offset) || !std::isfinite(value_offset))
-        fail(Status::argument, "{options->%s} = %g: must be finite",
-             std::isfinite(time_offset) ? "value_offset" : "time_offset",
-             std::isfinite(time_offset) ? value_offset : time_offset);
-    if (!(value_bound >= 1e-100 && value_bound <= 1e100))
-        fail(Status::argument, "{options->value_bound} = %g: must be in [1e-100, 1e100]", value_bound);
-    if (!(sigma_floor >= 1e-100 && sigma_floor <= 1e100))
-        fail(Status::argument, "{options->sigma_floor} = %g: must be in [1e-100, 1e100]", sigma_floor);
-    if (!(sigma_ceiling >= sigma_floor))
-        fail(Status::argument,
-             "{options->sigma_ceiling} = %g: must be at least sigma_floor = %g, or 0 for %g times that", sigma_ceiling,
-             sigma_floor, kSingleLimbSigmaRatio);
-    if (!(sigma_ceiling <= kMaxSigmaRatio * sigma_floor * (1 + 1e-12)))
-        fail(Status::range, "{options->sigma_ceiling} = %g, sigma_floor = %g: the ratio must be at most %g",
-             sigma_ceiling, sigma_floor, kMaxSigmaRatio);
     if (!(last() > 0))
         fail(Status::argument, "{f0} = 0, nf = 1: the grid must have a frequency above 0");
+    check_options();
+}
+
+void Grid::check_options() const {
+    if (!(unit_ns >= 1 && unit_ns <= 1e30))
+        fail(Status::argument, "{unit_ns} = %g: must be in [1, 1e30]", unit_ns);
+    if (!std::isfinite(time_offset) || !std::isfinite(value_offset))
+        fail(Status::argument, "{%s} = %g: must be finite", std::isfinite(time_offset) ? "value_offset" : "time_offset",
+             std::isfinite(time_offset) ? value_offset : time_offset);
+    if (!(value_bound >= 1e-100 && value_bound <= 1e100))
+        fail(Status::argument, "{value_bound} = %g: must be in [1e-100, 1e100]", value_bound);
+    if (!(sigma_floor >= 1e-100 && sigma_floor <= 1e100))
+        fail(Status::argument, "{sigma_floor} = %g: must be in [1e-100, 1e100]", sigma_floor);
+    if (!(sigma_ceiling >= sigma_floor))
+        fail(Status::argument, "{sigma_ceiling} = %g: must be at least sigma_floor = %g, or 0 for %g times that",
+             sigma_ceiling, sigma_floor, kSingleLimbSigmaRatio);
+    if (!(sigma_ceiling <= kMaxSigmaRatio * sigma_floor * (1 + 1e-12)))
+        fail(Status::range, "{sigma_ceiling} = %g, sigma_floor = %g: the ratio must be at most %g", sigma_ceiling,
+             sigma_floor, kMaxSigmaRatio);
     if (fixed_mean && basis.any())
-        fail(Status::argument, "{options->flags}: a fixed mean is not supported with a trend, columns or priors");
+        fail(Status::argument, "{flags}: a fixed mean is not supported with a trend, columns or priors");
     basis.check();
 }
 

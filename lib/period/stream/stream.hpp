@@ -32,6 +32,7 @@ struct Grid {
     Basis basis;              // nuisance functions
 
     void check() const;
+    void check_options() const; // of all but f0, df and nf
     uint64_t digest() const;
     // Requested, or required because the weights span too large a range for a resolution of 2^-50, or because nuisance
     // functions are projected out: every accumulator then has one limb (50 bits) more.
