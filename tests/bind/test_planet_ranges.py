@@ -16,7 +16,7 @@ class Boxes(unittest.TestCase):
         t = STEP * numpy.unique([0, SPAN, *random.choice(SPAN, 10, replace=False)])
         y = numpy.cos(2 * math.pi * FREQUENCY * t) + SIGMA * random.normal(size=len(t))
         return toliman.planets(t, y, numpy.full(len(t), SIGMA), period_min=shortest, period_max=longest, jitter=False,
-                               samples=4096)
+                               amplitude_min=0.8, amplitude_max=1.25)
 
     def test_aliases_share_the_posterior_of_two_boxes(self):
         """The evidence of each alias is in proportion to the prior at its frequency, 1/f."""
