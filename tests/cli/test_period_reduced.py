@@ -160,10 +160,10 @@ class OrbitFunctions(ProgramTest):
         return json.loads(done.stdout)
 
     def test_a_planet_is_found(self):
-        alone = self.period("s.csv", *PX, "--trend", 0, warning="--trend")
+        alone = self.period("s.csv", *PX, *GRID, "--trend", 0, warning="--trend")
         self.assertLess(alone["peak"]["log10_fap"], -3)  # a false alarm, of the orbit
         self.assertGreater(abs(alone["peak"]["period"] - 250), 100)
-        found = self.period("s.csv", *PX)
+        found = self.period("s.csv", *PX, *GRID)
         self.assertAlmostEqual(found["peak"]["period"], 250, delta=6)
         self.assertAlmostEqual(found["peak"]["amplitude"] * SCALE * 1e6, 1.2, delta=0.25)
         self.assertLess(found["peak"]["log10_fap"], -20)
@@ -177,9 +177,9 @@ class OrbitFunctions(ProgramTest):
             self.assertLess(abs(one["value"] + self.errors[one["name"]]), 3 * prior)
         # In arcsec, the same errors of the elements.
         write_series(self.folder / "arcsec.csv", mjd(self.tai_ns), self.arcsec, self.SIGMA)
-        again = self.period("arcsec.csv")["functions"]["coefficients"][1:]
+        again = self.period("arcsec.csv", *GRID)["functions"]["coefficients"][1:]
         numpy.testing.assert_allclose([one["value"] for one in again], [one["value"] for one in elements], rtol=1e-3)
-        text = self.succeed("period", "s.csv", *PX, *self.WRONG)
+        text = self.succeed("period", "s.csv", *PX, *GRID, *self.WRONG)
         self.assertRegex(text, r"\nfunctions   8 in use, 1 free\n  mean .*\n  period_years .* prior \+- 0.019\n")
 
     def test_least_squares(self):
@@ -215,11 +215,11 @@ class OrbitFunctions(ProgramTest):
 
         def names(found):
             return [one["name"] for one in found["functions"]["coefficients"]]
-        self.assertEqual(names(self.period("plain.csv", *PX, warning="--trend")), trend)
+        self.assertEqual(names(self.period("plain.csv", *PX, *GRID, warning="--trend")), trend)
         (self.folder / "wrong.json").write_text(json.dumps({k: v for k, v in self.wrong.items() if k != "sigma"}))
-        self.assertEqual(names(self.period("s.csv", *PX, warning="--trend")), trend)
-        self.assertEqual(names(self.period("s.csv", *PX, "--trend", 5)), [*trend, "T5"])
-        self.assertNotIn("functions", self.period("plain.csv", *PX, "--fixed-mean", warning="--trend"))
+        self.assertEqual(names(self.period("s.csv", *PX, *GRID, warning="--trend")), trend)
+        self.assertEqual(names(self.period("s.csv", *PX, *GRID, "--trend", 5)), [*trend, "T5"])
+        self.assertNotIn("functions", self.period("plain.csv", *PX, *GRID, "--fixed-mean", warning="--trend"))
 
     def test_columns_of_a_file(self):
         """They are those of the samples that are reduced."""

@@ -6,7 +6,7 @@
 
 #include "scene_text.h"
 
-enum { SIDE = 24, PIXELS = SIDE * SIDE, MODES = 11, LAST_ZERNIKE = 36, MOST = 200 };
+enum { SIDE = 16, PIXELS = SIDE * SIDE, MODES = 11, LAST_ZERNIKE = 36, MOST = 200 };
 
 typedef enum { CONTINUOUS, LINES, SINGLE } light;
 
@@ -57,7 +57,7 @@ static void put_star(char *text, const keys *k, int star) {
 static toliman_sim *sim_of_keys(const keys *k) {
     char text[6000] =
         "{'schema': 'toliman-scene/1', 'accuracy': 1e-11, 'telescope': {'aperture_m': 0.125, 'secondary_m':"
-        " 0.02, 'struts': {'count': 3, 'width_m': 0.004}, 'pupil_samples': 40, 'aberrations':"
+        " 0.02, 'struts': {'count': 3, 'width_m': 0.004}, 'pupil_samples': 24, 'aberrations':"
         " {'zernike_rms_nm': {";
     for (int noll = 4; noll <= LAST_ZERNIKE; noll++)
         put(text, "%s'%d': %.17g", noll == 4 ? "" : ", ", noll, k->zernike[noll]);
