@@ -162,13 +162,13 @@ class Network(unittest.TestCase):
         """Each is the result of a training of as many epochs; the training stops if the function asks for it."""
         how = {"frames": frames[:6], "batch": 3, "validation": 2}
         seen = []
-        other = toliman.CAE(simulator, layout="paper", input="raw")
+        other = toliman.CAE(simulator)
         result = other.train("unsupervised", epochs=2, **how,
                              epoch=lambda so_far, training: seen.append((training, so_far.to_bytes(training=True))))
         self.assertEqual((result, other.to_bytes(training=True)), seen[1])
-        again = toliman.CAE(simulator, layout="paper", input="raw")
+        again = toliman.CAE(simulator)
         self.assertEqual((again.train("unsupervised", epochs=1, **how), again.to_bytes(training=True)), seen[0])
-        again = toliman.CAE(simulator, layout="paper", input="raw")
+        again = toliman.CAE(simulator)
         with refused(toliman.Cancelled):
             again.train("unsupervised", epochs=2, epoch=lambda so_far, training: training.epochs == 1, **how)
         again.train("unsupervised", epochs=2, **how)

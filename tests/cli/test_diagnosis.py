@@ -9,7 +9,7 @@ from observed import toliman
 from program import ProgramTest
 
 logging.getLogger("toliman").setLevel(logging.ERROR)
-SECOND, SIGMA, COUNT = 10**9, 1e-6, 60
+SECOND, SIGMA, COUNT = 10**9, 1e-6, 40
 LOW = ("--altitude", 600, "--exposure", 60)
 
 

@@ -168,8 +168,10 @@ def load_options(threads: int) -> typing.Any:
 
 def saved(save: typing.Any) -> bytes:
     """Returns the bytes written by a save function with the arguments (bytes, capacity, needed)."""
-    needed = ctypes.c_size_t()
-    check_asked(save(None, 0, ctypes.byref(needed)))
-    content = ctypes.create_string_buffer(needed.value)
-    check(save(content, needed, ctypes.byref(needed)))
-    return content.raw
+    needed, capacity = ctypes.c_size_t(), 2 << 20  # of most: the size is not asked for, as that takes as long as saving
+    content = ctypes.create_string_buffer(capacity)
+    check_asked(save(content, capacity, ctypes.byref(needed)))
+    if needed.value > capacity:
+        content = ctypes.create_string_buffer(needed.value)
+        check(save(content, needed, ctypes.byref(needed)))
+    return content.raw[:needed.value]
