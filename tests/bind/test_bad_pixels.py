@@ -1,5 +1,6 @@
 """The bad pixels of a scene: estimators, bounds and calibration do not use them."""
 import copy
+import math
 import pathlib
 import tempfile
 import unittest
@@ -74,6 +75,28 @@ class BadPixels(unittest.TestCase):
         self.assertEqual(toliman.Template(other).encode(damaged), template.encode(damaged))
         self.assertEqual(toliman.Fit(other).info.digest, fit.info.digest)
         self.assertNotEqual(toliman.Fit(toliman.Simulator(self.scene())).info.digest, fit.info.digest)
+
+    def test_limit_and_false_alarms(self):
+        """A pixel below and above the limit; and the limit of all frames: Poisson counts exceed it in 1 of 8,000 frames of
+        256x256."""
+        simulator = toliman.Simulator(self.scene())
+        template, frame, variance = toliman.Template(simulator), simulator.image(), simulator.image("variance")
+        self.enterContext(warnings.catch_warnings(action="ignore"))  # without noise, the fit is too good
+        for pixel in ((SIDE // 2, SIDE // 2), (3, 5)):
+            root = variance[pixel]**0.5
+            for limit in (-6, 6 / root + (36 / root**2 + 36)**0.5):  # x^2 = 36 (1 + max(x, 0)/(3 sqrt(V)))
+                for factor, found in ((0.98, 0), (1.02, 1)):
+                    counts = frame.copy()
+                    counts[pixel] += factor * limit * root
+                    self.assertEqual(template.encode(counts, goodness=True)[1].bad_pixels, found, (pixel, limit))
+        shares = []
+        for mean in (1000, 10000, 100000):
+            counts = numpy.arange(mean + 10 * int(mean**0.5))
+            logs = counts * math.log(mean) - mean - numpy.array([math.lgamma(k + 1) for k in counts])
+            x = (counts - mean) / mean**0.5
+            shares.append(numpy.exp(logs)[x**2 > 36 * (1 + numpy.maximum(x, 0) / (3 * mean**0.5))].sum())
+        self.assertAlmostEqual(1 / (shares[-1] * 65536) / 8000, 1, delta=0.1)
+        self.assertLess(max(shares), 1.1 * shares[-1])
 
     def test_a_search_does_not_see_them(self):
         simulator = toliman.Simulator(self.scene(self.save("bad.npy", self.bad)))

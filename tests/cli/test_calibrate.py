@@ -3,6 +3,7 @@ import copy
 import functools
 import json
 import pathlib
+import resource
 import shutil
 import signal
 import subprocess
@@ -243,6 +244,17 @@ class Resume(Calibrate):
         del parts["provenance"], whole["provenance"]
         self.assertEqual(parts, whole)
         self.assertEqual(scene, (self.folder / "fitted.json").read_bytes())
+
+    # promise: killed-calibrations-resume
+    def test_a_full_disk(self):
+        """It stops the command while it writes the journal, which a resumed run continues."""
+        full = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))}
+        done = self.run_program("calibrate", "s.json", "f.fits", "--out", "fitted.json", "--free", FREE, **full)
+        self.assertEqual(done.returncode, 6, done.stderr)
+        self.assertEqual(self.new_files(), ["fitted.part"])
+        resumed = self.calibrate("--resume")
+        self.assertEqual(resumed.returncode, 0, resumed.stderr)
+        self.assertEqual(self.new_files(), FILES)
 
     def test_from_a_finished_scene(self):
         self.take_finished()

@@ -1,6 +1,7 @@
 """toliman planet: planets of velocities and separations, limits, a map that resumes, a state folder, the page of a report."""
 import json
 import logging
+import math
 import os
 import unittest
 
@@ -134,6 +135,14 @@ class Results(Planet):
         clipped = self.planet("s.csv", *UAS, "--clip")
         self.assertEqual((clipped["planets"], clipped["goodness"], clipped["candidates"][0]["verdict"]), (1, "good", "planet"))
         self.inside(clipped["candidates"][0]["period"], 140)
+
+    def test_odds_at_the_threshold(self):
+        self.write_uas()
+        given = ("s.csv", *UAS, "--period-min", 100, "--threshold")
+        odds = self.planet(*given, 2)["candidates"][0]["log10_bayes"]
+        reached = self.rejected("the odds have not converged", "--period-min", 100, "--threshold", repr(odds))
+        self.assertRegex(reached.stdout, r"^no planet\ncandidate 1 log10 Bayes factor ")
+        self.assertRegex(self.succeed("planet", *given, repr(math.nextafter(odds, math.inf))), r"^no planet\ncandidate   period ")
 
     def test_jitter(self):
         random = numpy.random.default_rng(5)

@@ -40,6 +40,11 @@ class Predict(ProgramTest):
             self.assertEqual([row[name] for row in rows], sky.predict(times)[name].tolist(), name)
         self.assertEqual([row["partials"] for row in rows], sky.predict(times)["partials"].tolist())
 
+    def test_fractions_of_a_day(self):
+        found = self.predictions(*LOW, "--from", "2027-01-01", "--to", "2027-01-02", "--every", 0.1)["predictions"]
+        steps = numpy.diff([row["tai_ns"] for row in found])
+        self.assertEqual(steps.tolist(), [8640 * 10**9] * 10)
+
     def test_table(self):
         arguments = (*LOW, "--times", "2027-01-01,61500,2461600.25,2028-02-29T12:00:00.5Z")
         head, table = self.columns(*arguments)

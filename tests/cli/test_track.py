@@ -336,6 +336,9 @@ class Folders(Track):
         self.succeed("rebuild", "slow", "--grid", "0.02:0.001:50")  # and the clock stays
         self.track("slower", "all", "--clock", "clock.csv", grid=("--grid", "0.02:0.001:50"))
         self.assertEqual(self.sums("slow"), self.sums("slower"))
+        self.track("days", "all", grid=("--mission-days", "40"))
+        self.succeed("rebuild", "clean", "--mission-days", "40")
+        self.assertEqual(self.sums("clean"), self.sums("days"))
         (self.folder / "slower" / "setup.tlms").unlink()  # had the clock: nothing is guessed
         grid = ("--grid", "0.02:0.001:50")
         for command in (("rebuild", "slower", *grid),

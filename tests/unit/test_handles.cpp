@@ -106,6 +106,10 @@ void *throws_while_allocating(size_t, size_t, void *) {
 
 void release_nothing(void *, size_t, void *) {}
 
+int32_t throws_while_estimating(const toliman_estimate_input *, toliman_estimate *, void *) {
+    throw std::runtime_error("no star");
+}
+
 int ends_with(toliman_status status, const char *message) {
     const bool as_expected =
         status == TOLIMAN_E_CANCELLED && std::string(toliman_last_error()).find(message) != std::string::npos;
@@ -158,6 +162,31 @@ int callbacks_may_throw() {
     return failed;
 }
 
+// promise: bad-estimates-reject-frames
+int an_estimator_may_throw() {
+    auto options = toliman::sized<toliman_track_options>();
+    options.estimator.estimate = throws_while_estimating;
+    options.estimator.id = 1;
+    options.estimator.sigma = 1;
+    options.limits.value = 1;
+    options.frames.rows = options.frames.cols = 2;
+    options.grid.f0 = options.grid.df = 0.1;
+    options.grid.nf = 3;
+    toliman_track *made = nullptr;
+    toliman::check(toliman_track_create(&options, &made));
+    const toliman::tracker tracker(made);
+    const uint16_t pixels[] = {1, 2, 3, 4};
+    auto frame = toliman::sized<toliman_frame>();
+    frame.pixel = TOLIMAN_PIXEL_U16;
+    frame.session = frame.roi = "s";
+    frame.pixels = pixels;
+    frame.rows = frame.cols = 2;
+    auto outcome = toliman::sized<toliman_track_outcome>();
+    size_t done = 0;
+    toliman::check(toliman_track_push(tracker.get(), &frame, 1, &outcome, &done));
+    return outcome.verdict == TOLIMAN_TRACK_VERDICT_REJECTED && outcome.reason == TOLIMAN_TRACK_REASON_ESTIMATE ? 0 : 1;
+}
+
 } // namespace
 
 // Results by value; the place of an error, and the message without it.
@@ -187,7 +216,7 @@ int results_are_values_and_errors_have_details() {
 
 int main() {
     const int failed = results_are_values_and_errors_have_details() + make_one_of_each() + a_failure_is_an_exception() +
-                       callbacks_may_throw();
+                       callbacks_may_throw() + an_estimator_may_throw();
     std::printf("%d failed\n", failed);
     return failed;
 }

@@ -1,5 +1,6 @@
 /* Tests the reader of pairs that grow: byte by byte, in any order of both files, replaced and truncated files, and
  * random growth against a reference that starts again at every call. */
+#include <dirent.h>
 #include <math.h>
 #include <stdbool.h>
 #include <sys/stat.h>
@@ -18,10 +19,21 @@ static void start_files(void) {
     put_text(pixel_path, "wb", "");
 }
 
+static int open_files(void) {
+    int count = 0;
+    DIR *const folder = opendir("/proc/self/fd");
+    assert_non_null(folder);
+    while (readdir(folder) != NULL)
+        count++;
+    closedir(folder);
+    return count;
+}
+
 /* A frame is reported as soon as its line and all its pixels are there, and not before. */
 /* promise: growing-pairs-lose-no-frame */
 TEST(test_byte_by_byte) {
     char text[512];
+    const int others = open_files();
     for (int pixels_first = 0; pixels_first < 2; pixels_first++) {
         start_files();
         toliman_ingest *const ingest = open_pair(TOLIMAN_INGEST_GROWING);
@@ -41,6 +53,7 @@ TEST(test_byte_by_byte) {
             }
             assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
             assert_nothing(ingest);
+            assert_int_equal(open_files(), others);
         }
         assert_int_equal(info_of(ingest).lines, 3);
         assert_int_equal(info_of(ingest).bytes, 3 * FRAME_BYTES);

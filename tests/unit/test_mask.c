@@ -127,6 +127,20 @@ TEST(scores_are_those_of_the_scenes) {
     toliman_sim_destroy(own), toliman_sim_destroy(better), toliman_mask_destroy(mask);
 }
 
+/* With a mask of 298 nm, no decimal fraction of few digits represents this number. */
+TEST(json_has_the_same_numbers) {
+    const double opd_nm = 298 * (1 + 0x1p-52);
+    char number[40];
+    snprintf(number, sizeof number, "%.17g", opd_nm);
+    char *const text = replaced(kBinaryScene, "297.5", number);
+    toliman_sim *const sim = sim_of(text);
+    toliman_mask *const mask = design(sim, options_of(1, 1, 1));
+    const char *const found = strstr(toliman_mask_get_json(mask), "\"opd_nm\": ");
+    assert_non_null(found);
+    assert_true(strtod(found + strlen("\"opd_nm\": "), NULL) == opd_nm);
+    toliman_mask_destroy(mask), toliman_sim_destroy(sim), free(text);
+}
+
 /* promise: masks-ignore-threads */
 TEST(a_seed_gives_one_mask_on_any_number_of_threads) {
     static double cells[3][CELLS], descent[2][40];
@@ -286,6 +300,7 @@ TEST(refusals) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(scores_are_those_of_the_scenes),
+                                       cmocka_unit_test(json_has_the_same_numbers),
                                        cmocka_unit_test(a_seed_gives_one_mask_on_any_number_of_threads),
                                        cmocka_unit_test(a_stopped_design_keeps_its_mask),
                                        cmocka_unit_test(scenes_with_other_masks),
