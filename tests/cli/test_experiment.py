@@ -73,6 +73,23 @@ class Experiment(ProgramTest):
         return 1 / fine[power.argmax()], numpy.log10(fap)
 
 
+class Units(Experiment):
+    def test_magnitudes_and_focal_length(self):
+        """The same numbers as fluxes and pixels in arcsec; both stars are equally bright in the second table."""
+        scene = tiny_scene()
+        for star in scene["stars"].values():
+            star.update(magnitude=-2.5 * numpy.log10(star.pop("photons_per_s") / 1e7), zero_point_photons_per_s=1e7)
+        scene["detector"].update(focal_length_m=10, pixel_um=numpy.radians(scene["detector"].pop("pixel_scale_arcsec") / 3600) * 1e7)
+        self.write(scene, "other.json")
+        found = []
+        for name in ("tiny.json", "other.json"):
+            self.experiment("--methods", "template", "--tables", "real,equal", "--amplitudes", 3e-3, "--seeds", 1, "--controls",
+                            "none", "--out", name[:5], scene=name)
+            found.append([[float(row[key]) for key in ("period_days", "log10_fap", "slope")] for row in self.rows(name[:5])])
+        self.assertEqual(len(found[0]), 2)
+        numpy.testing.assert_allclose(*found, rtol=1e-3)
+
+
 class Numbers(Experiment):
     """The template method, worked out again."""
 
