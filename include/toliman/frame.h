@@ -18,7 +18,8 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_FRAME_STAMP_END 603
 
 /* Downlinked frame. As an input, its pixels and intervals belong to the caller and are not needed after the call. As an
- * output of toliman_ingest_next, they belong to the reader. session, roi and frame_id together are the key of a frame.
+ * output of toliman_ingest_next, they belong to the reader. session, restarts, roi and frame_id together are the key of a
+ * frame.
  * A second valid frame with the same key is a duplicate if its content is the same, otherwise both are quarantined
  * (promise: conflicting-frames-are-quarantined): pixels, their type and shape, camera_ns, dropped, sigma, exposure_s,
  * intervals, window. */
@@ -29,7 +30,8 @@ typedef struct toliman_frame {
     const char *roi;      /* name of the region of interest, likewise */
     int64_t frame_id;     /* any number, also negative */
     int64_t camera_ns;    /* time by the camera clock in nanoseconds, usually of the middle of the exposure */
-    int64_t dropped;      /* frames that the camera dropped before this one, at most 65535; 0 = none or unknown */
+    int64_t dropped;      /* frames that the camera dropped before this one; 0 = none or unknown. A ledger counts at most
+                             16777215 per frame */
     const void *pixels;   /* [rows][stride], aligned to the size of a pixel */
     int64_t rows, cols;   /* shape */
     int64_t stride;       /* pixels from row to row; 0 = cols */
@@ -39,6 +41,7 @@ typedef struct toliman_frame {
                                 the start of the exposure, increasing and within it; NULL if interval_count is 0 */
     size_t interval_count;   /* at most 65536; 0 = unknown */
     int64_t window_row, window_col; /* row and column of the first pixel on the detector, at most 2^31 */
+    int64_t restarts; /* restarts of the camera within the session before this frame: its ids begin again; 0 to 2^31 */
 } toliman_frame;
 #define TOLIMAN_FRAME_INIT TOLIMAN_INIT(toliman_frame)
 

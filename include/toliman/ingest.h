@@ -46,6 +46,7 @@ typedef struct toliman_ingest_options {
     uint32_t buffers;   /* frames whose memory stays valid at the same time, in [1, 4096]; 0 = 1 */
     uint32_t reserved;  /* 0 */
     const toliman_allocator *allocator; /* for the pixels; NULL = malloc */
+    const char *roi; /* frames of this region of interest are reported, others are skipped; NULL = all */
 } toliman_ingest_options;
 #define TOLIMAN_INGEST_OPTIONS_INIT TOLIMAN_INIT(toliman_ingest_options)
 
@@ -78,6 +79,8 @@ TOLIMAN_API void toliman_ingest_destroy(toliman_ingest *ingest) TOLIMAN_NOEXCEPT
 #define TOLIMAN_INGEST_REASON_CLOCKS_DIFFER 626 /* WARNING: camera clock and host clock drift apart; only once */
 #define TOLIMAN_INGEST_REASON_EXTRA_BYTES 627   /* WARNING: pixels without a line, after those of the last frame */
 #define TOLIMAN_INGEST_REASON_OVERLAP 628       /* WARNING: exposures of successive frames overlap; only once */
+#define TOLIMAN_INGEST_REASON_RESTART 629       /* WARNING: the camera has restarted before this frame */
+#define TOLIMAN_INGEST_REASON_UNKNOWN_KEY 630   /* WARNING: a line has a key that is not read; only once */
 
 /* Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. */
 typedef struct toliman_ingest_event {
@@ -104,6 +107,11 @@ typedef struct toliman_ingest_event {
  *
  * Time: camera_ns is the middle of the exposure by the camera clock. It is timestamp_ns, plus half of exposure_s for
  * START, minus half of it for END, rounded to 1 ns. If the exposure is unknown, camera_ns is timestamp_ns.
+ *
+ * Restarts: after a reconnection of the camera frame_id begins again, and often its clock, while host_time goes on.
+ * restarts counts this, so that such frames have keys of their own (promise: restarted-counters-lose-no-frame). If the
+ * clock begins again too, its times after the restart are moved to continue those before it as host_time does; one
+ * clock table then holds for the session, within the delay of host_time. The same file gives the same restarts again.
  *
  * Intervals: those of on_target_s in the line, at most 64, or NULL if the line has none. A line with intervals is
  * reported as DAMAGE if options.exposure_s is 0.
@@ -162,7 +170,7 @@ typedef struct toliman_ingest_info {
     int64_t frames;                     /* FRAME events */
     int64_t damaged;                    /* DAMAGE events */
     int64_t warnings;                   /* WARNING events */
-    int64_t skipped;                    /* frames outside first_id to end_id */
+    int64_t skipped;                    /* frames outside first_id to end_id or of another region */
     uint64_t bytes;                     /* size of the file of pixels when it was last examined; 0 before */
     const char *side_file, *pixel_file; /* paths, valid until the reader is destroyed */
 } toliman_ingest_info;

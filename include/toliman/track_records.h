@@ -24,7 +24,7 @@ typedef struct toliman_track_record {
     int32_t verdict;      /* TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later */
     int32_t reason;       /* TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame */
     uint32_t content;     /* CRC32 of the frame */
-    uint64_t stream;      /* FNV-1a hash of session and region */
+    uint64_t stream;      /* FNV-1a hash of session, region and restarts */
     int64_t frame_id;
     int64_t camera_ns, tai_ns; /* camera time, and TAI from the tracker's clock table */
     int64_t dropped;
@@ -94,20 +94,21 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_intervals(const 
                                                                           double *intervals, size_t capacity,
                                                                           size_t *count) TOLIMAN_NOEXCEPT;
 
-/* Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
+/* Session and region of interest between two restarts of the camera. Both names are empty if unknown: without a folder, or if their line of streams.txt
  * was lost and none of their frames has arrived since. */
 typedef struct toliman_track_stream {
     uint32_t struct_size; /* sizeof(toliman_track_stream) */
     uint32_t reserved;
-    uint64_t stream;           /* FNV-1a hash of both names, as in toliman_track_record */
+    uint64_t stream;           /* as in toliman_track_record */
     int64_t first_id, last_id; /* lowest and highest frame id */
     int64_t frames;            /* keys that are accepted, unreduced, outlier, misfit or quarantined */
     int64_t missing;           /* other ids between first_id and last_id */
     char session[72], roi[72];
+    int64_t restarts; /* as in toliman_frame; 0 if the names are unknown */
 } toliman_track_stream;
 #define TOLIMAN_TRACK_STREAM_INIT TOLIMAN_INIT(toliman_track_stream)
 
-/* Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number.
+/* Writes the sessions and regions, sorted by name and restarts, to streams[capacity]; *count becomes their number.
  * TOLIMAN_E_CAPACITY if capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_streams(const toliman_track *track,
                                                                         toliman_track_stream *streams, size_t capacity,

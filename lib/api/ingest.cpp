@@ -10,6 +10,7 @@
 #include "api/memory.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/track_frames.hpp"
+#include "base/name.hpp"
 #include "ingest/pair.hpp"
 
 using namespace toliman;
@@ -26,7 +27,7 @@ namespace {
 
 constexpr Choice<ingest::EventKind> kEvents = {TOLIMAN_INGEST_EVENT_NOTHING, TOLIMAN_INGEST_EVENT_WARNING,
                                                "TOLIMAN_INGEST_EVENT_..."};
-constexpr Choice<ingest::Reason> kReasons = {TOLIMAN_INGEST_REASON_NONE, TOLIMAN_INGEST_REASON_OVERLAP,
+constexpr Choice<ingest::Reason> kReasons = {TOLIMAN_INGEST_REASON_NONE, TOLIMAN_INGEST_REASON_UNKNOWN_KEY,
                                              "TOLIMAN_INGEST_REASON_..."};
 
 // Difference between the middle of the exposure and its time stamp.
@@ -51,6 +52,8 @@ void check(const toliman_ingest_options &options) {
     if (has_range && options.first_id >= options.end_id)
         fail(Status::argument, "{options->end_id} = %lld: must be above first_id, %lld, or both 0 for all frames",
              static_cast<long long>(options.end_id), static_cast<long long>(options.first_id));
+    if (options.roi != nullptr && !is_name(options.roi))
+        fail(Status::argument, "{options->roi} = \"%.64s\": %s", options.roi, kNameRule);
 }
 
 toliman_ingest_options known_options(const toliman_ingest_options *given) {
@@ -70,6 +73,7 @@ ingest::PairOptions pair_options(const toliman_ingest_options &options) {
     pair.cols = static_cast<size_t>(options.cols);
     if (options.first_id != 0 || options.end_id != 0)
         pair.ids = {options.first_id, options.end_id};
+    pair.roi = options.roi != nullptr ? options.roi : "";
     pair.buffers = options.buffers;
     return pair;
 }
@@ -80,9 +84,10 @@ toliman_frame public_frame(const ingest::Event &event, const toliman_ingest_opti
     frame.session = line.session;
     frame.roi = line.roi;
     frame.frame_id = line.frame_id;
+    frame.restarts = line.restarts;
     if (line.rows == 0) // no valid line
         return frame;
-    frame.camera_ns = line.stamp_ns + shift_ns;
+    frame.camera_ns = line.stamp_ns + line.clock_shift_ns + shift_ns;
     frame.dropped = line.dropped;
     frame.rows = line.rows;
     frame.cols = line.cols;
@@ -125,6 +130,7 @@ toliman_status toliman_ingest_create(const char *path, const toliman_ingest_opti
         const MemoryScope scope(memory_of(known.allocator));
         const ingest::PairOptions pair = pair_options(known);
         made = new toliman_ingest{{}, known, pair.shift_ns, ingest::Pair(path, pair)};
+        made->options.roi = nullptr; // the caller's
     });
 }
 

@@ -13,7 +13,7 @@ namespace toliman::api {
 namespace {
 
 constexpr size_t kMostIntervals = 65536;
-constexpr int64_t kFarthestWindow = int64_t{1} << 31;
+constexpr int64_t kFarthestWindow = int64_t{1} << 31, kMostRestarts = int64_t{1} << 31;
 
 void required_member(const void *pointer, size_t i, const char *name) {
     if (pointer == nullptr)
@@ -72,8 +72,10 @@ void check_frame(const toliman_frame &given, size_t i, const track::Terms &terms
         refuse("cols", given.cols, "in [1, 65536]");
     if (given.stride != 0 && (given.stride < given.cols || given.stride > INT32_MAX))
         refuse("stride", given.stride, "0 or in [cols, 2^31 - 1]");
-    if (given.dropped < 0 || given.dropped > UINT16_MAX)
-        refuse("dropped", given.dropped, "in [0, 65535]");
+    if (given.dropped < 0)
+        refuse("dropped", given.dropped, "at least 0");
+    if (given.restarts < 0 || given.restarts > kMostRestarts)
+        refuse("restarts", given.restarts, "in [0, 2^31]");
     if (given.sigma != 0 && !terms.allows_sigma(given.sigma))
         fail(Status::argument, "{frames[%zu].sigma} = %g: must be 0 or in [%g, %g], 1 to 32 times the tracker's", i,
              given.sigma, terms.sigma, track::Terms::kMaxSigmaRatio * terms.sigma);
@@ -89,7 +91,8 @@ track::Frame frame_of(const toliman_frame &given) {
     frame.roi = given.roi;
     frame.frame_id = given.frame_id;
     frame.camera_ns = given.camera_ns;
-    frame.dropped = static_cast<uint16_t>(given.dropped);
+    frame.dropped = given.dropped;
+    frame.restarts = given.restarts;
     frame.sigma = given.sigma != 0 ? given.sigma : 0; // -0 becomes 0
     frame.pixel = kPixels.to_enum(given.pixel, "pixel");
     frame.pixels = given.pixels;
@@ -112,6 +115,7 @@ toliman_frame public_frame(const track::Frame &frame) noexcept {
     out.frame_id = frame.frame_id;
     out.camera_ns = frame.camera_ns;
     out.dropped = frame.dropped;
+    out.restarts = frame.restarts;
     out.sigma = frame.sigma;
     out.pixel = kPixels.to_constant(frame.pixel);
     out.pixels = frame.pixels;

@@ -82,8 +82,9 @@ inline toliman_track_stream public_stream(const track::NamedStream &named) noexc
     out.frames = named.count.frames;
     const track::Wide missing = named.count.ids() - out.frames;
     out.missing = missing > INT64_MAX ? INT64_MAX : static_cast<int64_t>(missing);
-    named.session.copy(out.session, kLongestName);
-    named.roi.copy(out.roi, kLongestName);
+    named.name.session.copy(out.session, kLongestName);
+    named.name.roi.copy(out.roi, kLongestName);
+    out.restarts = named.name.restarts;
     return out;
 }
 

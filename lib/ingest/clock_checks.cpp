@@ -20,18 +20,20 @@ constexpr double kLargestDrift = 0.01; // of one clock against the other
 constexpr double kSharedTime = 0.05;   // of two exposures, that inaccurate time stamps may have
 
 double step_ns(const SideLine &before, const SideLine &after) noexcept {
-    return static_cast<double>(after.stamp_ns) - static_cast<double>(before.stamp_ns);
+    return (static_cast<double>(after.stamp_ns) - static_cast<double>(before.stamp_ns)) +
+           (static_cast<double>(after.clock_shift_ns) - static_cast<double>(before.clock_shift_ns));
 }
 
 // Regions of one exposure share time and frame id.
 bool repeats(const SideLine &before, const SideLine &line) noexcept {
-    return before.stamp_ns == line.stamp_ns && before.frame_id != line.frame_id && before.session == line.session &&
+    return step_ns(before, line) == 0 && before.frame_id != line.frame_id && before.session == line.session &&
            before.roi == line.roi;
 }
 
 // A frame that arrives after a later one.
 bool is_late(const SideLine &before, const SideLine &line) noexcept {
-    return before.session == line.session && line.frame_id < before.frame_id && line.stamp_ns < before.stamp_ns;
+    return before.session == line.session && line.restarts <= before.restarts && step_ns(before, line) < 0 &&
+           (line.restarts < before.restarts || line.frame_id < before.frame_id);
 }
 
 template <class... Numbers> std::string text_of(const char *format, Numbers... numbers) {
@@ -41,6 +43,11 @@ template <class... Numbers> std::string text_of(const char *format, Numbers... n
 }
 
 } // namespace
+
+bool advances_alike(double camera_s, double host_s) noexcept {
+    const double longest = std::max(std::fabs(camera_s), std::fabs(host_s));
+    return !(std::fabs(camera_s - host_s) > kLargestDelay + kLargestDrift * longest);
+}
 
 void Median::add(double value) {
     upper_.push(value);
@@ -76,7 +83,7 @@ std::string ClockChecks::drift(const SideLine &line) const {
     if (!first_)
         return "";
     const double camera = step_ns(first_->line, line) / 1e9, host = line.host_s - first_->line.host_s;
-    if (!(std::fabs(camera - host) > kLargestDelay + kLargestDrift * std::max(std::fabs(camera), std::fabs(host))))
+    if (advances_alike(camera, host))
         return "";
     return text_of("since line %lld timestamp_ns has advanced by %g s, host_time by %g s",
                    static_cast<long long>(first_->number), camera, host);

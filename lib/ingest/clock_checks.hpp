@@ -22,10 +22,14 @@ class Median {
     std::priority_queue<double, std::vector<double>, std::greater<>> upper_; // as many as lower_, or one more
 };
 
+// Whether two clocks advance by the same time, in s.
+bool advances_alike(double camera_s, double host_s) noexcept;
+
 class ClockChecks {
   public:
     // A line was read: its distance from the line before counts for the usual step.
     void count(const SideLine &line);
+    double usual_step_ns() const noexcept { return steps_.value(); } // 0: unknown
     // Warnings about a valid line, by its number in the file; empty if there is none.
     std::string jump(const SideLine &line, int64_t number) const;
     std::string drift(const SideLine &line) const;

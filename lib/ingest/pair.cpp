@@ -35,6 +35,16 @@ template <class... Values> std::string text_of(const char *format, Values... val
     return text;
 }
 
+std::string restart_text(const SideLine &line) {
+    const std::string clock =
+        line.clock_shift_ns == 0
+            ? "its clock has gone on"
+            : text_of("%g s are added to timestamp_ns from here on, so that it continues as host_time does",
+                      static_cast<double>(line.clock_shift_ns) / 1e9);
+    return text_of("the camera has restarted: frames are counted from %lld again; %s",
+                   static_cast<long long>(line.frame_id), clock.c_str());
+}
+
 } // namespace
 
 Pair::Pair(const std::string &path, const PairOptions &options)
@@ -51,8 +61,10 @@ PairCounts Pair::counts() const noexcept {
 }
 
 bool Pair::is_wanted(const SideLine &line) const noexcept {
-    return !options_.ids || !line.has_key ||
-           (line.frame_id >= options_.ids->first && line.frame_id < options_.ids->second);
+    if (!line.has_key)
+        return true;
+    const bool has_id = !options_.ids || (line.frame_id >= options_.ids->first && line.frame_id < options_.ids->second);
+    return has_id && (options_.roi.empty() || options_.roi == line.roi);
 }
 
 // Forgets the lines of files that were replaced. Counts of events stay.
@@ -61,17 +73,23 @@ void Pair::restart() noexcept {
     forget_lines();
     placement_ = {options_.pixel_bytes, options_.rows, options_.cols};
     clock_ = {};
-    is_warned_ = false;
+    restarts_ = {};
+    warnings_.clear();
+    is_judged_ = false;
 }
 
-void Pair::add_line(const std::string &text, int64_t most) {
+void Pair::add_line(const std::string &text, int64_t number, int64_t most) {
     if (placement_.counted() == most)
         fail(Status::format, "{%s}: has more than %lld lines in %llu bytes: a frame takes %llu bytes",
              side_path_.c_str(), static_cast<long long>(most), static_cast<unsigned long long>(side_stamp_.size),
              static_cast<unsigned long long>(kShortestLine));
     SideLine line = parse_side_line(text, options_.exposure_s, names_);
+    line.number = number;
+    if (line.error.empty())
+        restarts_.count(line, clock_.usual_step_ns());
     int64_t middle = 0;
-    if (line.error.empty() && __builtin_add_overflow(line.stamp_ns, options_.shift_ns, &middle))
+    if (line.error.empty() && (__builtin_add_overflow(line.stamp_ns, line.clock_shift_ns, &middle) ||
+                               __builtin_add_overflow(middle, options_.shift_ns, &middle)))
         line.error = "timestamp_ns: the middle of the exposure exceeds 64 bits";
     lines_.push_back(std::move(line));
     try {
@@ -89,7 +107,7 @@ void Pair::read_lines(const file::Reader &side) {
         first_ = 0;
     }
     const int64_t most = kMoreLines + static_cast<int64_t>(side_stamp_.size / kShortestLine);
-    side_.read(side, side_stamp_.size, !options_.growing, [&](const std::string &text) { add_line(text, most); });
+    side_.read(side, side_stamp_.size, !options_.growing, [&](const std::string &text, int64_t number) { add_line(text, number, most); });
 }
 
 // Compares the size of the file with that of the frames as the other pixel type. Only before the first frame: later on
@@ -183,7 +201,8 @@ void Pair::release() {
     placement_.release(front());
     front() = {};
     first_++;
-    is_warned_ = false;
+    warnings_.clear();
+    is_judged_ = false;
     if (is_empty())
         forget_lines();
 }
@@ -207,22 +226,35 @@ std::optional<Event> Pair::give_placed(Slot &slot, const Place &place) {
         return damage(slot, Reason::bad_line,
                       text_of("n_rows = %u, n_cols = %u: the frames in %s have another shape", line.rows, line.cols,
                               pixel_path_.c_str()));
-    if (is_warned_)
+    judge(line);
+    if (warnings_.empty())
         return frame(slot, place);
-    std::string jump = clock_.jump(line, front_number()), drift;
-    if (jump.empty() && !has_drifted_)
-        drift = clock_.drift(line);
-    if (jump.empty() && drift.empty()) {
-        std::string overlap = has_overlapped_ ? "" : clock_.overlap(line, options_.exposure_s);
-        if (overlap.empty())
-            return frame(slot, place);
-        is_warned_ = has_overlapped_ = true;
-        return report(slot, EventKind::warning, Reason::overlap, std::move(overlap));
-    }
-    is_warned_ = true;
-    has_drifted_ = has_drifted_ || !drift.empty();
-    return jump.empty() ? report(slot, EventKind::warning, Reason::clocks_differ, std::move(drift))
-                        : report(slot, EventKind::warning, Reason::clock_jump, std::move(jump));
+    auto [reason, text] = std::move(warnings_.front());
+    warnings_.pop_front();
+    return report(slot, EventKind::warning, reason, std::move(text));
+}
+
+// Finds the warnings of the first line, whose frame is valid, once.
+void Pair::judge(const SideLine &line) {
+    if (std::exchange(is_judged_, true))
+        return;
+    const auto warn = [this](Reason reason, std::string text, bool &is_told) {
+        const bool is_new = !text.empty() && !is_told;
+        if (is_new)
+            warnings_.emplace_back(reason, std::move(text));
+        is_told = is_told || is_new;
+        return is_new;
+    };
+    bool again = false; // told of each line
+    if (line.unknown_key != nullptr)
+        warn(Reason::unknown_key, text_of("unknown key \"%s\": ignored, in all lines", line.unknown_key),
+             has_unknown_key_);
+    if (line.is_restart)
+        warn(Reason::restart, restart_text(line), again);
+    again = false;
+    if (!warn(Reason::clock_jump, clock_.jump(line, front_number()), again) &&
+        !warn(Reason::clocks_differ, clock_.drift(line), has_drifted_))
+        warn(Reason::overlap, clock_.overlap(line, options_.exposure_s), has_overlapped_);
 }
 
 // Decides at the end of the files whether lines without pixels and pixels without line are damage.

@@ -1,16 +1,19 @@
 // Reader of a pair of files, X_frames.bin and X_meta.jsonl, which may still grow.
 #pragma once
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "backend/file.hpp"
 #include "base/buffer.hpp"
 #include "ingest/clock_checks.hpp"
 #include "ingest/placement.hpp"
+#include "ingest/restarts.hpp"
 #include "ingest/side_file.hpp"
 #include "ingest/side_line.hpp"
 
@@ -23,12 +26,24 @@ struct PairOptions {
     double exposure_s = 0; // 0: unknown
     size_t rows = 0, cols = 0;
     std::optional<std::pair<int64_t, int64_t>> ids; // first and end; others are skipped
+    std::string roi; // of the frames, others are skipped; empty: of all
     size_t buffers = 1;
 };
 
 // In the order of TOLIMAN_INGEST_EVENT_... and TOLIMAN_INGEST_REASON_...
 enum class EventKind { nothing, frame, damage, warning };
-enum class Reason { none, bad_line, short_file, place_unknown, clock_jump, clocks_differ, extra_bytes, overlap };
+enum class Reason {
+    none,
+    bad_line,
+    short_file,
+    place_unknown,
+    clock_jump,
+    clocks_differ,
+    extra_bytes,
+    overlap,
+    restart,
+    unknown_key
+};
 
 // Pointers are valid during the next `buffers` - 1 calls of next.
 struct Event {
@@ -80,7 +95,7 @@ class Pair {
         first_ = 0;
     }
     void read_lines(const file::Reader &side);
-    void add_line(const std::string &text, int64_t most);
+    void add_line(const std::string &text, int64_t number, int64_t most);
     void check_type(bool certain);
     void begin_rest();
     std::optional<Event> give(Slot &slot);
@@ -92,7 +107,8 @@ class Pair {
     bool is_wanted(const SideLine &line) const noexcept;
     SideLine &front() noexcept { return lines_[first_]; }
     bool is_empty() const noexcept { return first_ == lines_.size(); }
-    int64_t front_number() const noexcept { return placement_.released() + 1; }
+    int64_t front_number() const noexcept { return is_empty() ? 0 : lines_[first_].number; }
+    void judge(const SideLine &line);
     void release();
     void skip();
 
@@ -118,9 +134,11 @@ class Pair {
     size_t first_ = 0;
     Placement placement_;
     ClockChecks clock_;
-    bool is_warned_ = false;   // of the first line
-    bool has_drifted_ = false; // reported once per pair
-    bool has_overlapped_ = false;
+    Restarts restarts_;
+    std::deque<std::pair<Reason, std::string>> warnings_; // of the first line, not reported yet
+    bool is_judged_ = false;                              // its warnings are known
+    bool has_drifted_ = false;                            // reported once per pair, as the others
+    bool has_overlapped_ = false, has_unknown_key_ = false;
 
     // The end of the files.
     bool is_over_ = false;

@@ -16,7 +16,7 @@ using json::Value;
 
 constexpr const char *kKeys[] = {"frame_id", "timestamp_ns", "host_time",  "nframes_dropped", "roi_label",
                                  "n_rows",   "n_cols",       "session_id", "on_target_s"};
-constexpr int64_t kLargestSide = 65536, kMostDropped = 65535;
+constexpr int64_t kLargestSide = 65536;
 
 const Value &member(const Value &object, const char *key) {
     const Value *const value = object.find(key);
@@ -73,13 +73,22 @@ std::shared_ptr<const std::vector<double>> on_target(const Value &object, double
     return std::make_shared<const std::vector<double>>(std::move(times));
 }
 
-void check_keys(const Value &object) {
+// For messages: short, and without control bytes.
+std::string printable(const std::string &key) {
+    std::string text = key.substr(0, 64);
+    for (char &byte : text)
+        byte = byte >= 0x20 && byte != 0x7f ? byte : '?';
+    return text;
+}
+
+void check_keys(const Value &object, std::set<std::string> &names, SideLine &line) {
     for (size_t i = 0; i < object.names.size(); i++) {
         const std::string &key = object.names[i];
-        if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys))
-            fail(Status::format, "unknown key \"%.64s\"", key.c_str());
+        const bool is_known = std::find(std::begin(kKeys), std::end(kKeys), key) != std::end(kKeys);
+        if (!is_known && line.unknown_key == nullptr)
+            line.unknown_key = names.insert(printable(key)).first->c_str();
         if (object.find(key) != &object.items[i])
-            fail(Status::format, "duplicate key \"%s\"", key.c_str());
+            fail(Status::format, "duplicate key \"%.64s\"", key.c_str());
     }
 }
 
@@ -94,7 +103,7 @@ void parse(const std::string &text, double exposure_s, std::set<std::string> &na
     line.frame_id = integer(object, "frame_id");
     line.has_key = true;
     line.stamp_ns = integer(object, "timestamp_ns");
-    line.dropped = integer(object, "nframes_dropped", 0, kMostDropped);
+    line.dropped = integer(object, "nframes_dropped", 0);
     line.rows = static_cast<uint32_t>(integer(object, "n_rows", 1, kLargestSide));
     line.cols = static_cast<uint32_t>(integer(object, "n_cols", 1, kLargestSide));
     const Value &host = member(object, "host_time");
@@ -102,7 +111,7 @@ void parse(const std::string &text, double exposure_s, std::set<std::string> &na
         fail(Status::format, "host_time must be a number");
     line.host_s = host.number;
     line.on_target_s = on_target(object, exposure_s);
-    check_keys(object);
+    check_keys(object, names, line);
 }
 
 } // namespace

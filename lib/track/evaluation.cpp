@@ -81,7 +81,7 @@ void Evaluation::retry(Frame &frame, Job &job) {
 // Runs in a worker: identifies a frame and, unless it is a duplicate, validates and estimates it.
 void Evaluation::evaluate(const Frame &frame, Job &job, unsigned worker) noexcept {
     job = Job();
-    job.stream = stream_digest(frame.session, frame.roi);
+    job.stream = stream_digest(frame.session, frame.roi, frame.restarts);
     job.content = content_of(frame);
     if (!registry_.knows(key_digest(job.stream, frame.frame_id), job.content))
         validate_and_estimate(frame, job, worker);
@@ -171,7 +171,7 @@ Record Evaluation::record_of(const Frame &frame, const Job &job) const noexcept 
     if (record.reason == Reason::none && job.estimated.sigma != 0)
         record.sigma = job.estimated.sigma;
     record.cells = arrange_(cells_of(frame, job));
-    record.dropped = frame.dropped;
+    record.dropped = static_cast<uint32_t>(std::min<int64_t>(frame.dropped, kMostDropped));
     const bool is_limited = !plan_.reduce; // otherwise the reduced value is: sample_of()
     record.kind = record.reason != Reason::none                                     ? Kind::rejected
                   : is_limited && std::fabs(record.value) > plan_.terms.value_limit ? Kind::outlier

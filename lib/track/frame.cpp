@@ -111,7 +111,7 @@ double mean_shift_s(const Frame &frame) noexcept {
 
 uint32_t content_of(const Frame &frame) noexcept {
     const uint64_t numbers[] = {static_cast<uint64_t>(frame.camera_ns),
-                                frame.dropped,
+                                static_cast<uint64_t>(frame.dropped),
                                 with_bits<uint64_t>(frame.sigma),
                                 frame.rows,
                                 frame.cols,

@@ -15,7 +15,7 @@ struct Frame {
     const void *pixels;
     size_t rows, cols, stride; // in pixels
     Pixel pixel;
-    uint16_t dropped;
+    int64_t dropped, restarts;
     double exposure_s;              // s; 0: unknown
     const double *intervals;        // on target: pairs (start, end) in s from the start of the exposure, increasing
     size_t interval_count;          // number of pairs; 0: unknown

@@ -1,6 +1,6 @@
 // Method: open addressing with linear probing. All memory is allocated at creation, so that a push allocates nothing; a
 // slot is written when it is taken, so that an index for a million frames is created at once. A frame is identified by
-// the 64-bit FNV-1a digest of session, region and frame id, since packet counters wrap and times repeat. The slot
+// the 64-bit FNV-1a digest of session, region, restarts and frame id, since packet counters wrap and times repeat. The slot
 // depends on a random secret (scatter.hpp): crafted keys cannot make all probes collide.
 #include "track/identity.hpp"
 
@@ -16,10 +16,11 @@ void check_name(std::string_view name, const char *what) {
              static_cast<int>(name.size() < kLongestName ? name.size() : kLongestName), name.data(), kNameRule);
 }
 
-uint64_t stream_digest(std::string_view session, std::string_view roi) noexcept {
+uint64_t stream_digest(std::string_view session, std::string_view roi, int64_t restarts) noexcept {
     uint64_t hash = fnv1a(session.data(), session.size());
     hash = fnv1a("", 1, hash); // the zero byte separates "ab" + "c" from "a" + "bc"
-    return fnv1a(roi.data(), roi.size(), hash);
+    hash = fnv1a(roi.data(), roi.size(), hash);
+    return restarts == 0 ? hash : fnv1a(static_cast<uint64_t>(restarts), fnv1a("", 1, hash));
 }
 
 uint64_t key_digest(uint64_t stream, int64_t frame_id) noexcept {

@@ -151,11 +151,11 @@ bool Tracker::merge_record(const Record &found, const Foreign &from, bool is_new
 }
 
 void Tracker::merge_names(const Names &names) {
-    names.visit([this](uint64_t stream, const std::string &session, const std::string &roi) {
+    names.visit([this](uint64_t stream, const Names::Stream &name) {
         Streams &streams = registry_.streams();
         if (streams.find(stream).empty() || streams.is_named(stream))
             return;
-        records_.names()->add(stream, session, roi);
+        records_.names()->add(stream, name.session, name.roi, name.restarts);
         streams.set_named(stream);
     });
 }

@@ -96,7 +96,7 @@ void Tracker::open(StateFolder &folder) {
         refuse_reduced_records();
     records_.open_names();
     records_.names()->visit(
-        [this](uint64_t stream, const std::string &, const std::string &) { registry_.streams().set_named(stream); });
+        [this](uint64_t stream, const Names::Stream &) { registry_.streams().set_named(stream); });
     warn_of_damage(folder);
     resume_from_checkpoint(folder);
     period::Stream &sums = registry_.sums();

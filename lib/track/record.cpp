@@ -1,6 +1,8 @@
 // Format: little-endian members of fixed width, then the columns, then a CRC32. The CRC of a record starts from the
 // CRC of the record before it (a hash chain), so that a record that is changed, removed, inserted or moved is
 // detected at the place where it happened, and the last checksum identifies the whole ledger.
+// The number of dropped frames has 16 bits of its own and the upper halves of kind and reason, which older versions of
+// the library refuse as impossible.
 // Why: CRC32 of zlib detects every burst of up to 32 bits; the ledger defends against disks and crashes, not against
 // an attacker. A record has no length of its own: the header states the columns, so that record n is at a known
 // offset.
@@ -30,9 +32,9 @@ uint32_t to_bytes(const Record &record, size_t columns, uint32_t synced, uint32_
         at = put_number(at, static_cast<uint64_t>(number), 8);
     at = put_number(at, with_bits<uint64_t>(record.value), 8);
     at = put_number(at, with_bits<uint64_t>(record.sigma), 8);
-    at = put_number(at, static_cast<uint8_t>(record.kind), 1);
-    at = put_number(at, static_cast<uint8_t>(record.reason), 1);
-    at = put_number(at, record.dropped, 2);
+    at = put_number(at, static_cast<uint8_t>(record.kind) | (record.dropped >> 16 & 15) << 4, 1);
+    at = put_number(at, static_cast<uint8_t>(record.reason) | record.dropped >> 20 << 4, 1);
+    at = put_number(at, record.dropped & 0xffff, 2);
     for (size_t i = 0; i < columns; i++)
         at = put_number(at, record.cells[i], 8);
     at = put_number(at, synced, 4);
@@ -52,8 +54,10 @@ RecordStatus from_bytes(const uint8_t *bytes, size_t columns, Record &record, ui
         *number = static_cast<int64_t>(take_number(at, 8));
     read.value = with_bits<double>(take_number(at, 8));
     read.sigma = with_bits<double>(take_number(at, 8));
-    const uint64_t kind = take_number(at, 1), reason = take_number(at, 1);
-    read.dropped = static_cast<uint16_t>(take_number(at, 2));
+    uint64_t kind = take_number(at, 1), reason = take_number(at, 1);
+    read.dropped = static_cast<uint32_t>(take_number(at, 2) | kind >> 4 << 16 | reason >> 4 << 20);
+    kind &= 15;
+    reason &= 15;
     for (size_t i = 0; i < columns; i++)
         read.cells[i] = take_number(at, 8);
     const auto before = static_cast<uint32_t>(take_number(at, 4));

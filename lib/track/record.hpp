@@ -31,15 +31,17 @@ enum class Reason : uint8_t {
 };
 constexpr size_t kKinds = 6, kReasons = 9;
 
+constexpr uint32_t kMostDropped = (1u << 24) - 1;
+
 struct Record {
-    uint64_t stream = 0; // digest of session and region
+    uint64_t stream = 0; // digest of session, region and restarts
     int64_t frame_id = 0;
     int64_t camera_ns = 0, tai_ns = 0;
     double value = 0, sigma = 0;
     uint32_t content = 0; // CRC32 of everything that a duplicate has in common
     Kind kind = Kind::accepted;
     Reason reason = Reason::none;
-    uint16_t dropped = 0; // frames that the camera reports to have dropped before this one
+    uint32_t dropped = 0; // frames that the camera reports to have dropped before this one, at most kMostDropped
     Cells cells;          // in the order of the ledger's columns
 };
 

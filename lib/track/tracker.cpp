@@ -37,7 +37,7 @@ void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t 
         const bool unnamed = records_.names() != nullptr && record.kind != Kind::rejected &&
                              !registry_.streams().is_named(record.stream);
         if (unnamed)
-            records_.names()->add(record.stream, frame.session, frame.roi);
+            records_.names()->add(record.stream, frame.session, frame.roi, frame.restarts);
         registry_.register_frame(record, frame, outcomes[done]);
         if (unnamed)
             registry_.streams().set_named(record.stream);
@@ -88,17 +88,18 @@ std::vector<NamedStream> Tracker::streams() const {
     for (const StreamCount &count : registry_.streams().all())
         known[count.digest].count = count;
     if (const Names *const names = records_.names())
-        names->visit([&](uint64_t stream, const std::string &session, const std::string &roi) {
-            const auto found = known.find(stream);
+        names->visit([&](uint64_t digest, const Names::Stream &name) {
+            const auto found = known.find(digest);
             if (found != known.end())
-                found->second = {found->second.count, session, roi};
+                found->second.name = name;
         });
     std::vector<NamedStream> streams;
     streams.reserve(known.size());
     for (auto &[digest, stream] : known)
         streams.push_back(std::move(stream));
     std::stable_sort(streams.begin(), streams.end(), [](const NamedStream &a, const NamedStream &b) {
-        return std::tie(a.session, a.roi) < std::tie(b.session, b.roi);
+        return std::tie(a.name.session, a.name.roi, a.name.restarts) <
+               std::tie(b.name.session, b.name.roi, b.name.restarts);
     });
     return streams;
 }

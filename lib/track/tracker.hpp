@@ -45,7 +45,7 @@ struct Series {
 // A session and region with its counts; empty names if unknown.
 struct NamedStream {
     StreamCount count;
-    std::string session, roi;
+    Names::Stream name;
 };
 
 class Tracker {

@@ -12,7 +12,7 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import INT64, file_name, of_kind, options_of, real, whole, within
+from ._arguments import INT64, file_name, of_kind, options_of, real, text, whole, within
 from ._handle import Handle
 from ._library import check, library
 from ._results import PairInfo
@@ -31,12 +31,12 @@ class PairEvent:
 
     kind: "frame", "damage" (a frame that cannot be read) or "warning" (a suspicious time stamp, whose frame follows, or
         extra bytes).
-    reason: "bad_line", "short_file", "place_unknown", "clock_jump", "clocks_differ", "extra_bytes" or
-        "overlap"; "none" for a frame.
+    reason: "bad_line", "short_file", "place_unknown", "clock_jump", "clocks_differ", "extra_bytes", "overlap", "restart" or
+        "unknown_key"; "none" for a frame.
     file, line: where; line 0 is the whole file.
     text: what is wrong.
     frame: of a frame.
-    key: session, roi and frame_id of a frame, and of damage if they are known.
+    key: session, roi, frame_id and restarts of a frame, and of damage if they are known.
     stamp_ns, host_s: timestamp_ns and host_time of a frame, as written.
     offset: place of a frame in the file of pixels, bytes, by the lines before it.
     """
@@ -47,7 +47,7 @@ class PairEvent:
     line: int
     text: str
     frame: Frame | None
-    key: tuple[str, str, int] | None
+    key: tuple[str, str, int, int] | None
     stamp_ns: int
     host_s: float
     offset: int = 0
@@ -76,6 +76,7 @@ class Pair(Handle):
     exposure_s: length of an exposure; 0: unknown. With it, Frame.camera_ns is the middle of the exposure. Lines with
         on-target intervals, Frame.intervals, need it.
     frame_ids: a range; frames with other ids are skipped.
+    roi: frames of other regions are skipped.
     copy: False gives pixels without copying them. They are valid until the next frame or the next iteration.
 
     Raises NotFoundError if a file is missing, InputError if the file of pixels has the size of the other dtype.
@@ -84,7 +85,8 @@ class Pair(Handle):
     _kind, _destroy = _raw.toliman_ingest, "toliman_ingest_destroy"
 
     def __init__(self, path: str | os.PathLike[str], dtype: str, *, growing: bool = False, rows: int = 0, cols: int = 0,
-                 stamp: str = "start", exposure_s: float = 0.0, frame_ids: range | None = None, copy: bool = True):
+                 stamp: str = "start", exposure_s: float = 0.0, frame_ids: range | None = None, copy: bool = True,
+                 roi: str | None = None):
         if dtype not in _PIXELS:
             raise ValueError(f"dtype = {dtype!r}: must be {' or '.join(_PIXELS)}")
         pixel, self._type = _PIXELS[dtype]
@@ -93,6 +95,7 @@ class Pair(Handle):
                              flags=_raw.TOLIMAN_INGEST_GROWING if growing else 0, rows=whole("rows", rows),
                              cols=whole("cols", cols), stamp=number("stamp", stamp, "TOLIMAN_FRAME_STAMP"),
                              exposure_s=real("exposure_s", exposure_s), first_id=first, end_id=end,
+                             roi=None if roi is None else text("roi", roi),
                              buffers=1 if copy else 2)  # a view outlives the end of the iteration
         self._copy, self._growing, self._dtype = copy, growing, dtype
         self._finished = False
@@ -154,7 +157,7 @@ class Pair(Handle):
         return self._read(library.toliman_ingest_get_info, _raw.toliman_ingest_info, PairInfo)
 
     def _event(self, frame: _raw.toliman_frame, event: _raw.toliman_ingest_event) -> PairEvent:
-        key = (frame.session.decode(), frame.roi.decode(), frame.frame_id) if event.has_key else None
+        key = (frame.session.decode(), frame.roi.decode(), frame.frame_id, frame.restarts) if event.has_key else None
         return PairEvent(_EVENTS[event.event], _REASONS[event.reason], os.fsdecode(event.file), event.line,
                          event.text.decode(errors="replace"), self._frame(frame) if frame.pixels else None, key,
                          event.stamp_ns, event.host_s, event.offset)
@@ -167,7 +170,8 @@ class Pair(Handle):
         if frame.interval_count:
             intervals = numpy.ctypeslib.as_array(frame.intervals, (frame.interval_count, 2)).copy()
         return Frame(pixels.copy() if self._copy else pixels, frame.frame_id, frame.camera_ns, frame.session.decode(),
-                     frame.roi.decode(), frame.dropped, exposure_s=frame.exposure_s, intervals=intervals)
+                     frame.roi.decode(), frame.dropped, exposure_s=frame.exposure_s, intervals=intervals,
+                     window=(frame.window_row, frame.window_col), restarts=frame.restarts)
 
     def _summary(self) -> str:
         info = self.info()

@@ -61,8 +61,9 @@ class Frame:
 
     pixels: [row][column] of uint8, uint16, uint32, int16, int32, float32 or float64; read in place if rows are
         contiguous.
-    frame_id, session, roi: identify the frame. A second frame with the same three is a duplicate if its bytes are
-        equal; otherwise both are quarantined.
+    frame_id, session, roi, restarts: identify the frame. A second frame with the same four is a duplicate if its bytes
+        are equal; otherwise both are quarantined. restarts: how often the camera has restarted within the session, so
+        that its ids begin again.
     camera_ns: time of the camera's clock, in ns.
     dropped: number of frames that the camera dropped before this one.
     sigma: standard deviation of this frame's value; 0 takes the tracker's.
@@ -81,6 +82,7 @@ class Frame:
     exposure_s: float = 0.0
     intervals: ArrayLike | None = None
     window: tuple[int, int] = (0, 0)
+    restarts: int = 0
 
     def __array__(self, dtype: typing.Any = None, copy: bool | None = None) -> NDArray:
         """The pixels, so that an estimator encodes a frame as it is."""
@@ -530,4 +532,5 @@ def _struct_of(frame: Frame, pixels: NDArray, intervals: NDArray | None) -> typi
         exposure_s=real("exposure_s", frame.exposure_s), intervals=pointer(intervals),
         interval_count=0 if intervals is None else len(intervals),
         window_row=within("window", frame.window[0], -INT64, INT64),
-        window_col=within("window", frame.window[1], -INT64, INT64))
+        window_col=within("window", frame.window[1], -INT64, INT64),
+        restarts=within("restarts", frame.restarts, -INT64, INT64))

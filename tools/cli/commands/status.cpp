@@ -73,7 +73,8 @@ std::string sessions_text(const std::vector<toliman_track_stream> &streams) {
     std::string text;
     for (size_t i = 0; i < std::min(streams.size(), kShownSessions); i++) {
         const toliman_track_stream &stream = streams[i];
-        const std::string name = std::string(stream.session) + " " + stream.roi;
+        const std::string restart = stream.restarts > 0 ? " restart " + std::to_string(stream.restarts) : "";
+        const std::string name = std::string(stream.session) + " " + stream.roi + restart;
         text += formatted("  %-30s ids %lld to %lld, %lld frames, %lld missing\n", name.c_str(),
                           static_cast<long long>(stream.first_id), static_cast<long long>(stream.last_id),
                           static_cast<long long>(stream.frames), static_cast<long long>(stream.missing));
@@ -158,7 +159,7 @@ void add_status(CLI::App &app, Context &context) {
     CLI::Option *series = command->add_flag(
         "--series", options->series, "print CSV t,y,sigma of the samples in the periodogram (t in days, y in px)");
     CLI::Option *missing =
-        command->add_flag("--missing", options->missing, "print CSV session,roi,first,last of missing frame ids");
+        command->add_flag("--missing", options->missing, "print CSV session,roi,first,last,restarts of missing frame ids");
     CLI::Option *out =
         add_option(command, "--out", options->out, "DIR", "also write the results as files into this folder")
             ->check([](const std::string &name) { return name.empty() ? "\"\": must be the name of a folder" : ""; });

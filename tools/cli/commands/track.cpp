@@ -83,6 +83,9 @@ void add_track(CLI::App &app, Context &context) {
         ->check(CLI::Range(1u, 1000000000u));
     add_choice(command, "--dtype", input.dtype, {"u16le", "u32le"},
                "pixel type of raw pairs, required for them: u16le or u32le");
+    add_option(command, "--roi", input.roi, "LABEL",
+               "use only frames of this region of raw pairs; required if the inputs have several: frames of two regions "
+               "never share a state folder");
     add_option(command, "--frames", options->frames, "RANGE",
                "A:B: use only frames with ids from A to B - 1 (a shard); default all");
     command

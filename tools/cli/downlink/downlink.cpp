@@ -11,6 +11,7 @@
 #include "common/lines.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
+#include "downlink/regions.hpp"
 
 namespace cli {
 
@@ -90,6 +91,15 @@ void check_inputs(const InputOptions &options) {
         if (is_pair(input) && !options.follow)
             check_complete(side_of(input));
     }
+    std::vector<std::string> sides;
+    for (const std::string &input : options.inputs) {
+        const std::vector<std::string> more = is_folder(input) ? pairs_of(input) : std::vector<std::string>();
+        sides.insert(sides.end(), more.begin(), more.end());
+        if (is_pair(input))
+            sides.push_back(side_of(input));
+    }
+    if (options.roi.empty())
+        check_one_region(sides, options.inputs.size() == 1 ? options.inputs.front() : "the inputs");
 }
 
 void Downlink::read() {
@@ -155,6 +165,7 @@ std::shared_ptr<PairSource> Downlink::open_pair(const std::string &path) const {
     options.first_id = options_.frames.first;
     options.end_id = options_.frames.end;
     options.buffers = static_cast<uint32_t>(tracking_.batch());
+    options.roi = options_.roi.empty() ? nullptr : options_.roi.c_str();
     return std::make_shared<PairSource>(path, options);
 }
 

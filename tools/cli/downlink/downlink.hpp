@@ -13,6 +13,7 @@ namespace cli {
 struct InputOptions {
     std::vector<std::string> inputs;
     std::string dtype; // of pairs
+    std::string roi;   // frames of other regions are skipped; empty: the region of the folder
     DatedFileOptions dated;
     FrameIds frames; // all others are skipped
     bool follow = false;

@@ -80,7 +80,7 @@ bool is_known(const toliman_track_record &line) noexcept {
 }
 
 Json session_json(const toliman_track_stream &stream) {
-    return Json("session", stream.session, "roi", stream.roi, "first_id", stream.first_id, "last_id", stream.last_id,
+    return Json("session", stream.session, "roi", stream.roi, "restarts", stream.restarts, "first_id", stream.first_id, "last_id", stream.last_id,
                 "frames", stream.frames, "missing", stream.missing);
 }
 
@@ -122,7 +122,8 @@ void print_records(const toliman::tracker &tracker) {
         const bool is_named = names.count(line.stream) > 0;
         const toliman_track_stream stream = is_named ? names.at(line.stream) : toliman_track_stream{};
         Json json("schema", "toliman-record/1", "session", if_known(is_named, stream.session), "roi",
-                  if_known(is_named, stream.roi), "frame_id", line.frame_id, "camera_ns", line.camera_ns, "verdict",
+                  if_known(is_named, stream.roi), "restarts", if_known(is_named, stream.restarts), "frame_id",
+                  line.frame_id, "camera_ns", line.camera_ns, "verdict",
                   toliman_constant_name(line.verdict));
         if (!is_valid || line.verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED)
             json.set("reason", toliman_constant_name(line.reason));
@@ -157,7 +158,7 @@ void print_missing(const toliman::tracker &tracker) {
         if (is_known(line))
             ids[line.stream].push_back(line.frame_id);
     });
-    print_stdout("session,roi,first,last\n");
+    print_stdout("session,roi,first,last,restarts\n");
     for (const toliman_track_stream &stream : streams_of(tracker)) {
         std::vector<int64_t> &known = ids[stream.stream];
         std::sort(known.begin(), known.end());
@@ -165,7 +166,7 @@ void print_missing(const toliman::tracker &tracker) {
         for (size_t i = 1; i < known.size(); i++)
             if (known[i] > known[i - 1] && known[i] - 1 > known[i - 1])
                 text += std::string(stream.session) + "," + stream.roi + "," + std::to_string(known[i - 1] + 1) + "," +
-                        std::to_string(known[i] - 1) + "\n";
+                        std::to_string(known[i] - 1) + "," + std::to_string(stream.restarts) + "\n";
         print_stdout(text);
     }
 }

@@ -20,7 +20,7 @@ void print_records(const toliman::tracker &tracker);
 // how.grid.time_offset_ns.
 void print_series(const toliman::tracker &tracker, const toliman_track_options &how,
                   const std::function<void(const std::string &text)> &print);
-// CSV session,roi,first,last of missing frame ids.
+// CSV session,roi,first,last,restarts of missing frame ids.
 void print_missing(const toliman::tracker &tracker);
 
 // Median sigma of the frames with a value, as their estimator gave them; nothing if there are none.

@@ -11,6 +11,7 @@
 #include "common/stop.hpp"
 #include "common/text.hpp"
 #include "downlink/folder_goodness.hpp"
+#include "downlink/ledger_report.hpp"
 
 namespace cli {
 
@@ -110,7 +111,8 @@ std::string frame_line(const toliman_frame &frame, bool has_key, bool has_time, 
                        const char *reason, const toliman_track_outcome &outcome, int64_t shift) {
     const bool known = has_value(outcome);
     return Json("schema", "toliman-frame/2", "session", if_known(has_key, frame.session), "roi",
-                if_known(has_key, frame.roi), "frame_id", if_known(has_key, frame.frame_id), "verdict",
+                if_known(has_key, frame.roi), "restarts", if_known(has_key, frame.restarts), "frame_id",
+                if_known(has_key, frame.frame_id), "verdict",
                 toliman_constant_name(outcome.verdict), "reason", if_known(reason != nullptr, reason), "camera_ns",
                 if_known(has_time, frame.camera_ns), "input", place, "tai_ns", if_known(known, outcome.tai_ns), "value",
                 Exact{known ? outcome.value : NAN}, "chi_square", outcome.chi_square, "chi_square_sigma",
@@ -140,6 +142,9 @@ Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, R
     : tracker_(std::move(tracker)), settings_(settings_of(tracker_)), options_(options), realigner_(realigner),
       progress_(progress), warnings_(progress), batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1),
       records_(info_of(tracker_).records), saved_(records_) {
+    for (const toliman_track_stream &stream : streams_of(tracker_))
+        if (stream.roi[0] != '\0')
+            regions_.insert(stream.roi);
     if (options.renewal)
         bank_.emplace(records_, *options.renewal);
 }
@@ -157,13 +162,18 @@ void Tracking::take(const std::shared_ptr<FrameSource> &source, const toliman_fr
     if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE)
         return reject(given, event.has_key != 0, place, toliman_constant_name(event.reason), event.text);
     if (event.event == TOLIMAN_INGEST_EVENT_WARNING)
-        return report(event.reason == TOLIMAN_INGEST_REASON_CLOCKS_DIFFER ||
-                              event.reason == TOLIMAN_INGEST_REASON_OVERLAP
-                          ? Severity::warning
-                          : Severity::damage,
+        return report(event.reason == TOLIMAN_INGEST_REASON_CLOCK_JUMP ||
+                              event.reason == TOLIMAN_INGEST_REASON_EXTRA_BYTES
+                          ? Severity::damage
+                          : Severity::warning,
                       toliman_constant_name(event.reason), place, event.text);
-    if (dynamic_cast<const PairSource *>(source.get()) != nullptr)
+    if (dynamic_cast<const PairSource *>(source.get()) != nullptr) {
+        if (is_other_region(given.roi))
+            return reject(given, true, place, "other region",
+                          std::string("region ") + given.roi + ": the folder has frames of " + *regions_.begin() +
+                              ": --roi takes those of one region, for a folder of its own");
         note_unknown_exposure(place);
+    }
     toliman_frame frame = given;
     std::vector<double> intervals;
     if (!set_intervals(frame, intervals))
@@ -194,6 +204,13 @@ bool Tracking::set_intervals(toliman_frame &frame, std::vector<double> &interval
     frame.intervals = intervals.data();
     frame.interval_count = intervals.size() / 2;
     return true;
+}
+
+// Only pairs name their regions.
+bool Tracking::is_other_region(const char *roi) {
+    if (regions_.empty())
+        regions_.insert(roi);
+    return regions_.count(roi) == 0;
 }
 
 void Tracking::note_unknown_exposure(const std::string &place) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -74,6 +75,7 @@ class Tracking {
                 const std::string &text);
     void warn_if_far(const std::string &place, double value, double sigma);
     void note_unknown_exposure(const std::string &place);
+    bool is_other_region(const char *roi);
     bool set_intervals(toliman_frame &frame, std::vector<double> &intervals);
     PeriodFacts update(Fit fit); // prints it
     std::string summary(const PeriodFacts &period) const;
@@ -97,6 +99,7 @@ class Tracking {
     std::chrono::steady_clock::time_point oldest_; // of them
     size_t since_update_ = 0;                      // accepted frames
     int64_t records_ = 0, saved_ = 0;              // of the ledger; at the last checkpoint
+    std::set<std::string> regions_;                // of the folder, or of its first frame
     std::optional<BankWatch> bank_;
     std::optional<OnTarget> on_target_;
     bool noted_exposure_ = false, noted_intervals_ = false;
