@@ -2,7 +2,7 @@
  *
  * Data flow (functions toliman_ingest_...)
  *
- *                   create <- X_frames.bin and X_meta.jsonl, complete or still growing
+ *                   create <- X_frames.bin and X_meta.jsonl, complete or still growing; X.nc
  *                     |
  *                   next, finish -> event -> frame -> track.h, cae.h, linear.h
  *                     |  ^ find_frame, set_shift: after bytes were lost
@@ -18,7 +18,8 @@
  * The mission writes a session as a pair of files: X_frames.bin holds the pixels without header, and X_meta.jsonl, the
  * side file, one JSON object per frame (formats.md, "The mission's pair of files"). Both files grow while the session
  * is downlinked. A damaged line or a missing frame is an event and does not end the reading
- * (promise: damaged-lines-are-events). */
+ * (promise: damaged-lines-are-events). For the downlink, batches of frames are compressed to netCDF files
+ * (formats.md, "Batches of frames"); the same reader gives their frames. */
 #ifndef TOLIMAN_INGEST_H
 #define TOLIMAN_INGEST_H
 
@@ -26,7 +27,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Reader of one pair of files. No file is open after NOTHING, so that one process can follow thousands of pairs. */
+/* Reader of one pair of files, or of one batch. No file is open after NOTHING, so that one process can follow thousands of pairs. */
 typedef struct toliman_ingest toliman_ingest;
 
 /* Flags of toliman_ingest_options. */
@@ -36,7 +37,8 @@ typedef struct toliman_ingest toliman_ingest;
 typedef struct toliman_ingest_options {
     uint32_t struct_size;
     uint32_t flags;     /* TOLIMAN_INGEST_GROWING */
-    int32_t pixel;      /* type of the pixels: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32; there is no default */
+    int32_t pixel;      /* type of the pixels of a pair: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32; there is no default.
+                           Those of a batch are U16 */
     int32_t stamp;      /* meaning of timestamp_ns: TOLIMAN_FRAME_STAMP_..., 0 = START, as the mission writes it */
     double exposure_s;  /* length of an exposure, in (0, 1e9] s; 0 = unknown */
     int64_t rows, cols; /* expected shape of a frame, in [1, 65536]; both 0 = the shape in the first valid line. If
@@ -50,11 +52,13 @@ typedef struct toliman_ingest_options {
 } toliman_ingest_options;
 #define TOLIMAN_INGEST_OPTIONS_INIT TOLIMAN_INIT(toliman_ingest_options)
 
-/* Creates a reader of a pair. Both files must exist; toliman_ingest_next reads them.
- *   path     one of the two files, or X, the path without _frames.bin and _meta.jsonl
+/* Creates a reader of a pair or a batch. The files must exist; toliman_ingest_next reads those of a pair.
+ *   path     one of the two files, or X, the path without _frames.bin and _meta.jsonl; or a batch, X.nc, which must be
+ *            complete: GROWING is ignored
  *   options  must not be NULL, as the pixel type has no default
  * The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND if one of the files is missing, is not a regular file or cannot
- * be opened. */
+ * be opened; for a batch, TOLIMAN_E_FORMAT with the reason if it is damaged or has other contents, and
+ * TOLIMAN_E_UNSUPPORTED if the library was built without netCDF. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_create(const char *path,
                                                                     const toliman_ingest_options *options,
                                                                     toliman_ingest **out) TOLIMAN_NOEXCEPT;
@@ -88,12 +92,12 @@ typedef struct toliman_ingest_event {
     int32_t event;        /* TOLIMAN_INGEST_EVENT_... */
     int32_t reason;       /* TOLIMAN_INGEST_REASON_... */
     int32_t has_key;      /* 1 for FRAME, and for DAMAGE if session, roi and frame_id are known; else 0 */
-    const char *file;     /* path of the side file; of EXTRA_BYTES, the file of pixels. Never NULL */
-    int64_t line;         /* line of the side file, from 1; 0 for NOTHING and EXTRA_BYTES */
+    const char *file;     /* path of the side file; of EXTRA_BYTES, the file of pixels; of a batch, itself. Never NULL */
+    int64_t line;         /* line of the side file, or frame of the batch, from 1; 0 for NOTHING and EXTRA_BYTES */
     const char *text;     /* what is wrong, without file and line; "" for FRAME and NOTHING. Never NULL */
     int64_t stamp_ns;     /* timestamp_ns as written, for FRAME, SHORT_FILE and PLACE_UNKNOWN; else 0 */
     double host_s;        /* host_time in s, for the same events; else 0 */
-    int64_t offset; /* byte of the file of pixels at which a FRAME begins by the lines before it, without the shift of
+    int64_t offset; /* 0 in a batch; otherwise byte of the file of pixels at which a FRAME begins by the lines before it, without the shift of
                        toliman_ingest_set_shift */
 } toliman_ingest_event;
 #define TOLIMAN_INGEST_EVENT_INIT TOLIMAN_INIT(toliman_ingest_event)
@@ -142,7 +146,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_next(toliman_ingest
  *   size       of pixels, in bytes
  *   shift      receives the bytes from the frame's place to there; 0 if it is not found elsewhere: pixels is unchanged
  * The size of the file, compared with that of the frames of all lines, tells whether bytes were lost or gained; with
- * GROWING it does not, and no frame is found. The likeness is that of images: let the estimator confirm the frame.
+ * GROWING it does not, and no frame is found, nor is one in a batch. The likeness is that of images: let the estimator confirm the frame.
  * Errors: TOLIMAN_E_CAPACITY if size is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t offset,
                                                                         const toliman_frame *reference, void *pixels,
@@ -161,6 +165,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_set_shift(toliman_i
  * no effect without GROWING. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_finish(toliman_ingest *ingest) TOLIMAN_NOEXCEPT;
 
+/* Returns the version of netCDF, which reads batches ("4.9.0"); "" if the library was built without it. */
+TOLIMAN_API const char *toliman_ingest_netcdf_version(void) TOLIMAN_NOEXCEPT;
+
 /* Properties and counts of a reader. */
 typedef struct toliman_ingest_info {
     uint32_t struct_size;               /* in: sizeof(toliman_ingest_info) */
@@ -172,7 +179,7 @@ typedef struct toliman_ingest_info {
     int64_t warnings;                   /* WARNING events */
     int64_t skipped;                    /* frames outside first_id to end_id or of another region */
     uint64_t bytes;                     /* size of the file of pixels when it was last examined; 0 before */
-    const char *side_file, *pixel_file; /* paths, valid until the reader is destroyed */
+    const char *side_file, *pixel_file; /* paths, valid until the reader is destroyed; both that of a batch */
 } toliman_ingest_info;
 #define TOLIMAN_INGEST_INFO_INIT TOLIMAN_INIT(toliman_ingest_info)
 

@@ -74,7 +74,7 @@ typedef struct toliman_sky_options {
     uint32_t struct_size;
     uint32_t without; /* sum of the TOLIMAN_SKY_... that are left out, in [0, 255] */
     /* Observer: one of observer and altitude_km, or none for the Earth's centre. */
-    const char *observer; /* path of an observer file, CCSDS OEM or CSV (formats.md, "Observer files"); may be NULL */
+    const char *observer; /* path of an observer file: OEM, CSV, Horizons (formats.md, "Observer files"); may be NULL */
     double altitude_km; /* altitude of a circular sun-synchronous orbit, for simulations, in [200, 2000] km; 0 = none */
     double node_hours;  /* local mean time at its ascending node, in (0, 24] h; 0 = 18 h, a dawn-dusk orbit */
     const toliman_leap_second *leap_seconds; /* [leap_second_count], for observer files in UTC; NULL if it is 0 */

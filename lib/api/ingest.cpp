@@ -1,7 +1,8 @@
-// include/toliman/ingest.h: pairs of files
+// include/toliman/ingest.h: pairs of files and batches
 #include <toliman/ingest.h>
 
 #include <cmath>
+#include <memory>
 
 #include "api/accept.hpp"
 #include "api/choice.hpp"
@@ -11,6 +12,8 @@
 #include "api/pixel_frames.hpp"
 #include "api/track_frames.hpp"
 #include "base/name.hpp"
+#include "backend/netcdf.hpp"
+#include "ingest/batch.hpp"
 #include "ingest/pair.hpp"
 
 using namespace toliman;
@@ -20,7 +23,7 @@ struct toliman_ingest : Handle<toliman_ingest> {
     static constexpr char kType[] = "toliman_ingest";
     toliman_ingest_options options; // its allocator may be gone
     int64_t shift_ns;
-    ingest::Pair pair;
+    std::unique_ptr<ingest::Reader> reader;
 };
 
 namespace {
@@ -56,15 +59,20 @@ void check(const toliman_ingest_options &options) {
         fail(Status::argument, "{options->roi} = \"%.64s\": %s", options.roi, kNameRule);
 }
 
-toliman_ingest_options known_options(const toliman_ingest_options *given) {
+toliman_ingest_options known_options(const toliman_ingest_options *given, bool is_batch) {
     required(given, "options");
     toliman_ingest_options options = accept(given, "options");
+    if (is_batch && options.pixel == 0)
+        options.pixel = TOLIMAN_PIXEL_U16;
+    if (is_batch && options.pixel == TOLIMAN_PIXEL_U32)
+        fail(Status::argument, "{options->pixel} = %d: must be TOLIMAN_PIXEL_U16, %d, or 0, for a batch", options.pixel,
+             TOLIMAN_PIXEL_U16);
     check(options);
     return options;
 }
 
-ingest::PairOptions pair_options(const toliman_ingest_options &options) {
-    ingest::PairOptions pair;
+ingest::ReaderOptions reader_options(const toliman_ingest_options &options) {
+    ingest::ReaderOptions pair;
     pair.growing = (options.flags & TOLIMAN_INGEST_GROWING) != 0;
     pair.pixel_bytes = size_of(kPixels.to_enum(options.pixel));
     pair.shift_ns = shift_of(options);
@@ -76,6 +84,12 @@ ingest::PairOptions pair_options(const toliman_ingest_options &options) {
     pair.roi = options.roi != nullptr ? options.roi : "";
     pair.buffers = options.buffers;
     return pair;
+}
+
+std::unique_ptr<ingest::Reader> reader_of(const char *path, const ingest::ReaderOptions &options) {
+    if (ingest::is_batch(path))
+        return std::make_unique<ingest::Batch>(path, options);
+    return std::make_unique<ingest::Pair>(path, options);
 }
 
 toliman_frame public_frame(const ingest::Event &event, const toliman_ingest_options &options, int64_t shift_ns) {
@@ -96,6 +110,8 @@ toliman_frame public_frame(const ingest::Event &event, const toliman_ingest_opti
     frame.pixel = options.pixel;
     frame.pixels = event.pixels;
     frame.exposure_s = options.exposure_s;
+    frame.window_row = line.window_row;
+    frame.window_col = line.window_col;
     if (line.on_target_s) {
         frame.intervals = line.on_target_s->data();
         frame.interval_count = line.on_target_s->size() / 2;
@@ -126,10 +142,10 @@ toliman_status toliman_ingest_create(const char *path, const toliman_ingest_opti
     return guard([&] {
         required(path, "path");
         toliman_ingest *&made = required(out, "out");
-        const toliman_ingest_options known = known_options(options);
+        const toliman_ingest_options known = known_options(options, ingest::is_batch(path));
         const MemoryScope scope(memory_of(known.allocator));
-        const ingest::PairOptions pair = pair_options(known);
-        made = new toliman_ingest{{}, known, pair.shift_ns, ingest::Pair(path, pair)};
+        const ingest::ReaderOptions wanted = reader_options(known);
+        made = new toliman_ingest{{}, known, wanted.shift_ns, reader_of(path, wanted)};
         made->options.roi = nullptr; // the caller's
     });
 }
@@ -142,7 +158,7 @@ toliman_status toliman_ingest_next(toliman_ingest *ingest, toliman_frame *frame,
     return call(ingest, "ingest", [&](auto &self) {
         check_struct_size("frame", required(frame, "frame"));
         check_struct_size("event", required(event, "event"));
-        const ingest::Event found = self.pair.next();
+        const ingest::Event found = self.reader->next();
         deliver(public_frame(found, self.options, self.shift_ns), frame, "frame");
         deliver(public_event(found), event, "event");
     });
@@ -163,22 +179,30 @@ toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t o
         const size_t needed = count * size_of(kPixels.to_enum(known.pixel, "reference->pixel"));
         if (size < needed)
             fail(Status::capacity, "{size} = %zu: must be at least %zu, the bytes of the reference", size, needed);
-        *shift = self.pair.find(static_cast<uint64_t>(offset), count,
+        *shift = self.reader->find(static_cast<uint64_t>(offset), count,
                                 &required(static_cast<const char *>(known.pixels), "reference->pixels"), pixels);
     });
 }
 
 toliman_status toliman_ingest_set_shift(toliman_ingest *ingest, int64_t shift) noexcept {
-    return call(ingest, "ingest", [&](auto &self) { self.pair.set_shift(shift); });
+    return call(ingest, "ingest", [&](auto &self) { self.reader->set_shift(shift); });
 }
 
 toliman_status toliman_ingest_finish(toliman_ingest *ingest) noexcept {
-    return call(ingest, "ingest", [&](auto &self) { self.pair.finish(); });
+    return call(ingest, "ingest", [&](auto &self) { self.reader->finish(); });
+}
+
+const char *toliman_ingest_netcdf_version(void) noexcept {
+    try {
+        return netcdf::version();
+    } catch (...) { // out of memory
+        return "";
+    }
 }
 
 toliman_status toliman_ingest_get_info(const toliman_ingest *ingest, toliman_ingest_info *out) noexcept {
     return call(ingest, "ingest", [&](auto &self) {
-        const ingest::PairCounts counts = self.pair.counts();
+        const ingest::ReaderCounts counts = self.reader->counts();
         toliman_ingest_info info = {};
         info.stamp = self.options.stamp;
         info.exposure_s = self.options.exposure_s;
@@ -188,8 +212,8 @@ toliman_status toliman_ingest_get_info(const toliman_ingest *ingest, toliman_ing
         info.warnings = counts.warnings;
         info.skipped = counts.skipped;
         info.bytes = counts.bytes;
-        info.side_file = self.pair.side_path().c_str();
-        info.pixel_file = self.pair.pixel_path().c_str();
+        info.side_file = self.reader->side_path().c_str();
+        info.pixel_file = self.reader->pixel_path().c_str();
         deliver(info, out, "out");
     });
 }

@@ -1,5 +1,7 @@
 #include "backend/zip.hpp"
 
+#include <algorithm>
+#include <memory>
 #include <zlib.h>
 
 #include "base/error.hpp"
@@ -36,6 +38,38 @@ std::vector<uint8_t> inflate(const void *packed, size_t packed_size, size_t size
     ::inflateEnd(&stream);
     if (!exact)
         fail(Status::format, "%s: the compressed payload is damaged or has another size than stated", kind);
+    return out;
+}
+
+bool is_gzip(const std::vector<uint8_t> &data) noexcept {
+    return data.size() >= 2 && data[0] == 0x1f && data[1] == 0x8b;
+}
+
+// Files may have several members, one after the other.
+std::vector<uint8_t> gunzip(const std::vector<uint8_t> &packed, size_t limit, const char *path) {
+    constexpr int kGzip = 16 + MAX_WBITS;
+    constexpr size_t kChunk = size_t{1} << 16, kMost = size_t{1} << 30;
+    z_stream stream = {};
+    if (::inflateInit2(&stream, kGzip) != Z_OK)
+        fail(Status::memory, "inflate: out of memory");
+    const std::unique_ptr<z_stream, int (*)(z_stream *)> owner(&stream, ::inflateEnd);
+    std::vector<uint8_t> out;
+    stream.next_in = const_cast<Bytef *>(packed.data());
+    stream.avail_in = static_cast<uInt>(std::min(packed.size(), kMost));
+    for (int result = Z_OK; result != Z_STREAM_END || stream.avail_in > 0;) {
+        if (result == Z_STREAM_END)
+            ::inflateReset(&stream);
+        const size_t before = out.size();
+        if (before > limit)
+            fail(Status::format, "{%s}: has more than %zu bytes when unpacked", path, limit);
+        out.resize(before + kChunk);
+        stream.next_out = out.data() + before;
+        stream.avail_out = kChunk;
+        result = ::inflate(&stream, Z_NO_FLUSH);
+        out.resize(out.size() - stream.avail_out);
+        if (result != Z_OK && result != Z_STREAM_END)
+            fail(Status::format, "{%s}: is a damaged or truncated gzip file", path);
+    }
     return out;
 }
 

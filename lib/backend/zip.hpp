@@ -1,4 +1,4 @@
-// zlib: CRC32, deflate, and inflate into a buffer of exactly the known size.
+// zlib: CRC32, deflate, inflate into a buffer of exactly the known size, and gzip files.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -14,5 +14,11 @@ std::vector<uint8_t> deflate(const void *data, size_t size);
 // Inflates to `size` bytes. Status::format unless the stream ends after exactly these and all input is consumed; memory
 // is only allocated for a size that the input can have.
 std::vector<uint8_t> inflate(const void *packed, size_t packed_size, size_t size, const char *kind);
+
+// Whether data begin as a gzip file.
+bool is_gzip(const std::vector<uint8_t> &data) noexcept;
+
+// The content of a gzip file, of at most `limit` bytes. Status::format, with the path, if it is damaged or larger.
+std::vector<uint8_t> gunzip(const std::vector<uint8_t> &packed, size_t limit, const char *path);
 
 } // namespace toliman::zip

@@ -47,24 +47,17 @@ std::string restart_text(const SideLine &line) {
 
 } // namespace
 
-Pair::Pair(const std::string &path, const PairOptions &options)
-    : side_path_(stem_of(path) + kSide), pixel_path_(stem_of(path) + kPixels), options_(options),
+Pair::Pair(const std::string &path, const ReaderOptions &options)
+    : Reader(options), side_path_(stem_of(path) + kSide), pixel_path_(stem_of(path) + kPixels),
       slots_(options.buffers), placement_(options.pixel_bytes, options.rows, options.cols) {
     [[maybe_unused]] const file::Reader side(side_path_), pixels(pixel_path_); // fail if a file cannot be opened
 }
 
-PairCounts Pair::counts() const noexcept {
-    PairCounts counts = counts_;
+ReaderCounts Pair::counts() const noexcept {
+    ReaderCounts counts = counts_;
     counts.lines = placement_.counted();
     counts.bytes = pixel_stamp_.size;
     return counts;
-}
-
-bool Pair::is_wanted(const SideLine &line) const noexcept {
-    if (!line.has_key)
-        return true;
-    const bool has_id = !options_.ids || (line.frame_id >= options_.ids->first && line.frame_id < options_.ids->second);
-    return has_id && (options_.roi.empty() || options_.roi == line.roi);
 }
 
 // Forgets the lines of files that were replaced. Counts of events stay.

@@ -13,74 +13,26 @@
 #include "base/buffer.hpp"
 #include "ingest/clock_checks.hpp"
 #include "ingest/placement.hpp"
+#include "ingest/reader.hpp"
 #include "ingest/restarts.hpp"
 #include "ingest/side_file.hpp"
 #include "ingest/side_line.hpp"
 
 namespace toliman::ingest {
 
-struct PairOptions {
-    bool growing = false;
-    size_t pixel_bytes = 2;
-    int64_t shift_ns = 0;  // from a time stamp to the middle of the exposure
-    double exposure_s = 0; // 0: unknown
-    size_t rows = 0, cols = 0;
-    std::optional<std::pair<int64_t, int64_t>> ids; // first and end; others are skipped
-    std::string roi; // of the frames, others are skipped; empty: of all
-    size_t buffers = 1;
-};
-
-// In the order of TOLIMAN_INGEST_EVENT_... and TOLIMAN_INGEST_REASON_...
-enum class EventKind { nothing, frame, damage, warning };
-enum class Reason {
-    none,
-    bad_line,
-    short_file,
-    place_unknown,
-    clock_jump,
-    clocks_differ,
-    extra_bytes,
-    overlap,
-    restart,
-    unknown_key
-};
-
-// Pointers are valid during the next `buffers` - 1 calls of next.
-struct Event {
-    EventKind kind = EventKind::nothing;
-    Reason reason = Reason::none;
-    const std::string *file = nullptr;
-    int64_t number = 0; // of the line, from 1; 0: the whole file
-    const char *text = "";
-    SideLine line = {};           // of a frame, and of damage; of a bad line the key alone
-    const void *pixels = nullptr; // of a frame
-    uint64_t offset = 0;          // of a frame: its place by the lines before it, without the shift
-};
-
-struct PairCounts {
-    int64_t lines = 0, frames = 0, damaged = 0, warnings = 0, skipped = 0;
-    uint64_t bytes = 0;
-};
-
-class Pair {
+class Pair final : public Reader {
   public:
     // path: one of the two files, or what both have in common. Status::not_found if a file cannot be read.
-    Pair(const std::string &path, const PairOptions &options);
+    Pair(const std::string &path, const ReaderOptions &options);
 
-    // Status::not_found if a file cannot be read, Status::format if it cannot be a file of such a pair.
-    Event next();
-    void finish() noexcept { is_finished_ = options_.growing; }
-
-    // Finds the frame whose place is `offset`, after the file has lost or gained bytes: reads it into pixels
-    // [reference's size], and returns how far it is from its place. 0 if it is not found elsewhere, and of growing
-    // files, whose size says nothing.
-    int64_t find(uint64_t offset, size_t pixels, const void *reference, void *found) const;
-    // Of the frames that were not reported yet.
-    void set_shift(int64_t bytes) noexcept { placement_.set_shift(bytes); }
-
-    PairCounts counts() const noexcept;
-    const std::string &side_path() const noexcept { return side_path_; }
-    const std::string &pixel_path() const noexcept { return pixel_path_; }
+    Event next() override;
+    void finish() noexcept override { is_finished_ = options_.growing; }
+    // Of growing files the size says nothing: no frame is found.
+    int64_t find(uint64_t offset, size_t pixels, const void *reference, void *found) const override;
+    void set_shift(int64_t bytes) noexcept override { placement_.set_shift(bytes); }
+    ReaderCounts counts() const noexcept override;
+    const std::string &side_path() const noexcept override { return side_path_; }
+    const std::string &pixel_path() const noexcept override { return pixel_path_; }
 
   private:
     struct Slot {
@@ -104,7 +56,6 @@ class Pair {
     Event report(Slot &slot, EventKind kind, Reason reason, std::string text);
     Event damage(Slot &slot, Reason reason, std::string text);
     Event frame(Slot &slot, const Place &place);
-    bool is_wanted(const SideLine &line) const noexcept;
     SideLine &front() noexcept { return lines_[first_]; }
     bool is_empty() const noexcept { return first_ == lines_.size(); }
     int64_t front_number() const noexcept { return is_empty() ? 0 : lines_[first_].number; }
@@ -113,11 +64,10 @@ class Pair {
     void skip();
 
     std::string side_path_, pixel_path_;
-    PairOptions options_;
     std::set<std::string> names_; // of all lines: frames point to them
     std::vector<Slot> slots_;
     size_t slot_ = 0, calls_since_frame_ = 0;
-    PairCounts counts_;
+    ReaderCounts counts_;
 
     // State of the files.
     file::Stamp side_stamp_, pixel_stamp_;

@@ -18,6 +18,7 @@ struct SideLine {
     int64_t number = 0;                                     // of the line, from 1
     int64_t restarts = 0;       // of the camera before this frame, see restarts.hpp
     int64_t clock_shift_ns = 0; // added to stamp_ns, it continues the clock of before the restarts
+    int64_t window_row = 0, window_col = 0; // of the first pixel on the detector
     bool is_restart = false;    // first line after a restart
     uint32_t rows = 0, cols = 0;                            // in [1, 65536]
     std::shared_ptr<const std::vector<double>> on_target_s; // start and end of each interval in turn; empty: unknown

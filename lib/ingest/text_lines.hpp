@@ -8,33 +8,28 @@
 #include <string_view>
 #include <vector>
 
-#include "backend/file.hpp"
-
 namespace toliman::ingest {
 
 class TextLines {
   public:
-    // Reads the file, of at most `limit` bytes, as file::read. A byte order mark at its beginning is skipped.
-    TextLines(const std::string &path, size_t limit) : path_(path), bytes_(file::read(path, limit)) {
-        constexpr unsigned char kByteOrderMark[] = {0xef, 0xbb, 0xbf};
-        if (bytes_.size() >= 3 && std::equal(bytes_.begin(), bytes_.begin() + 3, kByteOrderMark))
-            at_ = 3;
-    }
+    // Reads the file, of at most `limit` bytes, as file::read; a gzip file is unpacked. A byte order mark at its
+    // beginning is skipped. Status::format if it is not text.
+    TextLines(const std::string &path, size_t limit);
+    // The lines of a text that was made from the file, and the lines of the file from which they come.
+    TextLines(std::string path, const std::string &text, std::vector<int> numbers);
 
     // The next line without its end and without blanks at its ends; false at the end of the file.
-    bool next(std::string_view &line) noexcept {
+    bool next(std::string_view &line) noexcept;
+    // All that follows.
+    std::string_view rest() const noexcept {
         const std::string_view text(reinterpret_cast<const char *>(bytes_.data()), bytes_.size());
-        if (at_ >= text.size())
-            return false;
-        const size_t end = std::min(text.find('\n', at_), text.size());
-        line = trimmed(text.substr(at_, end - at_));
-        at_ = end + 1;
-        number_++;
-        return true;
+        return text.substr(std::min(at_, text.size()));
     }
 
     const char *path() const noexcept { return path_.c_str(); }
-    int number() const noexcept { return number_; } // of the line, from 1
+    int number() const noexcept { // of the line, from 1
+        return numbers_.empty() || count_ == 0 ? count_ : numbers_[static_cast<size_t>(count_) - 1];
+    }
 
     static std::string_view trimmed(std::string_view text) noexcept {
         constexpr const char *kBlanks = " \t\r\v\f";
@@ -47,8 +42,9 @@ class TextLines {
   private:
     std::string path_;
     std::vector<uint8_t> bytes_;
+    std::vector<int> numbers_; // of the lines; empty: 1, 2, ...
     size_t at_ = 0;
-    int number_ = 0;
+    int count_ = 0; // lines so far
 };
 
 // The integer that is the whole text; empty for other texts and beyond 64 bits.

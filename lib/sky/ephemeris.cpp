@@ -6,7 +6,9 @@
 #include "ingest/epoch.hpp"
 #include "sky/ephemeris_table.hpp"
 #include "sky/interpolation.hpp"
+#include "sky/horizons.hpp"
 #include "sky/oem.hpp"
+#include "sky/oem_xml.hpp"
 
 namespace toliman::sky {
 
@@ -73,12 +75,16 @@ void Ephemeris::check_interval(int64_t start_ns, int64_t end_ns) const {
 
 Ephemeris read_ephemeris(const std::string &path, const ingest::LeapSeconds &leap_seconds, const Log &log) {
     ingest::TextLines lines(path, kLargestFile);
+    if (ingest::TextLines::trimmed(lines.rest()).substr(0, 1) == "<")
+        lines = key_values_of_xml(path.c_str(), ingest::TextLines::trimmed(lines.rest()));
+    const bool has_mark = is_horizons(lines.rest());
     std::string_view first;
     while (first.empty() && lines.next(first)) {
     }
-    const bool is_oem = first.substr(0, 6) == "CCSDS_" || first.substr(0, 1) == "<";
-    return {path,
-            is_oem ? read_oem(lines, first, leap_seconds, log) : read_ephemeris_table(lines, first, leap_seconds, log)};
+    if (first.substr(0, 6) == "CCSDS_")
+        return {path, read_oem(lines, first, leap_seconds, log)};
+    return {path, has_mark ? read_horizons(lines, first, leap_seconds, log)
+                           : read_ephemeris_table(lines, first, leap_seconds, log)};
 }
 
 } // namespace toliman::sky

@@ -1,6 +1,6 @@
 // Method: the file is read once, line by line, and a keyword decides which part of the message follows. Everything that
 // changes the meaning of the numbers is refused by name instead of being converted: a centre other than the Earth, axes
-// other than those of the ICRS, and time systems that need tables of the Earth's rotation. The axes of EME2000 differ
+// other than those of the ICRS, and time systems that need tables of the Earth's rotation. The axes of EME2000, also called J2000, differ
 // from those of the ICRS by 23 mas, 1 mm/s. The standard forbids units in the file; numbers are in km, km/s and km/s^2.
 // Keywords may be in any order; accelerations, covariances and the recommended interpolation are not used. Reference:
 // CCSDS 502.0-B-3, Orbit Data Messages, ch. 5 and 7.
@@ -79,7 +79,7 @@ constexpr Refused kFrames[] = {
     {"ITRF", kRotating}, {"GRC", kRotating}, {"WGS", kRotating},  {"ECEF", kRotating},
     {"ECF", kRotating},  {"EFG", kRotating}, {"GTOD", kRotating}, {"MCI", kElsewhere},
 };
-constexpr const char *kAxes[] = {"ICRF", "GCRF", "EME2000"};
+constexpr const char *kAxes[] = {"ICRF", "GCRF", "EME2000", "J2000"};
 
 constexpr const char *kOnboard = "a clock on board has no known relation to TAI";
 constexpr const char *kEarthRotation = "it follows the rotation of the Earth, within 0.9 s of UTC: 0.9 s are 7 m/s";
@@ -143,9 +143,6 @@ class OemReader {
     void check_version(std::string_view first) const {
         constexpr std::string_view kKeyword = "CCSDS_OEM_VERS";
         const std::string shown(first.substr(0, 60));
-        if (first.substr(0, 1) == "<")
-            fail(Status::format, "{%s}:%d: is XML: must be an Orbit Ephemeris Message in key-value notation (KVN)",
-                 lines_.path(), lines_.number());
         if (first.substr(0, kKeyword.size()) != kKeyword)
             fail(Status::format, "{%s}:%d: \"%s\": must be an Orbit Ephemeris Message, CCSDS_OEM_VERS = 2.0",
                  lines_.path(), lines_.number(), shown.c_str());
@@ -211,7 +208,7 @@ class OemReader {
                  centre.text.c_str());
         const std::string axes = upper(frame.text);
         if (std::find(std::begin(kAxes), std::end(kAxes), axes) == std::end(kAxes))
-            fail(Status::format, "{%s}:%d: REF_FRAME = %.60s: %smust be ICRF, GCRF or EME2000", lines_.path(),
+            fail(Status::format, "{%s}:%d: REF_FRAME = %.60s: %smust be ICRF, GCRF, EME2000 or J2000", lines_.path(),
                  frame.line, frame.text.c_str(), before_rule(reason_of(kFrames, axes)).c_str());
         if (!object_.empty() && object.text != object_)
             fail(Status::format, "{%s}:%d: OBJECT_ID = %.60s: must be %.60s in all segments", lines_.path(),

@@ -27,6 +27,13 @@ target_compile_options(toliman_objects PRIVATE ${toliman_counted}
                        $<IF:$<CXX_COMPILER_ID:GNU>,-Wmissing-declarations,-Wmissing-prototypes>
                        $<$<BOOL:${TOLIMAN_COVERAGE}>:-fprofile-update=atomic>)
 
+if(NETCDF_INCLUDE AND NETCDF_LIBRARY)
+  file(REAL_PATH ${NETCDF_LIBRARY} netcdf)
+  get_filename_component(netcdf ${netcdf} NAME) # libnetcdf.so.19
+  set_source_files_properties(${PROJECT_SOURCE_DIR}/lib/backend/netcdf.cpp PROPERTIES
+                              COMPILE_DEFINITIONS TOLIMAN_NETCDF="${netcdf}" INCLUDE_DIRECTORIES ${NETCDF_INCLUDE})
+endif()
+
 set(toliman_isas baseline)
 set(toliman_isa_flags_baseline "")
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")

@@ -2,10 +2,13 @@
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
 # Libraries that libtoliman links; toliman-config.cmake.in has the same list for programs that link the static library.
-pkg_check_modules(TOLIMAN_NEEDS REQUIRED IMPORTED_TARGET fftw3 openblas libcjson zlib erfa)
+pkg_check_modules(TOLIMAN_NEEDS REQUIRED IMPORTED_TARGET fftw3 openblas libcjson zlib erfa expat)
 find_library(FFTW3_THREADS fftw3_threads REQUIRED) # only for fftw_make_planner_thread_safe
 find_path(LAPACKE_INCLUDE lapacke.h REQUIRED) # only for its declarations: OpenBLAS contains LAPACK
 find_path(RANDOM123_INCLUDE Random123/philox.h REQUIRED)
+# netCDF reads batches of frames, if it was there when this was built; it is loaded when the first batch is opened.
+find_path(NETCDF_INCLUDE netcdf.h)
+find_library(NETCDF_LIBRARY netcdf)
 # Further libraries that the program links.
 pkg_check_modules(CJSON REQUIRED IMPORTED_TARGET libcjson)
 pkg_check_modules(ZLIB REQUIRED IMPORTED_TARGET zlib)

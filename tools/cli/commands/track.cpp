@@ -94,6 +94,8 @@ void add_track(CLI::App &app, Context &context) {
         ->check(CLI::PositiveNumber);
     add_option(command, "--session", input.dated.session, "NAME",
                "session name for .npy and FITS files, default their file names");
+    add_option(command, "--hdu", input.dated.unit, "NAME",
+               "name or number of the HDU of FITS files, 0 for the primary one; default: CORE, or the first with pixels");
     add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
                "leap-seconds.list of the IERS, default the table of ERFA");
     add_option(command, "--on-target", options->on_target, "FILE",

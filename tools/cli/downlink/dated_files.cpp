@@ -1,8 +1,8 @@
 #include "downlink/dated_files.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cstring>
+#include <tuple>
 #include <utility>
 
 #include "base/name.hpp"
@@ -16,7 +16,7 @@ namespace {
 // The file's name without folder and suffix.
 std::string name_of(const std::string &path) {
     std::string name = path.substr(path.rfind('/') + 1);
-    for (const char *suffix : {".npy", ".fits", ".fits.fz"})
+    for (const char *suffix : {".npy", ".fits", ".fits.fz", ".fits.gz"})
         if (ends_with(name, suffix))
             return name.substr(0, name.size() - std::strlen(suffix));
     return name;
@@ -46,6 +46,7 @@ class DatedFile : public FrameSource {
             frame.roi = "single_roi"; // the mission's name of the only region
             frame.camera_ns = times_.at(k);
             frame.exposure_s = times_.exposure_s();
+            std::tie(frame.window_row, frame.window_col) = file_->window();
             frame.pixel = file_->pixel();
             frame.pixels = pixels.data();
             frame.rows = static_cast<int64_t>(file_->rows());
@@ -72,34 +73,26 @@ class DatedFile : public FrameSource {
     size_t next_ = 0, frame_ = 0; // buffer and frame that come next
 };
 
-bool whole_number(const std::string &text, int64_t &value) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    constexpr int64_t kMost = int64_t{1} << 62;
-    return error == std::errc() && end == text.data() + text.size() && value >= -kMost && value <= kMost;
-}
-
 } // namespace
 
 bool is_dated_file(const std::string &path) {
     return ends_with(path, ".npy") || is_fits(path);
 }
 
-// Files of one session are distinguished by their key FRAME1, never by the order in which they arrive.
+// Files of one session are distinguished by their key FRAME1 or SEQNUM, never by the order in which they arrive.
 DatedFiles::Span DatedFiles::span_of(FrameFile &file) {
     const std::string &path = file.path(), &given = options_.session, session = given.empty() ? name_of(path) : given;
-    const std::optional<std::string> number = file.value_of("FRAME1");
-    int64_t first_id = 0;
+    const std::optional<int64_t> number = file.first_id();
     if (!toliman::is_name(session))
         malformed(path,
                   "session " + session + ": must have 1 to 64 characters A-Z a-z 0-9 . _ - and not begin with a dot");
     if (!given.empty() && !number) {
         if (!unnumbered_.empty() && unnumbered_ != path)
-            malformed(path, "has no key FRAME1, the number of its first frame: --session " + session +
+            malformed(path, "has no key FRAME1 or SEQNUM, the number of its first frame: --session " + session +
                                 " cannot distinguish it from " + unnumbered_);
         unnumbered_ = path;
     }
-    if (number && !whole_number(*number, first_id))
-        malformed(path, "FRAME1 = " + *number + ": must be a whole number from -2^62 to 2^62");
+    const int64_t first_id = number.value_or(0);
     return {path, session, first_id, first_id + static_cast<int64_t>(file.count()) - 1};
 }
 
@@ -140,7 +133,7 @@ void DatedFiles::warn_of_overlap(Span span, const FrameTimes &times) {
 }
 
 std::shared_ptr<FrameSource> DatedFiles::open(const std::string &path, const FrameIds &wanted) {
-    auto file = open_frames(path);
+    auto file = open_frames(path, "", 0, 0, options_.unit);
     const Span span = span_of(*file);
     const FrameTimes times = times_of(*file, span);
     return std::make_shared<DatedFile>(std::move(file), tracking_.batch(), span.session, span.first_id, times, wanted);

@@ -13,6 +13,7 @@ namespace cli {
 struct DatedFileOptions {
     std::optional<double> cadence; // seconds
     std::string session;           // empty: the name of the file
+    std::string unit;              // of FITS files: name or number of the HDU; empty: see open_frames
     LeapSeconds leap_seconds;
     bool begins_at_epoch = false; // times by the cadence or the table FRAMES count from time 0 of the folder
 };

@@ -18,12 +18,17 @@ namespace cli {
 namespace {
 
 constexpr int kPollMs = 1000;
-constexpr const char kSide[] = "_meta.jsonl", kPixels[] = "_frames.bin", kUnreadable[] = "unreadable input";
-constexpr const char kInputs[] = "must be X_frames.bin, X_meta.jsonl, .npy, .fits, .fits.fz or a folder";
+constexpr const char kSide[] = "_meta.jsonl", kPixels[] = "_frames.bin", kBatch[] = ".nc",
+                     kUnreadable[] = "unreadable input";
+constexpr const char kInputs[] = "must be X_frames.bin, X_meta.jsonl, .nc, .npy, .fits, .fits.fz, .fits.gz or a folder";
 constexpr const char kNeedsDtype[] = "headerless frames need --dtype u16le or u32le";
 
 bool is_pair(const std::string &path) {
     return ends_with(path, kSide) || ends_with(path, kPixels);
+}
+
+bool is_batch(const std::string &path) {
+    return ends_with(path, kBatch);
 }
 
 // The path of the other file of a pair.
@@ -36,16 +41,29 @@ std::string side_of(const std::string &path) {
     return ends_with(path, kSide) ? path : other_file(path);
 }
 
-// Side files of the pairs of a folder, in the order of their names; either file of a pair may be missing.
-std::vector<std::string> pairs_of(const std::string &path) {
+// Side files of the pairs of a folder, in the order of their names; either file of a pair may be missing. Without pairs,
+// its batches, and without these, its FITS files: the same frames may be there in several forms.
+std::vector<std::string> files_of(const std::string &path) {
     std::error_code error;
-    std::set<std::string> sides;
-    for (std::filesystem::directory_iterator entry(path, error), end; entry != end; entry.increment(error))
-        if (is_pair(entry->path().native()))
-            sides.insert(side_of(plain(path) + "/" + entry->path().filename().native()));
+    std::set<std::string> pairs, batches, fits;
+    for (std::filesystem::directory_iterator entry(path, error), end; entry != end; entry.increment(error)) {
+        const std::string name = entry->path().filename().native(), file = plain(path) + "/" + name;
+        if (is_pair(name))
+            pairs.insert(side_of(file));
+        else if (is_batch(name))
+            batches.insert(file);
+        else if (is_fits(name))
+            fits.insert(file);
+    }
     if (error)
         malformed(path, error.message());
-    return {sides.begin(), sides.end()};
+    const std::set<std::string> &files = !pairs.empty() ? pairs : !batches.empty() ? batches : fits;
+    return {files.begin(), files.end()};
+}
+
+std::vector<std::string> pairs_of(const std::string &path) {
+    const std::vector<std::string> files = files_of(path);
+    return !files.empty() && is_pair(files.front()) ? files : std::vector<std::string>();
 }
 
 // Throws Failure for the file of a pair that is missing.
@@ -80,13 +98,14 @@ void check_inputs(const InputOptions &options) {
             continue;
         if (!exists(input))
             malformed(input, std::strerror(errno));
-        if (is_dated_file(input) && options.follow)
+        if ((is_dated_file(input) || is_batch(input)) && options.follow)
             throw Failure(kExitUsage, input + ": --follow is for folders and for pairs");
         if (ends_with(input, ".npy") && !options.dated.cadence)
             throw Failure(kExitUsage, input + ": a file without times needs --cadence SECONDS");
-        if (!is_folder(input) && !is_pair(input) && !is_dated_file(input))
+        if (!is_folder(input) && !is_pair(input) && !is_dated_file(input) && !is_batch(input))
             throw Failure(kExitUsage, input + ": " + kInputs);
-        if (!is_dated_file(input) && options.dtype.empty())
+        const bool has_pairs = is_pair(input) || (is_folder(input) && (options.follow || !pairs_of(input).empty()));
+        if (has_pairs && options.dtype.empty())
             throw Failure(kExitUsage, input + ": " + kNeedsDtype);
         if (is_pair(input) && !options.follow)
             check_complete(side_of(input));
@@ -128,6 +147,8 @@ void Downlink::read_input(const std::string &name) {
             read_folder(name);
         else if (is_pair(name))
             read_pair(name);
+        else if (is_batch(name))
+            drain(open_pair(name));
         else if (is_dated_file(name))
             drain(dated_.open(name, options_.frames));
         else
@@ -138,12 +159,13 @@ void Downlink::read_input(const std::string &name) {
 }
 
 void Downlink::read_folder(const std::string &folder) {
-    const std::vector<std::string> sides = pairs_of(folder);
-    if (sides.empty())
+    const std::vector<std::string> files = files_of(folder);
+    if (files.empty())
         tracking_.report(Severity::warning, "empty folder", folder,
-                         "contains neither X_frames.bin nor X_meta.jsonl; .npy and FITS files must be named");
-    for (const std::string &side : sides)
-        read_input(side);
+                         "contains no pairs, X_frames.bin and X_meta.jsonl, and no .nc and FITS files; .npy files must "
+                         "be named");
+    for (const std::string &file : files)
+        read_input(file);
 }
 
 void Downlink::read_pair(const std::string &path) {
@@ -157,7 +179,7 @@ std::shared_ptr<PairSource> Downlink::open_pair(const std::string &path) const {
     const toliman_track_options &settings = tracking_.settings();
     auto options = toliman::sized<toliman_ingest_options>();
     options.flags = options_.follow ? TOLIMAN_INGEST_GROWING : 0;
-    options.pixel = options_.dtype == "u32le" ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
+    options.pixel = options_.dtype == "u32le" && !is_batch(path) ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
     options.stamp = settings.frames.stamp;
     options.exposure_s = settings.frames.exposure_s;
     options.rows = settings.frames.rows;

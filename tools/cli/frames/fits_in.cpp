@@ -1,13 +1,18 @@
-// Reads FITS images and cubes as frames: any BITPIX with BZERO and BSCALE, also tile-compressed by fpack. The first HDU
-// with pixels is used. Keywords are looked up in its header, then in the primary header. The file is opened by
+// Reads FITS images and cubes as frames: any BITPIX with BZERO and BSCALE, also tile-compressed by fpack, or the whole
+// file by gzip. The HDU with the name CORE is used, wherever it is in the file, otherwise the first one with pixels.
+// Keywords are looked up in its header, then in the primary header. Those of the mission's image service, which are not
+// of the FITS standard, are SEQNUM, CAMTIME in ns, EXPOSURE in us, and the place of the core on the detector. The file is opened by
 // fits_open_diskfile, because CFITSIO treats file names as expressions (filters, URLs, ~), and its first bytes are
 // checked before. Undefined pixels are NaN.
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
 #include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
+#include "common/text.hpp"
 #include "frames/fits.hpp"
 #include "frames/frames_in.hpp"
 
@@ -17,14 +22,14 @@ namespace {
 
 class FitsFrames : public FrameFile {
   public:
-    explicit FitsFrames(const std::string &path) : FrameFile(path) {
+    FitsFrames(const std::string &path, const std::string &unit) : FrameFile(path) {
         const size_t size = check_is_fits();
         int status = 0;
         fitsfile *file = nullptr;
         fits_open_diskfile(&file, plain_name(path).c_str(), READONLY, &status);
         file_.reset(file);
         check(status);
-        const int axes = find_image();
+        const int axes = find_image(unit);
         std::vector<LONGLONG> lengths(static_cast<size_t>(axes));
         fits_get_img_sizell(file, axes, lengths.data(), &status);
         LONGLONG end = 0;
@@ -62,7 +67,48 @@ class FitsFrames : public FrameFile {
         return days;
     }
 
+    std::vector<int64_t> camera_ns() override {
+        const std::optional<int64_t> start = whole_number("CAMTIME");
+        if (!start || count() != 1)
+            return {};
+        return {*start + std::llround(exposure_s() * 5e8)};
+    }
+
+    std::optional<int64_t> first_id() override {
+        const std::optional<int64_t> own = whole_number("FRAME1");
+        return own ? own : whole_number("SEQNUM");
+    }
+
+    double exposure_s() override {
+        constexpr double kLongest = 1e9;
+        const std::optional<std::string> text = value_of("CAMTIME") ? value_of("EXPOSURE") : std::nullopt;
+        double us = 0;
+        if (text && !(number_of(*text, us) && us >= 0 && us <= kLongest * 1e6))
+            malformed(path_, "EXPOSURE = " + *text + ": must be from 0 to 1e15 us");
+        return us / 1e6;
+    }
+
+    std::pair<int64_t, int64_t> window() override {
+        constexpr int64_t kHalfCore = 64; // px from its first pixel to CENTR, less at the edge of the raw image
+        const auto first = [this](const char *offset, const char *centre) {
+            const std::optional<int64_t> middle = whole_number(centre);
+            return middle ? whole_number(offset).value_or(0) + std::max<int64_t>(*middle - kHalfCore, 0) : 0;
+        };
+        return {first("YOFF", "CENTR_Y"), first("XOFF", "CENTR_X")};
+    }
+
   private:
+    // The value of a keyword that must be a whole number, also as text.
+    std::optional<int64_t> whole_number(const char *key) {
+        std::optional<std::string> text = value_of(key);
+        int64_t value = 0;
+        if (text && text->size() > 2 && text->front() == '\'')
+            text = text->substr(1, text->find_last_not_of(" '"));
+        if (text && !is_whole_number(*text, value))
+            malformed(path_, key + (" = " + *text) + ": must be a whole number from -2^62 to 2^62");
+        return text ? std::optional<int64_t>(value) : std::nullopt;
+    }
+
     void check(int status) const {
         if (status != 0)
             malformed(path_, "cannot be read as FITS: " + fits_reason(status));
@@ -74,9 +120,11 @@ class FitsFrames : public FrameFile {
         if (file.size() == 0)
             malformed(path_, "is empty");
         char start[9];
-        if (!file.read(start, sizeof start) || std::memcmp(start, "SIMPLE  =", sizeof start) != 0)
+        const bool is_long = file.read(start, sizeof start);
+        const bool is_packed = is_long && ends_with(path_, ".gz") && std::memcmp(start, "\x1f\x8b", 2) == 0;
+        if (!is_packed && (!is_long || std::memcmp(start, "SIMPLE  =", sizeof start) != 0))
             malformed(path_, "is not a FITS file" + kind_of(path_));
-        return file.size();
+        return is_packed ? SIZE_MAX : file.size(); // CFITSIO unpacks it into memory
     }
 
     void move_to(int unit) {
@@ -99,17 +147,44 @@ class FitsFrames : public FrameFile {
         return value;
     }
 
-    // Moves to the first image with pixels and returns its number of axes.
-    int find_image() {
+    // Axes of the image in the current unit; 0 if it has none.
+    int axes_here() {
+        int status = 0, kind = 0, axes = 0;
+        fits_get_hdu_type(file_.get(), &kind, &status);
+        if (kind == IMAGE_HDU)
+            fits_get_img_dim(file_.get(), &axes, &status);
+        check(status);
+        return axes;
+    }
+
+    // Moves to the unit with this name or number.
+    bool move_to_unit(const std::string &unit) {
+        int status = 0;
+        int64_t number = 0;
+        if (is_whole_number(unit, number)) // HDU 0 is the primary one, as in the standard's tools
+            fits_movabs_hdu(file_.get(), static_cast<int>(std::clamp<int64_t>(number, -1, 1 << 20)) + 1, nullptr, &status);
+        else
+            fits_movnam_hdu(file_.get(), ANY_HDU, std::string(unit).data(), 0, &status);
+        return status == 0;
+    }
+
+    // Moves to the image and returns its number of axes.
+    int find_image(const std::string &wanted) {
+        if (!wanted.empty()) {
+            const int axes = move_to_unit(wanted) ? axes_here() : 0;
+            if (axes == 0)
+                malformed(path_, "--hdu " + wanted + ": there is no such image");
+            return axes;
+        }
+        if (move_to_unit("CORE") && axes_here() > 0)
+            return axes_here();
         for (int unit = 1;; unit++) {
-            int status = 0, kind = 0, axes = 0;
-            if (fits_movabs_hdu(file_.get(), unit, &kind, &status) == END_OF_FILE)
+            int status = 0;
+            if (fits_movabs_hdu(file_.get(), unit, nullptr, &status) == END_OF_FILE)
                 malformed(path_, "contains no image");
-            if (kind == IMAGE_HDU)
-                fits_get_img_dim(file_.get(), &axes, &status);
             check(status);
-            if (axes > 0)
-                return axes;
+            if (axes_here() > 0)
+                return axes_here();
         }
     }
 
@@ -128,8 +203,8 @@ class FitsFrames : public FrameFile {
 
 } // namespace
 
-std::unique_ptr<FrameFile> open_fits(const std::string &path) {
-    return std::make_unique<FitsFrames>(path);
+std::unique_ptr<FrameFile> open_fits(const std::string &path, const std::string &unit) {
+    return std::make_unique<FitsFrames>(path, unit);
 }
 
 } // namespace cli

@@ -19,6 +19,7 @@ struct FrameOptions {
     std::unique_ptr<FrameFile> open(const std::string &path) const;
 
     std::string dtype, shape;      // of files without header
+    std::string unit;              // of FITS files: name or number of the HDU
     std::optional<double> cadence; // seconds
     std::vector<std::string> files;
 };

@@ -34,9 +34,11 @@ std::optional<toliman_ingest_header_time> header_time(FrameFile &file, const Lea
     return time;
 }
 
-// Of a header without time: XPOSURE, otherwise EXPTIME; 0 without both.
+// Of a header without time: that of the camera, XPOSURE, or EXPTIME; 0 without all.
 double exposure_of(FrameFile &file) {
     constexpr double kLongest = 1e9; // s
+    if (file.exposure_s() > 0)
+        return file.exposure_s();
     for (const char *key : {"XPOSURE", "EXPTIME"}) {
         const std::optional<std::string> text = file.value_of(key);
         double seconds = 0;
@@ -70,6 +72,11 @@ FrameTimes::FrameTimes(FrameFile &file, int64_t number, const std::optional<doub
                        const LeapSeconds &leap_seconds, int64_t time_zero_ns)
     : path_(file.path()), header_(header_time(file, leap_seconds)), steps_(table_of(file)), cadence_(cadence),
       exposure_s_(header_ ? header_->exposure_s : exposure_of(file)) {
+    stamps_ = is_tai() || !steps_.empty() ? std::vector<int64_t>() : file.camera_ns();
+    if (by_camera()) {
+        rule_ = file.exposure_s() > 0 ? "the middle of the exposure by the camera's clock" : "the camera's clock";
+        return;
+    }
     const bool by_table = !steps_.empty(), has_more = file.count() > 1;
     if (!by_table && !cadence_ && !is_tai())
         malformed(path_, "tells no time: needs --cadence SECONDS");
@@ -92,13 +99,15 @@ FrameTimes::FrameTimes(FrameFile &file, int64_t number, const std::optional<doub
 
 std::optional<FrameTimes> FrameTimes::of_header(FrameFile &file, const std::optional<double> &cadence,
                                                 const LeapSeconds &leap_seconds) {
-    if (!header_time(file, leap_seconds))
+    if (!header_time(file, leap_seconds) && (!file.days().empty() || file.camera_ns().empty()))
         return std::nullopt;
     return FrameTimes(file, 0, cadence, leap_seconds);
 }
 
 int64_t FrameTimes::at(size_t frame) const {
     constexpr double kMost = 4e18; // ns, so that sums of times fit
+    if (by_camera())
+        return stamps_[frame];
     const int64_t number = number_ + static_cast<int64_t>(frame);
     const double step = steps_.empty() && number != 0 ? static_cast<double>(number) * *cadence_ * 1e9 : 0;
     if (!(std::fabs(step) < kMost))

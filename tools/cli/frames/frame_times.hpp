@@ -13,12 +13,13 @@ namespace cli {
 
 // What a file states of its times goes before the cadence (s):
 // - frame 0 has the TAI of the header's keywords; without keywords its time in the table FRAMES of `toliman simulate`,
-//   or else its number times the cadence, both from time 0 on, by the camera's clock;
+//   or else the stamp of the camera; or else its number times the cadence; both by the camera's clock, the table and
+//   the cadence from time 0 on;
 // - the others follow as the table says, or else by the cadence.
 // A Failure for a file that has no times, or bad ones.
 class FrameTimes {
   public:
-    // Nothing for a file whose header has no time.
+    // Nothing for a file that has neither a time in its header nor stamps of the camera.
     static std::optional<FrameTimes> of_header(FrameFile &file, const std::optional<double> &cadence,
                                                const LeapSeconds &leap_seconds);
     // number: of the first frame. time_zero_ns: time 0 of the table and the cadence.
@@ -29,12 +30,14 @@ class FrameTimes {
     // In words, for a message that is a warning if TIMESYS or the exposure is missing.
     const std::string &rule() const noexcept { return rule_; }
     bool is_assumed() const noexcept { return header_ && (header_->flags & TOLIMAN_INGEST_ASSUMED) != 0; }
+    bool by_camera() const noexcept { return !stamps_.empty(); } // times of its clock, frame by frame
     bool is_tai() const noexcept { return header_.has_value(); }
     bool by_cadence() const noexcept { return by_cadence_; } // frame 0, or those behind it
 
   private:
     std::string path_, rule_;
     std::optional<toliman_ingest_header_time> header_;
+    std::vector<int64_t> stamps_; // by the camera's clock; empty where the file has none, or better ones
     std::vector<int64_t> steps_; // from frame 0 on, where the table has them
     std::optional<double> cadence_;
     double exposure_s_ = 0;

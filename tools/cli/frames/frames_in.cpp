@@ -4,6 +4,7 @@
 #include "frames/frames_in.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <iterator>
@@ -142,7 +143,13 @@ std::optional<int64_t> ns_of_days(double days) {
 }
 
 bool is_fits(const std::string &path) {
-    return ends_with(path, ".fits") || ends_with(path, ".fits.fz");
+    return ends_with(path, ".fits") || ends_with(path, ".fits.fz") || ends_with(path, ".fits.gz");
+}
+
+bool is_whole_number(const std::string &text, int64_t &value) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    constexpr int64_t kMost = int64_t{1} << 62;
+    return error == std::errc() && end == text.data() + text.size() && value >= -kMost && value <= kMost;
 }
 
 void FrameFile::set_axes(const std::vector<size_t> &axes) {
@@ -170,13 +177,14 @@ void FrameFile::read_finite(double *image) {
                                  ": must be a finite number, not blank or NaN");
 }
 
-std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::string &dtype, size_t rows, size_t cols) {
+std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::string &dtype, size_t rows, size_t cols,
+                                       const std::string &unit) {
     if ((ends_with(path, ".npy") || is_fits(path)) && (!dtype.empty() || rows != 0))
         throw Failure(kExitUsage, path + ": --dtype and --shape are for files without header; this one has a header");
     if (ends_with(path, ".npy") || (path == "-" && dtype.empty() && rows == 0))
         return std::make_unique<PlainFrames>(path);
     if (is_fits(path))
-        return open_fits(path);
+        return open_fits(path, unit);
     const InputFile opened = open_input(path); // a missing file is reported before missing options
     if (dtype.empty())
         throw Failure(kExitUsage, path +

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <toliman/image.h>
@@ -38,6 +39,15 @@ class FrameFile {
     virtual std::optional<std::string> value_of(const std::string &) { return std::nullopt; }
     // The column time_days of the table FRAMES, one row per frame; empty if there is no such table.
     virtual std::vector<double> days() { return {}; }
+    // Times by the camera's clock, ns: of the middle of each exposure if its length is known, otherwise as stamped.
+    // Empty if the file has none.
+    virtual std::vector<int64_t> camera_ns() { return {}; }
+    // Id of the first frame of the file; empty if the file has none.
+    virtual std::optional<int64_t> first_id() { return std::nullopt; }
+    // Length of each exposure by the file's own keywords, in s; 0: unknown.
+    virtual double exposure_s() { return 0; }
+    // Row and column on the detector of the first pixel.
+    virtual std::pair<int64_t, int64_t> window() { return {0, 0}; }
     const std::string &path() const noexcept { return path_; }
 
   protected:
@@ -56,15 +66,16 @@ class FrameFile {
 // beyond 100,000 days.
 std::optional<int64_t> ns_of_days(double days);
 
-bool is_fits(const std::string &path); // by its suffix, .fits or .fits.fz
+bool is_fits(const std::string &path); // by its suffix, .fits, .fits.fz or .fits.gz
+bool is_whole_number(const std::string &text, int64_t &value); // from -2^62 to 2^62
 
 // Pixel types of headerless files: u16le, u32le, i16le, f32le and the same with be (big-endian).
 std::vector<std::string> dtypes();
 
 // Opens a file by its suffix; - is standard input, .npy unless dtype or shape are given. dtype, one of dtypes(), and
-// shape are for headerless files only.
+// shape are for headerless files only; unit, the name or number of the HDU, for FITS files only.
 std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::string &dtype = "", size_t rows = 0,
-                                       size_t cols = 0);
-std::unique_ptr<FrameFile> open_fits(const std::string &path);
+                                       size_t cols = 0, const std::string &unit = "");
+std::unique_ptr<FrameFile> open_fits(const std::string &path, const std::string &unit);
 
 } // namespace cli

@@ -24,7 +24,7 @@ void Predictions::open(FrameFile &frames) {
     path_ = frames.path();
     file_times_ = frames.days();
     dated_.reset();
-    if (clock_.time_zero_ns && is_fits(path_))
+    if (clock_.time_zero_ns || !frames.camera_ns().empty())
         dated_ = FrameTimes::of_header(frames, clock_.cadence, clock_.leap_seconds);
     if (dated_ && dated_->is_assumed())
         progress_.warn(path_ + ": time by " + dated_->rule());
@@ -49,7 +49,7 @@ void Predictions::check_times(size_t frames) const {
 double Predictions::days_of(size_t frame) const {
     constexpr double kDay = 86400;
     if (dated_)
-        return static_cast<double>(Wide{dated_->at(frame)} - *clock_.time_zero_ns) / (kDay * 1e9);
+        return static_cast<double>(Wide{dated_->at(frame)} - clock_.time_zero_ns.value_or(0)) / (kDay * 1e9);
     return clock_.cadence ? static_cast<double>(frame) * *clock_.cadence / kDay : times()[frame];
 }
 
