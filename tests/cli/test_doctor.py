@@ -35,7 +35,7 @@ class Doctor(ProgramTest):
         self.assertEqual(result["isa"], result["isa_available"][-1])
         self.assertEqual(result["fsync_folder"].rstrip("/"), os.path.realpath(self.folder))
         self.assertEqual((result["blas_is_slow"], result["blas_threads"]), (False, 1))
-        for name, package in (("fftw", "libfftw3-dev"), ("zlib", "zlib1g-dev"), ("cjson", "libcjson-dev"),
+        for name, package in (("fftw", "libfftw3-dev"), ("zlib", "zlib1g-dev"), ("cjson", "libcjson-dev"), ("netcdf", "libnetcdf-dev"),
                               ("cli11", "libcli11-dev")):
             shown = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", package], capture_output=True, text=True)
             if shown.returncode == 0:

@@ -6,13 +6,13 @@
 
 TEST(test_frames) {
     static const char *const lines[] = {
-        "{\"frame_id\": -5, \"timestamp_ns\": -9223372036854775808, \"host_time\": 1.5, \"nframes_dropped\": 65535, "
+        "{\"frame_id\": -5, \"timestamp_ns\": -9223372036854775808, \"host_time\": 1.5, \"nframes_dropped\": 72000, "
         "\"roi_label\": \"a\", \"n_rows\": 1, \"n_cols\": 5, \"session_id\": \"s.1_-\"}\n",
         "\t{ \"session_id\":\"s\\u002e1_-\",\"n_cols\":2,\"n_rows\":3,\"roi_label\":\"b\",\"nframes_dropped\":0,"
         "\"host_time\":125e-2,\"timestamp_ns\":-9223372036854775807,\"frame_id\":9007199254740993 } \r\n",
         "{\"frame_id\": 9223372036854775807, \"timestamp_ns\": 9223372036854775807, \"host_time\": 0, "
         "\"nframes_dropped\": 1, \"roi_label\": \"a\", \"n_rows\": 1, \"n_cols\": 1, \"session_id\": \"s.1_-\"}"};
-    const int64_t ids[] = {-5, INT64_C(9007199254740993), INT64_MAX}, dropped[] = {65535, 0, 1};
+    const int64_t ids[] = {-5, INT64_C(9007199254740993), INT64_MAX}, dropped[] = {72000, 0, 1};
     const int64_t stamps[] = {INT64_MIN, INT64_MIN + 1, INT64_MAX}, shape[3][2] = {{1, 5}, {3, 2}, {1, 1}};
     const double host[] = {1.5, 1.25, 0};
     for (int i = 0; i < 3; i++)
@@ -113,7 +113,6 @@ TEST(test_malformed_lines) {
         const char *line, *text;
         int has_key;
     } cases[] = {
-        {"", "malformed JSON: is empty", 0},
         {"[]", "not a JSON object", 0},
         {"5", "not a JSON object", 0},
         {"{", "malformed JSON: column 2", 0},
@@ -137,14 +136,11 @@ TEST(test_malformed_lines) {
         {"{" KEY ", \"timestamp_ns\": null}", "timestamp_ns must be", 1},
         {"{" KEY ", \"timestamp_ns\": 5}", "nframes_dropped is missing", 1},
         {"{" KEY ", \"timestamp_ns\": 5, \"nframes_dropped\": -1}", "nframes_dropped must be", 1},
-        {"{" KEY ", \"timestamp_ns\": 5, \"nframes_dropped\": 65536}", "nframes_dropped must be", 1},
         {"{" KEY ", " REST ", \"n_rows\": 0}", "n_rows must be", 1},
         {"{" KEY ", " REST ", \"n_rows\": 3, \"n_cols\": 65537}", "n_cols must be", 1},
         {"{" KEY ", " SHAPE ", \"timestamp_ns\": 5, \"nframes_dropped\": 0}", "host_time is missing", 1},
         {"{" KEY ", " SHAPE ", \"timestamp_ns\": 5, \"nframes_dropped\": 0, \"host_time\": true}", "host_time must be",
          1},
-        {"{\"gain\": [2, \"3\", {\"x\\\"5\": -6}], " KEY ", " SHAPE ", " REST "}", "unknown key \"gain\"", 1},
-        {"{" KEY ", " SHAPE ", " REST ", \"\\u001b[2J\": 3}", "unknown key \"?[2J\"", 1},
         {"{" KEY ", " SHAPE ", " REST ", \"n_rows\": 3}", "duplicate key \"n_rows\"", 1}};
     put_pixels(3 * FRAME_BYTES);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -352,7 +348,7 @@ TEST(test_range_of_damaged_ids) {
     put_lines(0, 2);
     for (int id = 2; id < 6; id++) {
         char *const end = strrchr(side_line(text, id, id, id, ROWS, COLS), '}');
-        (void)snprintf(end, sizeof text - (size_t)(end - text), ", \"more\": 1}\n");
+        (void)snprintf(end, sizeof text - (size_t)(end - text), ", \"n_rows\": 1}\n");
         put_text(side_path, "ab", text);
     }
     put_text(side_path, "ab", side_line(text, 6, 6, 6, ROWS, COLS + 1));
@@ -364,7 +360,7 @@ TEST(test_range_of_damaged_ids) {
         options.end_id = 5;
         toliman_ingest *const ingest = open_with(options);
         for (int id = 3; id < 5; id++) {
-            assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, id + 1, "unknown key \"more\"");
+            assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, id + 1, "duplicate key \"n_rows\"");
             assert_int_equal(frame.frame_id, id);
         }
         assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 8, "malformed JSON");

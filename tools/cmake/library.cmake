@@ -31,7 +31,8 @@ if(NETCDF_INCLUDE AND NETCDF_LIBRARY)
   file(REAL_PATH ${NETCDF_LIBRARY} netcdf)
   get_filename_component(netcdf ${netcdf} NAME) # libnetcdf.so.19
   set_source_files_properties(${PROJECT_SOURCE_DIR}/lib/backend/netcdf.cpp PROPERTIES
-                              COMPILE_DEFINITIONS TOLIMAN_NETCDF="${netcdf}" INCLUDE_DIRECTORIES ${NETCDF_INCLUDE})
+                              COMPILE_DEFINITIONS TOLIMAN_NETCDF="${netcdf}")
+  target_include_directories(toliman_objects SYSTEM PRIVATE ${NETCDF_INCLUDE})
 endif()
 
 set(toliman_isas baseline)

@@ -208,6 +208,11 @@ def version() -> str:
     return library.toliman_version().decode()
 
 
+def netcdf_version() -> str:
+    """Returns the version of netCDF, which reads batches of frames, such as "4.9.0"; "" if there is none."""
+    return library.toliman_ingest_netcdf_version().decode()
+
+
 def abi_version() -> int:
     """Returns the number of the binary interface (ABI) of the loaded library."""
     return library.toliman_abi_version()

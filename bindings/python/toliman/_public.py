@@ -1,6 +1,6 @@
 """The public names of the package; importing this module loads libtoliman."""
 from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
-                       UnsupportedError, WriteError, abi_version, library_path, version)
+                       UnsupportedError, WriteError, abi_version, library_path, netcdf_version, version)
 from ._results import (Alias, BankInfo, BankNetwork, BankPlan, BankResult, Bounds, BudgetRow, BudgetStep, BudgetSummary,
                        CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow, ComponentsInfo,
                        ComponentsTraining, Diagnosis, FitInfo, FitResult, FolderGoodness, FrameGoodness, HeaderTime, Hypothesis,
@@ -38,7 +38,7 @@ __all__ = [
     "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "Planet", "PlanetInfo", "PlanetLimit",
     "Planets", "REASONS", "Reconstruction", "Refit",
     "Sampling", "SceneInfo", "Simulator", "Sky", "SkyInfo", "SkyPrediction", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
-    "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "bootstrap_correlated", "calibrate", "design_mask", "library_path",
+    "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "bootstrap_correlated", "calibrate", "design_mask", "library_path", "netcdf_version",
     "machine", "parameters", "parse_time", "period", "plan", "planets", "read_clock", "read_header", "read_on_target", "search_correlated", "shipped_scenes", "suited_grid",
     "version",
 ]

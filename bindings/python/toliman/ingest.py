@@ -1,4 +1,4 @@
-"""Reads the mission's pairs of files, also while they grow. Reference: include/toliman/ingest.h."""
+"""Reads the mission's pairs of files, also while they grow, and batches of frames. Reference: include/toliman/ingest.h."""
 from __future__ import annotations
 
 import ctypes
@@ -57,7 +57,7 @@ class PairEvent:
 
 
 class Pair(Handle):
-    """Frames of a pair of files, X_frames.bin and X_meta.jsonl.
+    """Frames of a pair of files, X_frames.bin and X_meta.jsonl, or of a batch, X.nc.
 
         for frame in Pair("day1", dtype="u16le"):
             tracker.push(frame)
@@ -68,8 +68,8 @@ class Pair(Handle):
 
         for frame in Pair("day1", dtype="u16le", growing=True).follow():
 
-    path: one of the two files, or X.
-    dtype: type of the pixels, "u16le" or "u32le".
+    path: one of the two files, or X; or a batch.
+    dtype: type of the pixels of a pair, "u16le" or "u32le"; not needed for a batch, whose pixels are "u16le".
     growing: the files may still grow.
     rows, cols: expected shape of a frame, which locates the frames if lines are damaged; 0: that of the first valid one.
     stamp: point of the exposure to which the time stamps refer: "start", "middle" or "end".
@@ -79,14 +79,17 @@ class Pair(Handle):
     roi: frames of other regions are skipped.
     copy: False gives pixels without copying them. They are valid until the next frame or the next iteration.
 
-    Raises NotFoundError if a file is missing, InputError if the file of pixels has the size of the other dtype.
+    Raises NotFoundError if a file is missing, InputError if the file of pixels has the size of the other dtype or a
+    batch is damaged, UnsupportedError for a batch if the library was built without netCDF.
     """
 
     _kind, _destroy = _raw.toliman_ingest, "toliman_ingest_destroy"
 
-    def __init__(self, path: str | os.PathLike[str], dtype: str, *, growing: bool = False, rows: int = 0, cols: int = 0,
+    def __init__(self, path: str | os.PathLike[str], dtype: str | None = None, *, growing: bool = False, rows: int = 0, cols: int = 0,
                  stamp: str = "start", exposure_s: float = 0.0, frame_ids: range | None = None, copy: bool = True,
                  roi: str | None = None):
+        if dtype is None and os.fsdecode(path).endswith(".nc"):
+            dtype = "u16le"
         if dtype not in _PIXELS:
             raise ValueError(f"dtype = {dtype!r}: must be {' or '.join(_PIXELS)}")
         pixel, self._type = _PIXELS[dtype]

@@ -12,6 +12,8 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include <toliman/ingest.h>
+
 #include "common/failure.hpp"
 #include "common/json.hpp"
 #include "common/output.hpp"
@@ -125,7 +127,8 @@ std::string as_json(const Health &health, const ObserverOptions &observer, const
     json.set("cpu", health.cpu, "processors", machine.processors, "isa", machine.isa, "isa_available", health.sets);
     json.set("blas_core", machine.blas_core, "blas_config", machine.blas_config, "blas_threads", machine.blas_threads);
     json.set("blas_is_slow", machine.blas_is_slow != 0);
-    json.set("fftw", machine.fftw, "zlib", ::zlibVersion(), "cjson", ::cJSON_Version(), "cfitsio", health.cfitsio);
+    json.set("fftw", machine.fftw, "zlib", ::zlibVersion(), "cjson", ::cJSON_Version(), "cfitsio", health.cfitsio, "netcdf",
+             toliman_ingest_netcdf_version());
     json.set("cli11", CLI11_VERSION, "fsync_ms", health.sync.milliseconds, "fsync_folder", health.sync.folder);
     observer.set_orbit(json, sky);
     json.set("ready", health.problems.empty(), "verdict", verdict(health));
@@ -133,6 +136,7 @@ std::string as_json(const Health &health, const ObserverOptions &observer, const
 }
 
 std::string as_text(const Health &health, const std::string &orbit) {
+    const std::string netcdf = toliman_ingest_netcdf_version();
     const toliman_machine &machine = health.machine;
     return formatted("libtoliman   %s, ABI %d\n", toliman_version(), toliman_abi_version()) +
            formatted("CPU          %s, %d processors\n", health.cpu.c_str(), machine.processors) +
@@ -141,8 +145,9 @@ std::string as_text(const Health &health, const std::string &orbit) {
                      machine.blas_is_slow != 0 ? "older than the CPU" : "suited to the CPU", machine.blas_threads,
                      machine.blas_config) +
            formatted("FFTW         %s\n", machine.fftw) +
-           formatted("libraries    zlib %s, cJSON %s, CFITSIO %s, CLI11 %s\n", ::zlibVersion(), ::cJSON_Version(),
+           formatted("libraries    zlib %s, cJSON %s, CFITSIO %s, CLI11 %s, ", ::zlibVersion(), ::cJSON_Version(),
                      health.cfitsio.c_str(), CLI11_VERSION) +
+           (netcdf.empty() ? "no netCDF: .nc files cannot be read\n" : "netCDF " + netcdf + "\n") +
            "fsync        " +
            (health.sync.error.empty() ? rounded(health.sync.milliseconds) + " ms, median of 9," : health.sync.error) +
            " in " + health.sync.folder + (orbit.empty() ? "" : "\nobserver     " + orbit) + "\nverdict      " +

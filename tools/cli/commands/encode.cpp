@@ -164,8 +164,10 @@ void Encoding::encode_batch(FrameFile &frames, Batch &batch, const std::string &
 }
 
 void Encoding::encode_file(const std::string &path) {
-    const auto file = options_.frames.open(path);
+    const auto file = options_.frames.open(path, estimator_.scene.exposure_s);
     FrameFile &frames = *file;
+    for (const std::string &note : frames.notes())
+        progress_.warn(note);
     if (frames.rows() != static_cast<size_t>(estimator_.rows) || frames.cols() != static_cast<size_t>(estimator_.cols))
         malformed(frames.path(), "frames of " + shape_text(frames.rows(), frames.cols()) + ": the " +
                                      (estimator_.network ? "weights are" : "scene is") + " for " +
@@ -194,7 +196,7 @@ void check(const EncodeOptions &options) {
 void encode(const EncodeOptions &options, Progress &progress) {
     check(options);
     Encoding encoding(options, progress);
-    for (const std::string &path : options.frames.files)
+    for (const std::string &path : options.frames.inputs())
         encoding.encode_file(path);
     encoding.end();
 }

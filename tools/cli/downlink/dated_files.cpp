@@ -75,10 +75,6 @@ class DatedFile : public FrameSource {
 
 } // namespace
 
-bool is_dated_file(const std::string &path) {
-    return ends_with(path, ".npy") || is_fits(path);
-}
-
 // Files of one session are distinguished by their key FRAME1 or SEQNUM, never by the order in which they arrive.
 DatedFiles::Span DatedFiles::span_of(FrameFile &file) {
     const std::string &path = file.path(), &given = options_.session, session = given.empty() ? name_of(path) : given;

@@ -18,8 +18,6 @@ struct DatedFileOptions {
     bool begins_at_epoch = false; // times by the cadence or the table FRAMES count from time 0 of the folder
 };
 
-bool is_dated_file(const std::string &path); // by its suffix
-
 // Opens such files. Compares each file with those before it.
 class DatedFiles {
   public:

@@ -2,7 +2,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <poll.h>
 #include <utility>
 
@@ -11,68 +10,16 @@
 #include "common/lines.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
-#include "downlink/regions.hpp"
+#include "frames/frame_files.hpp"
 
 namespace cli {
 
 namespace {
 
 constexpr int kPollMs = 1000;
-constexpr const char kSide[] = "_meta.jsonl", kPixels[] = "_frames.bin", kBatch[] = ".nc",
-                     kUnreadable[] = "unreadable input";
+constexpr const char kUnreadable[] = "unreadable input";
 constexpr const char kInputs[] = "must be X_frames.bin, X_meta.jsonl, .nc, .npy, .fits, .fits.fz, .fits.gz or a folder";
 constexpr const char kNeedsDtype[] = "headerless frames need --dtype u16le or u32le";
-
-bool is_pair(const std::string &path) {
-    return ends_with(path, kSide) || ends_with(path, kPixels);
-}
-
-bool is_batch(const std::string &path) {
-    return ends_with(path, kBatch);
-}
-
-// The path of the other file of a pair.
-std::string other_file(const std::string &path) {
-    const bool is_side = ends_with(path, kSide);
-    return path.substr(0, path.size() - std::strlen(is_side ? kSide : kPixels)) + (is_side ? kPixels : kSide);
-}
-
-std::string side_of(const std::string &path) {
-    return ends_with(path, kSide) ? path : other_file(path);
-}
-
-// Side files of the pairs of a folder, in the order of their names; either file of a pair may be missing. Without pairs,
-// its batches, and without these, its FITS files: the same frames may be there in several forms.
-std::vector<std::string> files_of(const std::string &path) {
-    std::error_code error;
-    std::set<std::string> pairs, batches, fits;
-    for (std::filesystem::directory_iterator entry(path, error), end; entry != end; entry.increment(error)) {
-        const std::string name = entry->path().filename().native(), file = plain(path) + "/" + name;
-        if (is_pair(name))
-            pairs.insert(side_of(file));
-        else if (is_batch(name))
-            batches.insert(file);
-        else if (is_fits(name))
-            fits.insert(file);
-    }
-    if (error)
-        malformed(path, error.message());
-    const std::set<std::string> &files = !pairs.empty() ? pairs : !batches.empty() ? batches : fits;
-    return {files.begin(), files.end()};
-}
-
-std::vector<std::string> pairs_of(const std::string &path) {
-    const std::vector<std::string> files = files_of(path);
-    return !files.empty() && is_pair(files.front()) ? files : std::vector<std::string>();
-}
-
-// Throws Failure for the file of a pair that is missing.
-void check_complete(const std::string &side) {
-    for (const std::string &path : {side, other_file(side)})
-        if (!exists(path))
-            malformed(path, std::strerror(errno) +
-                                std::string(exists(other_file(path)) ? ", required next to " + other_file(path) : ""));
-}
 
 // Why work() cannot read an input, without the name of the input; "" if it can.
 template <class Work> std::string complaint_of(const std::string &input, Work work) {
@@ -104,21 +51,13 @@ void check_inputs(const InputOptions &options) {
             throw Failure(kExitUsage, input + ": a file without times needs --cadence SECONDS");
         if (!is_folder(input) && !is_pair(input) && !is_dated_file(input) && !is_batch(input))
             throw Failure(kExitUsage, input + ": " + kInputs);
-        const bool has_pairs = is_pair(input) || (is_folder(input) && (options.follow || !pairs_of(input).empty()));
-        if (has_pairs && options.dtype.empty())
+        if ((has_pairs(input) || options.follow) && options.dtype.empty())
             throw Failure(kExitUsage, input + ": " + kNeedsDtype);
         if (is_pair(input) && !options.follow)
             check_complete(side_of(input));
     }
-    std::vector<std::string> sides;
-    for (const std::string &input : options.inputs) {
-        const std::vector<std::string> more = is_folder(input) ? pairs_of(input) : std::vector<std::string>();
-        sides.insert(sides.end(), more.begin(), more.end());
-        if (is_pair(input))
-            sides.push_back(side_of(input));
-    }
     if (options.roi.empty())
-        check_one_region(sides, options.inputs.size() == 1 ? options.inputs.front() : "the inputs");
+        check_one_region(options.inputs);
 }
 
 void Downlink::read() {

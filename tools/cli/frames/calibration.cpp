@@ -13,6 +13,7 @@
 #include "common/text.hpp"
 #include "frames/predictions.hpp"
 #include "frames/scene_fit.hpp"
+#include "scenes/scene_defaults.hpp"
 
 namespace cli {
 
@@ -42,8 +43,11 @@ std::string CalibrationFiles::scene(size_t window, size_t windows) const {
 FrameSet::FrameSet(const FrameOptions &options, const Scene &scene, Progress &progress) {
     const Cadence cadence(scene);
     Predictions times(cadence.times, 1, {options.cadence, {}, LeapSeconds()}, progress);
-    for (const std::string &path : options.files) {
-        const auto file = options.open(path);
+    const double exposure_s = scene_defaults(scene.path).exposure_s;
+    for (const std::string &path : options.inputs()) {
+        const auto file = options.open(path, exposure_s);
+        for (const std::string &note : file->notes())
+            progress.warn(note);
         if (file->rows() != static_cast<size_t>(scene.info.rows) ||
             file->cols() != static_cast<size_t>(scene.info.cols))
             malformed(file->path(), "frames of " + shape_text(file->rows(), file->cols()) + ": the scene is for " +

@@ -3,7 +3,9 @@
 #include <algorithm>
 
 #include "common/failure.hpp"
+#include "common/input.hpp"
 #include "common/text.hpp"
+#include "frames/frame_files.hpp"
 #include "options/command.hpp"
 
 namespace cli {
@@ -22,17 +24,41 @@ void shape_of(const std::string &text, int64_t &rows, int64_t &cols) {
 void FrameOptions::add_to(CLI::App &command, const char *cadence_text) {
     command.add_option("--cadence", cadence, cadence_text)->check(CLI::PositiveNumber);
     add_choice(&command, "--dtype", dtype, dtypes(),
-               "pixel type of files without header: u16le, u32le, i16le, f32le, or big-endian u16be, u32be, "
+               "pixel type of raw pairs, u16le or u32le, and of files without header: u16le, u32le, i16le, f32le, or big-endian u16be, u32be, "
                "i16be, f32be");
     add_option(&command, "--shape", shape, "ROWSxCOLS", "size of the frames in files without header: ROWSxCOLS");
+    add_option(&command, "--roi", roi, "LABEL",
+               "use only frames of this region of raw pairs; required if there are several");
+    command
+        .add_option("--exposure", exposure_s,
+                    "length of an exposure of raw pairs and batches in s, 0 if unknown; default: that of the scene")
+        ->check(CLI::Range(0.0, 1e9));
     add_option(&command, "--hdu", unit, "NAME",
                "name or number of the HDU of FITS files, 0 for the primary one; default: CORE, or the first with pixels");
     add_option(&command, "FRAMES", files, "",
-               ".npy and FITS files, or files without header with --dtype and --shape; - reads standard input")
+               "raw pairs, .nc, .npy and FITS files, folders of these, or files without header with --dtype and --shape; - "
+               "reads standard input")
         ->required();
 }
 
-std::unique_ptr<FrameFile> FrameOptions::open(const std::string &path) const {
+std::vector<std::string> FrameOptions::inputs() const {
+    if (roi.empty())
+        check_one_region(files);
+    std::vector<std::string> all;
+    for (const std::string &file : files) {
+        const std::vector<std::string> more = is_folder(file) ? files_of(file) : std::vector<std::string>{file};
+        all.insert(all.end(), more.begin(), more.end());
+        if (more.empty())
+            malformed(file, "contains no pairs, X_frames.bin and X_meta.jsonl, and no .nc and FITS files");
+    }
+    return all;
+}
+
+std::unique_ptr<FrameFile> FrameOptions::open(const std::string &path, double scene_exposure_s) const {
+    if (is_pair(path))
+        check_complete(side_of(path));
+    if (is_pair(path) || is_batch(path))
+        return open_mission(path, {dtype, roi, exposure_s.value_or(scene_exposure_s)});
     int64_t rows, cols;
     shape_of(shape, rows, cols);
     return open_frames(path, dtype, static_cast<size_t>(rows), static_cast<size_t>(cols), unit);

@@ -16,9 +16,14 @@ namespace cli {
 struct FrameOptions {
     // cadence: the description of --cadence.
     void add_to(CLI::App &command, const char *cadence);
-    std::unique_ptr<FrameFile> open(const std::string &path) const;
+    // Files and those of folders. Throws Failure for pairs of several regions without --roi.
+    std::vector<std::string> inputs() const;
+    // exposure_s: of the scene, for raw pairs and batches; 0: unknown.
+    std::unique_ptr<FrameFile> open(const std::string &path, double exposure_s) const;
 
     std::string dtype, shape;      // of files without header
+    std::string roi;               // of raw pairs; empty: the only one
+    std::optional<double> exposure_s; // of raw pairs and batches; otherwise that of the scene
     std::string unit;              // of FITS files: name or number of the HDU
     std::optional<double> cadence; // seconds
     std::vector<std::string> files;

@@ -49,6 +49,11 @@ class FrameFile {
     // Row and column on the detector of the first pixel.
     virtual std::pair<int64_t, int64_t> window() { return {0, 0}; }
     const std::string &path() const noexcept { return path_; }
+    // What was found damaged or suspicious, for warnings.
+    virtual const std::vector<std::string> &notes() const noexcept {
+        static const std::vector<std::string> kNone;
+        return kNone;
+    }
 
   protected:
     explicit FrameFile(const std::string &path) : path_(path) {}
@@ -77,5 +82,12 @@ std::vector<std::string> dtypes();
 std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::string &dtype = "", size_t rows = 0,
                                        size_t cols = 0, const std::string &unit = "");
 std::unique_ptr<FrameFile> open_fits(const std::string &path, const std::string &unit);
+
+// A pair of files or a batch.
+struct MissionOptions {
+    std::string dtype, roi;
+    double exposure_s = 0; // 0: unknown
+};
+std::unique_ptr<FrameFile> open_mission(const std::string &path, const MissionOptions &options);
 
 } // namespace cli

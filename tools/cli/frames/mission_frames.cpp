@@ -1,0 +1,122 @@
+// Frames of a pair of files or of a batch as one file of frames, for `encode` and `calibrate`. A first reading finds the
+// valid frames, their number and times; the second one delivers them. What the first one complains about is in notes().
+#include <algorithm>
+#include <cstring>
+#include <set>
+
+#include <toliman/toliman.hpp>
+
+#include "common/failure.hpp"
+#include "common/library.hpp"
+#include "common/text.hpp"
+#include "frames/frame_files.hpp"
+#include "frames/frames_in.hpp"
+
+namespace cli {
+
+namespace {
+
+toliman_ingest_options ingest_options(const std::string &path, const MissionOptions &options) {
+    auto ingest = toliman::sized<toliman_ingest_options>();
+    if (is_pair(path) && options.dtype != "u16le" && options.dtype != "u32le")
+        throw Failure(kExitUsage, path + ": raw pairs need --dtype u16le or u32le");
+    ingest.pixel = is_pair(path) && options.dtype == "u32le" ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
+    ingest.exposure_s = options.exposure_s;
+    ingest.roi = options.roi.empty() ? nullptr : options.roi.c_str();
+    return ingest;
+}
+
+class MissionFrames final : public FrameFile {
+  public:
+    MissionFrames(const std::string &path, const MissionOptions &options)
+        : FrameFile(path), options_(options), ingest_(ingest_options(path, options_)) {
+        std::set<std::string> regions;
+        size_t rows = 0, cols = 0;
+        for (open(); next();) {
+            if (event_.event != TOLIMAN_INGEST_EVENT_FRAME) {
+                notes_.push_back(std::string(event_.file) + ":" + std::to_string(event_.line) + ": " + event_.text);
+                continue;
+            }
+            if (times_.empty()) {
+                rows = static_cast<size_t>(frame_.rows);
+                cols = static_cast<size_t>(frame_.cols);
+                id_ = frame_.frame_id;
+                window_ = {frame_.window_row, frame_.window_col};
+            }
+            regions.insert(frame_.roi);
+            times_.push_back(frame_.camera_ns);
+            check_frame(rows, cols, regions);
+        }
+        if (times_.empty())
+            malformed(path, "contains no frames" + (options_.roi.empty() ? "" : " of the region " + options_.roi));
+        set_axes({times_.size(), rows, cols});
+        open();
+    }
+
+    int32_t pixel() const noexcept override { return ingest_.pixel; }
+    size_t frame_size() const noexcept override { return rows() * cols() * (pixel() == TOLIMAN_PIXEL_U32 ? 4 : 2); }
+    std::vector<int64_t> camera_ns() override { return times_; }
+    std::optional<int64_t> first_id() override { return id_; }
+    double exposure_s() override { return options_.exposure_s; }
+    std::pair<int64_t, int64_t> window() override { return window_; }
+    const std::vector<std::string> &notes() const noexcept override { return notes_; }
+
+  private:
+    void open() {
+        toliman_ingest *reader = nullptr;
+        ingest_.roi = options_.roi.empty() ? nullptr : options_.roi.c_str();
+        check(toliman_ingest_create(path_.c_str(), &ingest_, &reader));
+        reader_.reset(reader);
+        delivered_ = 0;
+    }
+
+    // The files are not ours: an error of theirs is one of the input.
+    void check(toliman_status status) const {
+        if (status == TOLIMAN_E_FORMAT || status == TOLIMAN_E_NOT_FOUND || status == TOLIMAN_E_UNSUPPORTED)
+            throw Failure(kExitInput, toliman_last_error());
+        toliman::check(status);
+    }
+
+    bool next() {
+        frame_ = toliman::sized<toliman_frame>();
+        event_ = toliman::sized<toliman_ingest_event>();
+        check(toliman_ingest_next(reader_.get(), &frame_, &event_));
+        return event_.event != TOLIMAN_INGEST_EVENT_NOTHING;
+    }
+
+    void check_frame(size_t rows, size_t cols, const std::set<std::string> &regions) const {
+        const std::string place = std::string(event_.file) + ":" + std::to_string(event_.line);
+        if (regions.size() > 1)
+            throw Failure(kExitUsage, place + ": frames of the regions " + *regions.begin() + ", " + *regions.rbegin() +
+                                          ": --roi LABEL takes those of one");
+        if (static_cast<size_t>(frame_.rows) != rows || static_cast<size_t>(frame_.cols) != cols)
+            malformed(place, "a frame of " + shape_text(frame_.rows, frame_.cols) + " after frames of " +
+                                 shape_text(rows, cols));
+    }
+
+    void load(size_t frame, void *pixels) override {
+        for (; delivered_ <= frame; delivered_ += event_.event == TOLIMAN_INGEST_EVENT_FRAME)
+            if (!next())
+                malformed(path_, "has changed while it was read");
+        std::memcpy(pixels, frame_.pixels, frame_size());
+    }
+
+    MissionOptions options_;
+    toliman_ingest_options ingest_;
+    toliman::pair_reader reader_;
+    toliman_frame frame_;
+    toliman_ingest_event event_;
+    std::vector<int64_t> times_;
+    std::vector<std::string> notes_;
+    std::pair<int64_t, int64_t> window_;
+    int64_t id_ = 0;
+    size_t delivered_ = 0; // frames of the second reading
+};
+
+} // namespace
+
+std::unique_ptr<FrameFile> open_mission(const std::string &path, const MissionOptions &options) {
+    return std::make_unique<MissionFrames>(path, options);
+}
+
+} // namespace cli
