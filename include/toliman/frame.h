@@ -9,6 +9,7 @@
 #define TOLIMAN_FRAME_H
 
 #include <toliman/image.h>
+#include <toliman/spread.h>
 
 TOLIMAN_BEGIN_DECLS
 
@@ -22,7 +23,7 @@ TOLIMAN_BEGIN_DECLS
  * frame.
  * A second valid frame with the same key is a duplicate if its content is the same, otherwise both are quarantined
  * (promise: conflicting-frames-are-quarantined): pixels, their type and shape, camera_ns, dropped, sigma, exposure_s,
- * intervals, window. */
+ * intervals, window, spread. */
 typedef struct toliman_frame {
     uint32_t struct_size; /* sizeof(toliman_frame) */
     int32_t pixel;        /* TOLIMAN_PIXEL_...; there is no default */
@@ -42,6 +43,7 @@ typedef struct toliman_frame {
     size_t interval_count;   /* at most 65536; 0 = unknown */
     int64_t window_row, window_col; /* row and column of the first pixel on the detector, at most 2^31 */
     int64_t restarts; /* restarts of the camera within the session before this frame: its ids begin again; 0 to 2^31 */
+    const toliman_spread *spread;   /* of a sum of frames (coadd.h); NULL = one frame */
 } toliman_frame;
 #define TOLIMAN_FRAME_INIT TOLIMAN_INIT(toliman_frame)
 

@@ -7,6 +7,7 @@
 #include <toliman/budget.h>
 #include <toliman/cae.h>
 #include <toliman/calibrate.h>
+#include <toliman/coadd.h>
 #include <toliman/components.h>
 #include <toliman/core.h>
 #include <toliman/fit.h>
@@ -29,6 +30,7 @@
 #include <toliman/sim_derivative.h>
 #include <toliman/sky.h>
 #include <toliman/sky_diagnosis.h>
+#include <toliman/spread.h>
 #include <toliman/track.h>
 #include <toliman/track_goodness.h>
 #include <toliman/track_options.h>

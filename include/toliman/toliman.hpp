@@ -99,6 +99,9 @@ inline void destroy_fit(toliman_fit *fit) {
 inline void destroy_calibration(toliman_calibration *calibration) {
     toliman_calibration_destroy(calibration);
 }
+inline void destroy_coadd(toliman_coadd *coadd) {
+    toliman_coadd_destroy(coadd);
+}
 inline void destroy_components(toliman_components *components) {
     toliman_components_destroy(components);
 }
@@ -133,6 +136,7 @@ using linear_estimator = handle<toliman_linear, destroy_linear>;
 using network_bank = handle<toliman_bank, destroy_bank>;
 using frame_fit = handle<toliman_fit, destroy_fit>;
 using scene_calibration = handle<toliman_calibration, destroy_calibration>;
+using frame_adder = handle<toliman_coadd, destroy_coadd>;
 using component_set = handle<toliman_components, destroy_components>;
 using phase_mask = handle<toliman_mask, destroy_mask>;
 using pair_reader = handle<toliman_ingest, destroy_ingest>;

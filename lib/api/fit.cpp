@@ -19,6 +19,7 @@
 #include "api/output.hpp"
 #include "api/parameters.hpp"
 #include "api/pixel_frames.hpp"
+#include "api/spread.hpp"
 #include "api/struct_array.hpp"
 #include "api/track_estimators.hpp"
 #include "base/text.hpp"
@@ -122,7 +123,11 @@ fit::Prediction prediction_of(const toliman_fit_prediction &given, const char *n
     if (given.separation_px < 0)
         fail(Status::argument, "{%s->separation_px} = %g: must be above 0 px, or 0 for that of the scene", name,
              given.separation_px);
-    return {given.time_days, {given.x_px, given.y_px}, given.separation_px, given.position_angle_deg};
+    return {given.time_days,
+            {given.x_px, given.y_px},
+            given.separation_px,
+            given.position_angle_deg,
+            spread_of(given.spread, (std::string(name) + "->spread").c_str())};
 }
 
 fit::Prediction prediction_of(const toliman_fit_prediction *given) {

@@ -22,6 +22,17 @@ const char *version() noexcept {
     return fftw_version;
 }
 
+size_t fast_size(size_t n) noexcept {
+    for (n += n % 2;; n += 2) {
+        size_t rest = n;
+        for (const size_t prime : {size_t{2}, size_t{3}, size_t{5}})
+            while (rest % prime == 0)
+                rest /= prime;
+        if (rest == 1)
+            return n;
+    }
+}
+
 struct Square::Plan {
     Buffer<std::complex<double>> data;
     fftw_plan plan = nullptr;

@@ -9,6 +9,9 @@ namespace toliman::fft {
 // Version of the library in use.
 const char *version() noexcept;
 
+// The smallest even number from n on without prime factors above 5.
+size_t fast_size(size_t n) noexcept;
+
 // Forward transform of n x n complex numbers in place, with its memory. Equal input gives equal bits. One thread at a
 // time per object.
 class Square {

@@ -109,6 +109,12 @@ Fit::Fit(const Fit &first, const Fit &next, double share)
     }
 }
 
+Fit::Fit(const Fit &frame, const Spread &spread)
+    : scene_(frame.scene_), light_(frame.light_), parameters_(frame.parameters_), model_(frame.model_, spread),
+      capture_px_(frame.capture_px_), share_a_(frame.share_a_), sigma_px_(frame.sigma_px_) {
+    std::copy(std::begin(frame.centre_), std::end(frame.centre_), centre_);
+}
+
 FitWork Fit::work() const {
     return {model_.work(), Search(rows(), cols(), capture_px_), Buffer<double>(rows() * cols()), {}};
 }

@@ -17,6 +17,7 @@ constexpr double kCapturePx = 15, kMostCapturePx = 64;
 struct Prediction {
     double days = 0, shift_px[2] = {0, 0};
     double separation_px = 0, position_angle_deg = 0; // 0 = those of the scene
+    Spread spread;                                    // of a sum of frames
 };
 
 enum Flag : uint32_t { not_converged = 1, saturated = 4, edge = 8, searched = 16 };
@@ -57,6 +58,9 @@ class Fit {
 
     // The fit between two of the same parameters: as Model. Predicted places are interpolated, too.
     Fit(const Fit &first, const Fit &next, double share);
+
+    // The fit of sums of frames.
+    Fit(const Fit &frame, const Spread &spread);
 
     FitWork work() const;
     // Fits counts of rows() x cols(). The result depends on the arguments only.

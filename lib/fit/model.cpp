@@ -129,6 +129,16 @@ Model::Model(const Model &first, const Model &next, double share) : Model(first)
     share_ = share;
 }
 
+Model::Model(const Model &frame, const Spread &spread) : Model(frame) {
+    const SpreadTransfer transfer(spread);
+    for (std::shared_ptr<const optics::Atlas> *const atlas : {&atlas_, &next_})
+        if (*atlas != nullptr)
+            *atlas = std::make_shared<optics::Atlas>(spread.moves() ? (*atlas)->filtered(transfer, spread.frames)
+                                                                    : (*atlas)->scaled(spread.frames));
+    for (double *const number : {&how_.bias, &how_.dark, &how_.added_variance, &how_.floor, &how_.limit})
+        *number *= spread.frames;
+}
+
 // The planes of a parameter are not rounding alone: Zernike polynomials of even order do not change, in first order,
 // the image of a pupil with b(-x) = 1 - b(x), that of a spiral mask with odd m and without struts.
 void Model::check_planes(const Scene &scene) const {

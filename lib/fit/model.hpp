@@ -6,6 +6,7 @@
 #include "base/buffer.hpp"
 #include "base/progress.hpp"
 #include "base/view.hpp"
+#include "fit/spread.hpp"
 #include "frame/bad_pixels.hpp"
 #include "kernels/normal.hpp"
 #include "optics/atlas.hpp"
@@ -52,6 +53,9 @@ class Model {
     // those of `next`, 0 <= share <= 1. For a parameter of the optics that changes by d from one to the other, its
     // error is at most 1/8 d^2 times the second derivative of the image.
     Model(const Model &first, const Model &next, double share);
+
+    // The model of a sum of frames: light, background and noise are those of all its frames, the stars' places their mean.
+    Model(const Model &frame, const Spread &spread);
 
     size_t parameters() const noexcept { return always + extras_.size(); }
     const optics::Atlas &atlas() const noexcept { return *atlas_; }
@@ -106,6 +110,7 @@ class Model {
 
     double bias() const noexcept { return how_.bias; }
     const kernels::CountModel &counts() const noexcept { return how_; }
+    const Buffer<double> &usable() const noexcept { return usable_; } // electrons per photon, 0 for bad pixels
     uint64_t digest() const noexcept;
 
   private:

@@ -11,18 +11,6 @@ namespace toliman::fit {
 
 namespace {
 
-// The smallest even number from n on without prime factors above 5.
-size_t fast_size(size_t n) noexcept {
-    for (n += n % 2;; n += 2) {
-        size_t rest = n;
-        for (const size_t prime : {size_t{2}, size_t{3}, size_t{5}})
-            while (rest % prime == 0)
-                rest /= prime;
-        if (rest == 1)
-            return n;
-    }
-}
-
 double root(double counts, double bias) noexcept {
     return std::sqrt(std::max(0.0, counts - bias));
 }
@@ -36,7 +24,7 @@ double vertex(double below, double middle, double above) noexcept {
 } // namespace
 
 Search::Search(size_t rows, size_t cols, double reach)
-    : rows_(rows), cols_(cols), side_(fast_size(std::max(rows, cols) + static_cast<size_t>(std::ceil(reach)) + 1)),
+    : rows_(rows), cols_(cols), side_(fft::fast_size(std::max(rows, cols) + static_cast<size_t>(std::ceil(reach)) + 1)),
       reach_(static_cast<long>(reach)), transform_(side_) {}
 
 std::array<double, 2> Search::shift(ImageView<const double> counts, ImageView<const double> expected,

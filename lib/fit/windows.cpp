@@ -84,6 +84,11 @@ std::shared_ptr<const Fit> Windows::at(double days) const {
     return std::make_shared<Fit>(*fits_[i], *fits_[next], share);
 }
 
+std::shared_ptr<const Fit> Windows::at(const Prediction &prediction) const {
+    std::shared_ptr<const Fit> frame = at(prediction.days);
+    return prediction.spread.any() ? std::make_shared<Fit>(*frame, prediction.spread) : frame;
+}
+
 // The lines of the work depend on the parameters, which are the same; its scratch memory depends on the atlas.
 FitWork Windows::work() const {
     const auto largest = std::max_element(fits_.begin(), fits_.end(), [](const auto &a, const auto &b) {

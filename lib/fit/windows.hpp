@@ -18,16 +18,18 @@ class Windows {
     // The fit of frames at this time: between those of the windows that start before and after it; before the first
     // start and after the last one, that of the window which starts there.
     std::shared_ptr<const Fit> at(double days) const;
+    // The same for the sums of frames, if the prediction is that of one.
+    std::shared_ptr<const Fit> at(const Prediction &prediction) const;
     const Fit &first() const noexcept { return *fits_.front(); }
     const Fit &window(size_t i) const noexcept { return *fits_[i]; }
     size_t count() const noexcept { return fits_.size(); }
 
     FitWork work() const; // for all windows
     void frame(ImageView<const double> counts, const Prediction &prediction, FitWork &work, Result &result) const {
-        at(prediction.days)->frame(counts, prediction, work, result);
+        at(prediction)->frame(counts, prediction, work, result);
     }
     void predict(const Prediction &prediction, const ImageView<double> *counts, FitWork &work, Result &result) const {
-        at(prediction.days)->predict(prediction, counts, work, result);
+        at(prediction)->predict(prediction, counts, work, result);
     }
 
     // What all windows have in common.

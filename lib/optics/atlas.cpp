@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "backend/fft.hpp"
 #include "base/error.hpp"
 
 namespace toliman::optics {
@@ -83,6 +84,51 @@ Buffer<double> Atlas::image_weights(size_t star, const Buffer<double> &samples) 
     Buffer<double> image(stars_[star].rows * stars_[star].cols);
     for_each_sample(stars_[star], [&](size_t to, size_t from) { image[to] = area * samples[from]; });
     return image;
+}
+
+Atlas Atlas::scaled(double factor) const {
+    Atlas made = *this;
+    for (Star &star : made.stars_)
+        for (Buffer<double> &plane : star.planes)
+            for (double &sample : plane)
+                sample *= factor;
+    return made;
+}
+
+// Two planes at once, as real and imaginary part. The inverse transform is the conjugate of that of the conjugate.
+Atlas Atlas::filtered(const Transfer &transfer, double factor) const {
+    Atlas made = *this;
+    size_t side = 0;
+    for (const Star &star : stars_)
+        side = std::max({side, star.rows, star.cols});
+    side = fft::fast_size(side);
+    const double step = static_cast<double>(oversampling_) / static_cast<double>(side);
+    const auto frequency = [&](size_t k) {
+        return step * (k < side / 2 ? static_cast<double>(k) : static_cast<double>(k) - static_cast<double>(side));
+    };
+    Buffer<std::complex<double>> factors(side * side);
+    for (size_t y = 0; y < side; y++)
+        for (size_t x = 0; x < side; x++)
+            factors[y * side + x] = transfer(frequency(x), frequency(y)) * (factor / static_cast<double>(side * side));
+    fft::Square square(side);
+    std::complex<double> *const data = square.data();
+    for (Star &star : made.stars_)
+        for (size_t first = 0; first < star.planes.size(); first += 2) {
+            Buffer<double> &real = star.planes[first],
+                           &other = star.planes[std::min(first + 1, star.planes.size() - 1)];
+            std::fill_n(data, side * side, 0);
+            const auto at = [&](size_t image) { return image / star.cols * side + image % star.cols; };
+            for_each_sample(star, [&](size_t from, size_t to) { data[at(from)] = {real[to], other[to]}; });
+            square.transform();
+            for (size_t i = 0; i < side * side; i++)
+                data[i] = std::conj(data[i] * factors[i]);
+            square.transform();
+            for_each_sample(star, [&](size_t from, size_t to) {
+                other[to] = -data[at(from)].imag();
+                real[to] = data[at(from)].real();
+            });
+        }
+    return made;
 }
 
 bool Atlas::covers(size_t star, long double x, long double y) const noexcept {

@@ -2,6 +2,8 @@
 // interpolated at the pixels of a frame for any places of the stars, so that one propagation serves all frames.
 #pragma once
 #include <array>
+#include <complex>
+#include <functional>
 #include <vector>
 
 #include "base/buffer.hpp"
@@ -25,6 +27,12 @@ class Atlas {
     // afterwards.
     Atlas(const Scene &scene, const Pupil &pupil, const Plan &plan, const Light &light, const Offsets &reach,
           const Draw &draw);
+
+    // The atlas of images with this spectrum: that of this atlas times transfer(f_x, f_y), cycles per px, and a factor.
+    // Images are taken as periodic, which is wrong within the reach of the blur from the edges of the atlas.
+    using Transfer = std::function<std::complex<double>(double fx, double fy)>;
+    Atlas filtered(const Transfer &transfer, double factor) const;
+    Atlas scaled(double factor) const;
 
     // Where the pixels of a frame are among the samples of a star: the first sample of the first pixel, and the weights
     // of the samples.

@@ -10,7 +10,7 @@ from model import Callback, Function, Handle, Struct
 # Names of the derived types, without toliman_.
 TYPES = {"toliman_sim": "simulator", "toliman_cae": "autoencoder", "toliman_linear": "linear_estimator",
          "toliman_fit": "frame_fit", "toliman_bank": "network_bank",
-         "toliman_calibration": "scene_calibration", "toliman_components": "component_set", "toliman_mask": "phase_mask",
+         "toliman_calibration": "scene_calibration", "toliman_coadd": "frame_adder", "toliman_components": "component_set", "toliman_mask": "phase_mask",
          "toliman_ingest": "pair_reader", "toliman_measure": "measurements", "toliman_period": "periodogram", "toliman_planet": "planet_set",
          "toliman_series": "series_parser", "toliman_sky": "sky_predictor", "toliman_track": "tracker"}
 
