@@ -37,7 +37,7 @@ uint64_t digest_of(const fit::Fit &fit, const fit::Prediction &prediction, const
     return fnv1a(std::array<double, 9>{prediction.days, prediction.shift_px[0], prediction.shift_px[1],
                                        prediction.separation_px, prediction.position_angle_deg,
                                        static_cast<double>(limits.range), limits.most_chi_square,
-                                       static_cast<double>(limits.pause_ns), static_cast<double>(kSteps)},
+                                       static_cast<double>(limits.pause_ns), 1},
                  fit.digest());
 }
 
@@ -52,7 +52,7 @@ Coadd::Coadd(std::shared_ptr<const fit::Fit> fit, const fit::Prediction &predict
              unsigned workers, const Progress &progress)
     : fit_(std::move(fit)), limits_(limits),
       registration_(*fit_, prediction, limits.range, limits.most_chi_square, workers, progress),
-      work_(registration_.work()), digest_(digest_of(*fit_, prediction, limits)) {
+      digest_(digest_of(*fit_, prediction, limits)) {
     const size_t pixels = rows() * cols();
     for (Buffer<uint32_t> *const array : {&recent_, &counts_, &left_out_, &taken_.counts, &taken_.left_out})
         array->resize(pixels);
@@ -93,7 +93,7 @@ void Coadd::add(const Frame &frame, Registered &out, End &end) noexcept {
         out.verdict = Verdict::next;
         return;
     }
-    registration_.frame(frame.pixels, work_, out);
+    registration_.frame(frame.pixels, out);
     totals_.verdicts[static_cast<size_t>(out.verdict)]++;
     totals_.dropped += frame.dropped;
     if (out.verdict != Verdict::added)

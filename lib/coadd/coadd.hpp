@@ -90,7 +90,6 @@ class Coadd {
     std::shared_ptr<const fit::Fit> fit_;
     Limits limits_;
     Registration registration_;
-    Registration::Work work_;
     uint64_t digest_;
     int64_t number_ = 0;
     Totals totals_;

@@ -3,12 +3,16 @@
 //     [LL LX LY; LX XX XY; LY XY YY] (df, f dx, f dy) = (Lr, Xr, Yr),   AB = sum over pixels of w A B,
 // r the residual of f L. The inverse of the matrix is the covariance; chi-square is rr minus the gain of the step.
 // Every frame starts anew, so that its result does not depend on other frames, and sums not on their order:
-//   1. flux and centroid of the counts, against those of the model. The centroid errs by 0.05 to 0.1 px;
-//   2. steps on every fourth row until the place stays, to 4e-3 px;
+//   1. steps on every fourth row with images that are blurred by 0.7 px, at whole pixels: their fringes are washed out,
+//      so that steps converge from 1 px. What a step is without displacement, and its gain, come from expected frames;
+//   2. steps on these rows with the table, until the place stays, to 4e-3 px;
 //   3. a step on all rows from the nearest place of the table, at most 0.75 steps of the table away;
 //   4. pixels beyond the limit of frame/bad_pixels.hpp against the model after the step are left out, with those that
 //      saturate or may; where there are some, again from 3, without them, until they stay the same.
-// One step about a single place is not enough: pointing that jitters by 0.3 px rms moves fringes by a radian.
+// A frame that does not fit then is tried again, first with images blurred by 2 px, which lead from 4 px, and with other
+// rows: a bright cosmic ray may have led 1 or 2 astray.
+// One step about a single place is not enough: pointing that jitters by 0.3 px rms moves fringes by a radian. A start from
+// the centroid of the counts fails where light moves out of the frame: it is off by 0.5 px in frames of 64 x 64.
 // The variance is that of the model, never of the counts, whose correlation with the residual would bias the flux.
 #include "coadd/registration.hpp"
 
@@ -23,21 +27,31 @@ namespace {
 
 using namespace kernels;
 
-constexpr size_t kCoarseStep = 4;        // rows
-constexpr int kMostCoarse = 8, kMostFine = 6; // steps
-constexpr double kStays = 0.75;          // of a step of the table
+constexpr size_t kCoarse = 4; // rows
+constexpr int kSteps = 8;     // of the table, per pixel
+constexpr double kNearBlur = 0.7, kFarBlur = 2; // px
+constexpr int kMostSteps = 8;
+constexpr double kStays = 0.75; // of a step of the table
 constexpr double kLeastFlux = 0.2, kMostFlux = 5;
-constexpr double kDarkRow = 40; // expected electrons of a row below which it may have no counts: exp(-40)
-constexpr double kCentroidRange = 0.5; // px
-constexpr double kClip = 1.3; // of the brightest expected count
+constexpr double kDarkRow = 40;  // expected electrons of a row below which it may have no counts: exp(-40)
+constexpr double kMoved = 0.7;   // of the blur, of the frames that calibrate steps
+constexpr double kLongest = 0.5; // px, of a step of the table
+
+fit::Fit blurred(const fit::Fit &fit, double blur) {
+    fit::Spread spread;
+    spread.xx = spread.yy = blur * blur;
+    return fit::Fit(fit, spread);
+}
 
 } // namespace
 
 Registration::Registration(const fit::Fit &fit, const fit::Prediction &prediction, int range, double most_chi_square,
                            unsigned workers, const Progress &progress)
-    : table_(fit, prediction, range, workers, progress), rows_(fit.rows()), cols_(fit.cols()),
-      most_chi_square_(most_chi_square), pixels_(pixels(fit.model())) {
-    calibrate(fit, prediction);
+    : table_(fit, prediction, range, kSteps, workers, progress), rows_(fit.rows()), cols_(fit.cols()),
+      most_chi_square_(most_chi_square), pixels_(pixels(fit.model())),
+      near_(make_coarse(fit, prediction, range, kNearBlur, workers)),
+      far_(make_coarse(fit, prediction, range, kFarBlur, workers)) {
+    expect(fit, prediction);
 }
 
 // Of all pixels: one number, if they respond equally, otherwise an array.
@@ -62,7 +76,6 @@ CoaddPixels Registration::pixels(const fit::Model &model) {
         spread_[i] = static_cast<float>(1 / r);
         added_[i] = usable ? static_cast<float>((how.added_variance + how.dark) / (r * r)) : kCoaddUnused;
     }
-    base_ = how.bias + how.dark / how.e_per_count;
     const double most = std::ceil(how.limit / how.e_per_count + how.bias);
     return {uniform,
             gain_.data(),
@@ -74,90 +87,66 @@ CoaddPixels Registration::pixels(const fit::Model &model) {
             static_cast<uint16_t>(std::clamp(most, 1.0, double{UINT16_MAX}))};
 }
 
-// Total and centroid of expected frames at some places.
-void Registration::calibrate(const fit::Fit &fit, const fit::Prediction &prediction) {
+// Gain of steps: of expected frames where the stars are, and moved.
+Registration::Coarse Registration::make_coarse(const fit::Fit &fit, const fit::Prediction &prediction, int range,
+                                               double blur, unsigned workers) const {
+    Coarse made = {Table(blurred(fit, blur), prediction, range, 1, workers, Progress()), {}, {}};
     fit::Work model = fit.model().work();
     Buffer<double> expected(rows_ * cols_);
+    Buffer<uint16_t> counts(rows_ * cols_);
     const fit::Fit::Start start = fit.start_of(prediction);
-    double moments[5][3] = {};
-    const double shift[5][2] = {{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}};
+    const double moved = kMoved * blur,
+                 moves[5][2] = {{0, 0}, {-moved, 0}, {moved, 0}, {0, -moved}, {0, moved}};
+    double steps[5][2];
     for (size_t k = 0; k < 5; k++) {
         double values[fit::kMostParameters] = {};
         std::copy(std::begin(start.values), std::end(start.values), values);
         for (size_t i = 0; i < 4; i++)
-            values[i] += kCentroidRange * shift[k][i % 2];
+            values[i] += moves[k][i % 2];
         fit.model().expect(values, {expected.data(), rows_, cols_, cols_}, model);
-        for (const uint32_t pixel : bad_)
-            expected[pixel] = base_;
-        for (size_t r = 0; r < rows_; r++) {
-            double row = 0;
-            for (size_t c = 0; c < cols_; c++) {
-                const double light = expected[r * cols_ + c] - base_;
-                moments[k][0] += light;
-                moments[k][1] += light * static_cast<double>(c);
-                moments[k][2] += light * static_cast<double>(r);
-                row += expected[r * cols_ + c];
-            }
-            if (k == 0 && row * fit.model().counts().e_per_count < kDarkRow)
-                dark_rows_++;
-        }
-        if (k == 0)
-            top_ = static_cast<uint16_t>(
-                std::min(kClip * *std::max_element(expected.begin(), expected.end()) + 100, double{UINT16_MAX}));
+        for (size_t i = 0; i < counts.size(); i++)
+            counts[i] = static_cast<uint16_t>(std::clamp(std::nearbyint(expected[i]), 0.0, double{UINT16_MAX}));
+        const Solution step = solve({counts.data(), cols_, rows_, cols_}, made.table, {0, 0}, 1, {}, nullptr);
+        steps[k][0] = step.step.x;
+        steps[k][1] = step.step.y;
     }
-    total_ = moments[0][0];
-    const auto place = [&](size_t k, size_t axis) { return moments[k][1 + axis] / moments[k][0]; };
-    double matrix[2][2];
+    double gain[2][2];
     for (size_t axis = 0; axis < 2; axis++) {
-        centre_[axis] = place(0, axis);
+        made.zero[axis] = steps[0][axis];
         for (size_t along = 0; along < 2; along++)
-            matrix[axis][along] = (place(2 + 2 * along, axis) - place(1 + 2 * along, axis)) / (2 * kCentroidRange);
+            gain[axis][along] = (steps[2 + 2 * along][axis] - steps[1 + 2 * along][axis]) / (2 * moved);
     }
-    const double determinant = matrix[0][0] * matrix[1][1] - matrix[0][1] * matrix[1][0];
-    if (!(total_ > 0) || !(std::fabs(determinant) > 1e-6))
+    const double determinant = gain[0][0] * gain[1][1] - gain[0][1] * gain[1][0];
+    if (!(determinant > 0.01))
         fail(Status::scene, "{fit}: the light of a frame does not move with the stars");
-    inverse_[0][0] = matrix[1][1] / determinant;
-    inverse_[0][1] = -matrix[0][1] / determinant;
-    inverse_[1][0] = -matrix[1][0] / determinant;
-    inverse_[1][1] = matrix[0][0] / determinant;
-    double light = 0;
-    fit.model().visit(nullptr, start.values, 0, model, [&](const fit::Model::Row &row) {
-        for (size_t c = 0; c < cols_; c++)
-            light += row.light[c];
+    made.inverse[0][0] = gain[1][1] / determinant;
+    made.inverse[0][1] = -gain[0][1] / determinant;
+    made.inverse[1][0] = -gain[1][0] / determinant;
+    made.inverse[1][1] = gain[0][0] / determinant;
+    return made;
+}
+
+// What a frame at the predicted place has: light, and rows without counts.
+void Registration::expect(const fit::Fit &fit, const fit::Prediction &prediction) {
+    fit::Work work = fit.model().work();
+    const CountModel &how = fit.model().counts();
+    fit.model().visit(nullptr, fit.start_of(prediction).values, 0, work, [&](const fit::Model::Row &row) {
+        double electrons = 0;
+        for (size_t c = 0; c < cols_; c++) {
+            const double response = fit.model().usable()[row.row * cols_ + c];
+            photons_ += row.light[c];
+            electrons += how.bias * how.e_per_count + how.dark + response * std::fmax(0, row.light[c]);
+        }
+        dark_rows_ += electrons < kDarkRow ? 1 : 0;
     });
-    photons_ = light;
 }
 
-// Of the counts of used pixels above those without light, in the frame's own pixels.
-void Registration::centroid(const CoaddFrame &frame, Work &work, double *moments, size_t *zero_rows) const noexcept {
-    uint64_t sums[3];
-    coadd_kernels().centroid(frame, top_, work.columns.data(), sums, zero_rows);
-    const double pixels = static_cast<double>(rows_ * cols_);
-    moments[0] = static_cast<double>(sums[0]) - base_ * pixels;
-    moments[1] = static_cast<double>(sums[1]) - base_ * pixels * 0.5 * static_cast<double>(cols_ - 1);
-    moments[2] = static_cast<double>(sums[2]) - base_ * pixels * 0.5 * static_cast<double>(rows_ - 1);
-    for (const uint32_t pixel : bad_) {
-        const size_t r = pixel / cols_, c = pixel % cols_;
-        const double counts = std::min(frame.counts[r * frame.stride + c], top_) - base_;
-        moments[0] -= counts;
-        moments[1] -= counts * static_cast<double>(c);
-        moments[2] -= counts * static_cast<double>(r);
-    }
-}
-
-Registration::Estimate Registration::start(const CoaddFrame &frame, Work &work, size_t *zero_rows) const noexcept {
-    double moments[3];
-    centroid(frame, work, moments, zero_rows);
-    const double x = moments[1] / moments[0] - centre_[0], y = moments[2] / moments[0] - centre_[1];
-    return {moments[0] / total_, inverse_[0][0] * x + inverse_[0][1] * y, inverse_[1][0] * x + inverse_[1][1] * y};
-}
-
-// One step about a place of the table, on every `step`-th row.
-Registration::Solution Registration::solve(const CoaddFrame &frame, const Cell &cell, double flux, size_t step,
-                                           const Registered *left_out) const noexcept {
-    const CoaddModel model = table_.model(cell);
+// One step about a place of a table, without the pixels that are left out.
+Registration::Solution Registration::solve(const CoaddFrame &frame, const Table &table, const Cell &cell, double flux,
+                                           Rows rows, const Registered *left_out) const noexcept {
+    const CoaddModel model = table.model(cell);
     double sums[kCoaddSums];
-    coadd_kernels().accumulate(frame, model, pixels_, static_cast<float>(flux), step, sums);
+    coadd_kernels().accumulate(frame, model, pixels_, static_cast<float>(flux), rows.start, rows.step, sums);
     for (size_t i = 0; left_out != nullptr && i < left_out->left_out; i++) {
         const size_t r = left_out->pixels[i] / cols_, c = left_out->pixels[i] % cols_, m = r * model.stride + c,
                      p = pixels_.uniform ? 0 : left_out->pixels[i];
@@ -198,19 +187,40 @@ Registration::Solution Registration::solve(const CoaddFrame &frame, const Cell &
     return out;
 }
 
+// Moves to the stars as far as blurred images lead; false if they do not.
+bool Registration::start(const CoaddFrame &frame, Rows rows, const Coarse &coarse, Estimate &at) const noexcept {
+    Cell cell = coarse.table.nearest(at.x, at.y);
+    for (int i = 0; i < kMostSteps; i++) {
+        const Solution solution = solve(frame, coarse.table, cell, at.flux, rows, nullptr);
+        at.flux = std::fmax(kLeastFlux, at.flux + solution.step.flux);
+        if (!solution.found || !(at.flux < kMostFlux))
+            return false;
+        const double x = solution.step.x / at.flux - coarse.zero[0], y = solution.step.y / at.flux - coarse.zero[1];
+        const double dx = coarse.inverse[0][0] * x + coarse.inverse[0][1] * y,
+                     dy = coarse.inverse[1][0] * x + coarse.inverse[1][1] * y;
+        at.x = std::clamp(cell.x + std::clamp(dx, -kFarBlur, kFarBlur), -table_.range(), table_.range());
+        at.y = std::clamp(cell.y + std::clamp(dy, -kFarBlur, kFarBlur), -table_.range(), table_.range());
+        const Cell next = coarse.table.nearest(at.x, at.y);
+        if (std::max(std::fabs(dx), std::fabs(dy)) < kStays || next == cell)
+            break;
+        cell = next;
+    }
+    return true;
+}
+
 // Moves to the stars; false if the steps do not end there.
-bool Registration::approach(const CoaddFrame &frame, Estimate &at) const noexcept {
-    for (int i = 0; i < kMostCoarse; i++) {
-        const Cell cell = Table::nearest(at.x, at.y);
+bool Registration::approach(const CoaddFrame &frame, Rows rows, Estimate &at) const noexcept {
+    for (int i = 0; i < kMostSteps; i++) {
+        const Cell cell = table_.nearest(at.x, at.y);
         if (!table_.covers(cell))
             return false;
-        const Solution solution = solve(frame, cell, at.flux, kCoarseStep, nullptr);
+        const Solution solution = solve(frame, table_, cell, at.flux, rows, nullptr);
         const double flux = at.flux + solution.step.flux;
         if (!solution.found || !(flux > kLeastFlux && flux < kMostFlux))
             return false;
         const double dx = solution.step.x / flux, dy = solution.step.y / flux;
-        const double most = 0.5, length = std::hypot(dx, dy), share = length > most ? most / length : 1;
-        at = {flux, Table::place(cell.x) + share * dx, Table::place(cell.y) + share * dy};
+        at = {flux, table_.place(cell.x) + std::clamp(dx, -kLongest, kLongest),
+              table_.place(cell.y) + std::clamp(dy, -kLongest, kLongest)};
         if (std::max(std::fabs(dx), std::fabs(dy)) * kSteps < 2 * kStays)
             return true;
     }
@@ -220,18 +230,18 @@ bool Registration::approach(const CoaddFrame &frame, Estimate &at) const noexcep
 // Steps on all rows, and tests, until the pixels that are left out stay the same.
 bool Registration::finish(const CoaddFrame &frame, Estimate &at, Registered &out) const noexcept {
     out.left_out = 0;
-    for (int i = 0; i < kMostFine; i++) {
-        const Cell cell = Table::nearest(at.x, at.y);
+    for (int i = 0; i < kMostSteps; i++) {
+        const Cell cell = table_.nearest(at.x, at.y);
         if (!table_.covers(cell))
             return false;
-        const Solution solution = solve(frame, cell, at.flux, 1, &out);
+        const Solution solution = solve(frame, table_, cell, at.flux, {}, &out);
         const double flux = at.flux + solution.step.flux;
         if (!solution.found || !(flux > kLeastFlux && flux < kMostFlux))
             return false;
         const CoaddStep step = {static_cast<float>(flux), static_cast<float>(solution.step.x),
                                 static_cast<float>(solution.step.y)};
         const double dx = solution.step.x / flux, dy = solution.step.y / flux;
-        at = {flux, Table::place(cell.x) + dx, Table::place(cell.y) + dy};
+        at = {flux, table_.place(cell.x) + dx, table_.place(cell.y) + dy};
         if (!(std::max(std::fabs(dx), std::fabs(dy)) * kSteps < kStays))
             continue;
         std::array<uint32_t, kMostLeftOut> found;
@@ -245,7 +255,7 @@ bool Registration::finish(const CoaddFrame &frame, Estimate &at, Registered &out
         const bool same = count == out.left_out && std::equal(found.begin(), found.begin() + count, out.pixels.begin());
         out.left_out = count;
         std::copy_n(found.begin(), count, out.pixels.begin());
-        if (!same && i + 1 < kMostFine)
+        if (!same && i + 1 < kMostSteps)
             continue;
         out.flux = flux;
         out.x = at.x;
@@ -269,33 +279,32 @@ bool Registration::finish(const CoaddFrame &frame, Estimate &at, Registered &out
     return false;
 }
 
-void Registration::frame(const CoaddFrame &frame, Work &work, Registered &out) const noexcept {
-    size_t zero_rows;
-    Estimate at = start(frame, work, &zero_rows);
-    out.verdict = Verdict::added;
+// is_far: the stars may be farther than 1 px from their predicted places.
+void Registration::attempt(const CoaddFrame &frame, Rows rows, bool is_far, Registered &out) const noexcept {
+    Estimate at = {1, 0, 0};
+    out.verdict = Verdict::not_found;
+    if ((!is_far || start(frame, rows, far_, at)) && start(frame, rows, near_, at) && approach(frame, rows, at) && finish(frame, at, out)) {
+        out.verdict = out.chi_square <= most_chi_square_ ? Verdict::added : Verdict::misfit;
+        return;
+    }
     out.left_out = out.saturated = 0;
-    out.flux = at.flux;
-    out.x = at.x;
-    out.y = at.y;
-    out.chi_square = 0;
-    if (zero_rows > dark_rows_) {
+    if (!(at.flux > kLeastFlux && at.flux < kMostFlux))
+        out.verdict = Verdict::faint;
+    else if (!table_.covers(table_.nearest(at.x, at.y)))
+        out.verdict = Verdict::outside;
+}
+
+void Registration::frame(const CoaddFrame &frame, Registered &out) const noexcept {
+    out = {};
+    if (coadd_kernels().zero_rows(frame) > dark_rows_) {
         out.verdict = Verdict::lost;
         return;
     }
-    if (!(at.flux > kLeastFlux && at.flux < kMostFlux)) {
-        out.verdict = Verdict::faint;
-        return;
+    for (size_t i = 0; i < kCoarse; i++) {
+        attempt(frame, {(i + kCoarse / 2) % kCoarse, kCoarse}, i > 0, out);
+        if (out.verdict == Verdict::added)
+            return;
     }
-    out.verdict = Verdict::not_found;
-    at.x = std::clamp(at.x, -table_.range(), table_.range());
-    at.y = std::clamp(at.y, -table_.range(), table_.range());
-    if (!approach(frame, at) || !finish(frame, at, out)) {
-        if (out.verdict == Verdict::not_found && !table_.covers(Table::nearest(at.x, at.y)))
-            out.verdict = Verdict::outside;
-        out.left_out = out.saturated = 0;
-        return;
-    }
-    out.verdict = out.chi_square <= most_chi_square_ ? Verdict::added : Verdict::misfit;
 }
 
 } // namespace toliman::coadd

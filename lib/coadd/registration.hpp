@@ -27,16 +27,11 @@ class Registration {
     Registration(const fit::Fit &fit, const fit::Prediction &prediction, int range, double most_chi_square,
                  unsigned workers, const Progress &progress);
 
-    struct Work {
-        Buffer<uint32_t> columns;
-    };
-    Work work() const { return {Buffer<uint32_t>(cols_)}; }
-
     // Depends on the counts only. A frame without a verdict other than `added` has all numbers.
-    void frame(const kernels::CoaddFrame &frame, Work &work, Registered &out) const noexcept;
+    void frame(const kernels::CoaddFrame &frame, Registered &out) const noexcept;
 
     double photons() const noexcept { return photons_; } // of a frame at the predicted place
-    size_t bytes() const noexcept { return table_.bytes(); }
+    size_t bytes() const noexcept { return table_.bytes() + near_.table.bytes() + far_.table.bytes(); }
 
   private:
     struct Estimate {
@@ -47,26 +42,36 @@ class Registration {
         double covariance[3][3], chi_square;
         bool found;
     };
-    Estimate start(const kernels::CoaddFrame &frame, Work &work, size_t *zero_rows) const noexcept;
-    void centroid(const kernels::CoaddFrame &frame, Work &work, double *moments, size_t *zero_rows) const noexcept;
-    Solution solve(const kernels::CoaddFrame &frame, const Cell &cell, double flux, size_t step,
+    // Rows of a frame: all of them, or every kCoarse-th.
+    struct Rows {
+        size_t start = 0, step = 1;
+    };
+    Solution solve(const kernels::CoaddFrame &frame, const Table &table, const Cell &cell, double flux, Rows rows,
                    const Registered *left_out) const noexcept;
-    bool approach(const kernels::CoaddFrame &frame, Estimate &at) const noexcept;
+    // Blurred images at whole pixels, of which a step is zero[] + gain times the displacement.
+    struct Coarse {
+        Table table;
+        double zero[2], inverse[2][2]; // inverse of the gain
+    };
+    Coarse make_coarse(const fit::Fit &fit, const fit::Prediction &prediction, int range, double blur,
+                       unsigned workers) const;
+    bool start(const kernels::CoaddFrame &frame, Rows rows, const Coarse &coarse, Estimate &at) const noexcept;
+    bool approach(const kernels::CoaddFrame &frame, Rows rows, Estimate &at) const noexcept;
+    void attempt(const kernels::CoaddFrame &frame, Rows rows, bool is_far, Registered &out) const noexcept;
     bool finish(const kernels::CoaddFrame &frame, Estimate &at, Registered &out) const noexcept;
     kernels::CoaddPixels pixels(const fit::Model &model);
-    void calibrate(const fit::Fit &fit, const fit::Prediction &prediction);
+    void expect(const fit::Fit &fit, const fit::Prediction &prediction);
 
     Table table_;
     size_t rows_, cols_;
     double most_chi_square_;
-    Buffer<float> gain_, offset_, spread_, added_;
-    kernels::CoaddPixels pixels_;
     std::vector<uint32_t> bad_; // pixels of the scene that are not used
     size_t used_ = 0;           // the others
+    Buffer<float> gain_, offset_, spread_, added_;
+    kernels::CoaddPixels pixels_; // made with those before it
     size_t dark_rows_ = 0;      // rows whose counts may all be 0
-    double photons_ = 0, counts_per_photon_ = 0, base_ = 0; // base: counts of a pixel without light
-    uint16_t top_ = 0;
-    double total_ = 0, centre_[2] = {}, inverse_[2][2] = {}; // of the counts of the stars; px per px of the centroid
+    double photons_ = 0;
+    Coarse near_, far_; // made with the members before them
 };
 
 } // namespace toliman::coadd

@@ -1,6 +1,6 @@
-// Method: a place is a whole number of pixels and a phase, one of kSteps x kSteps. An image of each phase extends
+// Method: a place is a whole number of pixels and a phase, one of steps x steps. An image of each phase extends
 // `range` pixels beyond the frame, so that another whole number of pixels is another first pixel of the same image: the
-// table has 64 images instead of one for each of the (16 range + 1)^2 places. A model draws images of the frame's size
+// table has steps^2 images instead of one for each of the (2 range steps + 1)^2 places. A model draws images of the frame's size
 // only, so that each corner of a larger one is drawn with the stars moved by `range` px away from it.
 // Integers of 16 bits: the frames have no more, and the table is read once per frame, from a cache as far as possible.
 // Rounding is 2^-17 of the brightest pixel. For stars of 4.8e5 electrons and peaks of 10^3 that is 1e-3 of the noise of a
@@ -25,13 +25,13 @@ size_t padded(size_t cols) noexcept {
 
 } // namespace
 
-Table::Table(const fit::Fit &fit, const fit::Prediction &prediction, int range, unsigned workers,
+Table::Table(const fit::Fit &fit, const fit::Prediction &prediction, int range, int steps, unsigned workers,
              const Progress &progress)
-    : range_(range), rows_(fit.rows() + 2 * static_cast<size_t>(range)),
+    : range_(range), steps_(steps), rows_(fit.rows() + 2 * static_cast<size_t>(range)),
       cols_(fit.cols() + 2 * static_cast<size_t>(range)), stride_(padded(cols_)),
-      light_scale_(size_t{kSteps} * kSteps), slope_scale_(light_scale_.size()) {
+      light_scale_(static_cast<size_t>(steps * steps)), slope_scale_(light_scale_.size()) {
     const fit::Fit::Start start = fit.start_of(prediction);
-    const size_t phases = light_scale_.size();
+    const size_t phases = light_scale_.size(), per_pixel = static_cast<size_t>(steps);
     values_.resize(checked_product(checked_product(phases * kImages, rows_, "frames"), stride_, "frames") +
                    kernels::kCoaddLanes); // the last row is read beyond its end
     std::fill_n(values_.end() - kernels::kCoaddLanes, kernels::kCoaddLanes, uint16_t{0});
@@ -47,7 +47,7 @@ Table::Table(const fit::Fit &fit, const fit::Prediction &prediction, int range, 
             double values[fit::kMostParameters];
             std::copy(std::begin(start.values), std::end(start.values), values);
             for (size_t i = Index::x_a; i <= Index::y_b; i++)
-                values[i] += place(static_cast<int>(i % 2 == 0 ? phase % kSteps : phase / kSteps));
+                values[i] += place(static_cast<int>(i % 2 == 0 ? phase % per_pixel : phase / per_pixel));
             draw(fit, values, phase, works[worker], scratch[worker]);
             if (worker == 0)
                 progress.report("images of the places",
@@ -93,9 +93,9 @@ void Table::draw(const fit::Fit &fit, const double *values, size_t phase, fit::W
 }
 
 kernels::CoaddModel Table::model(const Cell &cell) const noexcept {
-    const auto whole = [](int steps) { return (steps < 0 ? steps - kSteps + 1 : steps) / kSteps; };
+    const auto whole = [this](int steps) { return (steps < 0 ? steps - steps_ + 1 : steps) / steps_; };
     const int x = whole(cell.x), y = whole(cell.y);
-    const auto phase = static_cast<size_t>((cell.y - y * kSteps) * kSteps + (cell.x - x * kSteps));
+    const auto phase = static_cast<size_t>((cell.y - y * steps_) * steps_ + (cell.x - x * steps_));
     const size_t first = static_cast<size_t>(range_ - y) * stride_ + static_cast<size_t>(range_ - x);
     const uint16_t *const light = &values_[phase * kImages * rows_ * stride_];
     const auto *const slopes = reinterpret_cast<const int16_t *>(light) + first;

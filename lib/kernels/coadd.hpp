@@ -42,12 +42,12 @@ struct CoaddStep {
 enum CoaddSum : size_t { sum_ll, sum_lx, sum_ly, sum_xx, sum_xy, sum_yy, sum_lr, sum_xr, sum_yr, sum_rr, kCoaddSums };
 
 struct CoaddKernels {
-    // Given     every `step`-th row of a frame, the model at the expected place, and `flux` as the expected one
+    // Given     rows start, start + step, ... of a frame, the model at the expected place, and `flux` as the expected one
     // Returned  sums[kCoaddSums]; weights are those of the expected light
     // Notes     products, and sums of up to 64 of them per lane (of one row, if that has more), are single precision,
     //           further sums double; the same bits on every instruction set
     void (*accumulate)(const CoaddFrame &frame, const CoaddModel &model, const CoaddPixels &pixels, float flux,
-                       size_t step, double *sums) noexcept;
+                       size_t start, size_t step, double *sums) noexcept;
 
     // Given     a frame, the model and the fitted step
     // Returned  the number of pixels that are left out, and the first `capacity` of them in `found`, each row cols +
@@ -61,12 +61,8 @@ struct CoaddKernels {
     // Returned  sums[rows][cols]: plus the counts, modulo 2^32
     void (*add)(const CoaddFrame &frame, uint32_t *sums) noexcept;
 
-    // Given     `top`: larger counts are taken as this, so that cosmic rays weigh less; at most 2^16 rows
-    // Returned  sums[3]: of the counts, of the counts times column, and of the counts times row; columns[cols]: of the
-    //           counts of a column; *zero_rows: rows of which all counts are 0
-    // Notes     exact
-    void (*centroid)(const CoaddFrame &frame, uint16_t top, uint32_t *columns, uint64_t *sums,
-                     size_t *zero_rows) noexcept;
+    // Returned  the number of rows of which all counts are 0
+    size_t (*zero_rows)(const CoaddFrame &frame) noexcept;
 };
 TOLIMAN_ISA_DECLARE(CoaddKernels, coadd)
 

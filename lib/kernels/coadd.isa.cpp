@@ -104,12 +104,12 @@ struct Lanes {
 };
 
 template <bool uniform>
-void accumulate_of(const CoaddFrame &frame, const CoaddModel &model, const CoaddPixels &pixels, float flux, size_t step,
-                   double *sums) noexcept {
+void accumulate_of(const CoaddFrame &frame, const CoaddModel &model, const CoaddPixels &pixels, float flux, size_t start,
+                   size_t step, double *sums) noexcept {
     alignas(64) double lanes[kCoaddSums][kCoaddLanes] = {};
     const size_t group = frame.cols >= kMostAdded * kCoaddLanes ? step : step * (kMostAdded * kCoaddLanes / frame.cols);
     flux *= model.light_scale;
-    for (size_t first = step / 2; first < frame.rows; first += group)
+    for (size_t first = start; first < frame.rows; first += group)
         for (size_t lane = 0; lane < kCoaddLanes && lane < frame.cols; lane += kWidth) {
             Lanes some;
             for (size_t r = first; r < first + group && r < frame.rows; r += step) {
@@ -134,9 +134,9 @@ void accumulate_of(const CoaddFrame &frame, const CoaddModel &model, const Coadd
         sums[s] *= scale[s];
 }
 
-void accumulate(const CoaddFrame &frame, const CoaddModel &model, const CoaddPixels &pixels, float flux, size_t step,
-                double *sums) noexcept {
-    (pixels.uniform ? accumulate_of<true> : accumulate_of<false>)(frame, model, pixels, flux, step, sums);
+void accumulate(const CoaddFrame &frame, const CoaddModel &model, const CoaddPixels &pixels, float flux, size_t start,
+                size_t step, double *sums) noexcept {
+    (pixels.uniform ? accumulate_of<true> : accumulate_of<false>)(frame, model, pixels, flux, start, step, sums);
 }
 
 // The limits of test(), in units of the model's integers.
@@ -203,46 +203,22 @@ void add(const CoaddFrame &frame, uint32_t *sums) noexcept {
     }
 }
 
-// Counts of one column are summed in 32 bits: exact for up to 2^16 rows.
-void centroid(const CoaddFrame &frame, uint16_t top, uint32_t *columns, uint64_t *sums, size_t *zero_rows) noexcept {
-    const Counts most = top - Counts{};
-    uint64_t total = 0, by_col = 0, by_row = 0;
-    *zero_rows = 0;
-    for (size_t c = 0; c < frame.cols; c++)
-        columns[c] = 0;
+size_t zero_rows(const CoaddFrame &frame) noexcept {
+    size_t rows = 0;
     for (size_t r = 0; r < frame.rows; r++) {
         const uint16_t *const counts = frame.counts + r * frame.stride;
-        Words lanes = {};
-        size_t c = 0;
-        for (; c + kWidth <= frame.cols; c += kWidth) {
-            const Counts n = *reinterpret_cast<const Counts *>(counts + c);
-            const Words clipped = __builtin_convertvector(n < most ? n : most, Words);
-            lanes += clipped;
-            *reinterpret_cast<Words *>(columns + c) += clipped;
-        }
-        uint64_t row = 0;
-        for (size_t i = 0; i < kWidth; i++)
-            row += lanes[i];
-        for (; c < frame.cols; c++) {
-            const uint32_t n = counts[c] < top ? counts[c] : top;
-            row += n;
-            columns[c] += n;
-        }
-        total += row;
-        by_row += row * r;
-        *zero_rows += row == 0 ? 1 : 0;
+        uint16_t any = 0;
+        for (size_t c = 0; c < frame.cols; c++)
+            any = static_cast<uint16_t>(any | counts[c]);
+        rows += any == 0 ? 1 : 0;
     }
-    for (size_t c = 0; c < frame.cols; c++)
-        by_col += static_cast<uint64_t>(columns[c]) * c;
-    sums[0] = total;
-    sums[1] = by_col;
-    sums[2] = by_row;
+    return rows;
 }
 
 } // namespace
 } // namespace TOLIMAN_ISA
 
 const CoaddKernels TOLIMAN_ISA_TABLE(coadd) = {TOLIMAN_ISA::accumulate, TOLIMAN_ISA::test, TOLIMAN_ISA::add,
-                                               TOLIMAN_ISA::centroid};
+                                               TOLIMAN_ISA::zero_rows};
 
 } // namespace toliman::kernels
