@@ -37,9 +37,9 @@ void Intervals::add(int64_t start, int64_t end, int64_t pause) noexcept {
 
 void Intervals::save(ByteWriter &out) const {
     out.u64(count_);
-    for (const Interval &interval : all_) {
-        out.i64(interval.start);
-        out.i64(interval.end);
+    for (size_t i = 0; i < kMostIntervals; i++) {
+        out.i64(i < count_ ? all_[i].start : 0);
+        out.i64(i < count_ ? all_[i].end : 0);
     }
 }
 
