@@ -3,9 +3,9 @@
 //     [LL LX LY; LX XX XY; LY XY YY] (df, f dx, f dy) = (Lr, Xr, Yr),   AB = sum over pixels of w A B,
 // r the residual of f L. The inverse of the matrix is the covariance; chi-square is rr minus the gain of the step.
 // Every frame starts anew, so that its result does not depend on other frames, and sums not on their order:
-//   1. steps on every fourth row with images that are blurred by 0.7 px, at whole pixels: their fringes are washed out,
+//   1. steps on every eighth row with images that are blurred by 0.7 px, at whole pixels: their fringes are washed out,
 //      so that steps converge from 1 px. What a step is without displacement, and its gain, come from expected frames;
-//   2. steps on these rows with the table, until the place stays, to 4e-3 px;
+//   2. steps on these rows with the table, until the place stays, to 1e-2 px;
 //   3. a step on all rows from the nearest place of the table, at most 0.75 steps of the table away;
 //   4. pixels beyond the limit of frame/bad_pixels.hpp against the model after the step are left out, with those that
 //      saturate or may; where there are some, again from 3, without them, until they stay the same.
@@ -27,15 +27,23 @@ namespace {
 
 using namespace kernels;
 
-constexpr size_t kCoarse = 4; // rows
+constexpr size_t kCoarse = 8, kLeastRows = 8; // every eighth row, if these are so many
 constexpr int kSteps = 8;     // of the table, per pixel
 constexpr double kNearBlur = 0.7, kFarBlur = 2; // px
 constexpr int kMostSteps = 8;
+constexpr size_t kAttempts = 4;
 constexpr double kStays = 0.75; // of a step of the table
+constexpr double kFarSigmas = 7;
 constexpr double kLeastFlux = 0.2, kMostFlux = 5;
 constexpr double kDarkRow = 40;  // expected electrons of a row below which it may have no counts: exp(-40)
 constexpr double kMoved = 0.7;   // of the blur, of the frames that calibrate steps
 constexpr double kLongest = 0.5; // px, of a step of the table
+
+// Whether a pixel of so much light is so far below the limit that saturated counts are always bad pixels.
+bool is_far(double photons, double limit, double added) noexcept {
+    const double room = limit - photons;
+    return room > 0 && room * room > kFarSigmas * kFarSigmas * (photons + added + room);
+}
 
 fit::Fit blurred(const fit::Fit &fit, double blur) {
     fit::Spread spread;
@@ -48,14 +56,14 @@ fit::Fit blurred(const fit::Fit &fit, double blur) {
 Registration::Registration(const fit::Fit &fit, const fit::Prediction &prediction, int range, double most_chi_square,
                            unsigned workers, const Progress &progress)
     : table_(fit, prediction, range, kSteps, workers, progress), rows_(fit.rows()), cols_(fit.cols()),
-      most_chi_square_(most_chi_square), pixels_(pixels(fit.model())),
+      most_chi_square_(most_chi_square), pixels_(pixels(fit.model(), kMostFlux * table_.most_photons())),
       near_(make_coarse(fit, prediction, range, kNearBlur, workers)),
       far_(make_coarse(fit, prediction, range, kFarBlur, workers)) {
     expect(fit, prediction);
 }
 
 // Of all pixels: one number, if they respond equally, otherwise an array.
-CoaddPixels Registration::pixels(const fit::Model &model) {
+CoaddPixels Registration::pixels(const fit::Model &model, double most_photons) {
     const Buffer<double> &response = model.usable();
     const CountModel &how = model.counts();
     const bool uniform = std::all_of(response.begin(), response.end(),
@@ -84,7 +92,8 @@ CoaddPixels Registration::pixels(const fit::Model &model) {
             added_.data(),
             static_cast<float>(std::max(1e-6, how.floor)),
             static_cast<float>(std::min(how.limit - how.dark, 1e30)),
-            static_cast<uint16_t>(std::clamp(most, 1.0, double{UINT16_MAX}))};
+            static_cast<uint16_t>(std::clamp(most, 1.0, double{UINT16_MAX})),
+            is_far(most_photons, how.limit - how.dark, how.added_variance + how.dark)};
 }
 
 // Gain of steps: of expected frames where the stars are, and moved.
@@ -300,8 +309,9 @@ void Registration::frame(const CoaddFrame &frame, Registered &out) const noexcep
         out.verdict = Verdict::lost;
         return;
     }
-    for (size_t i = 0; i < kCoarse; i++) {
-        attempt(frame, {(i + kCoarse / 2) % kCoarse, kCoarse}, i > 0, out);
+    const size_t step = std::clamp(rows_ / kLeastRows, size_t{1}, kCoarse);
+    for (size_t i = 0; i < kAttempts; i++) {
+        attempt(frame, {(step / 2 + i) % step, step}, i > 0, out);
         if (out.verdict == Verdict::added)
             return;
     }

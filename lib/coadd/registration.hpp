@@ -42,7 +42,7 @@ class Registration {
         double covariance[3][3], chi_square;
         bool found;
     };
-    // Rows of a frame: all of them, or every kCoarse-th.
+    // Rows of a frame: all of them, or every `step`-th.
     struct Rows {
         size_t start = 0, step = 1;
     };
@@ -59,7 +59,7 @@ class Registration {
     bool approach(const kernels::CoaddFrame &frame, Rows rows, Estimate &at) const noexcept;
     void attempt(const kernels::CoaddFrame &frame, Rows rows, bool is_far, Registered &out) const noexcept;
     bool finish(const kernels::CoaddFrame &frame, Estimate &at, Registered &out) const noexcept;
-    kernels::CoaddPixels pixels(const fit::Model &model);
+    kernels::CoaddPixels pixels(const fit::Model &model, double most_photons);
     void expect(const fit::Fit &fit, const fit::Prediction &prediction);
 
     Table table_;

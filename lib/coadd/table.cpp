@@ -92,6 +92,10 @@ void Table::draw(const fit::Fit &fit, const double *values, size_t phase, fit::W
     }
 }
 
+double Table::most_photons() const noexcept {
+    return double{*std::max_element(light_scale_.begin(), light_scale_.end())} * UINT16_MAX;
+}
+
 kernels::CoaddModel Table::model(const Cell &cell) const noexcept {
     const auto whole = [this](int steps) { return (steps < 0 ? steps - steps_ + 1 : steps) / steps_; };
     const int x = whole(cell.x), y = whole(cell.y);

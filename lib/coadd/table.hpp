@@ -33,6 +33,7 @@ class Table {
     // The images of a place that is covered.
     kernels::CoaddModel model(const Cell &cell) const noexcept;
 
+    double most_photons() const noexcept; // of a pixel in any image
     size_t bytes() const noexcept { return values_.size() * sizeof values_[0]; }
 
   private:

@@ -144,21 +144,24 @@ struct Limits {
     float light, x, y, square, most;
 };
 
-// Of the pixels of a block, what exceeds its limit: a pixel is left out if it is above 0.
-template <bool uniform, bool whole>
+// Of the pixels of a block, what exceeds its limit: a pixel is left out if it is above 0. far: none saturates that is not
+// far beyond the model.
+template <bool uniform, bool far, bool whole>
 inline Vector excess_of(const CoaddFrame &frame, const CoaddModel &model, const CoaddPixels &pixels,
                         const Limits &limits, size_t r, size_t c) noexcept {
     const Block<uniform, whole> at(frame, model, pixels, r, c);
     const Vector m = larger(limits.light * at.light + limits.x * at.x + limits.y * at.y, all(pixels.least));
-    const Vector variance = m * at.spread + at.added, residual = (at.n * at.gain - at.offset) - m;
-    const Vector tail = larger(residual, Vector{}) * at.spread * (1.0f / 3);
-    const Vector room = pixels.limit * at.spread - m, size = larger(room, -room);
-    const Vector excess = larger(larger(residual * residual - limits.square * (variance + tail), at.n - limits.most),
-                                 25 * variance - room * size);
+    const Vector residual = (at.n * at.gain - at.offset) - m, square = limits.square * at.spread;
+    const Vector poisson = m + larger(residual, Vector{}) * (1.0f / 3);
+    Vector excess = residual * residual - (square * poisson + limits.square * at.added);
+    if (!far) {
+        const Vector room = pixels.limit * at.spread - m, size = larger(room, -room);
+        excess = larger(larger(excess, at.n - limits.most), 25 * (m * at.spread + at.added) - room * size);
+    }
     return uniform ? excess : at.added < kCoaddUnused ? excess : Vector{};
 }
 
-template <bool uniform>
+template <bool uniform, bool far>
 size_t test_of(const CoaddFrame &frame, const CoaddModel &model, const CoaddPixels &pixels, const Limits &limits,
                uint32_t *found, size_t capacity) noexcept {
     const size_t whole = frame.cols / kWidth * kWidth;
@@ -168,17 +171,17 @@ size_t test_of(const CoaddFrame &frame, const CoaddModel &model, const CoaddPixe
         Vector band = {};
         for (size_t r = first; r < end; r++) {
             for (size_t c = 0; c < whole; c += kWidth)
-                band = larger(band, excess_of<uniform, true>(frame, model, pixels, limits, r, c));
+                band = larger(band, excess_of<uniform, far, true>(frame, model, pixels, limits, r, c));
             if (whole < frame.cols)
-                band = larger(band, excess_of<uniform, false>(frame, model, pixels, limits, r, whole));
+                band = larger(band, excess_of<uniform, far, false>(frame, model, pixels, limits, r, whole));
         }
         bool any = false;
         for (size_t i = 0; i < kWidth; i++)
             any |= band[i] > 0;
         for (size_t r = first; any && r < end; r++)
             for (size_t c = 0; c < frame.cols; c += kWidth) {
-                const Vector block = c < whole ? excess_of<uniform, true>(frame, model, pixels, limits, r, c)
-                                               : excess_of<uniform, false>(frame, model, pixels, limits, r, c);
+                const Vector block = c < whole ? excess_of<uniform, far, true>(frame, model, pixels, limits, r, c)
+                                               : excess_of<uniform, far, false>(frame, model, pixels, limits, r, c);
                 for (size_t i = 0; i < kWidth && c + i < frame.cols; i++)
                     if (block[i] > 0 && count++ < capacity)
                         found[count - 1] = static_cast<uint32_t>(r * frame.cols + c + i);
@@ -191,7 +194,8 @@ size_t test(const CoaddFrame &frame, const CoaddModel &model, const CoaddPixels 
             float limit, uint32_t *found, size_t capacity) noexcept {
     const Limits limits = {step.flux * model.light_scale, step.x * model.slope_scale, step.y * model.slope_scale, limit,
                            static_cast<float>(pixels.most) - 0.5f};
-    return (pixels.uniform ? test_of<true> : test_of<false>)(frame, model, pixels, limits, found, capacity);
+    return (pixels.uniform ? pixels.far ? test_of<true, true> : test_of<true, false>
+                           : test_of<false, false>)(frame, model, pixels, limits, found, capacity);
 }
 
 void add(const CoaddFrame &frame, uint32_t *sums) noexcept {

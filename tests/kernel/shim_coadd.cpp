@@ -20,13 +20,13 @@ Given given(const uint16_t *counts, const size_t *shape, const uint16_t *images,
     return {{counts, shape[2], shape[0], shape[1]},
             {images, slopes + size, slopes + 2 * size, stride, scales[0], scales[1]},
             {uniform, arrays, arrays + pixels, arrays + 2 * pixels, arrays + 3 * pixels, limits[0], limits[1],
-             static_cast<uint16_t>(limits[2])}};
+             static_cast<uint16_t>(limits[2]), limits[4] != 0}};
 }
 
 } // namespace
 
 // shape: rows, cols and stride of the counts; images: light and slopes [rows][stride]; scales: of light and slopes;
-// arrays: gain, offset, spread, added [rows][cols]; limits: least, limit, most, uniform.
+// arrays: gain, offset, spread, added [rows][cols]; limits: least, limit, most, uniform, far.
 extern "C" void shim_coadd_accumulate(int isa, const uint16_t *counts, const size_t *shape, const uint16_t *images,
                                       size_t stride, const float *scales, const float *arrays, const float *limits,
                                       float flux, size_t start, size_t step, double *sums) {
