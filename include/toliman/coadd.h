@@ -42,17 +42,16 @@ typedef struct toliman_coadd toliman_coadd;
 /* Options. */
 typedef struct toliman_coadd_options {
     uint32_t struct_size;
-    uint32_t flags;        /* TOLIMAN_COADD_ALIGNED */
-    uint32_t threads;      /* worker threads of create, 0 = one per processor */
-    uint32_t range_px;     /* largest shift of the stars from their predicted places along x or y, px, at most 16;
-                              0 = 4 */
-    double chi_square_max; /* largest chi-square per degree of freedom of a frame, above 1; 0 = 1.5 */
-    double duration_s;     /* longest sum, from the start of its first exposure to the end of its last one, at most 1e9;
-                              0 = no limit */
-    double gap_s;          /* longest pause between exposures of a sum, at most 1e9; 0 = no limit */
-    double motion_px;      /* largest distance of the mean of the last 128 places from that of the first 128 of a sum,
-                              at most 16; 0 = no limit. The end of such a sum depends on the order of frames */
-    double pause_s;        /* exposures with shorter pauses are in one interval of the sum, at most 1e6; 0 = 10 */
+    uint32_t flags;    /* TOLIMAN_COADD_ALIGNED */
+    uint32_t threads;  /* worker threads of create, 0 = one per processor */
+    uint32_t range_px; /* largest shift of the stars from their predicted places along x or y, in [1, 16] px; 0 = 4 */
+    double chi_square_max; /* largest chi-square per degree of freedom of a frame, in (1, inf); 0 = 1.5 */
+    double
+        duration_s; /* longest sum, from the start of its first exposure to the end of its last one, in (0, 1e9] s; 0 = no limit */
+    double gap_s; /* longest pause between exposures of a sum, in (0, 1e9] s; 0 = no limit */
+    double
+        motion_px; /* largest distance of the mean of the last 128 places from that of the first 128 of a sum, in (0, 16] px; 0 = no limit. The end of such a sum depends on the order of frames */
+    double pause_s; /* exposures with shorter pauses are in one interval of the sum, in (0, 1e6] s; 0 = 10 */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     toliman_progress_fn progress;       /* called while the model images are prepared; may be NULL */
     void *progress_data;
@@ -118,18 +117,18 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_coadd_add(toliman_coadd *c
 typedef struct toliman_coadd_sum {
     uint32_t struct_size; /* in: sizeof(toliman_coadd_sum) */
     uint32_t reserved;
-    int64_t frames;                                        /* frames that were added */
-    int64_t lost, faint, not_found, outside, misfit;       /* frames with these verdicts */
-    int64_t cosmic_rays, saturated;                        /* pixels that were left out of added frames */
-    int64_t filled_pixels;                                 /* pixels that were left out of most frames */
-    int64_t first_ns, last_ns;                             /* start of the first and end of the last exposure */
-    int64_t mean_ns;                                       /* photon-weighted mean of the middles of the exposures */
-    double photons;                                        /* of the stars in all frames */
-    double flux;                                           /* mean, relative to the scene */
-    double x_px, y_px;                                     /* photon-weighted mean shift, as of an outcome */
+    int64_t frames;                                  /* frames that were added */
+    int64_t lost, faint, not_found, outside, misfit; /* frames with these verdicts */
+    int64_t cosmic_rays, saturated;                  /* pixels that were left out of added frames */
+    int64_t filled_pixels;                           /* pixels that were left out of most frames */
+    int64_t first_ns, last_ns;                       /* start of the first and end of the last exposure */
+    int64_t mean_ns;                                 /* photon-weighted mean of the middles of the exposures */
+    double photons;                                  /* of the stars in all frames */
+    double flux;                                     /* mean, relative to the scene */
+    double x_px, y_px;                               /* photon-weighted mean shift, as of an outcome */
     double registration_xx_px2, registration_yy_px2, registration_xy_px2; /* mean covariance of the registration's
                                                               errors, which was subtracted from that of the places */
-    double chi_square;                                     /* mean of the added frames */
+    double chi_square;                                                    /* mean of the added frames */
     const uint32_t *left_out; /* [rows][cols]: frames in which a pixel was left out. Belongs to the object */
 } toliman_coadd_sum;
 #define TOLIMAN_COADD_SUM_INIT TOLIMAN_INIT(toliman_coadd_sum)
@@ -146,16 +145,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_coadd_take(toliman_coadd *
 
 /* Properties of an object. */
 typedef struct toliman_coadd_info {
-    uint32_t struct_size; /* in: sizeof(toliman_coadd_info) */
-    uint32_t range_px;    /* as in the options, default resolved */
-    int64_t rows, cols;   /* shape of the frames */
-    int64_t frames;       /* in the present sum */
-    int64_t rejected;     /* frames with other verdicts since it began */
-    int64_t number;       /* of the present sum, from 0 */
+    uint32_t struct_size;      /* in: sizeof(toliman_coadd_info) */
+    uint32_t range_px;         /* as in the options, default resolved */
+    int64_t rows, cols;        /* shape of the frames */
+    int64_t frames;            /* in the present sum */
+    int64_t rejected;          /* frames with other verdicts since it began */
+    int64_t number;            /* of the present sum, from 0 */
     int64_t first_ns, last_ns; /* of its exposures; 0 without frames */
     double photons;            /* expected of the stars in one frame, at the predicted place */
     uint64_t bytes;            /* of memory */
-    uint64_t digest;           /* FNV-1a of all that determines the sums: fit, prediction, range, chi_square_max, pause */
+    uint64_t digest; /* FNV-1a of all that determines the sums: fit, prediction, range, chi_square_max, pause */
 } toliman_coadd_info;
 #define TOLIMAN_COADD_INFO_INIT TOLIMAN_INIT(toliman_coadd_info)
 
