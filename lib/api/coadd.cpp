@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "api/accept.hpp"
 #include "api/fit_values.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
@@ -22,46 +23,29 @@ using namespace toliman::api;
 namespace {
 
 constexpr double kNs = 1e9;
-constexpr uint32_t kMostRange = 16;
-constexpr double kLongest = 1e9, kLongestPause = 1e6, kMostMotion = 16; // s, s, px
+constexpr double kLongestExposure = 1e6; // s
 constexpr size_t kMostPixels = size_t{1} << 22;
 constexpr Choice<coadd::Verdict> kVerdicts = {TOLIMAN_COADD_VERDICT_ADDED, TOLIMAN_COADD_VERDICT_MISFIT,
                                               "TOLIMAN_COADD_VERDICT_..."};
 constexpr Choice<coadd::End> kEnds = {TOLIMAN_COADD_REASON_NONE, TOLIMAN_COADD_REASON_SOURCE,
                                       "TOLIMAN_COADD_REASON_..."};
 
-double in_range(double value, double most, const char *name, const char *unit) {
-    if (!(value >= 0 && value <= most))
-        fail(Status::argument, "{options->%s} = %g: must be in [0, %g] %s", name, value, most, unit);
-    return value;
-}
-
 int64_t nanoseconds(double seconds) noexcept {
     return std::llround(seconds * kNs);
 }
 
 coadd::Limits limits_of(const toliman_coadd_options &options) {
-    check_flags("options->flags", options.flags, TOLIMAN_COADD_ALIGNED);
     coadd::Limits limits;
-    if (options.range_px > kMostRange)
-        fail(Status::argument, "{options->range_px} = %u: must be at most %u px", options.range_px, kMostRange);
-    if (options.range_px != 0)
-        limits.range = static_cast<int>(options.range_px);
-    if (options.chi_square_max != 0 && !(options.chi_square_max > 1 && std::isfinite(options.chi_square_max)))
-        fail(Status::argument, "{options->chi_square_max} = %g: must be above 1, or 0 for %g", options.chi_square_max,
-             limits.most_chi_square);
-    if (options.chi_square_max != 0)
-        limits.most_chi_square = options.chi_square_max;
-    limits.duration_ns = nanoseconds(in_range(options.duration_s, kLongest, "duration_s", "s"));
+    limits.range = static_cast<int>(options.range_px);
+    limits.most_chi_square = options.chi_square_max;
+    limits.duration_ns = nanoseconds(options.duration_s);
     limits.aligned = (options.flags & TOLIMAN_COADD_ALIGNED) != 0;
     if (limits.aligned && limits.duration_ns == 0)
         fail(Status::argument, "{options->duration_s} = %g: must be above 0 with TOLIMAN_COADD_ALIGNED",
              options.duration_s);
-    limits.gap_ns = nanoseconds(in_range(options.gap_s, kLongest, "gap_s", "s"));
-    limits.motion_px = in_range(options.motion_px, kMostMotion, "motion_px", "px");
-    in_range(options.pause_s, kLongestPause, "pause_s", "s");
-    if (options.pause_s != 0)
-        limits.pause_ns = nanoseconds(options.pause_s);
+    limits.gap_ns = nanoseconds(options.gap_s);
+    limits.motion_px = options.motion_px;
+    limits.pause_ns = nanoseconds(options.pause_s);
     return limits;
 }
 
@@ -69,11 +53,13 @@ void check_size(const fit::Windows &fit, int range) {
     if (fit.rows() * fit.cols() > kMostPixels)
         fail(Status::unsupported, "{fit}: frames of %zux%zu pixels: at most %zu pixels", fit.rows(), fit.cols(),
              kMostPixels);
-    const double most = std::min({fit.capture_px(), 0.5 * static_cast<double>(fit.rows()),
-                                  0.5 * static_cast<double>(fit.cols())});
+    const double most =
+        std::min({fit.capture_px(), 0.5 * static_cast<double>(fit.rows()), 0.5 * static_cast<double>(fit.cols())});
     if (range + 1 > most)
-        fail(Status::argument, "{options->range_px} = %d: must be at most %g px: 1 px below capture_px of the fit and half "
-             "a side of the frame", range, most - 1);
+        fail(Status::argument,
+             "{options->range_px} = %d: must be at most %g px: 1 px below capture_px of the fit and half "
+             "a side of the frame",
+             range, most - 1);
 }
 
 // Pixels as 16-bit integers, in place if they are.
@@ -127,8 +113,8 @@ void check_members(const toliman_frame &given, size_t rows, size_t cols) {
         refuse("stride", given.stride, "0 or in [cols, 2^31 - 1]");
     if (given.dropped < 0 || given.dropped > UINT16_MAX)
         refuse("dropped", given.dropped, "in [0, 65535]");
-    if (!(given.exposure_s >= 0 && given.exposure_s <= kLongestPause))
-        fail(Status::argument, "{frame->exposure_s} = %g: must be in [0, %g]", given.exposure_s, kLongestPause);
+    if (!(given.exposure_s >= 0 && given.exposure_s <= kLongestExposure))
+        fail(Status::argument, "{frame->exposure_s} = %g: must be in [0, %g]", given.exposure_s, kLongestExposure);
     constexpr int64_t kFarthest = int64_t{1} << 62;
     if (given.camera_ns < -kFarthest || given.camera_ns > kFarthest)
         refuse("camera_ns", given.camera_ns, "in [-2^62, 2^62]");
@@ -163,7 +149,7 @@ const uint16_t *pixels_of(const toliman_frame &given, size_t stride, toliman_coa
 }
 
 coadd::Frame frame_of(const toliman_frame *frame, toliman_coadd &object) {
-    const toliman_frame given = accept(&required(frame, "frame"), "frame");
+    const toliman_frame given = copied(&required(frame, "frame"), "frame");
     check_members(given, object.coadd.rows(), object.coadd.cols());
     coadd::Frame out = {};
     out.session = required_name(given.session, "session");

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "api/accept.hpp"
 #include "api/guard.hpp"
 
 namespace toliman::api {
@@ -20,7 +21,7 @@ fit::Spread spread_of(const toliman_spread *given, const char *name) {
     fit::Spread spread;
     if (given == nullptr)
         return spread;
-    const toliman_spread known = accept(given, name);
+    const toliman_spread known = copied(given, name);
     if (known.reserved != 0)
         fail(Status::argument, "{%s->reserved} = %u: must be 0", name, known.reserved);
     if (!(known.frames == 0 || (known.frames >= 1 && known.frames <= kMostFrames)))

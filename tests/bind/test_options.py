@@ -39,7 +39,7 @@ class Callers:
         self.period = toliman.Periodogram(0.01, 0.01, 5)
         self.period.push_many(list(self.numbers), list(self.values))
         self.series = toliman.Measurements.of(list(self.numbers), list(self.values), 1.0)
-        self.sky = toliman.Sky("alpha-cen")
+        self.sky, self.fit = toliman.Sky("alpha-cen"), toliman.Fit(self.sim)
         self.components = toliman.Components(self.sim)
         self.calls = {
             "toliman_period_options": lambda o: library.toliman_period_create(0.1, 0.1, 3, o, self.handle("period")),
@@ -77,6 +77,8 @@ class Callers:
                 self.components._c, o, ctypes.byref(_raw.toliman_components_training())),
             "toliman_sky_reduce_options": lambda o: library.toliman_sky_reduce(
                 self.sky._c, self.series._c, o, self.handle("measure")),
+            "toliman_coadd_options": lambda o: library.toliman_coadd_create(
+                self.fit._c, None, o, self.handle("coadd")),
             "toliman_mask_options": lambda o: library.toliman_mask_create(self.sim._c, o, self.handle("mask")),
             "toliman_track_options": lambda o: library.toliman_track_create(o, self.handle("track")),
         }
