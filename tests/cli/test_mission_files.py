@@ -77,7 +77,7 @@ class Pairs(MissionTest):
             self.assertEqual([line["frame_id"] for line in lines], ids)
             self.assertIn("the camera has restarted", said)
         status = json.loads(self.succeed("status", "--json", "same"))
-        self.assertEqual([[s["restarts"], s["first_id"], s["last_id"], s["missing"]] for s in status["sessions"]],
+        self.assertEqual([[s["restarts"], s["first_id"], s["last_id"], s["missing"]] for s in status["streams"]],
                          [[0, 0, 6, 0], [1, 0, 4, 0]])
         self.assertIn("obs single_roi restart 1", self.succeed("status", "same"))
         records = [json.loads(line) for line in self.succeed("status", "--records", "same").splitlines()]
@@ -147,6 +147,7 @@ class FrameProc(MissionTest):
             self.write(f"frame_proc_{camera}.fits.gz", frames[k], order="PSC" if k % 2 else "PCS", SEQNUM=12 + k,
                        CAMTIME=camera if k % 3 == 0 else str(camera), CENTR_X=1823 + k)
         lines, said = self.track(".", state="s")
+        lines.sort(key=lambda line: line["frame_id"])  # files are read in the order of their names
         self.assertEqual([line["verdict"] for line in lines], ["accepted"] * 12)
         self.assertEqual([line["frame_id"] for line in lines], list(range(12, 24)))
         self.assertEqual([line["camera_ns"] for line in lines], [22541562552104 + k * DAY + 23000 for k in range(12)])
@@ -154,8 +155,8 @@ class FrameProc(MissionTest):
         self.pair("same", self.frames())
         expected, _ = self.track("same_meta.jsonl", "--dtype", "u32le")
         self.assertEqual([line["value"] for line in lines], [line["value"] for line in expected])
-        with toliman.Tracker.load("s") as tracker:
-            columns = {name: tracker.column(name) for name in ("window_row", "window_col", "exposure_s")}
+        with toliman.Tracker.open(self.folder / "s") as tracker:
+            columns = numpy.sort(tracker.records(), order="frame_id")
         self.assertEqual(list(columns["window_col"]), [912 + 1823 + k - 64 for k in range(12)])
         self.assertEqual(set(columns["window_row"]), {4 + 1824 - 64})
         self.assertEqual(set(columns["exposure_s"]), {46e-6})
@@ -170,10 +171,10 @@ class FrameProc(MissionTest):
         self.assertIn("72x24", self.track("edge.fits", "--hdu", "SIDELOBES")[1])
         self.assertIn("--hdu NONE: there is no such image", self.track("edge.fits", "--hdu", "NONE")[1])
         self.track("edge.fits", state="e")
-        with toliman.Tracker.load("e") as tracker:
-            self.assertEqual([tracker.column("window_row")[0], tracker.column("window_col")[0]], [4, 912])
+        with toliman.Tracker.open(self.folder / "e") as tracker:
+            self.assertEqual([tracker.records()[name][0] for name in ("window_row", "window_col")], [4, 912])
         self.write("bad.fits", frame, CAMTIME="soon")
-        self.assertIn("CAMTIME = 'soon': must be a whole number", self.track("bad.fits")[1])
+        self.assertIn("CAMTIME = soon: must be a whole number", self.track("bad.fits")[1])
         self.write("whole.fits", frame)
         packed = gzip.compress((self.folder / "whole.fits").read_bytes())
         (self.folder / "cut.fits.gz").write_bytes(packed[:len(packed) // 2])
@@ -369,17 +370,17 @@ class Orbits(ProgramTest):
     def velocities(self, content):
         (self.folder / "orbit").write_bytes(content if isinstance(content, bytes) else content.encode())
         times = [toliman.parse_time(f"2028-03-01T00:{minute:02}:37", scale="tdb") for minute in range(5, 25, 4)]
-        return toliman.Sky("alpha-cen", self.folder / "orbit").predict(times)
+        return toliman.Sky("alpha-cen", self.folder / "orbit").predict(times)["separation_arcsec"]
 
     def test_formats_agree(self):
-        expected = self.velocities(self.kvn()).separation_arcsec
+        expected = self.velocities(self.kvn())
         xml = self.xml()
         for content in (self.kvn(REF_FRAME="J2000"), gzip.compress(self.kvn().encode()), xml, self.xml(units=False),
                         gzip.compress(xml[:99].encode()) + gzip.compress(xml[99:].encode()), b"\xef\xbb\xbf" + xml.encode()):
-            numpy.testing.assert_array_equal(self.velocities(content).separation_arcsec, expected)
-        found = self.velocities(self.horizons()).separation_arcsec
+            numpy.testing.assert_array_equal(self.velocities(content), expected)
+        found = self.velocities(self.horizons())
         numpy.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)  # 1e-4 uas: JDTDB has 9 decimals
-        self.assertFalse(numpy.array_equal(found, toliman.Sky("alpha-cen").predict(0).separation_arcsec))
+        self.assertFalse(numpy.array_equal(found, toliman.Sky("alpha-cen").predict([0])["separation_arcsec"]))
 
     def test_refused(self):
         """Each with its line or reason, and without the bytes of a binary file."""
@@ -390,11 +391,11 @@ class Orbits(ProgramTest):
                  (b"BZh91AY&SY" + b"\xfe" * 50, "is not a text file"), (self.xml(head=bomb), "document type is not allowed"),
                  (self.xml()[:-50], "not valid XML"), (self.xml(unit="m"), 'units="m">: must be km'),
                  (self.xml(state="<X>1</X>"), "twice in a state"), (self.xml(state="<W>1</W>"), "unknown element of a state"),
-                 (self.xml().replace("<Y_DOT", "<X_DDOT").replace("</Y_DOT", "</X_DDOT"), "Y_DOT is missing"),
-                 (self.xml().replace("EME2000", "TEME"), ":9: REF_FRAME = TEME"),
+                 (self.xml(units=False).replace("Y_DOT>", "X_DDOT>"), "Y_DOT is missing"),
+                 (self.xml().replace("EME2000", "TEME"), ":7: REF_FRAME = TEME"),
                  (self.xml().replace("oem", "aem"), "<aem>: unknown element"), ("<svg></svg>", "must be an Orbit Ephemeris"),
                  (self.horizons(**{"Output units": "AU-D"}), ":4: \"Output units"), (self.horizons(**{"Reference frame": "B1950"}), "ICRF"),
-                 (self.horizons(**{"Center body name": "Sun (10)"}), "Sun"), (self.horizons()[:-300], "ends before \\$\\$EOE"),
+                 (self.horizons(**{"Center body name": "Sun (10)"}), "Sun"), (self.horizons().split("$$EOE")[0], "ends before \\$\\$EOE"),
                  (self.horizons().replace("JDTDB", "JDUT"), "no column JDTDB"), (self.horizons().replace("2461831.5", "x", 1), "JDTDB = ")]
         for content, what in cases:
             with self.subTest(what):

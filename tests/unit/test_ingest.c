@@ -315,8 +315,8 @@ TEST(test_other_pixel_type) {
 
 TEST(test_too_many_lines) {
     put_pixels(1);
-    for (int i = 0; i < 1034; i++)
-        put_text(side_path, "ab", "\n");
+    for (int i = 0; i < 1044; i++)
+        put_text(side_path, "ab", "x\n");
     toliman_ingest *ingest = open_pair(0);
     assert_refused(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT, side_path);
     toliman_ingest_destroy(ingest);

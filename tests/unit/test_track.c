@@ -391,7 +391,8 @@ TEST(impossible_frames_and_options_are_refused) {
     REFUSED(cols, -1);
     REFUSED(stride, 7);
     REFUSED(dropped, -1);
-    REFUSED(dropped, 65536);
+    REFUSED(restarts, -1);
+    REFUSED(restarts, (INT64_C(1) << 31) + 1);
     REFUSED(sigma, nextafter(SIGMA, 0));
     REFUSED(sigma, 33 * SIGMA);
     REFUSED(sigma, NAN);

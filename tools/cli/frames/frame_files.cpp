@@ -20,18 +20,6 @@ constexpr const char kSide[] = "_meta.jsonl", kPixels[] = "_frames.bin", kBatch[
 constexpr int kMostLines = 100;     // that are tried, as the first ones may be damaged
 constexpr size_t kLongestLine = 4096; // of a side file
 
-std::string region_of(const std::string &side) {
-    std::ifstream file(side);
-    std::string line(kLongestLine, '\0');
-    for (int i = 0; i < kMostLines && file.getline(line.data(), static_cast<std::streamsize>(line.size())); i++) {
-        const JsonTree tree(cJSON_Parse(line.c_str()));
-        const cJSON *const roi = cJSON_GetObjectItemCaseSensitive(tree.get(), "roi_label");
-        if (cJSON_IsString(roi))
-            return roi->valuestring;
-    }
-    return "";
-}
-
 } // namespace
 
 bool is_pair(const std::string &path) {
@@ -83,6 +71,18 @@ void check_complete(const std::string &side) {
         if (!exists(path))
             malformed(path, std::strerror(errno) +
                                 std::string(exists(other_file(path)) ? ", required next to " + other_file(path) : ""));
+}
+
+std::string region_of(const std::string &side) {
+    std::ifstream file(side);
+    std::string line(kLongestLine, '\0');
+    for (int i = 0; i < kMostLines && file.getline(line.data(), static_cast<std::streamsize>(line.size())); i++) {
+        const JsonTree tree(cJSON_Parse(line.c_str()));
+        const cJSON *const roi = cJSON_GetObjectItemCaseSensitive(tree.get(), "roi_label");
+        if (cJSON_IsString(roi))
+            return roi->valuestring;
+    }
+    return "";
 }
 
 bool has_pairs(const std::string &input) {

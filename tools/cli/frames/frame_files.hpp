@@ -20,6 +20,8 @@ void check_complete(const std::string &side);
 std::vector<std::string> files_of(const std::string &folder);
 // Of pairs only.
 std::vector<std::string> pairs_of(const std::string &folder);
+// roi_label of the first line of a side file that has one; "" for none.
+std::string region_of(const std::string &side);
 // Whether the input is a pair, or a folder with pairs; false for a folder that cannot be read.
 bool has_pairs(const std::string &input);
 

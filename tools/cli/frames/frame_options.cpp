@@ -45,11 +45,17 @@ std::vector<std::string> FrameOptions::inputs() const {
     if (roi.empty())
         check_one_region(files);
     std::vector<std::string> all;
+    const auto is_other = [this](const std::string &file) {
+        return !roi.empty() && is_pair(file) && region_of(file) != roi;
+    };
     for (const std::string &file : files) {
-        const std::vector<std::string> more = is_folder(file) ? files_of(file) : std::vector<std::string>{file};
-        all.insert(all.end(), more.begin(), more.end());
+        std::vector<std::string> more = is_folder(file) ? files_of(file) : std::vector<std::string>{file};
+        if (is_folder(file))
+            more.erase(std::remove_if(more.begin(), more.end(), is_other), more.end());
         if (more.empty())
-            malformed(file, "contains no pairs, X_frames.bin and X_meta.jsonl, and no .nc and FITS files");
+            malformed(file, "contains no pairs, X_frames.bin and X_meta.jsonl, and no .nc and FITS files" +
+                                (roi.empty() ? "" : ", of the region " + roi));
+        all.insert(all.end(), more.begin(), more.end());
     }
     return all;
 }
