@@ -59,6 +59,7 @@ typedef struct toliman_estimate_input {
     const double *intervals; /* [interval_count][2], as in toliman_frame */
     size_t interval_count;
     int64_t window_row, window_col; /* row and column of the image's first pixel on the detector */
+    const toliman_spread *spread;   /* of a sum of frames, otherwise NULL */
 } toliman_estimate_input;
 #define TOLIMAN_ESTIMATE_INPUT_INIT TOLIMAN_INIT(toliman_estimate_input)
 

@@ -218,7 +218,7 @@ toliman_coadd_sum public_sum(const coadd::Coadd::Taken &taken, const double *shi
 toliman_frame public_sum_frame(toliman_coadd &object) {
     const coadd::Coadd::Taken &taken = object.coadd.taken();
     const coadd::Totals &totals = taken.totals;
-    fit::Spread spread = totals.moments.spread(totals.photons);
+    Spread spread = totals.moments.spread(totals.photons);
     spread.frames = static_cast<double>(totals.frames);
     object.spread = public_spread(spread);
     toliman_frame out = {};

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include "api/accept.hpp"
 #include "api/choice.hpp"
@@ -10,9 +11,10 @@
 #include "api/handle.hpp"
 #include "api/memory.hpp"
 #include "api/pixel_frames.hpp"
+#include "api/spread.hpp"
 #include "api/track_frames.hpp"
-#include "base/name.hpp"
 #include "backend/netcdf.hpp"
+#include "base/name.hpp"
 #include "ingest/batch.hpp"
 #include "ingest/pair.hpp"
 
@@ -22,8 +24,10 @@ using namespace toliman::api;
 struct toliman_ingest : Handle<toliman_ingest> {
     static constexpr char kType[] = "toliman_ingest";
     toliman_ingest_options options; // its allocator may be gone
-    int64_t shift_ns;
+    ingest::ReaderOptions reader_options;
     std::unique_ptr<ingest::Reader> reader;
+    std::vector<toliman_spread> spreads; // of the frames that are valid
+    size_t next_spread = 0;
 };
 
 namespace {
@@ -33,11 +37,10 @@ constexpr Choice<ingest::EventKind> kEvents = {TOLIMAN_INGEST_EVENT_NOTHING, TOL
 constexpr Choice<ingest::Reason> kReasons = {TOLIMAN_INGEST_REASON_NONE, TOLIMAN_INGEST_REASON_UNKNOWN_KEY,
                                              "TOLIMAN_INGEST_REASON_..."};
 
-// Difference between the middle of the exposure and its time stamp.
-int64_t shift_of(const toliman_ingest_options &options) {
+// From a time stamp to the middle of the exposure, in halves of its length.
+int middle_of(const toliman_ingest_options &options) {
     const track::Stamp stamp = kStamps.to_enum(options.stamp);
-    const int64_t half = std::llround(options.exposure_s * 5e8);
-    return stamp == track::Stamp::start ? half : stamp == track::Stamp::end ? -half : 0;
+    return stamp == track::Stamp::start ? 1 : stamp == track::Stamp::end ? -1 : 0;
 }
 
 void check_shape(const toliman_ingest_options &options) {
@@ -75,7 +78,7 @@ ingest::ReaderOptions reader_options(const toliman_ingest_options &options) {
     ingest::ReaderOptions pair;
     pair.growing = (options.flags & TOLIMAN_INGEST_GROWING) != 0;
     pair.pixel_bytes = size_of(kPixels.to_enum(options.pixel));
-    pair.shift_ns = shift_of(options);
+    pair.middle = middle_of(options);
     pair.exposure_s = options.exposure_s;
     pair.rows = static_cast<size_t>(options.rows);
     pair.cols = static_cast<size_t>(options.cols);
@@ -92,7 +95,8 @@ std::unique_ptr<ingest::Reader> reader_of(const char *path, const ingest::Reader
     return std::make_unique<ingest::Pair>(path, options);
 }
 
-toliman_frame public_frame(const ingest::Event &event, const toliman_ingest_options &options, int64_t shift_ns) {
+toliman_frame public_frame(const ingest::Event &event, const toliman_ingest_options &options,
+                           const ingest::ReaderOptions &reader) {
     toliman_frame frame = {};
     const ingest::SideLine &line = event.line;
     frame.session = line.session;
@@ -101,7 +105,7 @@ toliman_frame public_frame(const ingest::Event &event, const toliman_ingest_opti
     frame.restarts = line.restarts;
     if (line.rows == 0) // no valid line
         return frame;
-    frame.camera_ns = line.stamp_ns + line.clock_shift_ns + shift_ns;
+    frame.camera_ns = line.stamp_ns + line.clock_shift_ns + ingest::shift_of(line, reader);
     frame.dropped = line.dropped;
     frame.rows = line.rows;
     frame.cols = line.cols;
@@ -109,7 +113,7 @@ toliman_frame public_frame(const ingest::Event &event, const toliman_ingest_opti
         return frame;
     frame.pixel = options.pixel;
     frame.pixels = event.pixels;
-    frame.exposure_s = options.exposure_s;
+    frame.exposure_s = ingest::exposure_of(line, reader);
     frame.window_row = line.window_row;
     frame.window_col = line.window_col;
     if (line.on_target_s) {
@@ -145,7 +149,8 @@ toliman_status toliman_ingest_create(const char *path, const toliman_ingest_opti
         const toliman_ingest_options known = known_options(options, ingest::is_batch(path));
         const MemoryScope scope(memory_of(known.allocator));
         const ingest::ReaderOptions wanted = reader_options(known);
-        made = new toliman_ingest{{}, known, wanted.shift_ns, reader_of(path, wanted)};
+        made =
+            new toliman_ingest{{}, known, wanted, reader_of(path, wanted), std::vector<toliman_spread>(wanted.buffers)};
         made->options.roi = nullptr; // the caller's
     });
 }
@@ -159,7 +164,13 @@ toliman_status toliman_ingest_next(toliman_ingest *ingest, toliman_frame *frame,
         check_struct_size("frame", required(frame, "frame"));
         check_struct_size("event", required(event, "event"));
         const ingest::Event found = self.reader->next();
-        deliver(public_frame(found, self.options, self.shift_ns), frame, "frame");
+        toliman_frame out = public_frame(found, self.options, self.reader_options);
+        if (found.kind == ingest::EventKind::frame && found.line.spread) {
+            toliman_spread &spread = self.spreads[self.next_spread++ % self.spreads.size()];
+            spread = public_spread(*found.line.spread);
+            out.spread = &spread;
+        }
+        deliver(out, frame, "frame");
         deliver(public_event(found), event, "event");
     });
 }
@@ -180,7 +191,7 @@ toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t o
         if (size < needed)
             fail(Status::capacity, "{size} = %zu: must be at least %zu, the bytes of the reference", size, needed);
         *shift = self.reader->find(static_cast<uint64_t>(offset), count,
-                                &required(static_cast<const char *>(known.pixels), "reference->pixels"), pixels);
+                                   &required(static_cast<const char *>(known.pixels), "reference->pixels"), pixels);
     });
 }
 

@@ -16,9 +16,9 @@ constexpr double kRounding = 1e-9;
 
 } // namespace
 
-fit::Spread spread_of(const toliman_spread *given, const char *name) {
-    static_assert(fit::kCumulants == TOLIMAN_SPREAD_CUMULANTS);
-    fit::Spread spread;
+Spread spread_of(const toliman_spread *given, const char *name) {
+    static_assert(kCumulants == TOLIMAN_SPREAD_CUMULANTS);
+    Spread spread;
     if (given == nullptr)
         return spread;
     const toliman_spread known = copied(given, name);
@@ -32,7 +32,7 @@ fit::Spread spread_of(const toliman_spread *given, const char *name) {
     if (!(known.xy_px2 * known.xy_px2 <= known.xx_px2 * known.yy_px2 * (1 + kRounding)))
         fail(Status::argument, "{%s->xy_px2} = %g: its square must be at most xx_px2 yy_px2 = %g", name, known.xy_px2,
              known.xx_px2 * known.yy_px2);
-    for (size_t i = 0; i < fit::kCumulants; i++) {
+    for (size_t i = 0; i < kCumulants; i++) {
         const double value = known.cumulants[i];
         if (!std::isfinite(value))
             fail(Status::argument, "{%s->cumulants[%zu]} = %g: must be finite", name, i, value);
@@ -47,7 +47,7 @@ fit::Spread spread_of(const toliman_spread *given, const char *name) {
     return spread;
 }
 
-toliman_spread public_spread(const fit::Spread &spread) noexcept {
+toliman_spread public_spread(const Spread &spread) noexcept {
     toliman_spread out = {};
     out.struct_size = sizeof out;
     out.frames = spread.frames;

@@ -2,12 +2,12 @@
 #pragma once
 #include <toliman/spread.h>
 
-#include "fit/spread.hpp"
+#include "frame/spread.hpp"
 
 namespace toliman::api {
 
 // NULL: one frame. Status::argument, naming the member after `name`, for a spread that no places have.
-fit::Spread spread_of(const toliman_spread *given, const char *name);
-toliman_spread public_spread(const fit::Spread &spread) noexcept;
+Spread spread_of(const toliman_spread *given, const char *name);
+toliman_spread public_spread(const Spread &spread) noexcept;
 
 } // namespace toliman::api

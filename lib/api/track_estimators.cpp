@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimate/values.hpp"
+#include "api/spread.hpp"
 
 namespace toliman::api {
 
@@ -63,7 +64,10 @@ track::Estimate estimate_of(const toliman_track_options &options, const track::T
                             const track::Columns &columns) {
     return [call = options.estimator.estimate, data = options.estimator.estimate_data, terms, count = columns.values()](
                double *image, const track::Frame &frame, int64_t tai_ns, unsigned, track::Estimated &estimated) {
-        const toliman_estimate_input input = input_of(image, frame, tai_ns, terms);
+        toliman_estimate_input input = input_of(image, frame, tai_ns, terms);
+        const toliman_spread spread = public_spread(frame.spread);
+        if (frame.spread.any())
+            input.spread = &spread;
         double values[track::kMaxValues], covariance[track::kMaxValues * track::kMaxValues];
         std::fill_n(values, count, NAN);
         std::fill_n(covariance, count * count, NAN);

@@ -1,9 +1,11 @@
 #include "api/track_frames.hpp"
 
 #include <cstdio>
+#include <string>
 #include <utility>
 
 #include "api/pixel_frames.hpp"
+#include "api/spread.hpp"
 #include "api/track_results.hpp"
 #include "base/error.hpp"
 #include "base/name.hpp"
@@ -80,6 +82,8 @@ void check_frame(const toliman_frame &given, size_t i, const track::Terms &terms
         fail(Status::argument, "{frames[%zu].sigma} = %g: must be 0 or in [%g, %g], 1 to 32 times the tracker's", i,
              given.sigma, terms.sigma, track::Terms::kMaxSigmaRatio * terms.sigma);
     check_exposure(given, i);
+    if (given.spread != nullptr)
+        spread_of(given.spread, ("frames[" + std::to_string(i) + "].spread").c_str());
     const size_t width = size_of(kPixels.to_enum(given.pixel, "pixel"));
     if (reinterpret_cast<uintptr_t>(given.pixels) % width != 0)
         fail(Status::argument, "{frames[%zu].pixels}: must be aligned to %zu bytes, the size of a pixel", i, width);
@@ -104,6 +108,7 @@ track::Frame frame_of(const toliman_frame &given) {
     frame.interval_count = given.interval_count;
     frame.window_row = given.window_row;
     frame.window_col = given.window_col;
+    frame.spread = spread_of(given.spread, "frames[].spread");
     return frame;
 }
 

@@ -37,12 +37,12 @@ void Moments::mean(int64_t photons, double *place) const noexcept {
     place[1] = static_cast<double>(sums_[fit::term_of(0, 1)].over(photons));
 }
 
-fit::Spread Moments::spread(int64_t photons) const noexcept {
+Spread Moments::spread(int64_t photons) const noexcept {
     fit::Series moments;
     for (size_t i = 0; i < fit::kSpreadTerms; i++)
         moments[i] = sums_[i].over(photons);
     const fit::Series cumulants = fit::cumulants_of(moments);
-    fit::Spread spread;
+    Spread spread;
     const auto covariance = [&](size_t a, size_t b, size_t noise) {
         return static_cast<double>(cumulants[fit::term_of(a, b)]) - registered(noise, photons);
     };
@@ -50,8 +50,8 @@ fit::Spread Moments::spread(int64_t photons) const noexcept {
     spread.yy = std::fmax(0, covariance(0, 2, 2));
     const double most = std::sqrt(spread.xx * spread.yy);
     spread.xy = std::fmin(most, std::fmax(-most, covariance(1, 1, 1)));
-    for (size_t i = 0; i < fit::kCumulants; i++)
-        spread.cumulants[i] = static_cast<double>(cumulants[fit::kSpreadTerms - fit::kCumulants + i]);
+    for (size_t i = 0; i < kCumulants; i++)
+        spread.cumulants[i] = static_cast<double>(cumulants[fit::kSpreadTerms - kCumulants + i]);
     return spread;
 }
 

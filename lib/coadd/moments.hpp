@@ -36,7 +36,7 @@ class Moments {
     void clear() noexcept { *this = {}; }
     // Mean place [x, y], and the spread about it, of `photons` > 0 in all.
     void mean(int64_t photons, double *place) const noexcept;
-    fit::Spread spread(int64_t photons) const noexcept;
+    Spread spread(int64_t photons) const noexcept;
     double registered(size_t i, int64_t photons) const noexcept { // xx, xy, yy that was subtracted
         return static_cast<double>(noise_[i].over(photons));
     }

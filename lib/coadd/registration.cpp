@@ -46,7 +46,7 @@ bool is_far(double photons, double limit, double added) noexcept {
 }
 
 fit::Fit blurred(const fit::Fit &fit, double blur) {
-    fit::Spread spread;
+    Spread spread;
     spread.xx = spread.yy = blur * blur;
     return fit::Fit(fit, spread);
 }

@@ -47,11 +47,13 @@ track::Source of_fit(const fit::Windows &fit, FitWorks &works, int64_t time_offs
         kSigmaShare * fit.first().sigma_px(),
         fit.digest(),
         kValues,
-        [=, &works, &fit](double *image, const track::Frame &, int64_t tai_ns, unsigned, track::Estimated &estimated) {
+        [=, &works, &fit](double *image, const track::Frame &frame, int64_t tai_ns, unsigned,
+                          track::Estimated &estimated) {
             FitWorks::Lease work(works);
             fit::Result result;
-            fit.frame({image, fit.rows(), fit.cols(), fit.cols()}, prediction_at(tai_ns, time_offset_ns), *work,
-                      result);
+            fit::Prediction prediction = prediction_at(tai_ns, time_offset_ns);
+            prediction.spread = frame.spread;
+            fit.frame({image, fit.rows(), fit.cols(), fit.cols()}, prediction, *work, result);
             store_fit(result, fit.parameters().size(), estimated);
         },
         fit.first().pixel_scale_arcsec(),

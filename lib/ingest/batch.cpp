@@ -30,7 +30,8 @@ int64_t number_of_batch(const std::string &path) {
     constexpr std::string_view kMark = "_batch";
     const size_t at = path.rfind(kMark);
     int64_t number = 0;
-    const char *const digits = path.c_str() + at + kMark.size(), *const end = path.c_str() + path.size() - kSuffix.size();
+    const char *const digits = path.c_str() + at + kMark.size(), *const end =
+                                                                     path.c_str() + path.size() - kSuffix.size();
     const bool is_numbered = at != std::string::npos && std::from_chars(digits, end, number).ptr == end;
     constexpr int64_t kMost = int64_t{1} << 22; // so that restarts are at most 2^31
     return is_numbered && number >= 0 && number <= kMost ? number : 0;
@@ -83,13 +84,13 @@ void Batch::find_kind() {
     if (file_->has(differences_)) {
         const std::vector<size_t> changes = file_->shape(differences_, true);
         if (changes.size() != 3 || changes[1] != rows_ || changes[2] != cols_ || changes[0] >= kMostFrames)
-            fail(Status::format, "{%s}: %s: must have 3 dimensions, at most %zu frames of %zux%zu as %s",
-                 path_.c_str(), differences_, kMostFrames - 1, rows_, cols_, reference_);
+            fail(Status::format, "{%s}: %s: must have 3 dimensions, at most %zu frames of %zux%zu as %s", path_.c_str(),
+                 differences_, kMostFrames - 1, rows_, cols_, reference_);
         frames += changes[0];
     }
     lines_.resize(frames);
-    most_ = static_cast<int32_t>(std::clamp(file_->number("valid_max", reference_).value_or(UINT16_MAX), 0.0,
-                                            double{UINT16_MAX}));
+    most_ = static_cast<int32_t>(
+        std::clamp(file_->number("valid_max", reference_).value_or(UINT16_MAX), 0.0, double{UINT16_MAX}));
 }
 
 template <class Number> std::vector<Number> Batch::column(const char *name) const {
@@ -105,7 +106,8 @@ template <class Number> std::vector<Number> Batch::column(const char *name) cons
 void Batch::read_numbers() {
     const std::optional<std::string> session = file_->text("session_id");
     if (!session || !is_name(*session))
-        fail(Status::format, "{%s}: session_id = \"%.64s\": %s", path_.c_str(), session.value_or("").c_str(), kNameRule);
+        fail(Status::format, "{%s}: session_id = \"%.64s\": %s", path_.c_str(), session.value_or("").c_str(),
+             kNameRule);
     const char *const name = names_.insert(*session).first->c_str();
     const std::vector<int64_t> ids = column<int64_t>("frame_id"), stamps = column<int64_t>("timestamp_ns"),
                                dropped = column<int64_t>("nframes_dropped");
@@ -168,7 +170,7 @@ void Batch::count_restarts() {
             line.restarts += kRestartsPerBatch * batch;
         int64_t middle = 0;
         if (line.dropped < 0 || __builtin_add_overflow(line.stamp_ns, line.clock_shift_ns, &middle) ||
-            __builtin_add_overflow(middle, options_.shift_ns, &middle))
+            __builtin_add_overflow(middle, shift_of(line, options_), &middle))
             fail(Status::format, "{%s}: frame %lld: nframes_dropped = %lld, timestamp_ns = %lld: impossible",
                  path_.c_str(), static_cast<long long>(line.frame_id), static_cast<long long>(line.dropped),
                  static_cast<long long>(line.stamp_ns));
@@ -194,12 +196,14 @@ void Batch::read_pixels(size_t frame) {
         }
     }
     read_ = frame + 1;
-    const auto bad = std::find_if(pixels_.begin(), pixels_.end(), [this](int32_t pixel) { return pixel < 0 || pixel > most_; });
+    const auto bad =
+        std::find_if(pixels_.begin(), pixels_.end(), [this](int32_t pixel) { return pixel < 0 || pixel > most_; });
     if (bad == pixels_.end())
         return;
     const size_t at = static_cast<size_t>(bad - pixels_.begin());
-    fail(Status::format, "{%s}: frame %lld: the differences are damaged: the pixel in row %zu, column %zu is not from 0 "
-                         "to %d",
+    fail(Status::format,
+         "{%s}: frame %lld: the differences are damaged: the pixel in row %zu, column %zu is not from 0 "
+         "to %d",
          path_.c_str(), static_cast<long long>(lines_[frame].frame_id), at / cols_, at % cols_, most_);
 }
 

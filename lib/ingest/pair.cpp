@@ -48,8 +48,8 @@ std::string restart_text(const SideLine &line) {
 } // namespace
 
 Pair::Pair(const std::string &path, const ReaderOptions &options)
-    : Reader(options), side_path_(stem_of(path) + kSide), pixel_path_(stem_of(path) + kPixels),
-      slots_(options.buffers), placement_(options.pixel_bytes, options.rows, options.cols) {
+    : Reader(options), side_path_(stem_of(path) + kSide), pixel_path_(stem_of(path) + kPixels), slots_(options.buffers),
+      placement_(options.pixel_bytes, options.rows, options.cols) {
     [[maybe_unused]] const file::Reader side(side_path_), pixels(pixel_path_); // fail if a file cannot be opened
 }
 
@@ -82,7 +82,7 @@ void Pair::add_line(const std::string &text, int64_t number, int64_t most) {
         restarts_.count(line, clock_.usual_step_ns());
     int64_t middle = 0;
     if (line.error.empty() && (__builtin_add_overflow(line.stamp_ns, line.clock_shift_ns, &middle) ||
-                               __builtin_add_overflow(middle, options_.shift_ns, &middle)))
+                               __builtin_add_overflow(middle, shift_of(line, options_), &middle)))
         line.error = "timestamp_ns: the middle of the exposure exceeds 64 bits";
     lines_.push_back(std::move(line));
     try {
@@ -100,7 +100,8 @@ void Pair::read_lines(const file::Reader &side) {
         first_ = 0;
     }
     const int64_t most = kMoreLines + static_cast<int64_t>(side_stamp_.size / kShortestLine);
-    side_.read(side, side_stamp_.size, !options_.growing, [&](const std::string &text, int64_t number) { add_line(text, number, most); });
+    side_.read(side, side_stamp_.size, !options_.growing,
+               [&](const std::string &text, int64_t number) { add_line(text, number, most); });
 }
 
 // Compares the size of the file with that of the frames as the other pixel type. Only before the first frame: later on
@@ -181,6 +182,7 @@ Event Pair::frame(Slot &slot, const Place &place) {
     event.number = front_number();
     event.line = front();
     slot.on_target_s = event.line.on_target_s;
+    slot.spread = event.line.spread;
     event.pixels = slot.pixels.data();
     event.offset = place.offset;
     counts_.frames++;
@@ -247,7 +249,7 @@ void Pair::judge(const SideLine &line) {
     again = false;
     if (!warn(Reason::clock_jump, clock_.jump(line, front_number()), again) &&
         !warn(Reason::clocks_differ, clock_.drift(line), has_drifted_))
-        warn(Reason::overlap, clock_.overlap(line, options_.exposure_s), has_overlapped_);
+        warn(Reason::overlap, clock_.overlap(line, exposure_of(line, options_)), has_overlapped_);
 }
 
 // Decides at the end of the files whether lines without pixels and pixels without line are damage.

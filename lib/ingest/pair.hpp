@@ -38,6 +38,7 @@ class Pair final : public Reader {
     struct Slot {
         Buffer<uint8_t> pixels;
         std::shared_ptr<const std::vector<double>> on_target_s; // of the frame
+        std::shared_ptr<const Spread> spread;
         std::string text;
     };
     void look();

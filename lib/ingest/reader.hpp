@@ -1,5 +1,6 @@
 // What reads frames from files: a pair (pair.hpp) or a batch (batch.hpp).
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -12,11 +13,11 @@ namespace toliman::ingest {
 struct ReaderOptions {
     bool growing = false;
     size_t pixel_bytes = 2; // of a pair
-    int64_t shift_ns = 0;  // from a time stamp to the middle of the exposure
-    double exposure_s = 0; // 0: unknown
+    int middle = 1;         // from a time stamp to the middle of the exposure, in halves of its length: -1, 0 or 1
+    double exposure_s = 0;  // of lines without one; 0: unknown
     size_t rows = 0, cols = 0;
     std::optional<std::pair<int64_t, int64_t>> ids; // first and end; others are skipped
-    std::string roi; // of the frames, others are skipped; empty: of all
+    std::string roi;                                // of the frames, others are skipped; empty: of all
     size_t buffers = 1;
 };
 
@@ -46,6 +47,14 @@ struct Event {
     const void *pixels = nullptr; // of a frame
     uint64_t offset = 0;          // of a frame: its place by the lines before it, without the shift
 };
+
+// Of a line: the length of its exposure, and from its time stamp to the middle of it.
+inline double exposure_of(const SideLine &line, const ReaderOptions &options) noexcept {
+    return line.exposure_s > 0 ? line.exposure_s : options.exposure_s;
+}
+inline int64_t shift_of(const SideLine &line, const ReaderOptions &options) noexcept {
+    return options.middle * std::llround(exposure_of(line, options) * 5e8);
+}
 
 struct ReaderCounts {
     int64_t lines = 0, frames = 0, damaged = 0, warnings = 0, skipped = 0;

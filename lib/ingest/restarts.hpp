@@ -16,7 +16,7 @@ class Restarts {
 
   private:
     struct Start {
-        double host_s;           // of its first frame
+        double host_s;          // of its first frame
         int64_t clock_shift_ns; // added to its time stamps, they continue those before it
     };
     struct Session {

@@ -18,7 +18,8 @@ constexpr uint64_t kChunk = 65536;
 } // namespace
 
 void SideFile::give(const char *text, size_t length, const Sink &sink) {
-    const bool is_blank = std::all_of(text, text + length, [](char byte) { return byte == ' ' || byte == '\t' || byte == '\r'; });
+    const bool is_blank =
+        std::all_of(text, text + length, [](char byte) { return byte == ' ' || byte == '\t' || byte == '\r'; });
     if (too_long_ || !is_blank)
         sink(too_long_ ? std::string(kLongestLine + 1, ' ') : std::string(text, length), lines_ + 1);
     lines_++;

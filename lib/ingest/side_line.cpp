@@ -14,9 +14,11 @@ namespace {
 
 using json::Value;
 
-constexpr const char *kKeys[] = {"frame_id", "timestamp_ns", "host_time",  "nframes_dropped", "roi_label",
-                                 "n_rows",   "n_cols",       "session_id", "on_target_s"};
+constexpr const char *kKeys[] = {"frame_id", "timestamp_ns", "host_time",   "nframes_dropped", "roi_label",
+                                 "n_rows",   "n_cols",       "session_id",  "on_target_s",     "exposure_s",
+                                 "frames",   "jitter_px2",   "cumulants_px"};
 constexpr int64_t kLargestSide = 65536;
+constexpr double kLongestExposure = 1e9, kMostFrames = 1e12, kMostVariance = 4;
 
 const Value &member(const Value &object, const char *key) {
     const Value *const value = object.find(key);
@@ -81,6 +83,51 @@ std::string printable(const std::string &key) {
     return text;
 }
 
+double optional_number(const Value &object, const char *key, double least, double most) {
+    const Value *const value = object.find(key);
+    if (value == nullptr)
+        return 0;
+    if (value->kind != Value::Kind::number || !(value->number >= least && value->number <= most))
+        fail(Status::format, "%s must be a number in [%g, %g]", key, least, most);
+    return value->number;
+}
+
+// `count` numbers; false without the key.
+bool numbers(const Value &object, const char *key, size_t count, double *out) {
+    const Value *const list = object.find(key);
+    if (list == nullptr)
+        return false;
+    if (list->kind != Value::Kind::array || list->items.size() != count)
+        fail(Status::format, "%s must be an array of %zu numbers", key, count);
+    for (size_t i = 0; i < count; i++) {
+        if (list->items[i].kind != Value::Kind::number)
+            fail(Status::format, "%s[%zu] must be a number", key, i);
+        out[i] = list->items[i].number;
+    }
+    return true;
+}
+
+// Number, covariance and cumulants of the frames of a sum, within what toliman_track_push takes.
+std::shared_ptr<const Spread> spread(const Value &object) {
+    Spread made;
+    double covariance[3] = {};
+    const double frames = optional_number(object, "frames", 1, kMostFrames);
+    const bool moves = numbers(object, "jitter_px2", 3, covariance),
+               has_cumulants = numbers(object, "cumulants_px", kCumulants, made.cumulants.data());
+    if (has_cumulants && !moves)
+        fail(Status::format, "cumulants_px needs jitter_px2");
+    made.frames = frames != 0 ? frames : 1;
+    made.xx = covariance[0];
+    made.yy = covariance[1];
+    made.xy = covariance[2];
+    if (!(made.xx >= 0 && made.xx <= kMostVariance && made.yy >= 0 && made.yy <= kMostVariance &&
+          made.xy * made.xy <= made.xx * made.yy * (1 + 1e-9)))
+        fail(Status::format,
+             "jitter_px2 = [%g, %g, %g]: must be a covariance xx, yy, xy with xx and yy at most %g px^2", made.xx,
+             made.yy, made.xy, kMostVariance);
+    return made.any() ? std::make_shared<const Spread>(made) : nullptr;
+}
+
 void check_keys(const Value &object, std::set<std::string> &names, SideLine &line) {
     for (size_t i = 0; i < object.names.size(); i++) {
         const std::string &key = object.names[i];
@@ -110,7 +157,9 @@ void parse(const std::string &text, double exposure_s, std::set<std::string> &na
     if (host.kind != Value::Kind::number)
         fail(Status::format, "host_time must be a number");
     line.host_s = host.number;
-    line.on_target_s = on_target(object, exposure_s);
+    line.exposure_s = optional_number(object, "exposure_s", 0, kLongestExposure);
+    line.on_target_s = on_target(object, line.exposure_s > 0 ? line.exposure_s : exposure_s);
+    line.spread = spread(object);
     check_keys(object, names, line);
 }
 

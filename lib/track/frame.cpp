@@ -126,6 +126,11 @@ uint32_t content_of(const Frame &frame) noexcept {
     uint32_t crc = zip::crc32(bytes, sizeof bytes);
     if (frame.interval_count > 0)
         crc = zip::crc32(frame.intervals, frame.interval_count * 2 * sizeof(double), crc);
+    if (frame.spread.any()) {
+        const Spread &spread = frame.spread;
+        const double known[] = {spread.frames, spread.xx, spread.yy, spread.xy};
+        crc = zip::crc32(spread.cumulants.data(), kCumulants * sizeof(double), zip::crc32(known, sizeof known, crc));
+    }
     const size_t width = size_of(frame.pixel);
     if (frame.stride == frame.cols)
         return zip::crc32(frame.pixels, frame.rows * frame.cols * width, crc);

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "frame/pixel.hpp"
+#include "frame/spread.hpp"
 #include "track/record.hpp"
 
 namespace toliman::track {
@@ -20,6 +21,7 @@ struct Frame {
     const double *intervals;        // on target: pairs (start, end) in s from the start of the exposure, increasing
     size_t interval_count;          // number of pairs; 0: unknown
     int64_t window_row, window_col; // of the first pixel on the detector
+    Spread spread = {};             // of a sum of frames
 };
 
 // Returns the mean time of the intervals minus the middle of the exposure; 0 without intervals.
