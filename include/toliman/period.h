@@ -67,7 +67,7 @@ typedef struct toliman_period_options {
      * TOLIMAN_PERIOD_FIXED_MEAN. */
     int32_t trend;                 /* highest order of T_j(x), x from -1 at trend_start to 1 at trend_end, in [0, 8] */
     int32_t columns;               /* values that come with each sample, in [0, 32], together with trend at most 32 */
-    double trend_start, trend_end; /* in units of t; times are inside */
+    double trend_start, trend_end; /* in units of t; no time may be outside */
     double column_bound[32];       /* largest |value| of each column, in [1e-100, 1e100]; 0 = as 1 */
     /* 1/s_j^2 for the mean (about value_offset), T_1 ... and the columns; s_j in units of y per unit of the
      * function; in [1e-200, 1e200]; 0 = no prior */

@@ -36,7 +36,7 @@ typedef struct toliman_period_batch_options {
  * period.h. sigma and options may be NULL; n may be 0.
  *
  * Accuracy  The error of every power of a batch is at most the tolerance, or 1e-13 if that is larger
- *           (promise: batches-meet-their-tolerance); with nuisance functions not below that of period_nuisance.h.
+ *           (promise: batches-meet-their-tolerance); with nuisance functions that of period_nuisance.h, if larger.
  *           Special cases as toliman_period_query_power.
  * Memory    A batch takes 35 bytes per sample and 170 bytes per frequency (promise: batch-memory-is-stated); per
  *           frequency 20 more for each of the second to sixth threads, 225 if exact sums are needed; per nuisance

@@ -59,8 +59,8 @@ typedef struct toliman_period_bootstrap_options {
 #define TOLIMAN_PERIOD_BOOTSTRAP_OPTIONS_INIT TOLIMAN_INIT(toliman_period_bootstrap_options)
 
 /* Bootstrap: writes log10(1 - P) of the highest peak of each of `count` resamplings to log10_residuals[count], sorted,
- * strongest peak first. A resampling keeps the times and draws pairs (y, sigma) with replacement, of residuals with
- * nuisance functions. It assumes no distribution of the noise.
+ * strongest peak first. A resampling keeps the times and draws pairs (y, sigma) with replacement; with nuisance
+ * functions, of their residuals. It assumes no distribution of the noise.
  *   t, y, sigma  [n], the pushed samples (only n is checked); sigma may be NULL
  *   options      may be NULL
  * FAP of a peak of toliman_period_query_peak (not _query_fit): (k + 1)/(count + 1), if k entries are at or below its

@@ -26,12 +26,12 @@
  *              masses follow, except for the mirror image of the orbit in the plane of axis and line of sight.
  * Instruments  Each has an offset without a prior, and a jitter.
  * Mass         One series measures mass times g, or of velocities times sin i; g is 0.985 to 0.997 in the plane of
- *              alpha Centauri, 0.785 on average over all directions. Separations do not tell which star has the planet:
+ *              alpha Centauri, 0.785 on average over all directions. Separations do not show which star has the planet:
  *              the mass is given for both.
  * Priors       log period: uniform. Eccentricity: Beta(0.867, 3.03). Mean anomaly: uniform. Amplitudes: Gaussian of
  *              mean 0, with a log-uniform standard deviation. Jitter s, added in quadrature to all sigmas: density
- *              1/(s + s0), s0 a tenth of the median sigma, or a thousandth of jitter_max; fitted if chi_square is poor
- *              or there are no sigmas.
+ *              1/(s + s0), s0 a tenth of the median sigma, or a thousandth of jitter_max without sigmas; fitted if
+ *              chi_square is poor or there are no sigmas.
  * Odds         log10_bayes: log10 of the Bayes factor of one additional planet, without prior odds. Of series without a
  *              planet, at most 0.6 % (95 %) reach the threshold (promise: false-planets-are-rare).
  * Candidates   Each is searched in the residuals of those before it. The search ends with the first below `threshold`,

@@ -4,7 +4,7 @@
  *
  *   system file or "alpha-cen", observer file -> create -> toliman_sky
  *                                                 |
- *   TAI times; exposures -> predict; predict_mean +-> toliman_sky_prediction
+ *   TAI times, exposures -> predict, predict_mean +-> toliman_sky_prediction
  *   measured separations -> reduce ---------------+-> reduced separations (both measure.h)
  *   measured separations -> refit ----------------+-> toliman_sky of another orbit -> save_file -> system file
  *                                                 +-> set_columns -> toliman_period_options (period_nuisance.h)
@@ -143,8 +143,9 @@ typedef struct toliman_sky_reduce_options {
  *   options   may be NULL
  *   out       the reduced series, of kind TOLIMAN_MEASURE_REDUCED, with position angles
  * Uncovered exposures are left out and counted (promise: uncovered-exposures-are-left-out): left_out of
- * toliman_measure_info. A series without functions, but offsets, gets those of the errors of the orbit
- * (toliman_sky_set_columns); without their standard deviations or sigmas a trend of order 4, with a warning.
+ * toliman_measure_info. A series without functions, except offsets of instruments, gets those of the errors of the
+ * orbit (toliman_sky_set_columns), or, without sigmas or standard deviations of elements, a trend of order 4 with a
+ * warning.
  * Errors: as toliman_sky_predict_mean; TOLIMAN_E_RANGE no measurement is left; TOLIMAN_E_ARGUMENT, naming the
  * measurement:
  *   - for an observer in orbit, two kinds of exposures are refused (promise: unknown-exposures-are-refused): a single
