@@ -38,9 +38,8 @@
  *   - Lists of names in a text are separated by spaces or commas ("flux_a flux_b").
  *   - Results of unknown number are written to the arguments (..., array, capacity, count), files in memory to
  *     (..., bytes, capacity, needed). *count becomes the number of results. If capacity is smaller, the function
- *     returns TOLIMAN_E_CAPACITY and writes nothing else (promise: small-arrays-stay-unwritten). To ask for the number,
- *     pass array NULL and capacity 0: the result is TOLIMAN_E_CAPACITY, or TOLIMAN_OK if there is none. Call again if
- *     the number may have grown since.
+ *     returns TOLIMAN_E_CAPACITY and writes nothing else. To ask for the number, pass array NULL and capacity 0: the
+ *     result is TOLIMAN_E_CAPACITY, or TOLIMAN_OK if there is none. Call again if the number may have grown since.
  *   - Threads. Different objects may be used by different threads at the same time. Functions that take a const object
  *     may run on one object from several threads (promise: const-calls-run-together). While another function runs on an
  *     object, every other call on it returns TOLIMAN_E_STATE at once and changes nothing

@@ -166,8 +166,7 @@ static void read_mission(const char *version) {
 }
 
 /* promise: other-versions-are-refused */
-static void files_of_every_release(void **unused) {
-    (void)unused;
+TEST(files_of_every_release) {
     glob_t releases;
     int missions = 0, states = 0; /* the ledger has another format since 0.2 */
     assert_int_equal(glob("tests/golden/[0-9]*", 0, NULL, &releases), 0);
@@ -191,6 +190,5 @@ int main(int count, char **arguments) {
         write_files(arguments[1]);
         return 0;
     }
-    const struct CMUnitTest tests[] = {cmocka_unit_test(files_of_every_release)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return RUN_ALL(NULL, NULL);
 }

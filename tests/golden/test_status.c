@@ -6,8 +6,7 @@
 
 #include <toliman/base.h>
 
-static void codes_and_names(void **unused) {
-    (void)unused;
+TEST(codes_and_names) {
     static const char *const golden[] = {
         "TOLIMAN_OK",       "TOLIMAN_E_INTERNAL", "TOLIMAN_E_ARGUMENT",    "TOLIMAN_E_MEMORY", "TOLIMAN_E_NOT_FOUND",
         "TOLIMAN_E_FORMAT", "TOLIMAN_E_SCENE",    "TOLIMAN_E_UNSUPPORTED", "TOLIMAN_E_WRITE",  "TOLIMAN_E_CANCELLED",
@@ -19,14 +18,12 @@ static void codes_and_names(void **unused) {
     assert_int_equal(TOLIMAN_E_LOST, 14);
 }
 
-static void versions_agree(void **unused) {
-    (void)unused;
+TEST(versions_agree) {
     assert_string_equal(toliman_version(), TOLIMAN_VERSION);
     assert_int_equal(toliman_abi_version(), TOLIMAN_ABI_VERSION);
 }
 
-static void properties_of_the_machine(void **unused) {
-    (void)unused;
+TEST(properties_of_the_machine) {
     assert_refused(toliman_get_machine(NULL), TOLIMAN_E_ARGUMENT, "out");
     toliman_machine machine = {.struct_size = 1};
     assert_refused(toliman_get_machine(&machine), TOLIMAN_E_ARGUMENT, "out->struct_size");
@@ -37,11 +34,4 @@ static void properties_of_the_machine(void **unused) {
     assert_int_equal(machine.blas_is_slow, strlen(machine.blas_better) > 0);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(codes_and_names),
-        cmocka_unit_test(versions_agree),
-        cmocka_unit_test(properties_of_the_machine),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -39,7 +39,7 @@ static void compare(comparison *c, size_t pixels) {
         }
 }
 
-static void test_places(void **state) {
+TEST(test_places) {
     const struct {
         const char *detector, *accuracy, *more;
         int stars;
@@ -119,7 +119,4 @@ static void test_places(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_places)};
-    return cmocka_run_group_tests_name("atlas", tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

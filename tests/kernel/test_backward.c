@@ -168,18 +168,12 @@ static void check_layout(int layout) {
     }
 }
 
-static void test_flight(void **unused) {
+TEST(test_flight) {
     check_layout(kFlight);
 }
 
-static void test_paper(void **unused) {
+TEST(test_paper) {
     check_layout(kPaper);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_flight),
-        cmocka_unit_test(test_paper),
-    };
-    return cmocka_run_group_tests_name("backward", tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -50,7 +50,7 @@ static void rest(double days, double *at) {
     at[1] = -5;
 }
 
-static void steady_motion_has_regular_dates(void **state) {
+TEST(steady_motion_has_regular_dates) {
     const double length = 2 * acos(-1) * 30 * 0.4; /* of 400 days */
     static const double spacings[] = {0.5, 4, 100};
     for (size_t s = 0; s < 3; s++) {
@@ -61,7 +61,7 @@ static void steady_motion_has_regular_dates(void **state) {
     }
 }
 
-static void accelerated_motion_has_denser_dates(void **state) {
+TEST(accelerated_motion_has_denser_dates) {
     assert_int_equal(dates_of(0, 10, 5, parabola), 20);
     for (int i = 0; i < 20; i++) {
         assert_close(dates[i][0], sqrt(5 * (i + 0.5)), 0, 1e-5);
@@ -69,7 +69,7 @@ static void accelerated_motion_has_denser_dates(void **state) {
     }
 }
 
-static void every_time_is_near_its_date(void **state) {
+TEST(every_time_is_near_its_date) {
     void (*const paths[])(double, double *) = {circle, parabola, stop, rest};
     for (size_t p = 0; p < 4; p++) {
         const size_t count = dates_of(1, 10, 0.6, paths[p]);
@@ -83,7 +83,7 @@ static void every_time_is_near_its_date(void **state) {
     }
 }
 
-static void one_date_suffices_without_motion(void **state) {
+TEST(one_date_suffices_without_motion) {
     assert_int_equal(dates_of(10, 40, 0.05, rest), 1);
     assert_close(dates[0][0], 25, 0, 1e-12);
     assert_int_equal(dates_of(70, 70, 0.05, circle), 1);
@@ -92,7 +92,7 @@ static void one_date_suffices_without_motion(void **state) {
     assert_close(dates[4][0], 45, 0, 0.05);
 }
 
-static void places_divide_a_pixel(void **state) {
+TEST(places_divide_a_pixel) {
     assert_close(shim_place(0, 1), 0, 0, 0);
     for (size_t places = 1; places <= 8; places++)
         for (size_t i = 0; i < places; i++)
@@ -113,7 +113,7 @@ static void fill(double *image, size_t count, uint64_t seed) {
         image[i] = uniform_signed(&seed);
 }
 
-static void whole_pixels_are_exact(void **state) {
+TEST(whole_pixels_are_exact) {
     static const int moves[][2] = {{0, 0}, {3, -5}, {-40, 2}, {44, 36}, {45, 0}, {0, -37}, {4000, 1}, {-1, -4000}};
     static const int shapes[][2] = {{ROWS, COLS}, {SMALL, SMALL}};
     fill(source, MOST, 1);
@@ -132,7 +132,7 @@ static void whole_pixels_are_exact(void **state) {
 }
 
 /* Polynomials of degree 7 in each coordinate, where all eight samples are inside. */
-static void polynomials_are_reproduced(void **state) {
+TEST(polynomials_are_reproduced) {
     const double x = 0.37, y = -0.81;
     for (int degree = 0; degree < 8; degree++) {
         for (int i = 0; i < MOST; i++)
@@ -147,7 +147,7 @@ static void polynomials_are_reproduced(void **state) {
 
 /* The error of polynomials through eight samples is at most the eighth derivative times 0.5^2 1.5^2 2.5^2 3.5^2 / 8!.
  */
-static void waves_have_the_error_of_the_order(void **state) {
+TEST(waves_have_the_error_of_the_order) {
     static const double frequencies[] = {0.02, 0.05, 0.1, 0.2}; /* cycles per pixel */
     for (size_t f = 0; f < 4; f++) {
         const double k = 2 * acos(-1) * frequencies[f], bound = 1.0682e-3 * pow(k, 8) + 1e-14;
@@ -167,7 +167,7 @@ static void waves_have_the_error_of_the_order(void **state) {
 }
 
 /* <move(a), b> = <a, move_back(b)>, at the borders as well. */
-static void the_opposite_displacement_is_the_adjoint(void **state) {
+TEST(the_opposite_displacement_is_the_adjoint) {
     static const double moves[][2] = {{0.3, -0.4}, {10.75, 3.5}, {-7.01, 12.99}, {30.5, -20.5}, {2, 0.25}};
     static double a[MOST], b[MOST], moved[MOST], back[MOST];
     fill(a, MOST, 2);
@@ -187,17 +187,4 @@ static void the_opposite_displacement_is_the_adjoint(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(steady_motion_has_regular_dates),
-        cmocka_unit_test(accelerated_motion_has_denser_dates),
-        cmocka_unit_test(every_time_is_near_its_date),
-        cmocka_unit_test(one_date_suffices_without_motion),
-        cmocka_unit_test(places_divide_a_pixel),
-        cmocka_unit_test(whole_pixels_are_exact),
-        cmocka_unit_test(polynomials_are_reproduced),
-        cmocka_unit_test(waves_have_the_error_of_the_order),
-        cmocka_unit_test(the_opposite_displacement_is_the_adjoint),
-    };
-    return cmocka_run_group_tests_name("bank_grid", tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -37,7 +37,7 @@ static int check_case(int number) {
     return 0;
 }
 
-static void older_kernels_are_reported(void **unused) {
+TEST(older_kernels_are_reported) {
     int seen = 0;
     for (size_t i = 0; i < sizeof kCases / sizeof *kCases; i++) {
         const pid_t child = fork();
@@ -62,6 +62,5 @@ static void older_kernels_are_reported(void **unused) {
 int main(int argc, char **argv) {
     if (argc > 1)
         return check_case(argv[1][0] - '0');
-    const struct CMUnitTest tests[] = {cmocka_unit_test(older_kernels_are_reported)};
-    return cmocka_run_group_tests_name("blas_core", tests, NULL, NULL);
+    return RUN_ALL(NULL, NULL);
 }

@@ -104,7 +104,7 @@ static void solve(size_t size) {
     }
 }
 
-static void step_and_covariance_are_those_of_the_whole_system(void **state) {
+TEST(step_and_covariance_are_those_of_the_whole_system) {
     make_blocks();
     double change[MOST], covariance[9 * N * N], of_frames[FRAMES][OWN][OWN];
     for (size_t windows = 1; windows <= 3; windows++)
@@ -152,7 +152,7 @@ static const char *scene_with(const char *struts) {
     return text;
 }
 
-static void derivatives_agree_with_differences_of_images(void **state) {
+TEST(derivatives_agree_with_differences_of_images) {
     const struct {
         const char *name;
         double step, tolerance; /* of the largest */
@@ -180,7 +180,7 @@ static void derivatives_agree_with_differences_of_images(void **state) {
     }
 }
 
-static void aberrations_lose_their_sign_without_struts(void **state) {
+TEST(aberrations_lose_their_sign_without_struts) {
     char *plain = strdup(scene_with(""));
     char *start = strstr(plain, ",\"aberrations\""), *end = strstr(plain, ",\"band\"");
     memmove(start + 1, end, strlen(end) + 1); /* nominal optics */
@@ -197,11 +197,4 @@ static void aberrations_lose_their_sign_without_struts(void **state) {
         assert_int_equal(shim_is_even(odd[i]), 0);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(step_and_covariance_are_those_of_the_whole_system),
-        cmocka_unit_test(derivatives_agree_with_differences_of_images),
-        cmocka_unit_test(aberrations_lose_their_sign_without_struts),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

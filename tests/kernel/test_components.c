@@ -169,7 +169,7 @@ static size_t prepare(int raw, size_t bin, long double *x, long double *informat
 }
 
 /* Scores on the eigenvectors of the covariance of the pixels. Residuals are float32: relative rounding error 6e-8. */
-static void components_match_the_covariance(void **state) {
+TEST_WITH(components_match_the_covariance, make_frames, NULL) {
     static long double x[FRAMES * PIXELS], covariance[PIXELS * PIXELS], vectors[PIXELS * PIXELS];
     enum { COUNT = 3 };
     for (int raw = 0; raw < 2; raw++)
@@ -214,7 +214,7 @@ static void components_match_the_covariance(void **state) {
 }
 
 /* 300 frames make one full and one partial block; 10 x 13 pixels make two full slabs and a partial one. */
-static void products_match_plain_loops_for_any_workers(void **state) {
+TEST(products_match_plain_loops_for_any_workers) {
     enum { N = 300, R = 10, C = 13, P = R * C };
     double *const frames = new_array(N * P), *const gram = new_array(N * N), *const same = new_array(N * N), bounds[2];
     double zero[P] = {0}, one[P];
@@ -247,7 +247,7 @@ static double soft(double value, double by) {
 }
 
 /* Frames s_i u with a single direction u: the atom is u, the codes are s_i after soft thresholding. */
-static void codes_of_one_direction_are_soft_thresholded(void **state) {
+TEST(codes_of_one_direction_are_soft_thresholded) {
     enum { N = 50, P = 20 };
     double s[N], gram[N * N], series[N], share, objective, squares = 0, expected = 0;
     size_t done;
@@ -272,7 +272,7 @@ static void codes_of_one_direction_are_soft_thresholded(void **state) {
 }
 
 /* The same algorithm with atoms as images: three rounds on frames of noise, with the same initial values. */
-static void dictionary_matches_pixelwise_learning(void **state) {
+TEST(dictionary_matches_pixelwise_learning) {
     enum { N = 30, P = 40, K = 3, ROUNDS = 3 };
     static double x[N][P], atom[K][P], code[N][K];
     double start[K * N], squares = 0, series[K * N], share[K], objective, energy[K] = {0};
@@ -359,7 +359,7 @@ static void dictionary_matches_pixelwise_learning(void **state) {
     }
 }
 
-static void equal_frames_have_series_of_zeros(void **state) {
+TEST_WITH(equal_frames_have_series_of_zeros, make_frames, NULL) {
     enum { COUNT = 2 };
     double gram[FRAMES * FRAMES], bounds[2], series[COUNT * FRAMES], share[COUNT], objective;
     size_t done;
@@ -381,7 +381,7 @@ static void equal_frames_have_series_of_zeros(void **state) {
 }
 
 /* Two orthogonal series of equal norm: the result is any basis of their plane, without components outside it. */
-static void equal_eigenvalues_share_their_plane(void **state) {
+TEST(equal_eigenvalues_share_their_plane) {
     enum { N = 40, COUNT = 3 };
     double gram[N * N], series[COUNT * N], share[COUNT];
     for (size_t i = 0; i < N * N; i++)
@@ -397,14 +397,4 @@ static void equal_eigenvalues_share_their_plane(void **state) {
     assert_true(share[2] == 0);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(components_match_the_covariance, make_frames),
-        cmocka_unit_test(products_match_plain_loops_for_any_workers),
-        cmocka_unit_test(codes_of_one_direction_are_soft_thresholded),
-        cmocka_unit_test(dictionary_matches_pixelwise_learning),
-        cmocka_unit_test_setup(equal_frames_have_series_of_zeros, make_frames),
-        cmocka_unit_test(equal_eigenvalues_share_their_plane),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -83,7 +83,7 @@ static long double slow_up(const size_t *s, const float *image, const float *ker
     return sum;
 }
 
-static void test_down(void **unused) {
+TEST(test_down) {
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape];
         float *image = random_floats(fine_size(s)), *kernel = random_floats(weights(s));
@@ -100,7 +100,7 @@ static void test_down(void **unused) {
     }
 }
 
-static void test_down_elu_is_elu_of_down(void **unused) {
+TEST(test_down_elu_is_elu_of_down) {
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape], size = coarse_size(s);
         float *image = random_floats(fine_size(s)), *kernel = random_floats(weights(s));
@@ -114,7 +114,7 @@ static void test_down_elu_is_elu_of_down(void **unused) {
     }
 }
 
-static void test_up(void **unused) {
+TEST(test_up) {
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape];
         float *image = random_floats(coarse_size(s)), *kernel = random_floats(weights(s));
@@ -147,7 +147,7 @@ static long double slow_gradient(const size_t *s, const float *fine, const float
     return change / 2;
 }
 
-static void test_weight_gradient(void **unused) {
+TEST(test_weight_gradient) {
     for (size_t shape = 0; shape < kShapes; shape++) {
         const size_t *s = kShape[shape];
         float *fine = random_floats(fine_size(s)), *coarse = random_floats(coarse_size(s));
@@ -163,7 +163,7 @@ static void test_weight_gradient(void **unused) {
 }
 
 /* Every sum is evaluated in the order of the definition, not of the vectors: AVX2 and AVX-512 agree to the bit. */
-static void test_same_bits_with_fused_multiply_add(void **unused) {
+TEST(test_same_bits_with_fused_multiply_add) {
     if (shim_isas() < 3)
         skip();
     for (size_t shape = 0; shape < kShapes; shape++) {
@@ -206,7 +206,7 @@ static long double slow_same(const size_t *s, const float *image, const float *k
     return sum;
 }
 
-static void test_same(void **unused) {
+TEST(test_same) {
     for (size_t shape = 0; shape < kSameShapes; shape++)
         for (int adjoint = 0; adjoint < 2; adjoint++) {
             const size_t *s = kSameShape[shape];
@@ -226,7 +226,7 @@ static void test_same(void **unused) {
 
 /* Against the convolution above. Of equal values, which a zero kernel produces everywhere, the first one is
  * selected. */
-static void test_maximum(void **unused) {
+TEST(test_maximum) {
     for (size_t shape = 0; shape < kPooled; shape++)
         for (int tie = 0; tie < 2; tie++) {
             const size_t *s = kSameShape[shape], pooled_size = s[ROWS] * s[COLS] * s[OUT] / 4;
@@ -256,7 +256,7 @@ static void test_maximum(void **unused) {
         }
 }
 
-static void test_same_gradient(void **unused) {
+TEST(test_same_gradient) {
     for (size_t shape = 0; shape < kSameShapes - 1; shape++) {
         const size_t *s = kSameShape[shape];
         float *in = random_floats(s[ROWS] * s[COLS] * s[IN]), *out = random_floats(s[ROWS] * s[COLS] * s[OUT]);
@@ -278,7 +278,7 @@ static void test_same_gradient(void **unused) {
 }
 
 /* Values return to the pixels they were taken from; all other pixels are 0. */
-static void test_unpool(void **unused) {
+TEST(test_unpool) {
     for (size_t shape = 0; shape < kPooled; shape++) {
         const size_t *s = kSameShape[shape], pooled_size = s[ROWS] * s[COLS] * s[OUT] / 4;
         float *pooled = random_floats(pooled_size), *all = malloc(4 * pooled_size * sizeof *all);
@@ -302,7 +302,7 @@ static void test_unpool(void **unused) {
 }
 
 /* The order of every sum is independent of the vector width. */
-static void test_same_bits_of_same(void **unused) {
+TEST(test_same_bits_of_same) {
     if (shim_isas() < 3)
         skip();
     for (size_t shape = 0; shape < kSameShapes; shape++) {
@@ -316,18 +316,4 @@ static void test_same_bits_of_same(void **unused) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_down),
-        cmocka_unit_test(test_down_elu_is_elu_of_down),
-        cmocka_unit_test(test_up),
-        cmocka_unit_test(test_weight_gradient),
-        cmocka_unit_test(test_same_bits_with_fused_multiply_add),
-        cmocka_unit_test(test_same),
-        cmocka_unit_test(test_maximum),
-        cmocka_unit_test(test_same_gradient),
-        cmocka_unit_test(test_unpool),
-        cmocka_unit_test(test_same_bits_of_same),
-    };
-    return cmocka_run_group_tests_name("conv", tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -36,7 +36,7 @@ static void warned(const char *names, const mixture *mixtures, const char *expec
     assert_string_equal(lines, expected);
 }
 
-static void independent_images(void **unused) {
+TEST(independent_images) {
     warned("", NULL, "");
     warned("a", (mixture[]){{{1}, 1e9}}, "");
     warned("abc", (mixture[]){{{1}, 1e9}, {{0.6, 0.8}, 1e-9}, {{0.3, -0.2, 0.9}, 7}}, "");
@@ -44,7 +44,7 @@ static void independent_images(void **unused) {
     warned("abc", (mixture[]){{{1}, 1}, {{0, 1}, 1}, {{0.6 * far, 0.8 * far, 0.0101}, 1}}, "");
 }
 
-static void dropped_images(void **unused) {
+TEST(dropped_images) {
     const mixture a = {{1}, 1e9}, b = {{0, 1}, 1e-9}, c = {{0.6, -0.8}, 3}, zeros = {{0}, 0};
     warned("ab", (mixture[]){a, {{1}, -2}}, "b is a combination of a (-1.00): it is dropped\n");
     warned("abc", (mixture[]){a, b, c}, "c is a combination of b (-0.80), a (0.60): it is dropped\n");
@@ -56,7 +56,7 @@ static void dropped_images(void **unused) {
 }
 
 /* The image that the others explain best is named, wherever it is in the list, and only it. */
-static void nearly_dependent_images(void **unused) {
+TEST(nearly_dependent_images) {
     const double near = sqrt(1 - 0.0099 * 0.0099);
     const mixture a = {{1}, 1e9}, b = {{0, 1}, 1e-9}, c = {{0.6 * near, -0.8 * near, 0.0099}, 3};
     const char *const expected = "c is nearly a combination of b (-0.80), a (0.60): 0.0099 of its norm remains\n";
@@ -71,7 +71,7 @@ static void nearly_dependent_images(void **unused) {
            "y is nearly a combination of a (1.00): 0.001 of its norm remains\n");
 }
 
-static void the_largest_parts(void **unused) {
+TEST(the_largest_parts) {
     const mixture e[] = {{{0.3, 0.5, 0.7, 0.4, 1e-3}, 1}, {{1}, 1}, {{0, 1}, 1}, {{0, 0, 1}, 1}, {{0, 0, 0, 1}, 1}};
     warned("xabcd", (mixture[]){e[1], e[2], e[3], e[4], e[0]}, /* of norm 0.995 */
            "d is nearly a combination of b (0.70), a (0.50), c (0.40), ...: 0.001 of its norm "
@@ -79,7 +79,7 @@ static void the_largest_parts(void **unused) {
 }
 
 /* As many as a scene may name, one of them the mean of the others and a remainder. */
-static void many_images(void **unused) {
+TEST(many_images) {
     const char names[] = "abcdefghijklmnopqrstuvwxyzABCDEF";
     memset(images, 0, sizeof images);
     for (int k = 1; k < kMost; k++) {
@@ -96,13 +96,4 @@ static void many_images(void **unused) {
     assert_ptr_equal(strchr(lines, '\n') + 1, lines + strlen(lines));
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(independent_images),
-        cmocka_unit_test(dropped_images),
-        cmocka_unit_test(nearly_dependent_images),
-        cmocka_unit_test(the_largest_parts),
-        cmocka_unit_test(many_images),
-    };
-    return cmocka_run_group_tests_name("dependence", tests, set_up, NULL);
-}
+RUN_TESTS(set_up, NULL)

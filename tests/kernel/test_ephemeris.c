@@ -3,7 +3,7 @@
 #include "ephemeris_files.h"
 
 /* Over three revolutions, from one to the other end of the table. */
-static void accuracy_against_the_orbit(void **state) {
+TEST(accuracy_against_the_orbit) {
     const struct {
         double step, middle_m_s, whole_m_s, position_m;
     } cases[] = {{60, 6e-8, 3e-6, 1e-2}, {120, 2e-5, 1e-3, 1}, {300, 0.03, 0.5, 400}};
@@ -33,7 +33,7 @@ static void accuracy_against_the_orbit(void **state) {
 }
 
 /* At the times of the states the numbers are those of the file. */
-static void states_are_exact(void **state) {
+TEST(states_are_exact) {
     for (double step = 30; step < 60; step += 0.7) {
         table_of(step, 20);
         assert_read();
@@ -48,7 +48,7 @@ static void states_are_exact(void **state) {
 }
 
 /* All time systems, month and day or day of the year, with Z or without it: the same bits. */
-static void time_systems(void **state) {
+TEST(time_systems) {
     const Message messages[] = {
         kPlain,
         {.system = "UTC", .ahead_ns = -37 * kNs, .end = ""},
@@ -76,7 +76,7 @@ static void time_systems(void **state) {
 }
 
 /* The same numbers in a table in km and in a message: the same bits. Columns in any order, one triple in m. */
-static void table_and_message(void **state) {
+TEST(table_and_message) {
     double message[6], table[6], mixed[6];
     put_message(&kPlain);
     assert_read();
@@ -109,7 +109,7 @@ static void table_and_message(void **state) {
 }
 
 /* The velocity changes by 5 m/s at the boundary, and is that of one segment on either side. */
-static void manoeuvre(void **state) {
+TEST(manoeuvre) {
     Message message = kPlain;
     message.kick_m_s = 5;
     put_message(&message);
@@ -136,7 +136,7 @@ static void assert_no_state(int64_t tai_ns, const char *expected) {
         fail_msg("message \"%s\" does not contain \"%s\"", shim_message(), expected);
 }
 
-static void times_without_a_state(void **state) {
+TEST(times_without_a_state) {
     put_message(&kPlain);
     assert_read();
     double found[6];
@@ -151,7 +151,7 @@ static void times_without_a_state(void **state) {
 }
 
 /* A table without an hour: states at its ends, a warning, and none in its middle. */
-static void gap_in_a_table(void **state) {
+TEST(gap_in_a_table) {
     length = 0;
     put("t_tai,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s\n");
     for (int i = 0; i < 200; i++) {
@@ -214,7 +214,7 @@ static void assert_passes(double period, double e, double step, int count) {
 }
 
 /* From low to eccentric and distant orbits, dense and with few states per revolution. */
-static void correct_tables_pass(void **state) {
+TEST(correct_tables_pass) {
     int count = 0;
     for (double period = 5700; period < 2.4e6; period *= 2.6)
         for (double e = 0; e < 0.95; e += 0.1) {
@@ -234,7 +234,7 @@ static void correct_tables_pass(void **state) {
 }
 
 /* Navigation solutions at 1 s, with 3 m and 20 mm/s of noise, pass; a velocity that is 2 m/s wrong does not. */
-static void noisy_states_pass(void **state) {
+TEST(noisy_states_pass) {
     static double states[7 * 1000];
     uint64_t seed = 1;
     for (int biased = 0; biased < 2; biased++) {
@@ -254,7 +254,7 @@ static void noisy_states_pass(void **state) {
 }
 
 /* Dates of messages against the calendar of the C library. */
-static void dates_of_messages(void **state) {
+TEST(dates_of_messages) {
     for (int64_t day = 0; day < 90000; day += 13) {
         const int64_t ns = day * 86400 * kNs + 12345 * kNs + 123456789;
         char found[64];
@@ -263,18 +263,4 @@ static void dates_of_messages(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(accuracy_against_the_orbit),
-        cmocka_unit_test(states_are_exact),
-        cmocka_unit_test(time_systems),
-        cmocka_unit_test(table_and_message),
-        cmocka_unit_test(manoeuvre),
-        cmocka_unit_test(times_without_a_state),
-        cmocka_unit_test(gap_in_a_table),
-        cmocka_unit_test(correct_tables_pass),
-        cmocka_unit_test(noisy_states_pass),
-        cmocka_unit_test(dates_of_messages),
-    };
-    return cmocka_run_group_tests(tests, make_file, remove_file);
-}
+RUN_TESTS(make_file, remove_file)

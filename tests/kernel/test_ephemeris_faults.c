@@ -58,7 +58,7 @@ static void heavy(double s[6], double t) {
 }
 
 /* promise: other-axes-are-refused */
-static void mislabelled_messages(void **state) {
+TEST(mislabelled_messages) {
     const struct {
         const char *what;
         void (*change)(double s[6], double t);
@@ -128,7 +128,7 @@ static void plain_table(void) {
     table_of(60, 10);
 }
 
-static void malformed_messages(void **state) {
+TEST(malformed_messages) {
     const Fault faults[] = {
         {1, "CCSDS_OEM_VERS = 4.0", 1, "CCSDS_OEM_VERS"},
         {1, "CCSDS_OEM_VERSION = 2.0", 1, "CCSDS_OEM_VERS"},
@@ -212,7 +212,7 @@ static void malformed_messages(void **state) {
     assert_faulty("seven states", 6, "7 states");
 }
 
-static void malformed_tables(void **state) {
+TEST(malformed_tables) {
     const Fault faults[] = {
         {1, "t_tai_ns,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m", 1, "\"vz_m\", did you mean z_m?"},
         {1, "t,x,y,z,vx,vy,vz", 1, "\"t\""},
@@ -246,11 +246,4 @@ static void malformed_tables(void **state) {
     assert_int_equal(shim_read_ephemeris(path), 4);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(mislabelled_messages),
-        cmocka_unit_test(malformed_messages),
-        cmocka_unit_test(malformed_tables),
-    };
-    return cmocka_run_group_tests(tests, make_file, remove_file);
-}
+RUN_TESTS(make_file, remove_file)

@@ -17,7 +17,7 @@ void shim_transform(int isa, const double *amplitude, const double *opd_m, size_
                     const double *tilt_x, const double *tilt_y, double slope_x, double slope_y, const double *mode,
                     double mode_scale, size_t rows, size_t cols, long double step, double weight, double *images);
 
-static void cis_is_exact_to_rounding(void **state) {
+TEST(cis_is_exact_to_rounding) {
     const double corners[] = {0, 0.125, -0.125, 0.25, -0.25, 0.375, -0.375, 0.5, -0.5, 1e-300};
     double worst = 0;
     uint64_t random = 1;
@@ -37,7 +37,7 @@ static void cis_is_exact_to_rounding(void **state) {
     }
 }
 
-static void reduction_is_exact(void **state) {
+TEST(reduction_is_exact) {
     uint64_t random = 2;
     for (int i = 0; i < 10000; i++) {
         const double x = 1e6 * uniform_signed(&random), reduced = shim_reduce(x);
@@ -45,7 +45,7 @@ static void reduction_is_exact(void **state) {
     }
 }
 
-static void black_bodies_match_planck(void **state) {
+TEST(black_bodies_match_planck) {
     for (double nm = 400; nm < 900; nm += 37)
         for (double kelvin = 500; kelvin < 30000; kelvin *= 1.9) {
             const long double um = nm * 1e-9 * 1e6;
@@ -56,7 +56,7 @@ static void black_bodies_match_planck(void **state) {
 }
 
 /* Phases of tens of thousands of cycles keep their precision. */
-static void operands_are_exact(void **state) {
+TEST(operands_are_exact) {
     double cosine[50 * 40], sine[50 * 40];
     const long double step = 97.123456789123456789L;
     for (int isa = 0; isa < shim_isas(); isa++) {
@@ -141,7 +141,7 @@ static pupil partly_closed(pupil p, int n) {
 }
 
 /* All combinations of even and odd numbers of rows and columns. */
-static void transforms_match_their_sums(void **state) {
+TEST(transforms_match_their_sums) {
     const pupil open = random_pupil();
     for (int isa = 0; isa < shim_isas(); isa++)
         for (int n = 1; n <= N; n++) {
@@ -153,7 +153,7 @@ static void transforms_match_their_sums(void **state) {
 }
 
 /* Only +, - and * are used: every instruction set gives the same bits. */
-static void instruction_sets_agree(void **state) {
+TEST(instruction_sets_agree) {
     const pupil p = random_pupil();
     double first[3 * PIXELS * PIXELS] = {0};
     shim_transform(0, p.amplitude, p.opd, N, 2e6, p.tilt_x, p.tilt_y, 0.3, -0.2, p.mode, 1.5, PIXELS, PIXELS, 0.0313L,
@@ -166,11 +166,4 @@ static void instruction_sets_agree(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cis_is_exact_to_rounding),    cmocka_unit_test(reduction_is_exact),
-        cmocka_unit_test(black_bodies_match_planck),   cmocka_unit_test(operands_are_exact),
-        cmocka_unit_test(transforms_match_their_sums), cmocka_unit_test(instruction_sets_agree),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -48,7 +48,7 @@ static int nearest(const format *f, long double size) {
     return below < above || (below == above && low % 2 == 0) ? low : high;
 }
 
-static void test_every_number(void **unused) {
+TEST(test_every_number) {
     for (int sign = 0; sign < 2; sign++) {
         for (int i = 0; i < bf16.count; i++) {
             const uint16_t bits = (uint16_t)(sign << 15 | i);
@@ -75,7 +75,7 @@ static void check(double value) {
 }
 
 /* Midpoints between neighbours and the doubles next to them, for every pair and both signs. */
-static void test_ties(void **unused) {
+TEST(test_ties) {
     const format *const both[] = {&bf16, &fp16};
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < both[k]->count; i++) {
@@ -95,7 +95,7 @@ static void test_ties(void **unused) {
     check(DBL_MIN);
 }
 
-static void test_subnormal_float32_is_zero(void **unused) {
+TEST(test_subnormal_float32_is_zero) {
     const double least = FLT_MIN;
     assert_true(shim_to_float32(least) == FLT_MIN && shim_to_float32(-least) == -FLT_MIN);
     assert_true(shim_to_float32(least * (1 - 0x1p-30)) == FLT_MIN); /* rounds up to it */
@@ -105,11 +105,4 @@ static void test_subnormal_float32_is_zero(void **unused) {
     assert_true(shim_to_float32(0.1) == 0.1f && shim_to_float32(-1e30) == -1e30f);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_number),
-        cmocka_unit_test(test_ties),
-        cmocka_unit_test(test_subnormal_float32_is_zero),
-    };
-    return cmocka_run_group_tests_name("narrow", tests, fill_tables, NULL);
-}
+RUN_TESTS(fill_tables, NULL)

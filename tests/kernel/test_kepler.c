@@ -56,7 +56,7 @@ static const double kEccentricities[] = {0,   1e-300, 1e-9,   0.0167,   0.2,    
 enum { ECCENTRICITIES = sizeof kEccentricities / sizeof *kEccentricities };
 
 /* Every decade of the mean anomaly from the smallest normal double to pi, and uniformly over one revolution. */
-static void within_a_revolution(void **state) {
+TEST(within_a_revolution) {
     uint64_t random = 1;
     double worst = 0;
     for (int i = 0; i < ECCENTRICITIES; i++) {
@@ -77,7 +77,7 @@ static void within_a_revolution(void **state) {
 }
 
 /* Many revolutions, of either sign. */
-static void many_revolutions(void **state) {
+TEST(many_revolutions) {
     uint64_t random = 2;
     double worst = 0;
     for (int i = 0; i < ECCENTRICITIES; i++)
@@ -93,7 +93,7 @@ static void many_revolutions(void **state) {
     assert_at_most(worst, 4);
 }
 
-static void limits(void **state) {
+TEST(limits) {
     for (int i = 0; i < ECCENTRICITIES; i++) {
         const double e = kEccentricities[i];
         assert_close(shim_kepler(0, e), 0, 0, 0);
@@ -150,7 +150,7 @@ static double row_error_at(int velocity, double frequency, double anomaly, doubl
 static const double kModerate[] = {0, 1e-9, 0.01, 0.3, 0.5, 0.50001, 0.7, 0.9, 0.95, 0.9511, 0.97, 0.991};
 enum { MODERATE = sizeof kModerate / sizeof *kModerate };
 
-static void rows_are_exact(void **state) {
+TEST(rows_are_exact) {
     set_times();
     double worst_position = 0, worst_velocity = 0;
     for (int i = 0; i < MODERATE; i++)
@@ -165,7 +165,7 @@ static void rows_are_exact(void **state) {
 }
 
 /* Sums of products, of which the rows cancel. */
-static void products(void **state) {
+TEST(products) {
     assert_int_equal(ROWS % shim_kepler_lanes(), 0);
     enum { COUNT = 5 };
     static double rows[COUNT * ROWS], a[ROWS], b[ROWS];
@@ -189,7 +189,7 @@ static void products(void **state) {
     }
 }
 
-static void same_bits(void **state) {
+TEST(same_bits) {
     set_times();
     static double other_x[SAMPLES], other_y[SAMPLES];
     for (int isa = 1; isa < shim_isas(); isa++)
@@ -206,10 +206,4 @@ static void same_bits(void **state) {
             }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(within_a_revolution), cmocka_unit_test(many_revolutions), cmocka_unit_test(limits),
-        cmocka_unit_test(rows_are_exact),      cmocka_unit_test(products),         cmocka_unit_test(same_bits),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -47,7 +47,7 @@ static double slow_height(const double *from, int cell, double smoothing) {
     return sum / norm;
 }
 
-static void covered_fractions(void **state) {
+TEST_WITH(covered_fractions, set_up, NULL) {
     const double smoothing = 1.1, slope = 7;
     const double rms = shim_level_set(POINTS, smoothing, FINE, COARSE, NONE, slope, open_cells, heights, weights,
                                       covered, gradient, cells);
@@ -78,7 +78,7 @@ static double weighted(int symmetry, double by, int point, double slope) {
     return sum;
 }
 
-static void gradient_by_heights(void **state) {
+TEST_WITH(gradient_by_heights, set_up, NULL) {
     for (int symmetry = NONE; symmetry <= ODD; symmetry++)
         for (int slope = 3; slope <= 40; slope += 37) {
             shim_level_set(POINTS, 1, FINE, COARSE, symmetry, slope, open_cells, heights, weights, covered, gradient,
@@ -94,7 +94,7 @@ static void gradient_by_heights(void **state) {
 }
 
 /* A mask turned by 180 degrees is itself, or its complement. */
-static void symmetry(void **state) {
+TEST_WITH(symmetry, set_up, NULL) {
     for (int kind = EVEN; kind <= ODD; kind++) {
         shim_level_set(POINTS, 1, FINE, COARSE, kind, 5, open_cells, heights, weights, covered, gradient, cells);
         for (int i = 0; i < FINE * FINE; i++)
@@ -117,7 +117,7 @@ static int is_large(const unsigned char *mask, const double *open, int side, int
     return 0;
 }
 
-static void small_features(void **state) {
+TEST_WITH(small_features, set_up, NULL) {
     for (int side = 1; side <= 3; side++) {
         double open[N * N], count = 0, small = 0;
         unsigned char mask[N * N], before[N * N];
@@ -143,7 +143,7 @@ static void small_features(void **state) {
 }
 
 /* A bridge of one cell, which would be small with either kind, becomes wider. */
-static void bridges(void **state) {
+TEST(bridges) {
     static const char *const kBridge[] = {"1111111", "0111111", "0001111", "0001000", "0111000", "1111000", "1111100"};
     double open[N * N];
     unsigned char mask[N * N], before[N * N];
@@ -161,13 +161,4 @@ static void bridges(void **state) {
     assert_in_range(changed, 1, 3);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(covered_fractions, set_up),
-        cmocka_unit_test_setup(gradient_by_heights, set_up),
-        cmocka_unit_test_setup(symmetry, set_up),
-        cmocka_unit_test_setup(small_features, set_up),
-        cmocka_unit_test(bridges),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

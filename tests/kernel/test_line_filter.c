@@ -48,7 +48,7 @@ static void check(double cutoff, double sigma, size_t m, int integrated, double 
             cutoff, sigma, m, integrated, accuracy, count, worst, error, size, least);
 }
 
-static void any_width(void **unused) {
+TEST(any_width) {
     static const double cutoffs[] = {0.02, 0.1, 0.214, 0.3, 0.4}, accuracies[] = {1e-3, 1e-6, 1e-9, 1e-11},
                         sigmas[] = {0, 0.1, 0.5, 1, 1.39, 1.41, 1.7, 2, 2.4, 3, 4.5, 7, 10, 20, 50};
     for (size_t c = 0; c < sizeof cutoffs / sizeof *cutoffs; c++)
@@ -58,7 +58,7 @@ static void any_width(void **unused) {
                     check(cutoffs[c], sigmas[s], 0, integrated, accuracies[a]);
 }
 
-static void terms_of_a_covariance(void **unused) {
+TEST(terms_of_a_covariance) {
     static const double sigmas[] = {0.3, 1, 2, 5, 20};
     static const size_t orders[] = {1, 2, 3, 4, 7, 20, 61};
     for (size_t s = 0; s < sizeof sigmas / sizeof *sigmas; s++)
@@ -67,10 +67,4 @@ static void terms_of_a_covariance(void **unused) {
                 check(0.3, sigmas[s], orders[m], integrated, 1e-9);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_width),
-        cmocka_unit_test(terms_of_a_covariance),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -87,7 +87,7 @@ static void *make_case(unsigned workers) {
 }
 
 /* Unknowns of one wave have the spectrum's amplitude at its frequency; of white noise, the map has the variance. */
-static void prior_filters(void **state) {
+TEST(prior_filters) {
     enum { SIZE = 24 };
     static double unknown[SIZE * SIZE], map[SIZE * SIZE], back[SIZE * SIZE], filtered[SIZE * SIZE];
     double *const out[] = {map, back, filtered};
@@ -118,7 +118,7 @@ static void prior_filters(void **state) {
         }
 }
 
-static void derivatives_predict_frames(void **state) {
+TEST(derivatives_predict_frames) {
     static double images[FRAMES][PIXELS], at[4][PIXELS];
     void *const made = make_case(1);
     shim_map_derivative(made, opd[0], images[0]);
@@ -138,7 +138,7 @@ static void derivatives_predict_frames(void **state) {
     shim_map_destroy(made);
 }
 
-static void adjoint_transposes(void **state) {
+TEST(adjoint_transposes) {
     static double images[2][FRAMES * PIXELS], products[2][CELLS], frame[PIXELS];
     void *const made = make_case(2);
     double numbers[3];
@@ -169,7 +169,7 @@ static void adjoint_transposes(void **state) {
 }
 
 /* Without noise, a map of 1 nm is found by its effect on the separations: from a fit of Zernike polynomials. */
-static void fit_finds_the_map(void **state) {
+TEST(fit_finds_the_map) {
     static double map[CELLS];
     double errors[STEPS + 1][FRAMES], numbers[STEPS][4], rms[STEPS + 1];
     void *const made = make_case(2);
@@ -221,7 +221,7 @@ static double odd_error(const double *map, const double *amplitude, double *size
 
 /* A step from the true parameters finds most of the odd part of the map; threads change no bit of it, and two windows
  * little. */
-static void step_finds_the_odd_part(void **state) {
+TEST(step_finds_the_odd_part) {
     static double maps[3][CELLS], amplitude[CELLS];
     double numbers[3][3];
     for (int run = 0; run < 3; run++) {
@@ -239,7 +239,7 @@ static void step_finds_the_odd_part(void **state) {
 }
 
 /* Parameters other than the map: the solver of the conjugate gradients against the steps without map. */
-static void solver_agrees_with_steps(void **state) {
+TEST(solver_agrees_with_steps) {
     void *const made = make_case(1);
     const double difference = shim_map_solver(made, random_number);
     print_message("solver: difference %.2g\n", difference);
@@ -247,11 +247,4 @@ static void solver_agrees_with_steps(void **state) {
     shim_map_destroy(made);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(prior_filters),           cmocka_unit_test(derivatives_predict_frames),
-        cmocka_unit_test(adjoint_transposes),      cmocka_unit_test(solver_agrees_with_steps),
-        cmocka_unit_test(step_finds_the_odd_part), cmocka_unit_test(fit_finds_the_map),
-    };
-    return cmocka_run_group_tests_name("map", tests, set_up, NULL);
-}
+RUN_TESTS(set_up, NULL)

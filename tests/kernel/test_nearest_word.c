@@ -17,7 +17,7 @@ static size_t distance(const char *a, const char *b) {
     return 1 + (replaced < least ? replaced : least);
 }
 
-static void distances_of_short_words(void **state) {
+TEST(distances_of_short_words) {
     enum { LETTERS = 3, LENGTH = 6, WORDS = 729 };
     char a[LENGTH + 1] = "", b[LENGTH + 1] = "", nearest[LENGTH + 1];
     int near = 0;
@@ -45,7 +45,7 @@ static void assert_nearest(const char *word, const char *expected) {
     assert_string_equal(nearest, expected);
 }
 
-static void limits(void **state) {
+TEST(limits) {
     assert_nearest("full_well_a", "full_well_e");    /* 1 edit, and 2 from full_well */
     assert_nearest("full_well_", "full_well_e");     /* 1 edit from both: the first */
     assert_nearest("gain_dn", "");                   /* 6 edits */
@@ -62,10 +62,4 @@ static void limits(void **state) {
     assert_nearest(word, "");
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(distances_of_short_words),
-        cmocka_unit_test(limits),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -11,7 +11,7 @@
 void shim_adam(size_t step, double rate, const float *gradient, size_t count, float *mean, float *square,
                float *weights);
 
-static void test_follows_the_paper(void **unused) {
+TEST(test_follows_the_paper) {
     enum { kNumbers = 37, kSteps = 50 };
     float gradient[kNumbers], mean[kNumbers] = {0}, square[kNumbers] = {0}, weights[kNumbers] = {0};
     long double m[kNumbers] = {0}, v[kNumbers] = {0}, w[kNumbers] = {0};
@@ -48,7 +48,7 @@ static float *arguments(void) {
     return values;
 }
 
-static void test_relative_error(void **unused) {
+TEST(test_relative_error) {
     for (int isa = 0; isa < shim_isas(); isa++) {
         float *in = arguments(), *out = arguments();
         shim_elu(isa, out, kCount);
@@ -62,7 +62,7 @@ static void test_relative_error(void **unused) {
 
 /* The bits of a value must depend neither on its neighbours, which determine how a block is computed, nor on the vector
  * width, although multiplications and additions are fused. */
-static void test_same_bits(void **unused) {
+TEST(test_same_bits) {
     float *fused = NULL;
     for (int isa = 0; isa < shim_isas(); isa++) {
         float *together = arguments();
@@ -125,7 +125,7 @@ static void orthonormalise(int n, int count) {
     }
 }
 
-static void test_against_gram_schmidt(void **unused) {
+TEST(test_against_gram_schmidt) {
     const int shapes[][2] = {{1, 1}, {9, 8}, {72, 16}, {5, 16}, {21, 13}, {288, 64}, {256, 64}};
     static float first[kMostSamples * kMostVectors];
     for (size_t s = 0; s < sizeof shapes / sizeof *shapes; s++)
@@ -147,7 +147,7 @@ static void test_against_gram_schmidt(void **unused) {
         }
 }
 
-static void test_zeros_stay(void **unused) {
+TEST(test_zeros_stay) {
     enum { kSamples = 9, kVectors = 8 };
     for (int i = 0; i < kSamples * kVectors; i++)
         samples[i] = 0;
@@ -190,7 +190,7 @@ static void fill(double *a, double *b, double difference) {
     }
 }
 
-static void test_follows_the_definition(void **unused) {
+TEST(test_follows_the_definition) {
     static double a[kRows * kCols], b[kRows * kCols];
     const double differences[] = {0.5, 1e-2, 1e-5};
     for (int k = 0; k < 3; k++) {
@@ -204,21 +204,10 @@ static void test_follows_the_definition(void **unused) {
     }
 }
 
-static void test_equal_images_give_one(void **unused) {
+TEST(test_equal_images_give_one) {
     static double a[kRows * kCols], b[kRows * kCols];
     fill(a, b, 0);
     assert_close(shim_ssim(a, b, kRows, kCols), 1, 0, 1e-15);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_follows_the_paper),
-        cmocka_unit_test(test_relative_error),
-        cmocka_unit_test(test_same_bits),
-        cmocka_unit_test(test_against_gram_schmidt),
-        cmocka_unit_test(test_zeros_stay),
-        cmocka_unit_test(test_follows_the_definition),
-        cmocka_unit_test(test_equal_images_give_one),
-    };
-    return cmocka_run_group_tests_name("network", tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

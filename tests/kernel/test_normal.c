@@ -31,7 +31,7 @@ static void make_row(uint64_t seed) {
     }
 }
 
-static void weights_are_inverse_variances(void **state) {
+TEST(weights_are_inverse_variances) {
     for (int isa = 0; isa < shim_isas(); isa++)
         for (int blended = 0; blended < 2; blended++) {
             make_row(3);
@@ -61,7 +61,7 @@ static void weights_are_inverse_variances(void **state) {
         }
 }
 
-static void counts_that_are_not_finite_are_reported(void **state) {
+TEST(counts_that_are_not_finite_are_reported) {
     const double bad[] = {NAN, INFINITY, -INFINITY};
     size_t used = 0, saturated = 0;
     for (int isa = 0; isa < shim_isas(); isa++)
@@ -90,7 +90,7 @@ static void make_lines(uint64_t seed) {
         weight[i] = fabs(uniform_signed(&seed));
 }
 
-static void sums_are_inner_products(void **state) {
+TEST(sums_are_inner_products) {
     static double sums[3][LINES * LINES * LANES];
     make_lines(8);
     for (size_t s = 0; s < SIZES; s++)
@@ -116,7 +116,7 @@ static void sums_are_inner_products(void **state) {
 }
 
 /* Against the definition with the counts: (electrons - response predicted - dark)/sigma. */
-static void whitened_residuals_are_in_standard_deviations(void **state) {
+TEST(whitened_residuals_are_in_standard_deviations) {
     static double predicted[N], image[N], root[N];
     for (int isa = 0; isa < shim_isas(); isa++) {
         make_row(5);
@@ -140,7 +140,7 @@ static void whitened_residuals_are_in_standard_deviations(void **state) {
 }
 
 /* Of a filter with all lines and with itself, without the pixels of weight 0. */
-static void correlations_are_inner_products(void **state) {
+TEST(correlations_are_inner_products) {
     static double filter[N], sums[3][(LINES + 1) * LANES];
     make_lines(9);
     uint64_t seed = 10;
@@ -171,10 +171,4 @@ static void correlations_are_inner_products(void **state) {
         }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(weights_are_inverse_variances), cmocka_unit_test(counts_that_are_not_finite_are_reported),
-        cmocka_unit_test(sums_are_inner_products), cmocka_unit_test(whitened_residuals_are_in_standard_deviations),
-        cmocka_unit_test(correlations_are_inner_products)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

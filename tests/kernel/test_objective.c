@@ -71,7 +71,7 @@ static int set_up(void **unused) {
     return 0;
 }
 
-static void gradient_of_the_loss(void **state) {
+TEST_WITH(gradient_of_the_loss, set_up, NULL) {
     const struct {
         const char *cadence, *detector;
         int count;
@@ -93,7 +93,7 @@ static void gradient_of_the_loss(void **state) {
 }
 
 /* The bound of the scene's own mask is that of the simulator. */
-static void bound_of_the_scene(void **state) {
+TEST(bound_of_the_scene) {
     const char *cadences[] = {kExposure, kPeak};
     for (size_t c = 0; c < 2; c++) {
         double bounds[2], light[2];
@@ -103,10 +103,4 @@ static void bound_of_the_scene(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(gradient_of_the_loss, set_up),
-        cmocka_unit_test(bound_of_the_scene),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -4,7 +4,7 @@
 void shim_alpha_cen(double date, double *separation_arcsec, double *position_angle_deg);
 
 /* The ephemeris of the mission, to the last printed digit. */
-static void ephemeris_of_the_mission(void **state) {
+TEST(ephemeris_of_the_mission) {
     const struct {
         double date, separation, angle;
     } cases[] = {{2026.0, 9.29, 12.1}, {2027.0, 9.76, 14.5}, {2028.0, 10.12, 16.7}, {2029.5, 10.36, 19.9}};
@@ -19,7 +19,7 @@ static void ephemeris_of_the_mission(void **state) {
 
 /* Predictions by Sky & Telescope (2005) from the orbit of Pourbaix: 10.0 arcsec in October 2005, a minimum of 4.0 in
  * late 2015, a maximum of 10.4 in mid-2029, a minimum of 1.7 in November 2037. */
-static void extremes_of_the_separation(void **state) {
+TEST(extremes_of_the_separation) {
     double first, middle, last, angle, found[3];
     int count = 0;
     shim_alpha_cen(2005.8, &first, &angle);
@@ -42,10 +42,4 @@ static void extremes_of_the_separation(void **state) {
     assert_int_equal(count, 3);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(ephemeris_of_the_mission),
-        cmocka_unit_test(extremes_of_the_separation),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -41,7 +41,7 @@ static double *mixed_means(size_t count) {
 
 /* ---- Generator and elementary functions */
 
-static void words_match_philox(void **state) {
+TEST(words_match_philox) {
     uint64_t seed = 4;
     for (size_t i = 0; i < 1000; i++) {
         uint32_t part[6], expected[4];
@@ -56,14 +56,14 @@ static void words_match_philox(void **state) {
     }
 }
 
-static void unit_numbers_are_centres_of_cells(void **state) {
+TEST(unit_numbers_are_centres_of_cells) {
     assert_true(shim_unit(0) == 0x1p-53);
     assert_true(shim_unit(UINT64_MAX) == 1 - 0x1p-53);
     assert_true(shim_unit(UINT64_C(1) << 63) == 0.5 + 0x1p-53);
     assert_true(shim_unit(0xfff) == 0x1p-53);
 }
 
-static void functions_agree_with_extended_precision(void **state) {
+TEST(functions_agree_with_extended_precision) {
     uint64_t seed = 8;
     assert_true(shim_exp(0) == 1 && shim_log(1) == 0);
     for (size_t i = 0; i < 200000; i++) {
@@ -100,7 +100,7 @@ static long double exact_log_probability(double count, double mean) {
     return k * log_excess(relative) - 0.5L * logl(2 * M_PIl * k) - rest;
 }
 
-static void log_probability_keeps_its_digits(void **state) {
+TEST(log_probability_keeps_its_digits) {
     uint64_t seed = 6;
     for (double count = 1; count <= 60; count++)
         for (double mean = 10; mean < 60; mean += 1.7)
@@ -115,7 +115,7 @@ static void log_probability_keeps_its_digits(void **state) {
 /* ---- Exactness of the rejection */
 
 /* The acceptance probability must be at most 1, and the squeeze must lie below it, for every u and mean. */
-static void hat_dominates_and_squeeze_stays_below(void **state) {
+TEST(hat_dominates_and_squeeze_stays_below) {
     const double means[] = {10,   10.25, 10.5, 11,    12.3, 13.7, 15,  17.9, 20.7, 25,   30,  40.4,
                             50.2, 70,    100,  300.5, 1000, 1e4,  1e5, 1e6,  1e8,  1e10, 1e12};
     enum { steps = 60000 };
@@ -140,7 +140,7 @@ static void hat_dominates_and_squeeze_stays_below(void **state) {
 }
 
 /* The density of the proposals must be as given by `scale`: 1 / (d count / d u), up to the height of the hat. */
-static void scale_is_the_slope_of_the_transformation(void **state) {
+TEST(scale_is_the_slope_of_the_transformation) {
     const double mean = 1e12, height = 1.042 + (1.14 + 1.6e-6) * 1e-6;
     for (double u = -0.49; u < 0.4901; u += 0.01) {
         const double h = 1e-3 * (0.5 - fabs(u));
@@ -201,7 +201,7 @@ static void assert_moments(const double *counts, size_t total, double mean) {
     assert_close(odd / n, -0.5 * expm1(-2 * mean), 0, 4 * sqrt(0.25 / n));
 }
 
-static void counts_follow_the_distribution(void **state) {
+TEST(counts_follow_the_distribution) {
     const double means[] = {0.01, 0.1, 3, 9.99, 10, 10.7, 30, 1e3, 1e6, 1e9};
     const size_t total = PIXELS * FRAMES;
     const int host = shim_isas() - 1;
@@ -221,7 +221,7 @@ static void counts_follow_the_distribution(void **state) {
 }
 
 /* For means below 10 a count is the inverse of the distribution function at the pixel's first uniform number. */
-static void small_means_are_inverted_exactly(void **state) {
+TEST(small_means_are_inverted_exactly) {
     enum { count = 100000 };
     double *mean = numbers(count), *counts = numbers(count);
     uint64_t seed = 13;
@@ -246,7 +246,7 @@ static void small_means_are_inverted_exactly(void **state) {
     free(counts);
 }
 
-static void limits_of_the_range_work(void **state) {
+TEST(limits_of_the_range_work) {
     enum { count = 20000 };
     double *mean = numbers(count), *counts = numbers(count);
     for (size_t i = 0; i < count; i++)
@@ -267,7 +267,7 @@ static void limits_of_the_range_work(void **state) {
     free(counts);
 }
 
-static void normals_are_box_muller_transforms(void **state) {
+TEST(normals_are_box_muller_transforms) {
     enum { count = 100000 };
     double *normals = numbers(count);
     shim_gaussian(shim_isas() - 1, count, 7, 5, 6, 1, normals);
@@ -282,7 +282,7 @@ static void normals_are_box_muller_transforms(void **state) {
 
 /* ---- Bits */
 
-static void every_instruction_set_gives_the_same_bits(void **state) {
+TEST(every_instruction_set_gives_the_same_bits) {
     enum { count = 200003 };
     double *mean = mixed_means(count), *expected = numbers(count), *counts = numbers(count);
     for (int isa = 1; isa < shim_isas(); isa++)
@@ -299,7 +299,7 @@ static void every_instruction_set_gives_the_same_bits(void **state) {
     free(counts);
 }
 
-static void pieces_equal_the_whole(void **state) {
+TEST(pieces_equal_the_whole) {
     enum { count = 10000 };
     double *mean = mixed_means(count), *whole = numbers(2 * count), *pieces = numbers(2 * count);
     const size_t lengths[] = {1, 2, 7, 8, 1023, 1024, 1025, 64, 3000, 5};
@@ -322,7 +322,7 @@ static void pieces_equal_the_whole(void **state) {
 /* ---- Scalar random numbers */
 
 /* Test vectors published with the generator (Random123, kat_vectors, philox4x32 10). */
-static void philox_gives_the_published_words(void **state) {
+TEST(philox_gives_the_published_words) {
     static const uint32_t known[3][10] = {
         {0, 0, 0, 0, 0, 0, 0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8},
         {0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff, 0x408f276d, 0x41c83b0e, 0xa20bc7c6,
@@ -337,7 +337,7 @@ static void philox_gives_the_published_words(void **state) {
     }
 }
 
-static void sequence_counts_blocks_of_its_stream(void **state) {
+TEST(sequence_counts_blocks_of_its_stream) {
     const uint64_t seed = 0x0123456789abcdef;
     const uint32_t stream = 2, key[2] = {0x89abcdef, 0x01234567};
     uint64_t bits[10];
@@ -351,7 +351,7 @@ static void sequence_counts_blocks_of_its_stream(void **state) {
     }
 }
 
-static void uniforms_stay_inside_and_are_even(void **state) {
+TEST(uniforms_stay_inside_and_are_even) {
     enum { count = 1000000 };
     double *uniforms = numbers(count);
     shim_uniforms(11, 0, count, uniforms);
@@ -368,7 +368,7 @@ static void uniforms_stay_inside_and_are_even(void **state) {
     free(uniforms);
 }
 
-static void normals_have_the_moments_and_tails(void **state) {
+TEST(normals_have_the_moments_and_tails) {
     enum { count = 1000000 };
     double *normals = numbers(count);
     shim_normals(7, 2, count, normals);
@@ -390,7 +390,7 @@ static void normals_have_the_moments_and_tails(void **state) {
     free(normals);
 }
 
-static void sequences_differ_by_seed_and_stream(void **state) {
+TEST(sequences_differ_by_seed_and_stream) {
     uint64_t base[64], other[64];
     const uint64_t seeds[] = {2, 1 + (UINT64_C(1) << 32), 1};
     const uint32_t streams[] = {0, 0, 1};
@@ -404,25 +404,4 @@ static void sequences_differ_by_seed_and_stream(void **state) {
     assert_memory_equal(base, other, sizeof base);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(words_match_philox),
-        cmocka_unit_test(unit_numbers_are_centres_of_cells),
-        cmocka_unit_test(functions_agree_with_extended_precision),
-        cmocka_unit_test(log_probability_keeps_its_digits),
-        cmocka_unit_test(hat_dominates_and_squeeze_stays_below),
-        cmocka_unit_test(scale_is_the_slope_of_the_transformation),
-        cmocka_unit_test(counts_follow_the_distribution),
-        cmocka_unit_test(small_means_are_inverted_exactly),
-        cmocka_unit_test(limits_of_the_range_work),
-        cmocka_unit_test(normals_are_box_muller_transforms),
-        cmocka_unit_test(every_instruction_set_gives_the_same_bits),
-        cmocka_unit_test(pieces_equal_the_whole),
-        cmocka_unit_test(philox_gives_the_published_words),
-        cmocka_unit_test(sequence_counts_blocks_of_its_stream),
-        cmocka_unit_test(uniforms_stay_inside_and_are_even),
-        cmocka_unit_test(normals_have_the_moments_and_tails),
-        cmocka_unit_test(sequences_differ_by_seed_and_stream),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

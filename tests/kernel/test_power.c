@@ -128,25 +128,25 @@ static void check(double samples, double mean, double sigma) {
     check_kind(1, samples, mean, sigma);
 }
 
-static void test_latents(void **unused) {
+TEST(test_latents) {
     check(1095, 0, 1e-3);
     check(1095, 7.9e-3, 1e-3);
     check(5, 0.1, 0.2);
     check(1e6, 3e-4, 1e-2);
 }
 
-static void test_many_samples(void **unused) {
+TEST(test_many_samples) {
     check(0x1p31, 0.4, 0.2);
 }
 
-static void test_mean_far_off(void **unused) {
+TEST(test_mean_far_off) {
     check(300, 0.9, 3e-5);
     check(1e6, -0.7, 3e-5);
     check(0x1p31, 0.3, 1e-5);
     check(1e6, 0.1, 0.01);
 }
 
-static void test_values_far_below_their_bound(void **unused) {
+TEST(test_values_far_below_their_bound) {
     check(200, 1e-16, 1e-15);
     check(200, 1e-12, 1e-15);
     check(0x1p22, 1e-12, 1e-13);
@@ -154,7 +154,7 @@ static void test_values_far_below_their_bound(void **unused) {
     check(1e6, 1e-12, 1e-12);
 }
 
-static void test_any_reaches(void **unused) {
+TEST(test_any_reaches) {
     enum { MOST = 37 };
     for (int isa = 0; isa < shim_isas(); isa++)
         for (size_t n = 0; n <= MOST; n++) {
@@ -254,7 +254,7 @@ static __float128 exact_row_power(int k) {
     return (yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / ((cc * ss - cs * cs) * row_spread);
 }
 
-static void test_power_with_functions(void **unused) {
+TEST(test_power_with_functions) {
     prepare();
     double plain[FUNCTIONS][FUNCTIONS], y[FUNCTIONS], sums[3] = {(double)row_weight, 0, (double)row_spread};
     const int64_t *rows[ROW_SUMS], *upper[ROW_SUMS];
@@ -291,11 +291,4 @@ static void test_power_with_functions(void **unused) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_latents),      cmocka_unit_test(test_many_samples),
-        cmocka_unit_test(test_mean_far_off), cmocka_unit_test(test_values_far_below_their_bound),
-        cmocka_unit_test(test_any_reaches),  cmocka_unit_test(test_power_with_functions),
-    };
-    return cmocka_run_group_tests_name("power", tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -39,7 +39,7 @@ static void make_ill_conditioned(double spread, uint64_t seed, double *a, double
     }
 }
 
-static void dot_has_twice_the_precision(void **state) {
+TEST(dot_has_twice_the_precision) {
     static double a[N], b[N];
     int plain_fails = 0;
     for (int step = 0; step <= 5; step++) {
@@ -57,7 +57,7 @@ static void dot_has_twice_the_precision(void **state) {
 }
 
 /* Any length, in one call or two; the same bits on every instruction set. */
-static void dots_of_differences(void **state) {
+TEST(dots_of_differences) {
     static double a[N], b[N], reference[N], residual[N];
     uint64_t seed = 31;
     for (size_t i = 0; i < N; i++) {
@@ -89,7 +89,7 @@ static void dots_of_differences(void **state) {
 }
 
 /* The bits of a plain loop, of any length, also in place. */
-static void whiten_divides_by_the_deviation(void **state) {
+TEST(whiten_divides_by_the_deviation) {
     enum { MOST = 67 };
     double image[MOST], variance[MOST], expected[MOST], out[MOST];
     uint64_t seed = 41;
@@ -117,7 +117,7 @@ static void fill_nearly_parallel(double *vectors, size_t count) {
     }
 }
 
-static void basis_is_orthonormal_for_nearly_parallel_vectors(void **state) {
+TEST(basis_is_orthonormal_for_nearly_parallel_vectors) {
     static double vectors[4 * N], original[4 * N];
     fill_nearly_parallel(vectors, 4);
     memcpy(original, vectors, sizeof vectors);
@@ -132,7 +132,7 @@ static void basis_is_orthonormal_for_nearly_parallel_vectors(void **state) {
     }
 }
 
-static void dependent_vectors_are_dropped(void **state) {
+TEST(dependent_vectors_are_dropped) {
     static double vectors[5 * N], third[N];
     uint64_t seed = 9;
     for (size_t i = 0; i < N; i++) {
@@ -148,7 +148,7 @@ static void dependent_vectors_are_dropped(void **state) {
     assert_at_most(sqrt((double)quad_dot(third, third, N)), 1e-14 * length);
 }
 
-static void projection_removes_the_components_and_nothing_else(void **state) {
+TEST(projection_removes_the_components_and_nothing_else) {
     static double units[2 * N], vector[N], before[N];
     uint64_t seed = 3;
     for (size_t i = 0; i < N; i++) {
@@ -165,14 +165,4 @@ static void projection_removes_the_components_and_nothing_else(void **state) {
         assert_close(vector[i], before[i] - first * units[i] - second * units[N + i], 0, 1e-14);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(dot_has_twice_the_precision),
-        cmocka_unit_test(dots_of_differences),
-        cmocka_unit_test(whiten_divides_by_the_deviation),
-        cmocka_unit_test(basis_is_orthonormal_for_nearly_parallel_vectors),
-        cmocka_unit_test(dependent_vectors_are_dropped),
-        cmocka_unit_test(projection_removes_the_components_and_nothing_else),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

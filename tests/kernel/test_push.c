@@ -17,7 +17,7 @@ void shim_push_rows(int isa, double f0, double df, size_t blocks, const double *
 enum { BLOCKS = 3, WIDTH = 64 * BLOCKS, SUMS = 8, DOUBLE_LIMB_SUMS = 14 };
 
 /* f t far above one cycle: the product must be reduced without loss of digits. */
-static void cosine_and_sine(void **unused) {
+TEST(cosine_and_sine) {
     uint64_t state = 3;
     double worst = 0;
     for (int i = 0; i < 200000; i++) {
@@ -39,7 +39,7 @@ static void cosine_and_sine(void **unused) {
     assert_at_most(worst, 2e-16);
 }
 
-static void terms_follow_their_definition(void **unused) {
+TEST(terms_follow_their_definition) {
     const double f0 = 0.013, df = 0.00171, unit = 0x1p50;
     const double sample[5] = {777.123, 1e-14, 0.37, -0.61, 1.3e-18};
     double anchors[2 * BLOCKS];
@@ -64,7 +64,7 @@ static void terms_follow_their_definition(void **unused) {
 }
 
 /* The limbs of a double-limb push, for heavy and light samples: close to the phase, and on the unit circle to 2^-98. */
-static void double_limb_terms_lie_on_the_circle(void **unused) {
+TEST(double_limb_terms_lie_on_the_circle) {
     const double f0 = 0.013, df = 0.00171;
     const __float128 unit = 0x1p-50Q;
     double anchors[2 * BLOCKS];
@@ -120,7 +120,7 @@ static void equal_bits(int double_limb, int sums) {
         assert_true(lo[0][i] >= 0 && lo[0][i] < (int64_t)1 << 32);
 }
 
-static void equal_bits_on_all_instruction_sets(void **unused) {
+TEST(equal_bits_on_all_instruction_sets) {
     equal_bits(0, SUMS);
     equal_bits(1, DOUBLE_LIMB_SUMS);
 }
@@ -135,7 +135,7 @@ static __float128 value(const int64_t *lo, int k, int high, int low) {
 }
 
 /* The terms of all sums, whose phases have 100 bits, also for many cycles. */
-static void row_terms_follow_their_definition(void **unused) {
+TEST(row_terms_follow_their_definition) {
     const double f0 = 0.013, df = 0.00171, times[] = {777.123, -1e-3, 1.25e5};
     const double high[FUNCTIONS] = {-0.61, 0.83, 1.0 / 3}, low[FUNCTIONS] = {1.3e-18, -2e-17, 0};
     for (int n = 0; n < 3; n++) {
@@ -178,7 +178,7 @@ static void push_many(int isa, double sign, int64_t *lo) {
     }
 }
 
-static void equal_bits_of_rows(void **unused) {
+TEST(equal_bits_of_rows) {
     memset(sums, 0, sizeof sums);
     for (int isa = 0; isa < shim_isas(); isa++) {
         push_many(isa, 1, sums[isa]);
@@ -189,14 +189,4 @@ static void equal_bits_of_rows(void **unused) {
         assert_int_equal(sums[0][i], 0);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cosine_and_sine),
-        cmocka_unit_test(terms_follow_their_definition),
-        cmocka_unit_test(double_limb_terms_lie_on_the_circle),
-        cmocka_unit_test(equal_bits_on_all_instruction_sets),
-        cmocka_unit_test(row_terms_follow_their_definition),
-        cmocka_unit_test(equal_bits_of_rows),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -40,7 +40,7 @@ static int set_up(void **unused) {
     return 0;
 }
 
-static void test_residual(void **unused) {
+TEST(test_residual) {
     static double out[N];
     static float scaled[N];
     for (int isa = 0; isa < shim_isas(); isa++) {
@@ -54,7 +54,7 @@ static void test_residual(void **unused) {
 }
 
 /* Also at the end of a count that is not a multiple of a vector, and of either sign. */
-static void test_magnitude(void **unused) {
+TEST(test_magnitude) {
     enum { COUNT = 37 };
     for (int isa = 0; isa < shim_isas(); isa++)
         for (int at = 0; at < COUNT; at++)
@@ -70,7 +70,7 @@ static void test_magnitude(void **unused) {
             }
 }
 
-static void test_non_finite_counts_are_seen(void **unused) {
+TEST(test_non_finite_counts_are_seen) {
     static double out[N];
     static float scaled[N];
     const double bad[] = {NAN, -NAN, INFINITY, -INFINITY};
@@ -85,7 +85,7 @@ static void test_non_finite_counts_are_seen(void **unused) {
         }
 }
 
-static void test_inner_product(void **unused) {
+TEST(test_inner_product) {
     long double expected = 0, absolute = 0;
     for (int i = 0; i < N; i++) {
         expected += (long double)units[i] * inverse_sigma[i];
@@ -100,7 +100,7 @@ static void test_inner_product(void **unused) {
 }
 
 /* Less than 1e-9 of a nuisance ten thousand times the noise remains; equal bits on every instruction set. */
-static void test_projection(void **unused) {
+TEST(test_projection) {
     static double first[N], vector[N];
     for (int isa = 0; isa < shim_isas(); isa++) {
         state = 7;
@@ -121,7 +121,7 @@ static void test_projection(void **unused) {
 
 /* Frames together, with planes as float32: the projection in long double to the rounding of residual and result; equal
    bits on every instruction set and for any number of frames. */
-static void test_projected_rows(void **unused) {
+TEST(test_projected_rows) {
     enum { kRows = 32, kCols = 128, kPixels = kRows * kCols, kFrames = 7 };
     static float planes[kMany * kPixels], vectors[kFrames * kPixels], rounded[kFrames * kPixels];
     static float first[kFrames * kPixels], alone[kPixels], alone_rounded[kPixels];
@@ -167,7 +167,7 @@ static void test_projected_rows(void **unused) {
 }
 
 /* The inner product of float32 numbers in double: products are exact. */
-static void test_inner_product_of_floats(void **unused) {
+TEST(test_inner_product_of_floats) {
     static float a[N], b[N];
     long double expected = 0, absolute = 0;
     for (int i = 0; i < N; i++) {
@@ -182,12 +182,4 @@ static void test_inner_product_of_floats(void **unused) {
         assert_true(shim_residual_inner_float(isa, a, b, N) == first);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_residual),       cmocka_unit_test(test_non_finite_counts_are_seen),
-        cmocka_unit_test(test_inner_product),  cmocka_unit_test(test_projection),
-        cmocka_unit_test(test_projected_rows), cmocka_unit_test(test_inner_product_of_floats),
-        cmocka_unit_test(test_magnitude),
-    };
-    return cmocka_run_group_tests_name("residual", tests, set_up, NULL);
-}
+RUN_TESTS(set_up, NULL)

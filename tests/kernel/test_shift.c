@@ -42,7 +42,7 @@ static long double window(size_t taps, double beta, long double distance) {
     return bessel(b * b * (1 - x * x)) / bessel(b * b);
 }
 
-static void test_weights(void **unused) {
+TEST(test_weights) {
     const double fractions[] = {0, 1e-12, 0.25, 0.5, 0.7312345, 0.999999999};
     for (size_t w = 0; w < WINDOWS; w++) {
         const size_t taps = kWindows[w].taps;
@@ -71,7 +71,7 @@ static void test_weights(void **unused) {
 }
 
 /* By Gauss-Legendre quadrature in 200 intervals. */
-static void test_transform(void **unused) {
+TEST(test_transform) {
     enum { INTERVALS = 200 };
     static const long double nodes[] = {0, -0.538469310105683091036L, 0.538469310105683091036L,
                                         -0.906179845938663992798L, 0.906179845938663992798L};
@@ -98,7 +98,7 @@ static void test_transform(void **unused) {
 
 /* Interpolates waves up to the cutoff, from samples divided by the transform: the error is within the bound, and the
  * bound is not excessive. */
-static void test_error(void **unused) {
+TEST(test_error) {
     for (size_t w = 0; w < WINDOWS; w++) {
         const size_t taps = kWindows[w].taps;
         const double beta = shim_shift_beta(taps, kWindows[w].cutoff),
@@ -131,7 +131,7 @@ static void test_error(void **unused) {
 
 /* Every number of outputs up to 75, at places that no vector is aligned to: as a plain loop in wider arithmetic, and
  * the same bits on every instruction set. */
-static void test_sums(void **unused) {
+TEST(test_sums) {
     enum { SAMPLES = 400, MOST = 75 };
     double samples[SAMPLES], weights[ORDERS * MOST_TAPS];
     for (size_t i = 0; i < SAMPLES; i++)
@@ -165,7 +165,7 @@ static void test_sums(void **unused) {
 }
 
 /* The adjoint, with taps that overlap: as a plain loop in wider arithmetic, and the same bits everywhere. */
-static void test_spreading(void **unused) {
+TEST(test_spreading) {
     enum { SAMPLES = 200, MOST = 75 };
     double values[MOST], weights[MOST_TAPS];
     for (size_t i = 0; i < MOST; i++)
@@ -197,10 +197,4 @@ static void test_spreading(void **unused) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_weights), cmocka_unit_test(test_transform), cmocka_unit_test(test_error),
-        cmocka_unit_test(test_sums),    cmocka_unit_test(test_spreading),
-    };
-    return cmocka_run_group_tests_name("shift", tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

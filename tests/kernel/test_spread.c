@@ -56,7 +56,7 @@ static double worst_error(const double *sums, const double *weights, size_t n, s
 
 /* One sample at various places between two cells: the error stays within the table's bound, and the bound is no more
  * than 20 times larger. */
-static void test_error_of_one_sample(void **unused) {
+TEST(test_error_of_one_sample) {
     static const double requested[] = {2e-4, 2e-6, 2e-8, 2e-10, 2e-12, 2e-14};
     for (size_t a = 0; a < sizeof requested / sizeof requested[0]; a++) {
         double sums_w[2 * MODES], sums_x[2 * MODES], worst = 0, bound = 0;
@@ -76,7 +76,7 @@ static void test_error_of_one_sample(void **unused) {
 }
 
 /* Phases of many cycles, many modes, times as two doubles: the error bound holds. */
-static void test_many_samples(void **unused) {
+TEST(test_many_samples) {
     static const struct {
         double span, df, f_high, f_low;
         size_t modes;
@@ -101,7 +101,7 @@ static void test_many_samples(void **unused) {
     }
 }
 
-static void test_same_bits(void **unused) {
+TEST(test_same_bits) {
     enum { CELLS = 60, SIZE = CELLS + 16 };
     static const size_t lanes[] = {8, 12, 16};
     double coefficients[4 * 16];
@@ -159,23 +159,14 @@ static void check_direct(double span, double f, double step) {
     }
 }
 
-static void test_direct_sums(void **unused) {
+TEST(test_direct_sums) {
     check_direct(100, 0.3, 0.7);
     check_direct(1e9, 1e4, 0.1);
 }
 
-static void test_slow_phases_keep_their_digits(void **unused) {
+TEST(test_slow_phases_keep_their_digits) {
     check_direct(1, 1e-6, 1e-7);
     check_direct(1, 1e-60, 1e-61);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_error_of_one_sample),
-        cmocka_unit_test(test_many_samples),
-        cmocka_unit_test(test_same_bits),
-        cmocka_unit_test(test_direct_sums),
-        cmocka_unit_test(test_slow_phases_keep_their_digits),
-    };
-    return cmocka_run_group_tests_name("spread", tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

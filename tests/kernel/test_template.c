@@ -65,7 +65,7 @@ static void solve_least_squares(const unsigned char *left_out, double *value, do
 
 static const unsigned char none[PIXELS];
 
-static void estimate_matches_least_squares(void **state) {
+TEST_WITH(estimate_matches_least_squares, make_model, NULL) {
     double value, sigma, chi_square, expected_value, expected_sigma;
     solve_least_squares(none, &expected_value, &expected_sigma, &chi_square);
     assert_int_equal(shim_template(ROWS, COLS, reference, variance, derivative, NUISANCES, nuisances[0], 1, counts,
@@ -75,7 +75,7 @@ static void estimate_matches_least_squares(void **state) {
     assert_close(sigma, expected_sigma, 1e-13, 0);
 }
 
-static void a_derivative_that_nuisances_explain_is_refused(void **state) {
+TEST_WITH(a_derivative_that_nuisances_explain_is_refused, make_model, NULL) {
     double value, sigma;
     for (size_t i = 0; i < PIXELS; i++)
         nuisances[1][i] = 2 * derivative[i] - nuisances[0][i];
@@ -110,7 +110,7 @@ static const struct {
 
 /* The estimate without the bad pixels is that of the other pixels alone; with too many it is that of all. */
 /* promises: bad-pixels-are-left-out, wrong-models-are-not-cleaned */
-static void bad_pixels_are_left_out(void **state) {
+TEST_WITH(bad_pixels_are_left_out, make_model, NULL) {
     double clean[PIXELS];
     memcpy(clean, counts, sizeof clean);
     for (size_t d = 0; d < sizeof damages / sizeof *damages; d++) {
@@ -137,11 +137,4 @@ static void bad_pixels_are_left_out(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(estimate_matches_least_squares, make_model),
-        cmocka_unit_test_setup(bad_pixels_are_left_out, make_model),
-        cmocka_unit_test_setup(a_derivative_that_nuisances_explain_is_refused, make_model),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -32,7 +32,7 @@ static double printed(int noll, double r, double t) {
     return all[noll - 1];
 }
 
-static void first_eleven_match_the_table(void **state) {
+TEST(first_eleven_match_the_table) {
     for (int noll = 1; noll <= 11; noll++)
         for (int i = 0; i < RADII; i++)
             for (int k = 0; k < ANGLES; k++) {
@@ -53,7 +53,7 @@ static __float128 radial(int n, int m, __float128 r) {
 }
 
 /* Every index in Noll's order: by n, then by m; the cosine term has the even index. */
-static void polynomials_are_sums_of_powers(void **state) {
+TEST(polynomials_are_sums_of_powers) {
     double worst = 0;
     int noll = 0;
     for (int n = 0; noll < shim_largest_noll(); n++)
@@ -74,18 +74,11 @@ static void polynomials_are_sums_of_powers(void **state) {
     assert_at_most(worst, 1e-13);
 }
 
-static void other_indices_give_nan(void **state) {
+TEST(other_indices_give_nan) {
     const int bad[] = {0, -1, INT32_MIN, shim_largest_noll() + 1, INT32_MAX};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
         assert_true(isnan(shim_zernike(bad[i], 0.1, 0.2)));
     assert_true(shim_largest_noll() >= 66);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(first_eleven_match_the_table),
-        cmocka_unit_test(polynomials_are_sums_of_powers),
-        cmocka_unit_test(other_indices_give_nan),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -3,26 +3,11 @@
 #define TOLIMAN_TESTS_ASSERT_CLOSE_H
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "test_list.h"
 
 #include <toliman/base.h>
-
-/* Begin a test of the list of main, and its set-up or tear-down; they do not use the state of CMocka. */
-#define TEST(name) static void name(void **unused_state __attribute__((unused)))
-#define FIXTURE(name) static int name(void **unused_state __attribute__((unused)))
-
-/* main of a file whose tests share no state; the arguments are cmocka_unit_test(name) and the like. */
-#define RUN_TESTS(...)                                                                                                 \
-    int main(void) {                                                                                                   \
-        const struct CMUnitTest tests[] = {__VA_ARGS__};                                                               \
-        return cmocka_run_group_tests(tests, NULL, NULL);                                                              \
-    }
 
 /* |actual - expected| <= atol + rtol |expected|; NaN fails. */
 #define assert_close(actual, expected, rtol, atol)                                                                     \

@@ -28,7 +28,7 @@ static inline int remove_pair(void **state) {
     return 0;
 }
 
-#define WITH_PAIR(test) cmocka_unit_test_setup_teardown(test, make_pair, remove_pair)
+#define TEST_WITH_PAIR(name) TEST_WITH(name, make_pair, remove_pair)
 
 static inline void put_bytes(const char *path, const char *mode, const void *bytes, size_t size) {
     FILE *file = fopen(path, mode);

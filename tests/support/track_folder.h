@@ -28,7 +28,7 @@ static inline int tear_down(void **unused) {
 }
 
 /* A test with a new folder. */
-#define in_folder(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
+#define TEST_IN_FOLDER(name) TEST_WITH(name, set_up, tear_down)
 
 static inline void push_range(toliman_track *track, int64_t first, int64_t last) {
     for (int64_t id = first; id <= last; id++)

@@ -305,11 +305,4 @@ TEST(load_options_are_checked_and_zero_is_their_default) {
     assert_null(made);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(large_arrays_come_from_the_caller),
-                                       cmocka_unit_test(no_memory_is_an_error),
-                                       cmocka_unit_test(memory_belongs_to_its_object),
-                                       cmocka_unit_test(load_options_are_checked_and_zero_is_their_default),
-                                       cmocka_unit_test(halves_of_an_allocator_are_refused)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

@@ -471,21 +471,4 @@ TEST(larger_frames_are_cropped) {
     toliman_bank_destroy(cropped), toliman_fit_destroy(with), toliman_sim_destroy(large);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(plans_match_banks),
-                                       cmocka_unit_test(networks_are_listed),
-                                       cmocka_unit_test(interrupted_trainings_give_the_same_bits),
-                                       cmocka_unit_test(journals_continue_trainings),
-                                       cmocka_unit_test(all_calls_give_the_same_bits),
-                                       cmocka_unit_test(calls_of_several_threads_give_the_same_bits),
-                                       cmocka_unit_test(training_needs_exclusive_use),
-                                       cmocka_unit_test(displacements_are_measured),
-                                       cmocka_unit_test(sigma_is_the_bound_over_the_efficiency),
-                                       cmocka_unit_test(values_do_not_depend_on_the_prediction),
-                                       cmocka_unit_test(errors_have_the_stated_size),
-                                       cmocka_unit_test(flags_are_set),
-                                       cmocka_unit_test(renewals_precede_lower_efficiencies),
-                                       cmocka_unit_test(layout_paper_has_a_low_efficiency),
-                                       cmocka_unit_test(larger_frames_are_cropped)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

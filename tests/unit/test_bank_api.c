@@ -400,12 +400,4 @@ TEST(impossible_weights_are_refused) {
     toliman_bank_destroy(loaded), free(bytes), free(valid);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bad_options_are_refused),        cmocka_unit_test(dates_without_model_images_are_refused),
-        cmocka_unit_test(unsuitable_scenes_are_refused),  cmocka_unit_test(bad_arguments_are_refused),
-        cmocka_unit_test(other_fits_are_refused),         cmocka_unit_test(saved_banks_give_the_same_results),
-        cmocka_unit_test(banks_are_saved_to_files),       cmocka_unit_test(truncated_banks_are_refused),
-        cmocka_unit_test(impossible_numbers_are_refused), cmocka_unit_test(impossible_weights_are_refused)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

@@ -281,15 +281,4 @@ TEST(bad_arguments_are_refused) {
     toliman_sim_destroy(sim);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(fit_matches_the_fisher_matrix),
-                                       cmocka_unit_test(bias_is_that_of_the_normal_equations),
-                                       cmocka_unit_test(shared_bound_is_that_of_many_frames),
-                                       cmocka_unit_test(steps_are_the_bounds_of_the_scene),
-                                       cmocka_unit_test(curvature_of_a_shift_is_the_derivative_by_jitter),
-                                       cmocka_unit_test(earth_is_that_of_options_or_scene),
-                                       cmocka_unit_test(a_single_star_is_degenerate),
-                                       cmocka_unit_test(second_order_is_not_known_for_the_padded_fft),
-                                       cmocka_unit_test(bad_arguments_are_refused)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -447,24 +447,4 @@ TEST(test_no_signal_is_left) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_info),
-                                       cmocka_unit_test(test_latent_is_the_separation_in_px),
-                                       cmocka_unit_test(test_target_is_the_whitened_derivative),
-                                       cmocka_unit_test(test_training_reaches_the_target),
-                                       cmocka_unit_test(test_figures_of_the_header),
-                                       cmocka_unit_test(test_no_rate_diverges),
-                                       cmocka_unit_test(test_decode_is_linear),
-                                       cmocka_unit_test(test_encoder_is_the_transposed_decoder),
-                                       cmocka_unit_test(test_cancelled_training_changes_nothing),
-                                       cmocka_unit_test(test_resume_after_cancellation),
-                                       cmocka_unit_test(test_no_light_to_centre_the_crop_on),
-                                       cmocka_unit_test(test_efficiency_is_the_cosine),
-                                       cmocka_unit_test(test_reconstruction),
-                                       cmocka_unit_test(test_crop_and_projection),
-                                       cmocka_unit_test(test_arguments),
-                                       cmocka_unit_test(test_counts_too_far_to_reconstruct),
-                                       cmocka_unit_test(test_figures_that_overflow),
-                                       cmocka_unit_test(test_no_signal_is_left)};
-    return cmocka_run_group_tests_name("cae", tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

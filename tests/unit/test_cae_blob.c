@@ -213,14 +213,4 @@ TEST(test_arguments) {
     assert_invalid(toliman_cae_save_file(trained, NULL, NULL), "path");
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_round_trip),
-                                       cmocka_unit_test(test_training_after_loading),
-                                       cmocka_unit_test(test_files),
-                                       cmocka_unit_test(test_blob_written_from_the_specification),
-                                       cmocka_unit_test(test_weights_that_overflow),
-                                       cmocka_unit_test(test_many_planes),
-                                       cmocka_unit_test(test_no_target),
-                                       cmocka_unit_test(test_arguments)};
-    return cmocka_run_group_tests_name("cae_blob", tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

@@ -310,11 +310,4 @@ TEST(test_streams_of_another_size) {
     free(bytes), free(stream), free(raw);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_truncation),       cmocka_unit_test(test_every_flipped_bit),
-        cmocka_unit_test(test_impossible_headers),     cmocka_unit_test(test_impossible_trainings),
-        cmocka_unit_test(test_unusable_numbers),       cmocka_unit_test(test_unusable_narrow_numbers),
-        cmocka_unit_test(test_streams_of_another_size)};
-    return cmocka_run_group_tests_name("cae_damage", tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

@@ -213,14 +213,4 @@ TEST(test_options) {
     assert_true(needed == 7);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_same_bytes_after_loading),
-                                       cmocka_unit_test(test_blobs_written_from_the_specification),
-                                       cmocka_unit_test(test_rounding_of_planes),
-                                       cmocka_unit_test(test_no_bias),
-                                       cmocka_unit_test(test_latents_keep_their_slope_and_scatter),
-                                       cmocka_unit_test(test_numbers_of_any_size),
-                                       cmocka_unit_test(test_weights_out_of_range),
-                                       cmocka_unit_test(test_options)};
-    return cmocka_run_group_tests_name("cae_payload", tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

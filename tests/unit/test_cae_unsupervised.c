@@ -364,15 +364,4 @@ TEST(test_refusals) {
     toliman_sim_destroy(projecting), toliman_cae_destroy(cae);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_one_epoch),
-                                       cmocka_unit_test(test_results_of_each_epoch),
-                                       cmocka_unit_test(test_resume_after_cancellation),
-                                       cmocka_unit_test(test_learns_a_large_signal),
-                                       cmocka_unit_test(test_paper_has_no_decoder_without_a_frame),
-                                       cmocka_unit_test(test_failures_keep_the_last_training),
-                                       cmocka_unit_test(test_tied_after_unsupervised),
-                                       cmocka_unit_test(test_divergence_is_never_a_result),
-                                       cmocka_unit_test(test_refusals)};
-    return cmocka_run_group_tests_name("cae_unsupervised", tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

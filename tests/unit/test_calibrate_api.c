@@ -244,13 +244,4 @@ TEST(contradictions_of_saved_scenes_are_refused) {
     free(text);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(bad_options_are_refused),
-                                       cmocka_unit_test(bad_frames_are_refused),
-                                       cmocka_unit_test(unsuitable_scenes_are_refused),
-                                       cmocka_unit_test(bad_arguments_of_results_are_refused),
-                                       cmocka_unit_test(other_scenes_are_no_start),
-                                       cmocka_unit_test(without_convergence_every_value_is_nan),
-                                       cmocka_unit_test(contradictions_of_saved_scenes_are_refused)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

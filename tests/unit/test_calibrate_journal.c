@@ -228,10 +228,4 @@ TEST(other_times_are_refused) {
         toliman_sim_destroy(sims[i]);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(each_call_continues),    cmocka_unit_test(more_iterations_continue),
-        cmocka_unit_test(damage_costs_time_only), cmocka_unit_test(other_versions_are_refused),
-        cmocka_unit_test(others_are_refused),     cmocka_unit_test(other_times_are_refused)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

@@ -383,20 +383,4 @@ TEST(saved_scenes_are_the_fitted_ones) {
     toliman_fit_destroy(fit), toliman_sim_destroy(fitted);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(the_truth_is_found),
-                                       cmocka_unit_test(values_of_noise_free_frames_are_exact),
-                                       cmocka_unit_test(frames_agree_with_the_true_optics),
-                                       cmocka_unit_test(covariances_belong_to_the_values),
-                                       cmocka_unit_test(residuals_are_white_after_the_fit),
-                                       cmocka_unit_test(all_calls_give_the_same_bits),
-                                       cmocka_unit_test(photons_may_be_relative_to_the_peak),
-                                       cmocka_unit_test(steps_are_reported_and_cancel),
-                                       cmocka_unit_test(calibrations_resume),
-                                       cmocka_unit_test(missing_parameters_are_reported),
-                                       cmocka_unit_test(priors_that_hold_are_reported),
-                                       cmocka_unit_test(signs_that_have_no_effect_are_reported),
-                                       cmocka_unit_test(parameters_may_change_between_windows),
-                                       cmocka_unit_test(saved_scenes_are_the_fitted_ones)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

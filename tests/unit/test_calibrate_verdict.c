@@ -217,10 +217,4 @@ TEST(nothing_is_tried_without_need) {
     toliman_calibration_destroy(made);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(both_sides_of_chi_square_count), cmocka_unit_test(verdicts_may_be_missing),
-        cmocka_unit_test(damaged_verdicts_are_refused),   cmocka_unit_test(missing_default_parameters_are_named),
-        cmocka_unit_test(a_model_is_completed),           cmocka_unit_test(nothing_is_tried_without_need)};
-    return cmocka_run_group_tests(tests, set_up_plain, tear_down);
-}
+RUN_TESTS(set_up_plain, tear_down)

@@ -285,15 +285,4 @@ TEST(invalid_arguments_are_refused) {
     toliman_period_destroy(period), toliman_period_destroy(empty);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(alarm_rate_is_as_documented),
-                                       cmocka_unit_test(sequential_finds_signals),
-                                       cmocka_unit_test(faps_fall),
-                                       cmocka_unit_test(thresholds_invert_the_fap),
-                                       cmocka_unit_test(bootstrap_is_the_same_for_any_threads),
-                                       cmocka_unit_test(bootstrap_of_few_distinct_values),
-                                       cmocka_unit_test(no_parabola_over_a_step),
-                                       cmocka_unit_test(sampling_flags_depend_on_the_times),
-                                       cmocka_unit_test(invalid_arguments_are_refused)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

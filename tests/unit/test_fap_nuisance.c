@@ -42,8 +42,4 @@ TEST(degrees_of_freedom_decide) {
     toliman_period_destroy(periods[0]), toliman_period_destroy(periods[1]);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(false_alarms_are_as_many_as_promised),
-                                       cmocka_unit_test(degrees_of_freedom_decide)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

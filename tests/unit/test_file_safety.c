@@ -108,7 +108,7 @@ static void make_hostile(char *name, size_t capacity, uint64_t *random) {
 }
 
 /* promise: files-stay-in-their-folder */
-TEST(names_from_the_downlink_stay_inside) {
+TEST_WITH(names_from_the_downlink_stay_inside, make_outside, remove_outside) {
     uint64_t random = 7;
     toliman_track_options options = small_options(folder);
     options.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;
@@ -165,7 +165,7 @@ static void use_folder(const toliman_track_options *with, int use) {
 /* Replaces each file of a tracker's folder and each temporary file by a link to a file, to a missing file, to a folder,
  * and to itself; then writes, reads, rebuilds and merges. */
 /* promise: files-stay-in-their-folder */
-TEST(links_are_not_followed) {
+TEST_WITH(links_are_not_followed, make_outside, remove_outside) {
     static const char *const names[] = {"ledger.tlml", "checkpoint.tlmc", "setup.tlms",          "streams.txt",
                                         "lock",        "ledger.tlml.tmp", "checkpoint.tlmc.tmp", "setup.tlms.tmp",
                                         NULL};
@@ -193,7 +193,7 @@ TEST(links_are_not_followed) {
 
 /* Replacing a file through a temporary file must not touch an existing file of the temporary's name. */
 /* promise: files-stay-in-their-folder */
-TEST(temporaries_are_not_followed) {
+TEST_WITH(temporaries_are_not_followed, make_outside, remove_outside) {
     char path[300], name[64];
     snprintf(path, sizeof path, "%s/sums", folder);
     toliman_period *period = NULL;
@@ -212,7 +212,7 @@ TEST(temporaries_are_not_followed) {
 
 /* Folders and pipes in place of files. Opening a pipe would block until the other end is opened. */
 /* promise: files-stay-in-their-folder */
-TEST(non_regular_files_are_refused) {
+TEST_WITH(non_regular_files_are_refused, make_outside, remove_outside) {
     const char *const places[] = {ledger, setup, checkpoint};
     for (int place = 0; place < 3; place++)
         for (int pipe = 0; pipe < 2; pipe++) {
@@ -230,7 +230,7 @@ TEST(non_regular_files_are_refused) {
         }
 }
 
-TEST(bare_names_are_files_of_the_working_directory) {
+TEST_WITH(bare_names_are_files_of_the_working_directory, make_outside, remove_outside) {
     char before[4096];
     toliman_period *period = NULL;
     assert_ok(toliman_period_create(0.1, 0.1, 10, NULL, &period));
@@ -250,7 +250,7 @@ static mode_t mode_of(const char *path) {
 }
 
 /* promise: files-stay-in-their-folder */
-TEST(temporaries_are_private_to_their_owner) {
+TEST_WITH(temporaries_are_private_to_their_owner, make_outside, remove_outside) {
     const mode_t masks[] = {022, 002, 027, 077, 0};
     char path[300];
     snprintf(path, sizeof path, "%s/sums", folder);
@@ -333,7 +333,7 @@ static void fail_to_read(void) {
 
 /* A read-only folder can be read, and is reported as not writable. A folder without permissions cannot be read
  * either. */
-TEST(permission_errors_are_reported) {
+TEST_WITH(permission_errors_are_reported, make_outside, remove_outside) {
     const toliman_track_options options = filled_folder();
     assert_int_equal(chmod(folder, 0555), 0);
     for (int i = 0; i < 2; i++)
@@ -359,7 +359,7 @@ static void save_twice(void) {
 }
 
 /* A file is replaced through its relative name, although a parent folder is not readable. */
-TEST(parent_folders_may_deny_access) {
+TEST_WITH(parent_folders_may_deny_access, make_outside, remove_outside) {
     char inside[300], here[1000];
     snprintf(inside, sizeof inside, "%s/in", folder);
     assert_int_equal(mkdir(inside, 0777), 0);
@@ -373,15 +373,4 @@ TEST(parent_folders_may_deny_access) {
     remove_folder(inside);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(names_from_the_downlink_stay_inside, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(links_are_not_followed, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(temporaries_are_not_followed, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(non_regular_files_are_refused, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(bare_names_are_files_of_the_working_directory, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(temporaries_are_private_to_their_owner, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(permission_errors_are_reported, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(parent_folders_may_deny_access, make_outside, remove_outside)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -439,19 +439,4 @@ TEST(frames_with_too_few_pixels_are_refused) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(places_of_propagated_images_are_found),
-                                       cmocka_unit_test(position_angles_are_on_the_sky),
-                                       cmocka_unit_test(covariances_are_the_cramer_rao_bound),
-                                       cmocka_unit_test(the_template_is_one_step),
-                                       cmocka_unit_test(stars_are_searched_for),
-                                       cmocka_unit_test(false_maxima_are_left),
-                                       cmocka_unit_test(errors_are_as_predicted),
-                                       cmocka_unit_test(faint_frames_converge),
-                                       cmocka_unit_test(damage_is_flagged),
-                                       cmocka_unit_test(freed_parameters_are_found),
-                                       cmocka_unit_test(spectra_and_aberrations_are_found),
-                                       cmocka_unit_test(parameters_without_effect_are_refused),
-                                       cmocka_unit_test(frames_with_too_few_pixels_are_refused)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -312,16 +312,4 @@ TEST(numbers_of_frames_without_a_fit_are_nan) {
         assert_true(isnan(values[i]) && isnan(covariance[i]));
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(bad_options_are_refused),
-                                       cmocka_unit_test(parameters_are_listed),
-                                       cmocka_unit_test(digests_distinguish_fits),
-                                       cmocka_unit_test(digests_distinguish_scenes),
-                                       cmocka_unit_test(single_stars_and_padded_transforms_are_unsupported),
-                                       cmocka_unit_test(bad_frames_and_predictions_are_refused),
-                                       cmocka_unit_test(all_calls_give_the_same_bits),
-                                       cmocka_unit_test(values_and_covariance_match_the_result),
-                                       cmocka_unit_test(predictions_state_what_is_expected),
-                                       cmocka_unit_test(numbers_of_frames_without_a_fit_are_nan)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

@@ -238,15 +238,4 @@ TEST(banks_need_one_scene) {
     toliman_fit_destroy(all);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(frames_at_starts_have_the_bits_of_their_window),
-                                       cmocka_unit_test(images_are_interpolated_between_starts),
-                                       cmocka_unit_test(interpolation_has_an_error_of_second_order),
-                                       cmocka_unit_test(properties_are_those_of_all_windows),
-                                       cmocka_unit_test(digests_cover_starts_and_scenes),
-                                       cmocka_unit_test(bad_windows_are_refused),
-                                       cmocka_unit_test(scenes_that_differ_are_refused),
-                                       cmocka_unit_test(progress_is_that_of_all_windows),
-                                       cmocka_unit_test(banks_need_one_scene)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

@@ -344,13 +344,4 @@ TEST(chi_square_is_the_same_on_any_number_of_workers) {
     free(frames);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(every_kind_of_pixels_and_every_layout_gives_the_same_bits),
-                                       cmocka_unit_test(components_take_many_frames_or_none),
-                                       cmocka_unit_test(impossible_images_are_refused),
-                                       cmocka_unit_test(chi_square_matches_a_plain_fit),
-                                       cmocka_unit_test(damaged_frames_are_detected),
-                                       cmocka_unit_test(damaged_frames_are_detected_in_the_chapter_scene),
-                                       cmocka_unit_test(chi_square_is_the_same_on_any_number_of_workers)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

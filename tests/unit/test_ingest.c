@@ -4,7 +4,7 @@
 
 #include "pair_files.h"
 
-TEST(test_frames) {
+TEST_WITH_PAIR(test_frames) {
     static const char *const lines[] = {
         "{\"frame_id\": -5, \"timestamp_ns\": -9223372036854775808, \"host_time\": 1.5, \"nframes_dropped\": 72000, "
         "\"roi_label\": \"a\", \"n_rows\": 1, \"n_cols\": 5, \"session_id\": \"s.1_-\"}\n",
@@ -60,7 +60,7 @@ TEST(test_frames) {
     }
 }
 
-TEST(test_stamps) {
+TEST_WITH_PAIR(test_stamps) {
     put_lines(3, 1);
     put_pixels(FRAME_BYTES);
     const struct {
@@ -108,7 +108,7 @@ TEST(test_stamps) {
 #define LONG_NAME "abcdefghijklmnopqrstuvwxyzabcdefghijklmnopqrstuvwxyzabcdefghijklm"
 
 /* promise: damaged-lines-are-events */
-TEST(test_malformed_lines) {
+TEST_WITH_PAIR(test_malformed_lines) {
     static const struct {
         const char *line, *text;
         int has_key;
@@ -170,7 +170,7 @@ TEST(test_malformed_lines) {
 
 /* Lines longer than 4096 bytes, also longer than what is read at once, are reported and skipped. */
 /* promise: damaged-lines-are-events */
-TEST(test_long_lines) {
+TEST_WITH_PAIR(test_long_lines) {
     static char spaces[200001];
     memset(spaces, ' ', sizeof spaces - 1);
     const size_t sizes[] = {4096, 4097, 65535, 65536, 65537, 200000};
@@ -208,7 +208,7 @@ static void put_odd_lines(int odd, const char *line) {
 }
 
 /* promise: damaged-lines-are-events */
-TEST(test_positions) {
+TEST_WITH_PAIR(test_positions) {
     char text[512];
     /* The shapes of the lines fill the file: every position is known. */
     put_odd_lines(2, side_line(text, 2, 2000000000, 2, 1, 5));
@@ -262,7 +262,7 @@ TEST(test_positions) {
 }
 
 /* promise: damaged-lines-are-events */
-TEST(test_sizes) {
+TEST_WITH_PAIR(test_sizes) {
     put_lines(0, 3);
     put_pixels(2 * FRAME_BYTES + 5);
     toliman_ingest *ingest = open_pair(0);
@@ -293,7 +293,7 @@ TEST(test_sizes) {
     toliman_ingest_destroy(ingest);
 }
 
-TEST(test_other_pixel_type) {
+TEST_WITH_PAIR(test_other_pixel_type) {
     put_lines(0, 3);
     put_pixels(6 * FRAME_BYTES);
     toliman_ingest_options options = pair_options(0);
@@ -313,7 +313,7 @@ TEST(test_other_pixel_type) {
     toliman_ingest_destroy(ingest);
 }
 
-TEST(test_too_many_lines) {
+TEST_WITH_PAIR(test_too_many_lines) {
     put_pixels(1);
     for (int i = 0; i < 1044; i++)
         put_text(side_path, "ab", "x\n");
@@ -322,7 +322,7 @@ TEST(test_too_many_lines) {
     toliman_ingest_destroy(ingest);
 }
 
-TEST(test_range_of_ids) {
+TEST_WITH_PAIR(test_range_of_ids) {
     put_lines(-3, 8);
     put_pixels(7 * FRAME_BYTES); // of the last frame none
     toliman_ingest_options options = pair_options(0);
@@ -343,7 +343,7 @@ TEST(test_range_of_ids) {
 }
 
 /* Of malformed lines, and of those of a wrong shape, the id decides, too, if it is known. */
-TEST(test_range_of_damaged_ids) {
+TEST_WITH_PAIR(test_range_of_damaged_ids) {
     char text[512];
     put_lines(0, 2);
     for (int id = 2; id < 6; id++) {
@@ -372,7 +372,7 @@ TEST(test_range_of_damaged_ids) {
 
 /* The memory of a frame and the text of an event stay valid during the next `buffers` - 1 calls, and are reused. */
 /* promise: frames-outlive-their-buffers */
-TEST(test_buffers) {
+TEST_WITH_PAIR(test_buffers) {
     enum { COUNT = 12, BUFFERS = 4 };
     put_lines(0, COUNT);
     put_pixels(COUNT * FRAME_BYTES);
@@ -422,7 +422,7 @@ static void give_back(void *block, size_t size, void *user_data) {
     free(block);
 }
 
-TEST(test_allocator) {
+TEST_WITH_PAIR(test_allocator) {
     put_lines(0, 9);
     put_pixels(9 * FRAME_BYTES);
     const toliman_allocator allocator = {sizeof allocator, 0, take, give_back, &memory};
@@ -463,7 +463,7 @@ TEST(test_allocator) {
 }
 
 /* Other ranges of numbers: bind/test_options. */
-TEST(test_options) {
+TEST_WITH_PAIR(test_options) {
     put_lines(0, 1);
     put_pixels(FRAME_BYTES);
     toliman_ingest *ingest = NULL;
@@ -515,7 +515,7 @@ TEST(test_options) {
     assert_string_equal(toliman_constant_name(15), "?");
 }
 
-TEST(test_files) {
+TEST_WITH_PAIR(test_files) {
     const toliman_ingest_options options = pair_options(0);
     toliman_ingest *ingest = NULL;
     assert_refused(toliman_ingest_create(pixel_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, side_path);
@@ -538,13 +538,4 @@ TEST(test_files) {
     toliman_ingest_destroy(NULL);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {WITH_PAIR(test_frames),           WITH_PAIR(test_stamps),
-                                       WITH_PAIR(test_malformed_lines),  WITH_PAIR(test_long_lines),
-                                       WITH_PAIR(test_positions),        WITH_PAIR(test_sizes),
-                                       WITH_PAIR(test_other_pixel_type), WITH_PAIR(test_too_many_lines),
-                                       WITH_PAIR(test_range_of_ids),     WITH_PAIR(test_range_of_damaged_ids),
-                                       WITH_PAIR(test_buffers),          WITH_PAIR(test_allocator),
-                                       WITH_PAIR(test_options),          WITH_PAIR(test_files)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

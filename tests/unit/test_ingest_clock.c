@@ -4,7 +4,7 @@
 #include "pair_files.h"
 
 /* The times in s of up to 12 lines, NaN for a malformed one, and the lines that are reported. */
-TEST(test_clock) {
+TEST_WITH_PAIR(test_clock) {
     static const struct {
         int count;
         double times[12];
@@ -45,7 +45,7 @@ TEST(test_clock) {
     }
 }
 
-TEST(test_drift) {
+TEST_WITH_PAIR(test_drift) {
     const struct {
         double scale, late;
         int line;
@@ -72,7 +72,7 @@ TEST(test_drift) {
 }
 
 /* Exposures of frames 1 s apart; a length in ms was taken for s. */
-TEST(test_overlaps) {
+TEST_WITH_PAIR(test_overlaps) {
     put_lines(0, 4);
     put_pixels(4 * FRAME_BYTES);
     const double lengths[] = {0, 0.9, 1.04, 1.1, 900};
@@ -90,7 +90,4 @@ TEST(test_overlaps) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {WITH_PAIR(test_clock), WITH_PAIR(test_drift), WITH_PAIR(test_overlaps)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -31,7 +31,7 @@ static int open_files(void) {
 
 /* A frame is reported as soon as its line and all its pixels are there, and not before. */
 /* promise: growing-pairs-lose-no-frame */
-TEST(test_byte_by_byte) {
+TEST_WITH_PAIR(test_byte_by_byte) {
     char text[512];
     const int others = open_files();
     for (int pixels_first = 0; pixels_first < 2; pixels_first++) {
@@ -62,7 +62,7 @@ TEST(test_byte_by_byte) {
 }
 
 /* Every combination of what is left over, with the calls before finish. */
-TEST(test_finish) {
+TEST_WITH_PAIR(test_finish) {
     for (int calls = 0; calls < 4; calls++) // that return NOTHING before finish
         for (int later = 0; later < 3; later++) {
             start_files();
@@ -125,7 +125,7 @@ static void touch(const char *path, time_t seconds) {
 
 /* A file that another one replaces, by rename, truncation or overwriting: the first call waits for the second file. */
 /* promise: replaced-pairs-start-again */
-TEST(test_replaced) {
+TEST_WITH_PAIR(test_replaced) {
     for (int way = 0; way < 3; way++) {
         char text[512], moved[400];
         start_files();
@@ -176,7 +176,7 @@ TEST(test_replaced) {
 
 /* The files disappear and come back; the file of pixels is truncated while frames are read. */
 /* promise: replaced-pairs-start-again */
-TEST(test_unreadable) {
+TEST_WITH_PAIR(test_unreadable) {
     start_files();
     put_lines(0, 3);
     put_pixels(3 * FRAME_BYTES);
@@ -208,7 +208,7 @@ TEST(test_unreadable) {
 }
 
 /* A pair that grows through the size of the other pixel type, and one that has it. */
-TEST(test_other_pixel_type) {
+TEST_WITH_PAIR(test_other_pixel_type) {
     for (int grows = 0; grows < 2; grows++) {
         start_files();
         put_lines(0, 1);
@@ -426,7 +426,7 @@ static void compare_complete(model m, size_t side, size_t pixels) {
 }
 
 /* promise: growing-pairs-lose-no-frame */
-TEST(test_random_growth) {
+TEST_WITH_PAIR(test_random_growth) {
     uint64_t random = 20280301;
     int64_t frames = 0, damaged = 0, warnings = 0;
     for (int round = 0; round < 300; round++) {
@@ -489,7 +489,7 @@ static double seconds_per_line(int count) {
     return seconds / count;
 }
 
-TEST(test_linear_time) {
+TEST_WITH_PAIR(test_linear_time) {
     const char *const lines = getenv("TOLIMAN_INGEST_LINES");
     const int many = lines != NULL ? atoi(lines) : 100000;
     const double few = seconds_per_line(10000), last = seconds_per_line(many);
@@ -497,10 +497,4 @@ TEST(test_linear_time) {
     assert_true(last < 3 * few);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {WITH_PAIR(test_byte_by_byte),     WITH_PAIR(test_finish),
-                                       WITH_PAIR(test_replaced),         WITH_PAIR(test_unreadable),
-                                       WITH_PAIR(test_other_pixel_type), WITH_PAIR(test_random_growth),
-                                       WITH_PAIR(test_linear_time)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

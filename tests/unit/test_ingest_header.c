@@ -195,7 +195,4 @@ TEST(expiry) {
     assert_int_equal(time.flags, 0);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(times), cmocka_unit_test(refused), cmocka_unit_test(expiry)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

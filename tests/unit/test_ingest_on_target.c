@@ -27,7 +27,7 @@ static void assert_intervals(const toliman_frame *found, size_t count, const dou
         assert_true(found->intervals[i] == intervals[i]);
 }
 
-TEST(intervals_of_frames) {
+TEST_WITH_PAIR(intervals_of_frames) {
     char text[5000], lists[MOST * 40] = "[";
     double most[2 * MOST];
     for (int i = 0; i < 2 * MOST; i++) {
@@ -67,7 +67,7 @@ TEST(intervals_of_frames) {
     }
 }
 
-TEST(malformed_intervals) {
+TEST_WITH_PAIR(malformed_intervals) {
     char text[5000], many[2 * (MOST + 1) * 6] = "[0";
     for (int i = 1; i < 2 * (MOST + 1); i++)
         snprintf(many + strlen(many), sizeof many - strlen(many), ",%.1f", i / 2.0);
@@ -124,7 +124,7 @@ static toliman_status read_table(int64_t *intervals, size_t capacity, size_t *co
     return toliman_ingest_read_on_target(stem_path, NULL, 0, intervals, capacity, count);
 }
 
-TEST(tables) {
+TEST_WITH_PAIR(tables) {
     const int64_t start = INT64_C(1835524837000000000), s = 1000000000; /* 2028-03-01T12:00:00 UTC */
     const char *const texts[] = {
         "start_tai_ns,end_tai_ns\n1835524837000000000,1835524838500000000\n1835524838500000000,1835524839000000000\n",
@@ -156,7 +156,7 @@ TEST(tables) {
     }
 }
 
-TEST(leap_seconds_of_the_caller) {
+TEST_WITH_PAIR(leap_seconds_of_the_caller) {
     const toliman_leap_second table[2] = {{sizeof *table, 10, 41317}, {0, 11, 41499}};
     const char *const text = "start_utc,end_utc\n2016-12-31T23:59:59,2017-01-01T00:00:00\n";
     int64_t known[2], given[2];
@@ -176,7 +176,7 @@ TEST(leap_seconds_of_the_caller) {
 #define NS "start_tai_ns,end_tai_ns\n"
 #define UTC "start_utc,end_utc\n"
 
-TEST(malformed_tables) {
+TEST_WITH_PAIR(malformed_tables) {
     const char *const bad[][2] = {{"", "is empty"},
                                   {"# nothing\n\n", "contains no window"},
                                   {NS "# nothing\n", "contains no window"},
@@ -225,9 +225,4 @@ TEST(wrong_arguments) {
                    "/none/w.csv");
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        WITH_PAIR(intervals_of_frames),        WITH_PAIR(malformed_intervals), WITH_PAIR(tables),
-        WITH_PAIR(leap_seconds_of_the_caller), WITH_PAIR(malformed_tables),    cmocka_unit_test(wrong_arguments)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -54,6 +54,35 @@ enum {
     GPS = TOLIMAN_INGEST_SCALE_GPS
 };
 
+/* A thread has the days that it converted itself. */
+static void *convert_alone(void *unused) {
+    int64_t ns = 0;
+    assert_int_equal(toliman_ingest_last_utc_day(), 0);
+    assert_ok(toliman_ingest_parse_time("70000", MJD, UTC, NULL, 0, &ns));
+    assert_int_equal(toliman_ingest_last_utc_day(), 70000);
+    return unused;
+}
+
+/* Only days of UTC count, also of a table of the caller; the first test of this program. */
+TEST(latest_day_of_utc) {
+    const toliman_leap_second table[1] = {{sizeof table[0], 10, 41317}};
+    int64_t ns = 0, time = (62000 - 40587) * kDay;
+    assert_int_equal(toliman_ingest_last_utc_day(), 0);
+    parsed("88000", MJD, TAI);
+    converted(1, TT);
+    assert_int_equal(toliman_ingest_last_utc_day(), 0);
+    parsed("2028-03-01T23:59:59Z", ISO, UTC);
+    assert_int_equal(toliman_ingest_last_utc_day(), 61831);
+    parsed("60000", MJD, UTC);
+    assert_int_equal(toliman_ingest_last_utc_day(), 61831);
+    assert_ok(toliman_ingest_convert_times(&time, 1, UTC, table, 1, &ns));
+    assert_int_equal(toliman_ingest_last_utc_day(), 62000);
+    pthread_t thread;
+    assert_int_equal(pthread_create(&thread, NULL, convert_alone, NULL), 0);
+    assert_int_equal(pthread_join(thread, NULL), 0);
+    assert_int_equal(toliman_ingest_last_utc_day(), 62000);
+}
+
 /* Time(text, scale=..., format=...).tai of astropy 5.2; GPS = TAI - 19 s and TDB = TT by definition. */
 /* promise: dates-are-exact */
 TEST(constants) {
@@ -191,35 +220,6 @@ TEST(tables_of_the_caller) {
     assert_invalid(toliman_ingest_parse_time("2029-12-31", ISO, UTC, table, 1, &ns), "table->struct_size");
 }
 
-/* A thread has the days that it converted itself. */
-static void *convert_alone(void *unused) {
-    int64_t ns = 0;
-    assert_int_equal(toliman_ingest_last_utc_day(), 0);
-    assert_ok(toliman_ingest_parse_time("70000", MJD, UTC, NULL, 0, &ns));
-    assert_int_equal(toliman_ingest_last_utc_day(), 70000);
-    return unused;
-}
-
-/* Only days of UTC count, also of a table of the caller; the first test of this program. */
-TEST(latest_day_of_utc) {
-    const toliman_leap_second table[1] = {{sizeof table[0], 10, 41317}};
-    int64_t ns = 0, time = (62000 - 40587) * kDay;
-    assert_int_equal(toliman_ingest_last_utc_day(), 0);
-    parsed("88000", MJD, TAI);
-    converted(1, TT);
-    assert_int_equal(toliman_ingest_last_utc_day(), 0);
-    parsed("2028-03-01T23:59:59Z", ISO, UTC);
-    assert_int_equal(toliman_ingest_last_utc_day(), 61831);
-    parsed("60000", MJD, UTC);
-    assert_int_equal(toliman_ingest_last_utc_day(), 61831);
-    assert_ok(toliman_ingest_convert_times(&time, 1, UTC, table, 1, &ns));
-    assert_int_equal(toliman_ingest_last_utc_day(), 62000);
-    pthread_t thread;
-    assert_int_equal(pthread_create(&thread, NULL, convert_alone, NULL), 0);
-    assert_int_equal(pthread_join(thread, NULL), 0);
-    assert_int_equal(toliman_ingest_last_utc_day(), 62000);
-}
-
 TEST(malformed_texts) {
     const struct {
         int32_t format, scale;
@@ -319,7 +319,7 @@ TEST(wrong_arguments) {
 #define HASH "#h 49db2447 571e5e1b 2f002a53 9c8da8e4 39b8e49e"
 
 /* promise: leap-seconds-are-verified */
-TEST(leap_second_files) {
+TEST_WITH(leap_second_files, set_up, tear_down) {
     const char *const good[] = {LIST, LIST "\n", SEALED HASH};
     toliman_leap_second table[30] = {TOLIMAN_LEAP_SECOND_INIT};
     size_t count = 0;
@@ -383,7 +383,7 @@ static void keep_warning(int32_t level, const char *text, void *user_data) {
     snprintf(kept, 300, "%s", text);
 }
 
-TEST(clock_tables) {
+TEST_WITH(clock_tables, set_up, tear_down) {
     const char *const texts[] = {
         "# x\n\n  # y\ncamera_ns, tai_ns\n0,5 # z\n# between\n 1000,1005\n",
         "0,5\r\n1000,1005\r\n",
@@ -431,7 +431,7 @@ TEST(clock_tables) {
                    "/none/clock.csv");
 }
 
-TEST(rates_of_clocks) {
+TEST_WITH(rates_of_clocks, set_up, tear_down) {
     const struct {
         int64_t last; /* of 1,000,000 ns */
         const char *odd;
@@ -448,17 +448,4 @@ TEST(rates_of_clocks) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(latest_day_of_utc),
-                                       cmocka_unit_test(constants),
-                                       cmocka_unit_test(every_nanosecond_is_exact),
-                                       cmocka_unit_test(leap_seconds),
-                                       cmocka_unit_test(tables_of_the_caller),
-                                       cmocka_unit_test(malformed_texts),
-                                       cmocka_unit_test(range_ends),
-                                       cmocka_unit_test(wrong_arguments),
-                                       cmocka_unit_test_setup_teardown(leap_second_files, set_up, tear_down),
-                                       cmocka_unit_test_setup_teardown(clock_tables, set_up, tear_down),
-                                       cmocka_unit_test_setup_teardown(rates_of_clocks, set_up, tear_down)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -63,13 +63,11 @@ TEST(field_of_the_last_failure_of_the_thread) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(files),
-                                       cmocka_unit_test(field_of_the_last_failure_of_the_thread)};
     const int file = mkstemp(path);
     if (file < 0)
         return 1;
     close(file);
-    const int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    const int failed = RUN_ALL(NULL, NULL);
     unlink(path);
     return failed;
 }

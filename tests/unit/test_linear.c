@@ -123,10 +123,4 @@ TEST(errors_name_the_argument) {
     toliman_linear_destroy(linear), toliman_sim_destroy(sim);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(sigma_is_the_bound_with_projected_parameters_free),
-                                       cmocka_unit_test(values_are_unbiased_with_the_predicted_scatter),
-                                       cmocka_unit_test(projected_disturbances_do_not_leak),
-                                       cmocka_unit_test(errors_name_the_argument)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

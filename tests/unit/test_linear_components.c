@@ -277,12 +277,4 @@ TEST(dependent_nuisances_are_logged) {
     toliman_cae_destroy(cae), toliman_linear_destroy(linear), toliman_sim_destroy(sim);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(every_method_finds_a_period_above_the_threshold_and_none_below),
-                                       cmocka_unit_test(eigenvalue_and_bound_match_the_scene),
-                                       cmocka_unit_test(projected_nuisances_leave_nothing),
-                                       cmocka_unit_test(dependent_nuisances_are_logged),
-                                       cmocka_unit_test(push_discards_a_training_and_cancellation_does_not),
-                                       cmocka_unit_test(errors_name_the_argument_and_change_nothing)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -298,13 +298,4 @@ TEST(refusals) {
     assert_null(mask);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(scores_are_those_of_the_scenes),
-                                       cmocka_unit_test(json_has_the_same_numbers),
-                                       cmocka_unit_test(a_seed_gives_one_mask_on_any_number_of_threads),
-                                       cmocka_unit_test(a_stopped_design_keeps_its_mask),
-                                       cmocka_unit_test(scenes_with_other_masks),
-                                       cmocka_unit_test(scenes_with_files_of_the_pupil),
-                                       cmocka_unit_test(refusals)};
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
-}
+RUN_TESTS(make_folder, remove_folder)

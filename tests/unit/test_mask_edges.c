@@ -258,15 +258,4 @@ TEST(refusals) {
     free(text);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(straight_edges_cover_exact_areas),
-                                       cmocka_unit_test(discs_cover_their_area),
-                                       cmocka_unit_test(right_angles_rotate_the_cells),
-                                       cmocka_unit_test(whole_cells_shift_the_cells),
-                                       cmocka_unit_test(defaults_change_nothing),
-                                       cmocka_unit_test(transmissions_are_averaged),
-                                       cmocka_unit_test(area_is_smooth_in_rotation),
-                                       cmocka_unit_test(both_engines_average),
-                                       cmocka_unit_test(refusals)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

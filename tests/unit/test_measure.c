@@ -244,10 +244,4 @@ TEST(bad_series_are_refused) {
     toliman_measure_destroy(made), toliman_measure_destroy(NULL);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_source_gives_the_same_numbers), cmocka_unit_test(times_are_those_of_the_exposures),
-        cmocka_unit_test(functions_are_polynomials_and_columns), cmocka_unit_test(a_reduction_adds_its_functions),
-        cmocka_unit_test(bad_series_are_refused)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -18,7 +18,7 @@ static toliman_measure_info info_of_measure(const toliman_measure *measure) {
 }
 
 /* A periodogram of the series has the sums of the tracker. */
-TEST(values_are_those_of_the_sums) {
+TEST_WITH(values_are_those_of_the_sums, set_up, tear_down) {
     fill_folder(orbit, 1, LAST);
     toliman_track *const track = open_reader();
     toliman_measure *const series = load(0);
@@ -51,7 +51,7 @@ TEST(values_are_those_of_the_sums) {
 }
 
 /* Reducing the measured separations gives the values. */
-TEST(separations_reduce_to_the_values) {
+TEST_WITH(separations_reduce_to_the_values, set_up, tear_down) {
     static const double pairs[] = {100, 400, 1500, 1900};
     toliman_track_options options = reduced_options(folder, orbit);
     toliman_track *const track = make_track(&options);
@@ -86,7 +86,7 @@ TEST(separations_reduce_to_the_values) {
 }
 
 /* It keeps no lists: the time on target of such a frame is not known. */
-TEST(a_tracker_in_memory_leaves_lists_out) {
+TEST_WITH(a_tracker_in_memory_leaves_lists_out, set_up, tear_down) {
     static const double pairs[] = {100, 400, 1500, 1900};
     toliman_track *const track = reduced_in_memory(orbit, 1, 10);
     small_frame frame;
@@ -103,7 +103,7 @@ TEST(a_tracker_in_memory_leaves_lists_out) {
 }
 
 /* Times and exposures go through the clock of the rebuilt folder. */
-TEST(times_are_those_of_a_new_clock) {
+TEST_WITH(times_are_those_of_a_new_clock, set_up, tear_down) {
     fill_folder(orbit, 1, 10);
     const int64_t clock[] = {START_NS, START_NS + SECOND_NS, START_NS + 1000000 * SECOND_NS,
                              START_NS + 1000001 * SECOND_NS};
@@ -124,7 +124,7 @@ TEST(times_are_those_of_a_new_clock) {
     toliman_measure_destroy(measured), toliman_measure_destroy(values);
 }
 
-TEST(options_of_files_are_refused) {
+TEST_WITH(options_of_files_are_refused, set_up, tear_down) {
     fill_folder(orbit, 1, 5);
     toliman_measure *made = NULL;
     const struct {
@@ -145,12 +145,4 @@ TEST(options_of_files_are_refused) {
     assert_null(made);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(values_are_those_of_the_sums, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(separations_reduce_to_the_values, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(a_tracker_in_memory_leaves_lists_out, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(times_are_those_of_a_new_clock, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(options_of_files_are_refused, set_up, tear_down)};
-    return cmocka_run_group_tests(tests, make_skies, destroy_skies);
-}
+RUN_TESTS(make_skies, destroy_skies)

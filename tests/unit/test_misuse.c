@@ -328,15 +328,4 @@ TEST(newer_options_are_refused) {
     assert_int_equal(toliman_get_struct_size(NULL), 0);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(pushes_of_many_threads_exclude_each_other),
-                                       cmocka_unit_test(callback_may_read_while_a_const_call_runs),
-                                       cmocka_unit_test(callback_cannot_use_what_is_being_trained),
-                                       cmocka_unit_test(tracker_cannot_be_read_while_it_changes),
-                                       cmocka_unit_test(pointer_to_another_type_is_refused),
-                                       cmocka_unit_test(functions_without_status_check_their_object),
-                                       cmocka_unit_test(destroyed_object_is_refused),
-                                       cmocka_unit_test(counts_beyond_memory_are_refused),
-                                       cmocka_unit_test(newer_options_are_refused)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

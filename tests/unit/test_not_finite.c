@@ -363,9 +363,5 @@ static int print_summary(void **unused) {
 int main(void) {
     const char *given = getenv("TOLIMAN_STORMS");
     storms = given != NULL ? (uint64_t)atoll(given) : storms;
-    const struct CMUnitTest tests[] = {cmocka_unit_test(periodograms),     cmocka_unit_test(grids),
-                                       cmocka_unit_test(pixels),           cmocka_unit_test(weights),
-                                       cmocka_unit_test(frames_of_a_pass), cmocka_unit_test(scenes),
-                                       cmocka_unit_test(series_of_planets)};
-    return cmocka_run_group_tests(tests, NULL, print_summary);
+    return RUN_ALL(NULL, print_summary);
 }

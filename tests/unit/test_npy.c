@@ -123,9 +123,4 @@ TEST(files_by_their_path) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(other_files_are_refused),
-                                       cmocka_unit_test(headers_of_all_versions),
-                                       cmocka_unit_test(numbers_of_all_types), cmocka_unit_test(files_by_their_path)};
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
-}
+RUN_TESTS(make_folder, remove_folder)

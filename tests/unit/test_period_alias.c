@@ -174,5 +174,4 @@ TEST(invalid_arguments_are_refused) {
     toliman_period_destroy(period);
 }
 
-RUN_TESTS(cmocka_unit_test(choice_and_list), cmocka_unit_test(choice_does_not_depend_on_order),
-          cmocka_unit_test(invalid_arguments_are_refused))
+RUN_TESTS(NULL, NULL)

@@ -431,16 +431,4 @@ TEST(extreme_scales_are_defined) {
         assert_true(power[k] == 0);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(hard_cases_meet_their_tolerance),
-                                       cmocka_unit_test(error_is_not_far_below_the_tolerance),
-                                       cmocka_unit_test(small_archives_match_streaming),
-                                       cmocka_unit_test(archive_matches_streaming_on_any_threads),
-                                       cmocka_unit_test(memory_is_as_documented),
-                                       cmocka_unit_test(progress_is_reported_and_can_cancel),
-                                       cmocka_unit_test(coincident_frequency_is_fitted),
-                                       cmocka_unit_test(few_frequencies_are_summed_exactly),
-                                       cmocka_unit_test(bad_input_is_refused),
-                                       cmocka_unit_test(extreme_scales_are_defined)};
-    return cmocka_run_group_tests_name("period_batch", tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

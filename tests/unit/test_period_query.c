@@ -258,12 +258,4 @@ TEST(test_flags_of_slow_peaks) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_normalisations),
-                                       cmocka_unit_test(test_psd_of_a_perfect_fit),
-                                       cmocka_unit_test(test_model),
-                                       cmocka_unit_test(test_model_of_one_wave),
-                                       cmocka_unit_test(test_peaks_and_aliases),
-                                       cmocka_unit_test(test_flags_of_slow_peaks)};
-    return cmocka_run_group_tests_name("period_query", tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -369,19 +369,4 @@ TEST(ordinary_grids_have_no_flag) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(three_forms_are_equivalent),
-                                       cmocka_unit_test(a_time_in_the_other_member_is_refused),
-                                       cmocka_unit_test(samples_with_and_without_sigma_do_not_mix),
-                                       cmocka_unit_test(impossible_totals_are_refused),
-                                       cmocka_unit_test(a_wrong_retract_makes_no_perfect_detection),
-                                       cmocka_unit_test(perfect_fits_are_accepted),
-                                       cmocka_unit_test(the_last_sample_without_sigma_can_be_retracted),
-                                       cmocka_unit_test(re_referenced_sums_survive_saving),
-                                       cmocka_unit_test(a_distant_sample_is_saved),
-                                       cmocka_unit_test(a_grid_in_another_unit_is_flagged),
-                                       cmocka_unit_test(ordinary_grids_have_no_flag),
-                                       cmocka_unit_test(zero_is_the_default_of_every_option),
-                                       cmocka_unit_test(zero_is_the_default_of_a_batch)};
-    return cmocka_run_group_tests_name("period_samples", tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -351,16 +351,4 @@ TEST(unloadable_state_is_not_saved) {
     remove_folder(folder);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_retract_undoes_push),
-                                       cmocka_unit_test(test_retract_many_is_all_or_none),
-                                       cmocka_unit_test(test_shards_merge_to_the_same_bits),
-                                       cmocka_unit_test(test_window_slides),
-                                       cmocka_unit_test(test_copies_are_independent),
-                                       cmocka_unit_test(test_merge_of_other_references),
-                                       cmocka_unit_test(test_merge_of_two_nights),
-                                       cmocka_unit_test(test_merge_refuses),
-                                       cmocka_unit_test(test_times_in_nanoseconds_and_pairs),
-                                       cmocka_unit_test(unloadable_state_is_not_saved)};
-    return cmocka_run_group_tests_name("period_undo", tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -197,11 +197,4 @@ TEST(mirror_heights_count_twice) {
     assert_same(image_with(mirror, 0, 0), image_with(step, 0, 0), 1e-14);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(tilt_moves_the_image),      cmocka_unit_test(defocus_is_symmetric),
-        cmocka_unit_test(coefficients_are_rms),      cmocka_unit_test(even_loss_changes_nothing),
-        cmocka_unit_test(light_sums_to_one),         cmocka_unit_test(everything_adds),
-        cmocka_unit_test(mirror_heights_count_twice)};
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
-}
+RUN_TESTS(make_folder, remove_folder)

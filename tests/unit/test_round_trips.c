@@ -99,7 +99,7 @@ static size_t contents(const char *path, unsigned char *bytes, size_t capacity) 
 
 /* A folder that is opened and saved: no byte of its three files changes. */
 /* promise: loading-restores-what-was-saved */
-TEST(folders) {
+TEST_IN_FOLDER(folders) {
     enum { CAPACITY = 1 << 16 };
     static unsigned char before[CAPACITY], after[CAPACITY];
     const char *const files[] = {ledger, checkpoint, setup};
@@ -135,6 +135,5 @@ TEST(folders) {
 int main(void) {
     const char *given = getenv("TOLIMAN_OBJECTS");
     objects = given != NULL ? (uint64_t)atoll(given) : objects;
-    const struct CMUnitTest tests[] = {cmocka_unit_test(periodograms), cmocka_unit_test(networks), in_folder(folders)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return RUN_ALL(NULL, NULL);
 }

@@ -450,16 +450,4 @@ TEST(files_are_found_beside_the_scene) {
     toliman_sim_destroy(sim);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(impossible_values),          cmocka_unit_test(unknown_keys),
-        cmocka_unit_test(zernikes_have_an_index),     cmocka_unit_test(unsupported_features),
-        cmocka_unit_test(impossible_orbits),          cmocka_unit_test(impossible_planets),
-        cmocka_unit_test(text_that_is_not_json),      cmocka_unit_test(names_are_not_paths),
-        cmocka_unit_test(extremely_small_numbers),    cmocka_unit_test(masks_are_read),
-        cmocka_unit_test(masks_are_refused),          cmocka_unit_test(amplitudes_and_surfaces_are_refused),
-
-        cmocka_unit_test(the_band_ends_at_its_limit), cmocka_unit_test(times_are_listed),
-        cmocka_unit_test(pipes_are_refused),          cmocka_unit_test(files_are_found_beside_the_scene)};
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
-}
+RUN_TESTS(make_folder, remove_folder)

@@ -87,8 +87,4 @@ TEST(spectra_in_other_units) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(tables_are_read_and_refused),
-                                       cmocka_unit_test(spectra_in_other_units)};
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
-}
+RUN_TESTS(make_folder, remove_folder)

@@ -179,9 +179,4 @@ TEST(wrong_arguments) {
     toliman_sim_destroy(sim);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(gradient_transposes_derivatives),
-                                       cmocka_unit_test(gradient_predicts_scenes),
-                                       cmocka_unit_test(threads_change_no_bit), cmocka_unit_test(wrong_arguments)};
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
-}
+RUN_TESTS(make_folder, remove_folder)

@@ -124,9 +124,4 @@ TEST(refusals) {
     free(text);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(temperatures_multiply_tables),
-                                       cmocka_unit_test(modes_are_legendre_polynomials), cmocka_unit_test(eleven_modes),
-                                       cmocka_unit_test(refusals)};
-    return cmocka_run_group_tests(tests, make_files, remove_folder);
-}
+RUN_TESTS(make_files, remove_folder)

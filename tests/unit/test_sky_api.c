@@ -427,20 +427,4 @@ TEST(threads_give_the_bits_of_one) {
                             sizeof *together - offsetof(toliman_sky_prediction, separation_arcsec));
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(bad_options_are_refused),
-                                       cmocka_unit_test(a_text_is_the_system),
-                                       cmocka_unit_test(bad_arguments_are_refused),
-                                       cmocka_unit_test(reduced_is_measured_over_factor_minus_geometric),
-                                       cmocka_unit_test(unknown_exposures_are_refused),
-                                       cmocka_unit_test(a_refit_refuses_unknown_exposures),
-                                       cmocka_unit_test(bad_diagnoses_are_refused),
-                                       cmocka_unit_test(bad_measurements_are_refused),
-                                       cmocka_unit_test(columns_are_the_partials_of_uncertain_elements),
-                                       cmocka_unit_test(bad_columns_are_refused),
-                                       cmocka_unit_test(properties_are_those_of_the_options),
-                                       cmocka_unit_test(the_centre_of_the_earth_is_a_warning),
-                                       cmocka_unit_test(rows_have_the_caller_s_size),
-                                       cmocka_unit_test(threads_give_the_bits_of_one)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

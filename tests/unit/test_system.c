@@ -171,9 +171,4 @@ TEST(threads_that_cannot_be_created) {
     toliman_sim_destroy(sim), free(text);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(existing_names), cmocka_unit_test(permissions),
-                                       cmocka_unit_test(a_folder_that_cannot_be_opened),
-                                       cmocka_unit_test(threads_that_cannot_be_created)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

@@ -206,7 +206,7 @@ TEST(the_covariances_predict_how_network_and_fit_differ) {
 }
 
 /* promise: arrival-order-changes-no-bit */
-TEST(order_threads_restarts_and_merges_change_no_bit) {
+TEST_WITH(order_threads_restarts_and_merges_change_no_bit, make_places, remove_places) {
     const int orders[][SOME] = {{0, 1, 2, 3, 4, 5}, {5, 2, 0, 4, 1, 3}};
     double expected[NF], found[NF];
     toliman_track_outcome outcomes[SOME];
@@ -259,7 +259,7 @@ TEST(a_frame_without_a_fit_is_rejected) {
 }
 
 /* promise: estimators-are-not-mixed */
-TEST(other_estimators_are_refused) {
+TEST_WITH(other_estimators_are_refused, make_places, remove_places) {
     toliman_track_outcome outcome;
     toliman_track_options options = options_of(folder, bank);
     toliman_track *track = opened(&options), *refused = NULL;
@@ -300,13 +300,4 @@ TEST(options_that_do_not_fit_are_refused) {
     assert_null(track);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(values_are_those_of_the_bank_at_the_frames_times),
-        cmocka_unit_test(the_covariances_predict_how_network_and_fit_differ),
-        cmocka_unit_test_setup_teardown(order_threads_restarts_and_merges_change_no_bit, make_places, remove_places),
-        cmocka_unit_test(a_frame_without_a_fit_is_rejected),
-        cmocka_unit_test_setup_teardown(other_estimators_are_refused, make_places, remove_places),
-        cmocka_unit_test(options_that_do_not_fit_are_refused)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

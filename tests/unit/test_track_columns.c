@@ -100,7 +100,7 @@ static void assert_columns(const toliman_track *track, int64_t frames) {
     }
 }
 
-TEST(columns_hold_the_given_values) {
+TEST_IN_FOLDER(columns_hold_the_given_values) {
     for (int on_disk = 0; on_disk < 2; on_disk++) {
         toliman_track_options options = rich_options(on_disk ? folder : NULL);
         toliman_track *track = make_track(&options);
@@ -279,7 +279,7 @@ TEST(impossible_exposures_are_refused) {
 }
 
 /* Columns of a folder are merged by name, and none is dropped silently. */
-TEST(columns_are_merged) {
+TEST_IN_FOLDER(columns_are_merged) {
     char shard[300], its_ledger[320];
     snprintf(shard, sizeof shard, "%s/shard", folder);
     snprintf(its_ledger, sizeof its_ledger, "%s/ledger.tlml", shard);
@@ -318,7 +318,7 @@ TEST(columns_are_merged) {
 }
 
 /* A ledger with a column that this version does not fill keeps it: a later version may have created it. */
-TEST(unknown_columns_are_left_empty) {
+TEST_IN_FOLDER(unknown_columns_are_left_empty) {
     enum { MADE = COLUMNS + 2, HEAD = 124 + 64 * MADE };
     toliman_track_options options = small_options(folder);
     strcpy(options.estimator.values,
@@ -344,7 +344,7 @@ TEST(unknown_columns_are_left_empty) {
 }
 
 /* promise: other-versions-are-refused */
-TEST(old_ledgers_are_refused) {
+TEST_IN_FOLDER(old_ledgers_are_refused) {
     const toliman_track_options options = filled_folder();
     toliman_track *none = NULL;
     const uint32_t one = 1, three = 3;
@@ -356,7 +356,7 @@ TEST(old_ledgers_are_refused) {
 }
 
 /* Headers with correct checksums and impossible columns. */
-TEST(impossible_columns_are_refused) {
+TEST_IN_FOLDER(impossible_columns_are_refused) {
     const toliman_track_options options = small_options(folder);
     toliman_track *none = NULL;
     toliman_track_destroy(make_track(&options));
@@ -383,7 +383,7 @@ TEST(impossible_columns_are_refused) {
 
 /* Zeros are replaced by defaults, and the options in force are reported. */
 /* promise: zero-is-the-default */
-TEST(options_in_force) {
+TEST_IN_FOLDER(options_in_force) {
     toliman_track_options zeros = TOLIMAN_TRACK_OPTIONS_INIT, made;
     made = (toliman_track_options)TOLIMAN_TRACK_OPTIONS_INIT;
     assert_memory_equal(&zeros, &made, sizeof made);
@@ -439,7 +439,4 @@ TEST(options_in_force) {
     toliman_track_destroy(make_track(&reported));
 }
 
-RUN_TESTS(in_folder(columns_hold_the_given_values), cmocka_unit_test(estimators_receive_the_known_values),
-          cmocka_unit_test(other_exposures_are_other_contents), cmocka_unit_test(impossible_exposures_are_refused),
-          in_folder(columns_are_merged), in_folder(unknown_columns_are_left_empty), in_folder(old_ledgers_are_refused),
-          in_folder(impossible_columns_are_refused), in_folder(options_in_force))
+RUN_TESTS(NULL, NULL)

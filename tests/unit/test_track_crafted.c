@@ -24,7 +24,7 @@ static toliman_track_options cropped_options(void) {
     return options;
 }
 
-TEST(other_options_are_refused) {
+TEST_IN_FOLDER(other_options_are_refused) {
     const toliman_track_options options = cropped_options();
     toliman_track_destroy(make_track(&options));
 #define REFUSED(member, value)                                                                                         \
@@ -48,7 +48,7 @@ TEST(other_options_are_refused) {
 }
 
 /* promise: impossible-records-are-refused */
-TEST(impossible_terms_are_refused) {
+TEST_IN_FOLDER(impossible_terms_are_refused) {
     enum { TERMS = 16 };
     const toliman_track_options options = cropped_options();
     toliman_track_destroy(make_track(&options));
@@ -95,7 +95,7 @@ static uint32_t add_line(unsigned char *line, off_t number, uint32_t chain) {
 }
 
 /* promise: impossible-records-are-refused */
-TEST(contradictory_records_are_refused) {
+TEST_IN_FOLDER(contradictory_records_are_refused) {
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     push_number(track, 1);
@@ -135,7 +135,7 @@ TEST(contradictory_records_are_refused) {
 }
 
 /* Records damaged on disk while the tracker is open are refused; the others can be read. */
-TEST(damage_while_open) {
+TEST_IN_FOLDER(damage_while_open) {
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     push_range(track, 1, 6);
@@ -156,7 +156,7 @@ TEST(damage_while_open) {
 
 /* An impossible checkpoint or setup is ignored. */
 /* promise: lost-checkpoints-cost-time-only */
-TEST(impossible_checkpoints_and_setups) {
+TEST_IN_FOLDER(impossible_checkpoints_and_setups) {
     enum { POINTS = 8, REPEATS = 24 };
     toliman_track_options options = filled_folder();
     options.frames.stamp = TOLIMAN_FRAME_STAMP_MIDDLE;
@@ -192,7 +192,7 @@ TEST(impossible_checkpoints_and_setups) {
 
 /* Lines of names that are truncated, invalid, with a wrong digest or of no frame are ignored. */
 /* promise: lost-names-cost-no-frame */
-TEST(invalid_names) {
+TEST_IN_FOLDER(invalid_names) {
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     push_number(track, 1);
@@ -279,7 +279,4 @@ TEST(empty_requests) {
     toliman_track_destroy(track);
 }
 
-RUN_TESTS(in_folder(other_options_are_refused), in_folder(impossible_terms_are_refused),
-          in_folder(contradictory_records_are_refused), in_folder(damage_while_open),
-          in_folder(impossible_checkpoints_and_setups), in_folder(invalid_names),
-          cmocka_unit_test(number_of_sessions_is_limited), cmocka_unit_test(empty_requests))
+RUN_TESTS(NULL, NULL)

@@ -8,7 +8,7 @@
 
 /* With each byte of the checkpoint flipped, the file truncated or missing, the sums are recomputed from the ledger. */
 /* promise: lost-checkpoints-cost-time-only */
-TEST(lost_checkpoint_costs_only_time) {
+TEST_IN_FOLDER(lost_checkpoint_costs_only_time) {
     toliman_track_options options = filled_folder();
     const off_t size = size_of(checkpoint);
     for (off_t at = 0; at < size; at += at < 64 ? 1 : 401) {
@@ -36,7 +36,7 @@ TEST(lost_checkpoint_costs_only_time) {
 
 /* With each byte of the setup (grid and clock) flipped, the file truncated or missing: neither is guessed, both can be
  * given again. */
-TEST(lost_setup_must_be_given_again) {
+TEST_IN_FOLDER(lost_setup_must_be_given_again) {
     const toliman_track_options options = filled_folder();
     const int64_t camera[2] = {0, 0};
     toliman_track_options given = options, known;
@@ -68,7 +68,7 @@ TEST(lost_setup_must_be_given_again) {
 }
 
 /* Damage to a synced record is never mistaken for a crash; a torn tail is truncated. */
-TEST(damaged_ledger_is_distinguished_from_a_torn_one) {
+TEST_IN_FOLDER(damaged_ledger_is_distinguished_from_a_torn_one) {
     toliman_track_options options = small_options(folder);
     options.ledger.group = 8;
     toliman_track *track = make_track(&options), *none = NULL;
@@ -131,7 +131,7 @@ TEST(damaged_ledger_is_distinguished_from_a_torn_one) {
 
 /* Frames whose times the grid or clock cannot represent stay in the ledger, and enter the sums with another grid or
  * clock. */
-TEST(times_out_of_range_lose_no_frame) {
+TEST_IN_FOLDER(times_out_of_range_lose_no_frame) {
     toliman_track_options options = filled_folder(), other = options;
     const int64_t late[2] = {0, INT64_MAX - 30 * DAY_NS}, camera[2] = {0, 0};
     other.flags = TOLIMAN_TRACK_REBUILD;
@@ -169,7 +169,7 @@ TEST(times_out_of_range_lose_no_frame) {
 
 /* Undamaged records of a damaged ledger are merged to a new folder; the lost ones are counted. */
 /* promise: salvage-counts-what-is-lost */
-TEST(damaged_ledger_is_salvaged) {
+TEST_IN_FOLDER(damaged_ledger_is_salvaged) {
     toliman_track_options options = small_options(folder), elsewhere = small_options(NULL);
     toliman_track *track = make_track(&options);
     small_frame frame;
@@ -204,7 +204,7 @@ TEST(damaged_ledger_is_salvaged) {
 
 /* Impossible records with correct checksums are refused, and never mistaken for torn ones. */
 /* promise: impossible-records-are-refused */
-TEST(impossible_records_are_refused) {
+TEST_IN_FOLDER(impossible_records_are_refused) {
     toliman_track_options options = small_options(folder), elsewhere = small_options(NULL);
     toliman_track *track = make_track(&options), *none = NULL;
     push_number(track, 1);
@@ -237,7 +237,7 @@ TEST(impossible_records_are_refused) {
 /* A full disk: the error is reported, no more frames are accepted, and acknowledged frames are there once space is
  * available. */
 /* promise: failed-writes-stop-the-tracker */
-TEST(full_disk_is_reported) {
+TEST_IN_FOLDER(full_disk_is_reported) {
     toliman_track_options options = small_options(folder);
     options.ledger.group = 4;
     toliman_track *track = make_track(&options);
@@ -269,7 +269,7 @@ TEST(full_disk_is_reported) {
 
 /* After one salvage, a folder can be merged as before, and its later records are not skipped. */
 /* promise: salvage-counts-what-is-lost */
-TEST(salvage_hides_nothing) {
+TEST_IN_FOLDER(salvage_hides_nothing) {
     char region_path[300];
     snprintf(region_path, sizeof region_path, "%s/region", folder);
     toliman_track_options options = small_options(folder), of_region = options, elsewhere = small_options(NULL);
@@ -310,7 +310,7 @@ TEST(salvage_hides_nothing) {
 
 /* The frame of a lost record stays quarantined, whether another folder with that frame is merged before or after. */
 /* promise: quarantines-retract-exactly */
-TEST(salvaged_quarantines_hold_in_any_order) {
+TEST_IN_FOLDER(salvaged_quarantines_hold_in_any_order) {
     char other_path[300];
     snprintf(other_path, sizeof other_path, "%s/other", folder);
     toliman_track_options options = small_options(folder), of_other = options, elsewhere = small_options(NULL);
@@ -344,7 +344,7 @@ TEST(salvaged_quarantines_hold_in_any_order) {
 }
 
 /* Impossible counts of a folder are refused before any of them is merged. */
-TEST(impossible_marks_do_not_spread) {
+TEST_IN_FOLDER(impossible_marks_do_not_spread) {
     char crafted_path[300], crafted[320];
     snprintf(crafted_path, sizeof crafted_path, "%s/crafted", folder);
     snprintf(crafted, sizeof crafted, "%s/ledger.tlml", crafted_path);
@@ -376,8 +376,4 @@ TEST(impossible_marks_do_not_spread) {
     remove_folder(crafted_path);
 }
 
-RUN_TESTS(in_folder(lost_checkpoint_costs_only_time), in_folder(damaged_ledger_is_distinguished_from_a_torn_one),
-          in_folder(impossible_records_are_refused), in_folder(full_disk_is_reported),
-          in_folder(lost_setup_must_be_given_again), in_folder(times_out_of_range_lose_no_frame),
-          in_folder(damaged_ledger_is_salvaged), in_folder(salvage_hides_nothing),
-          in_folder(salvaged_quarantines_hold_in_any_order), in_folder(impossible_marks_do_not_spread))
+RUN_TESTS(NULL, NULL)

@@ -149,7 +149,7 @@ TEST(values_are_those_of_fits_at_the_frames_times) {
 }
 
 /* promise: arrival-order-changes-no-bit */
-TEST(order_threads_and_restarts_change_no_bit) {
+TEST_WITH(order_threads_and_restarts_change_no_bit, make_place, remove_place) {
     const int orders[][FRAMES] = {{0, 1, 2, 3, 4, 5}, {5, 2, 0, 4, 1, 3}};
     double expected[20], found[20];
     toliman_track_outcome outcomes[FRAMES];
@@ -201,7 +201,7 @@ TEST(a_frame_without_a_fit_is_rejected) {
 }
 
 /* promise: estimators-are-not-mixed */
-TEST(other_estimators_are_refused) {
+TEST_WITH(other_estimators_are_refused, make_place, remove_place) {
     toliman_track_options options = options_of(folder, fit);
     toliman_track *track = opened(&options);
     toliman_track_destroy(track);
@@ -226,11 +226,4 @@ TEST(other_estimators_are_refused) {
     toliman_linear_destroy(linear), toliman_fit_destroy(other);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(values_are_those_of_fits_at_the_frames_times),
-        cmocka_unit_test_setup_teardown(order_threads_and_restarts_change_no_bit, make_place, remove_place),
-        cmocka_unit_test(a_frame_without_a_fit_is_rejected),
-        cmocka_unit_test_setup_teardown(other_estimators_are_refused, make_place, remove_place)};
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+RUN_TESTS(set_up, tear_down)

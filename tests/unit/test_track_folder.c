@@ -5,7 +5,7 @@
 #include "track_folder.h"
 
 /* promise: committed-frames-survive-kills */
-TEST(committed_frames_are_resumed) {
+TEST_IN_FOLDER(committed_frames_are_resumed) {
     toliman_track_options options = filled_folder();
     for (int time = 0; time < 2; time++) {
         toliman_track *track = make_track(&options);
@@ -30,7 +30,7 @@ TEST(committed_frames_are_resumed) {
 }
 
 /* promise: folders-have-one-writer */
-TEST(one_writer_and_many_readers) {
+TEST_IN_FOLDER(one_writer_and_many_readers) {
     toliman_track_options options = small_options(folder), looking;
     toliman_track *writer = make_track(&options), *none = NULL;
     assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_STATE, folder);
@@ -71,7 +71,7 @@ TEST(one_writer_and_many_readers) {
 
 /* A new clock changes every time, a new grid the frequencies: the result is as if all frames arrived under them. */
 /* promise: rebuilds-equal-new-folders */
-TEST(another_grid_and_clock_without_frames) {
+TEST_IN_FOLDER(another_grid_and_clock_without_frames) {
     toliman_track_options options = filled_folder();
     const int64_t clock[] = {0, 5000, 30 * DAY_NS, 31 * DAY_NS, 50 * DAY_NS, 50 * DAY_NS + 77};
     toliman_track_options other = options;
@@ -115,7 +115,7 @@ TEST(another_grid_and_clock_without_frames) {
     toliman_track_destroy(track), toliman_track_destroy(expected);
 }
 
-TEST(records_can_be_read) {
+TEST_IN_FOLDER(records_can_be_read) {
     const toliman_track_options options = filled_folder();
     toliman_track *track = make_track(&options);
     static toliman_track_record lines[100];
@@ -170,7 +170,7 @@ TEST(records_can_be_read) {
     toliman_track_destroy(track);
 }
 
-TEST(bad_options_leave_no_folder) {
+TEST_IN_FOLDER(bad_options_leave_no_folder) {
     char path[300];
     snprintf(path, sizeof path, "%s/none", folder);
     const int64_t falling[4] = {0, 0, 5, -5};
@@ -197,7 +197,7 @@ static uint64_t fnv1a(const char *text, size_t size) {
 }
 
 /* Offsets as in tools/docs/formats.md; also with another clock, and after a merge. */
-TEST(ledger_matches_its_format) {
+TEST_IN_FOLDER(ledger_matches_its_format) {
     toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     small_frame frame;
@@ -274,7 +274,7 @@ TEST(ledger_matches_its_format) {
 }
 
 /* Records wait for their group at most a second, as long as frames arrive. */
-TEST(records_wait_at_most_a_second) {
+TEST_IN_FOLDER(records_wait_at_most_a_second) {
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     push_number(track, 1);
@@ -330,7 +330,7 @@ static void read_during_write(const toliman_track_options *options, int64_t comm
 }
 
 /* Readers never see damage while a writer is repeatedly stopped and truncates a torn tail. */
-TEST(readers_tolerate_recovery) {
+TEST_IN_FOLDER(readers_tolerate_recovery) {
     toliman_track_options options = small_options(folder), looking = options;
     options.ledger.sync = TOLIMAN_TRACK_SYNC_FRAME;
     toliman_track_destroy(make_track(&options));
@@ -365,7 +365,7 @@ TEST(readers_tolerate_recovery) {
 }
 
 /* promise: committed-frames-survive-kills */
-TEST(killed_runs_are_resumed) {
+TEST_IN_FOLDER(killed_runs_are_resumed) {
     const char *given = getenv("TOLIMAN_KILLS");
     const int kills = given != NULL ? atoi(given) : 10;
     toliman_track_options options = small_options(folder);
@@ -409,7 +409,7 @@ TEST(killed_runs_are_resumed) {
 
 /* Names, ids and missing frames of each session and region; a lost name loses no frame. */
 /* promise: lost-names-cost-no-frame */
-TEST(sessions_are_named) {
+TEST_IN_FOLDER(sessions_are_named) {
     toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     static const char *const sessions[] = {"night-2", "day.1", "night-2"}, *const rois[] = {"core", "core", "wing"};
@@ -484,7 +484,7 @@ TEST(sessions_are_named) {
 
 /* A checkpoint is valid only for the ledger, grid and clock that it was made of. */
 /* promise: lost-checkpoints-cost-time-only */
-TEST(foreign_checkpoint_is_ignored) {
+TEST_IN_FOLDER(foreign_checkpoint_is_ignored) {
     toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options), *none = NULL;
     push_range(track, 1, 20);
@@ -528,7 +528,7 @@ TEST(foreign_checkpoint_is_ignored) {
 }
 
 /* The setup of a folder with another sigma, whose sums could not hold these values. */
-TEST(foreign_setup_is_ignored) {
+TEST_IN_FOLDER(foreign_setup_is_ignored) {
     char copy[300], other_setup[320];
     toliman_track_options options = small_options(folder), other = options;
     toliman_track *none = NULL;
@@ -543,9 +543,4 @@ TEST(foreign_setup_is_ignored) {
     remove_folder(copy);
 }
 
-RUN_TESTS(in_folder(committed_frames_are_resumed), in_folder(one_writer_and_many_readers),
-          in_folder(another_grid_and_clock_without_frames), in_folder(ledger_matches_its_format),
-          in_folder(records_wait_at_most_a_second), in_folder(records_can_be_read),
-          in_folder(bad_options_leave_no_folder), in_folder(readers_tolerate_recovery),
-          in_folder(killed_runs_are_resumed), in_folder(sessions_are_named), in_folder(foreign_checkpoint_is_ignored),
-          in_folder(foreign_setup_is_ignored))
+RUN_TESTS(NULL, NULL)

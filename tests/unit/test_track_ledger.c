@@ -43,7 +43,7 @@ static void assert_warned(const toliman_track_options *options, const char *text
 }
 
 /* promise: damage-is-told-once */
-TEST(damage_is_reported_once) {
+TEST_WITH(damage_is_reported_once, prepare, tear_down) {
     const toliman_track_options options = filled_folder();
     char copy[300];
     snprintf(copy, sizeof copy, "%s/copy", folder);
@@ -78,7 +78,7 @@ TEST(damage_is_reported_once) {
 }
 
 /* promise: folders-have-one-writer */
-TEST(one_writer_even_if_files_are_removed) {
+TEST_WITH(one_writer_even_if_files_are_removed, prepare, tear_down) {
     char path[330];
     static const char *const other_files[] = {"lock", "checkpoint.tlmc", "setup.tlms", "streams.txt",
                                               "ledger.tlml.tmp"};
@@ -117,7 +117,7 @@ static void damage_ledger(int way) {
 
 /* The change is detected before anything more is acknowledged; a removed file is never saved to. */
 /* promise: changed-ledgers-stop-writers */
-TEST(a_ledger_that_changes_stops_its_writer) {
+TEST_WITH(a_ledger_that_changes_stops_its_writer, prepare, tear_down) {
     for (int way = 0; way < WAYS; way++)
         for (int saving = 0; saving < 2; saving++) {
             toliman_track_options options = small_options(folder);
@@ -168,7 +168,7 @@ static int write_some(int writer) {
 
 /* Writers that race to create a folder: each writes alone or is refused, and no acknowledged frame is lost. */
 /* promise: folders-have-one-writer */
-TEST(race_to_create_a_folder) {
+TEST_WITH(race_to_create_a_folder, prepare, tear_down) {
     const toliman_track_options options = small_options(folder);
     for (int round = 0; round < ROUNDS; round++) {
         pid_t children[WRITERS];
@@ -191,7 +191,7 @@ TEST(race_to_create_a_folder) {
 }
 
 /* A writer of an earlier version locks the file `lock`. */
-TEST(writer_of_an_earlier_version_is_excluded) {
+TEST_WITH(writer_of_an_earlier_version_is_excluded, prepare, tear_down) {
     char path[330];
     snprintf(path, sizeof path, "%s/lock", folder);
     const int held = open(path, O_RDWR | O_CREAT, 0666);
@@ -204,7 +204,7 @@ TEST(writer_of_an_earlier_version_is_excluded) {
 }
 
 /* If files other than the ledger exist, the folder is not new, and no new ledger is created. */
-TEST(lost_ledger_is_not_a_new_folder) {
+TEST_WITH(lost_ledger_is_not_a_new_folder, prepare, tear_down) {
     const toliman_track_options options = filled_folder();
     toliman_track_options reading = options;
     reading.flags = TOLIMAN_TRACK_READ_ONLY;
@@ -221,7 +221,7 @@ TEST(lost_ledger_is_not_a_new_folder) {
 }
 
 /* As after a crash that left only the first file. */
-TEST(partly_created_folder_continues) {
+TEST_WITH(partly_created_folder_continues, prepare, tear_down) {
     toliman_track_options options = small_options(folder);
     for (int left = 0; left < 2; left++) {
         toliman_track_destroy(make_track(&options));
@@ -246,7 +246,7 @@ TEST(partly_created_folder_continues) {
 
 /* Arrivals are counted once, without a save and without the checkpoint. */
 /* promise: counts-survive-crashes */
-TEST(repeats_are_kept_by_commit) {
+TEST_WITH(repeats_are_kept_by_commit, prepare, tear_down) {
     const toliman_track_options options = small_options(folder);
     for (int pass = 1; pass <= 4; pass++) {
         toliman_track *track = make_track(&options);
@@ -273,7 +273,7 @@ TEST(repeats_are_kept_by_commit) {
 /* A checkpoint of an earlier version, which held these counts alone: they count once, also after the ledger has
  * them. */
 /* promise: counts-survive-crashes */
-TEST(repeats_of_an_older_checkpoint_count_once) {
+TEST_WITH(repeats_of_an_older_checkpoint_count_once, prepare, tear_down) {
     enum { REPEATS = 24 };
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
@@ -300,12 +300,4 @@ TEST(repeats_of_an_older_checkpoint_count_once) {
     toliman_track_destroy(track);
 }
 
-RUN_TESTS(cmocka_unit_test_setup_teardown(damage_is_reported_once, prepare, tear_down),
-          cmocka_unit_test_setup_teardown(one_writer_even_if_files_are_removed, prepare, tear_down),
-          cmocka_unit_test_setup_teardown(a_ledger_that_changes_stops_its_writer, prepare, tear_down),
-          cmocka_unit_test_setup_teardown(race_to_create_a_folder, prepare, tear_down),
-          cmocka_unit_test_setup_teardown(writer_of_an_earlier_version_is_excluded, prepare, tear_down),
-          cmocka_unit_test_setup_teardown(lost_ledger_is_not_a_new_folder, prepare, tear_down),
-          cmocka_unit_test_setup_teardown(partly_created_folder_continues, prepare, tear_down),
-          cmocka_unit_test_setup_teardown(repeats_are_kept_by_commit, prepare, tear_down),
-          cmocka_unit_test_setup_teardown(repeats_of_an_older_checkpoint_count_once, prepare, tear_down))
+RUN_TESTS(NULL, NULL)

@@ -146,7 +146,7 @@ TEST(limit_follows_the_median) {
     toliman_track_destroy(up), toliman_track_destroy(down);
 }
 
-TEST(limit_of_a_folder_is_kept) {
+TEST_IN_FOLDER(limit_of_a_folder_is_kept) {
     toliman_track_options options = misfit_options(folder);
     options.limits.chi_square = 5;
     toliman_track *track = make_track(&options), *none = NULL;
@@ -207,7 +207,7 @@ TEST(shards_merge_to_the_whole) {
 }
 
 /* The summary, against sums over the expected frames, and the verdict of a record that was reported as accepted. */
-TEST(goodness_of_the_folder) {
+TEST_IN_FOLDER(goodness_of_the_folder) {
     const toliman_track_options options = misfit_options(folder);
     toliman_track *track = make_track(&options);
     assert_int_equal(push_number(track, 1), TOLIMAN_TRACK_VERDICT_ACCEPTED);
@@ -261,6 +261,4 @@ TEST(goodness_of_the_folder) {
     toliman_track_destroy(track);
 }
 
-RUN_TESTS(cmocka_unit_test(any_order_gives_the_same_sums), cmocka_unit_test(limit_follows_the_median),
-          in_folder(limit_of_a_folder_is_kept), cmocka_unit_test(shards_merge_to_the_whole),
-          in_folder(goodness_of_the_folder))
+RUN_TESTS(NULL, NULL)

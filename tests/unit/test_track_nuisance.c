@@ -54,7 +54,7 @@ static void reopen_with(int32_t trend, double end, toliman_status status) {
     toliman_track_destroy(track);
 }
 
-TEST(a_trend_is_fitted) {
+TEST_IN_FOLDER(a_trend_is_fitted) {
     const toliman_track_options options = trend_options(folder, kEnd);
     fill_with(&options, 1, LAST);
     toliman_track *const reader = open_reader();
@@ -71,7 +71,7 @@ TEST(a_trend_is_fitted) {
     assert_true(loaded.grid.trend_start == 0 && loaded.grid.trend_end == kEnd);
 }
 
-TEST(frames_outside_the_span_are_rejected) {
+TEST_IN_FOLDER(frames_outside_the_span_are_rejected) {
     const double end = 0.3;
     const toliman_track_options options = trend_options(folder, end);
     toliman_track *track = make_track(&options);
@@ -105,7 +105,7 @@ TEST(the_span_suits_the_grid) {
 }
 
 /* The errors of the elements are functions unless a trend or the mean alone is asked for. */
-TEST(a_system_brings_the_errors_of_its_orbit) {
+TEST_IN_FOLDER(a_system_brings_the_errors_of_its_orbit) {
     static const struct {
         int32_t trend;
         uint32_t flags, elements;
@@ -132,7 +132,7 @@ TEST(a_system_brings_the_errors_of_its_orbit) {
     }
 }
 
-TEST(an_error_of_the_plate_scale_widens_a_prior) {
+TEST_IN_FOLDER(an_error_of_the_plate_scale_widens_a_prior) {
     double axis, sigma;
     assert_ok(toliman_sky_get_element(orbit, TOLIMAN_SKY_ELEMENT_SEMI_MAJOR, &axis, &sigma));
     toliman_track_options options = reduced_options(folder, orbit);
@@ -151,7 +151,7 @@ TEST(an_error_of_the_plate_scale_widens_a_prior) {
 }
 
 /* The fit of a reader against that of a periodogram with the rows of the ledger. */
-TEST(the_fit_uses_the_columns) {
+TEST_IN_FOLDER(the_fit_uses_the_columns) {
     fill_folder(orbit, 1, LAST);
     toliman_track *const reader = open_reader();
     int32_t elements[7];
@@ -183,7 +183,7 @@ TEST(the_fit_uses_the_columns) {
 }
 
 /* promise: rebuilds-equal-new-folders */
-TEST(rebuild_changes_the_functions) {
+TEST_IN_FOLDER(rebuild_changes_the_functions) {
     fill_folder(orbit, 1, LAST);
     toliman_track_options options = loaded_options(TOLIMAN_TRACK_REBUILD);
     options.grid.trend = -1;
@@ -203,7 +203,7 @@ TEST(rebuild_changes_the_functions) {
     toliman_track_destroy(track);
 }
 
-TEST(shards_with_functions_merge) {
+TEST_IN_FOLDER(shards_with_functions_merge) {
     char shards[2][300], whole[300];
     snprintf(whole, sizeof whole, "%s/whole", folder);
     for (int trend = 0; trend < 2; trend++) {
@@ -260,7 +260,7 @@ TEST(bad_functions_are_refused) {
 }
 
 /* Every byte of a setup with functions is covered by a check. */
-TEST(damage_to_the_setup_is_found) {
+TEST_IN_FOLDER(damage_to_the_setup_is_found) {
     fill_folder(orbit, 1, 3);
     const off_t size = size_of(setup);
     for (off_t at = 0; at < size; at += at < 400 ? 1 : 101) {
@@ -271,16 +271,4 @@ TEST(damage_to_the_setup_is_found) {
     assert_int_equal(loaded_options(TOLIMAN_TRACK_READ_ONLY).grid.nf, FREQUENCIES);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {in_folder(a_trend_is_fitted),
-                                       in_folder(frames_outside_the_span_are_rejected),
-                                       cmocka_unit_test(the_span_suits_the_grid),
-                                       in_folder(a_system_brings_the_errors_of_its_orbit),
-                                       in_folder(an_error_of_the_plate_scale_widens_a_prior),
-                                       in_folder(the_fit_uses_the_columns),
-                                       in_folder(rebuild_changes_the_functions),
-                                       in_folder(shards_with_functions_merge),
-                                       cmocka_unit_test(bad_functions_are_refused),
-                                       in_folder(damage_to_the_setup_is_found)};
-    return cmocka_run_group_tests_name("track_nuisance", tests, make_skies, destroy_skies);
-}
+RUN_TESTS(make_skies, destroy_skies)

@@ -13,7 +13,7 @@ static toliman_track_options options_without_setup(void) {
 }
 
 /* The setup is lost, or is that of another ledger: either would give values of another reference. */
-TEST(lost_setup_needs_the_sky) {
+TEST_IN_FOLDER(lost_setup_needs_the_sky) {
     for (int is_predicted = 0; is_predicted < 2; is_predicted++) {
         fill_folder(is_predicted ? predicted : orbit, is_predicted ? COVERED + 2 : 1, LAST);
         assert_int_equal(unlink(setup), 0);
@@ -30,7 +30,7 @@ TEST(lost_setup_needs_the_sky) {
     }
 }
 
-TEST(setup_of_another_ledger_is_not_used) {
+TEST_IN_FOLDER(setup_of_another_ledger_is_not_used) {
     char old[310];
     fill_folder(orbit, 1, LAST);
     snprintf(old, sizeof old, "%s.old", setup);
@@ -71,7 +71,7 @@ static void assert_same_counts(toliman_track_info a, toliman_track_info b) {
 
 /* Also with a torn record, which is removed. */
 /* promise: rebuilds-equal-new-folders */
-TEST(rebuild_reduces_a_plain_folder) {
+TEST_IN_FOLDER(rebuild_reduces_a_plain_folder) {
     char first[300];
     snprintf(first, sizeof first, "%s/first", folder);
     const toliman_track_options plain = measured_options(folder), reduced = reduced_options(first, orbit);
@@ -94,7 +94,7 @@ TEST(rebuild_reduces_a_plain_folder) {
 }
 
 /* Nothing is rewritten if the ledger has no separations. */
-TEST(rebuild_needs_separations) {
+TEST_IN_FOLDER(rebuild_needs_separations) {
     toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
     push_range(track, 1, 20);
@@ -112,7 +112,7 @@ TEST(rebuild_needs_separations) {
 }
 
 /* Frames that a file does not cover keep their reduction if the system is the same, with any plate scale. */
-TEST(rebuild_keeps_reductions_of_the_system) {
+TEST_IN_FOLDER(rebuild_keeps_reductions_of_the_system) {
     fill_folder(orbit, 1, LAST);
     toliman_track_destroy(rebuild(predicted, 0));
     toliman_track *track = rebuild(predicted, 2 * SCALE);
@@ -133,7 +133,7 @@ TEST(rebuild_keeps_reductions_of_the_system) {
 }
 
 /* promise: folders-merge-in-any-order */
-TEST(shards_merge_in_any_order) {
+TEST_IN_FOLDER(shards_merge_in_any_order) {
     enum { SHARDS = 3, EACH = LAST / SHARDS };
     char shards[SHARDS][300];
     for (int i = 0; i < SHARDS; i++) {
@@ -180,7 +180,7 @@ TEST(shards_merge_in_any_order) {
 }
 
 /* The first interval record, of frame 1, is damaged. */
-TEST(salvaged_frames_keep_values_without_intervals) {
+TEST_IN_FOLDER(salvaged_frames_keep_values_without_intervals) {
     char damaged[300];
     snprintf(damaged, sizeof damaged, "%s/damaged", folder);
     const toliman_track_options there = reduced_options(damaged, orbit), here = reduced_options(folder, orbit);
@@ -225,7 +225,7 @@ static void try_to_write(int32_t level, const char *message, void *calls) {
 }
 
 /* Warnings arrive before the ledger is replaced (the torn record), and after it (the lost names). */
-TEST(lock_moves_to_the_new_ledger) {
+TEST_IN_FOLDER(lock_moves_to_the_new_ledger) {
     char names[300];
     snprintf(names, sizeof names, "%s/streams.txt", folder);
     fill_folder(orbit, 1, LAST);
@@ -265,7 +265,7 @@ static void rebuild_often(const toliman_sky *sky) {
     }
 }
 
-TEST(processes_rebuild_in_turn) {
+TEST_IN_FOLDER(processes_rebuild_in_turn) {
     fill_folder(orbit, 1, LAST);
     const pid_t child = fork();
     if (child == 0) {
@@ -288,15 +288,4 @@ TEST(processes_rebuild_in_turn) {
     toliman_track_destroy(track);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {in_folder(lost_setup_needs_the_sky),
-                                       in_folder(setup_of_another_ledger_is_not_used),
-                                       in_folder(rebuild_reduces_a_plain_folder),
-                                       in_folder(rebuild_needs_separations),
-                                       in_folder(rebuild_keeps_reductions_of_the_system),
-                                       in_folder(shards_merge_in_any_order),
-                                       in_folder(salvaged_frames_keep_values_without_intervals),
-                                       in_folder(lock_moves_to_the_new_ledger),
-                                       in_folder(processes_rebuild_in_turn)};
-    return cmocka_run_group_tests(tests, make_skies, destroy_skies);
-}
+RUN_TESTS(make_skies, destroy_skies)

@@ -2,7 +2,7 @@
  * toliman_sky_predict_mean, frames that wait for an observer file, intervals, and limits. */
 #include "reduced_folder.h"
 
-TEST(values_are_measured_over_factor_minus_geometric) {
+TEST_IN_FOLDER(values_are_measured_over_factor_minus_geometric) {
     toliman_sky *const skies[] = {earth, orbit};
     for (size_t sky = 0; sky < 2; sky++) {
         const toliman_track_options options = reduced_options(folder, skies[sky]);
@@ -23,7 +23,7 @@ TEST(values_are_measured_over_factor_minus_geometric) {
 }
 
 /* A clock that is fast by 1e-5 shifts both ends of 6000 s by 0.03 s, and the time of the frame by 0.3 s. */
-TEST(ends_of_intervals_go_through_the_clock) {
+TEST_IN_FOLDER(ends_of_intervals_go_through_the_clock) {
     const int64_t clock[] = {START_NS, START_NS, START_NS + 100000 * SECOND_NS, START_NS + 100001 * SECOND_NS};
     static const double pairs[] = {100, 1900, 3000, 3600.125, 5000, 6000};
     toliman_track_options options = reduced_options(NULL, orbit);
@@ -52,7 +52,7 @@ static void assert_unreduced(toliman_track *track, const small_frame *frame, int
 }
 
 /* promise: unknown-exposures-are-refused */
-TEST(frames_without_time_on_target_wait) {
+TEST_IN_FOLDER(frames_without_time_on_target_wait) {
     static const double day[] = {0, 500, 700, 1000}, points[] = {0, 1e-11, 0.5, 1};
     static const struct {
         double exposure_s;
@@ -112,7 +112,7 @@ static int64_t parts_of(size_t intervals) {
     return (int64_t)((intervals + pairs - 1) / pairs);
 }
 
-TEST(any_number_of_intervals_is_kept) {
+TEST_IN_FOLDER(any_number_of_intervals_is_kept) {
     enum { MOST = 5000 };
     static double pairs[2 * MOST];
     static const size_t counts[] = {0, 1, 7, 8, 9, 10, 200, MOST};
@@ -157,7 +157,7 @@ TEST(any_number_of_intervals_is_kept) {
 
 /* Frame 4 has intervals; it is also quarantined in memory, and after the folder is reopened. */
 /* promise: quarantines-retract-exactly */
-TEST(quarantine_retracts_the_reduced_value) {
+TEST_IN_FOLDER(quarantine_retracts_the_reduced_value) {
     toliman_track *const memory = reduced_in_memory(orbit, 1, LAST);
     push_changed(memory, 4);
     assert_sums_by_hand(memory, orbit, LAST, 4);
@@ -175,7 +175,7 @@ TEST(quarantine_retracts_the_reduced_value) {
     toliman_track_destroy(track);
 }
 
-TEST(quarantine_of_an_unreduced_frame) {
+TEST_IN_FOLDER(quarantine_of_an_unreduced_frame) {
     const toliman_track_options options = reduced_options(folder, predicted);
     toliman_track *track = make_track(&options);
     push_all_exposed(track, 1, LAST);
@@ -194,7 +194,7 @@ TEST(quarantine_of_an_unreduced_frame) {
     toliman_track_destroy(track);
 }
 
-TEST(readers_need_no_sky) {
+TEST_IN_FOLDER(readers_need_no_sky) {
     fill_folder(orbit, 1, LAST);
     const toliman_track_options options = reduced_options(folder, orbit);
     toliman_track *const writer = make_track(&options), *const reader = open_reader();
@@ -215,7 +215,7 @@ TEST(readers_need_no_sky) {
     toliman_track_destroy(reader), toliman_track_destroy(writer);
 }
 
-TEST(another_reference_is_refused) {
+TEST_IN_FOLDER(another_reference_is_refused) {
     toliman_track *none = NULL;
     fill_folder(orbit, 1, LAST);
     toliman_track_options options = measured_options(folder);
@@ -241,7 +241,7 @@ TEST(another_reference_is_refused) {
 
 /* An observer at the Earth's centre instead of one in orbit, effects that are left out, and another clock table without
  * the observer would each give other values without a message. */
-TEST(other_observers_and_clocks_are_refused) {
+TEST_IN_FOLDER(other_observers_and_clocks_are_refused) {
     toliman_track *none = NULL;
     toliman_sky *partial = NULL;
     fill_folder(orbit, 1, LAST);
@@ -261,7 +261,7 @@ TEST(other_observers_and_clocks_are_refused) {
     toliman_sky_destroy(partial);
 }
 
-TEST(limits_apply_to_the_reduced_value) {
+TEST_IN_FOLDER(limits_apply_to_the_reduced_value) {
     static const double sigmas[] = {1e-6, 1e-3}, limits[] = {0.25, 10};
     for (int i = 0; i < 2; i++) {
         toliman_track_options options = reduced_options(NULL, orbit);
@@ -288,7 +288,7 @@ static int32_t measure_nothing(const toliman_estimate_input *input, toliman_esti
 }
 
 /* Such a frame could never be reduced. */
-TEST(separations_must_be_finite) {
+TEST_IN_FOLDER(separations_must_be_finite) {
     double bad[] = {NAN, INFINITY};
     for (int i = 0; i < 2; i++) {
         toliman_track_options options = reduced_options(NULL, orbit);
@@ -304,17 +304,4 @@ TEST(separations_must_be_finite) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {in_folder(values_are_measured_over_factor_minus_geometric),
-                                       in_folder(ends_of_intervals_go_through_the_clock),
-                                       in_folder(frames_without_time_on_target_wait),
-                                       in_folder(any_number_of_intervals_is_kept),
-                                       in_folder(quarantine_retracts_the_reduced_value),
-                                       in_folder(quarantine_of_an_unreduced_frame),
-                                       in_folder(readers_need_no_sky),
-                                       in_folder(another_reference_is_refused),
-                                       in_folder(other_observers_and_clocks_are_refused),
-                                       in_folder(limits_apply_to_the_reduced_value),
-                                       in_folder(separations_must_be_finite)};
-    return cmocka_run_group_tests(tests, make_skies, destroy_skies);
-}
+RUN_TESTS(make_skies, destroy_skies)

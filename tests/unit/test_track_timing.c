@@ -35,7 +35,7 @@ static size_t read_whole(const char *path, unsigned char *bytes, size_t most) {
 }
 
 /* tools/docs/formats.md, "TLMS". */
-TEST(setup_file_has_version_2_only_with_a_timing) {
+TEST_IN_FOLDER(setup_file_has_version_2_only_with_a_timing) {
     unsigned char plain[1000], timed[1000];
     const toliman_track_options without = small_options(folder), with = timed_options(TOLIMAN_FRAME_STAMP_END, 0.75);
     make_frames(&without);
@@ -52,7 +52,7 @@ TEST(setup_file_has_version_2_only_with_a_timing) {
 }
 
 /* Values of another kind of option would be a change of format, so each pair is compared with what the file says. */
-TEST(folder_keeps_its_timing) {
+TEST_IN_FOLDER(folder_keeps_its_timing) {
     static const struct {
         int32_t stamp, kept;
         double exposure_s;
@@ -83,7 +83,7 @@ TEST(folder_keeps_its_timing) {
     mkdir(folder, 0777);
 }
 
-TEST(another_timing_is_refused) {
+TEST_IN_FOLDER(another_timing_is_refused) {
     const toliman_track_options options = timed_options(TOLIMAN_FRAME_STAMP_START, 0.5);
     make_frames(&options);
     toliman_track *none = NULL;
@@ -106,7 +106,7 @@ TEST(another_timing_is_refused) {
     toliman_track_destroy(track);
 }
 
-TEST(bad_values_are_refused) {
+TEST_IN_FOLDER(bad_values_are_refused) {
     static const double bad[] = {-1, 1.1e9, NAN, INFINITY};
     toliman_track *none = NULL;
     for (int32_t stamp = 600; stamp <= 604; stamp += 4) {
@@ -120,7 +120,7 @@ TEST(bad_values_are_refused) {
 }
 
 /* Frames of both folders were given times by different rules. */
-TEST(merge_needs_the_same_timing) {
+TEST_IN_FOLDER(merge_needs_the_same_timing) {
     const toliman_track_options options = timed_options(TOLIMAN_FRAME_STAMP_START, 0.5);
     make_frames(&options);
     toliman_track_options into = small_options(NULL);
@@ -140,7 +140,7 @@ TEST(merge_needs_the_same_timing) {
 }
 
 /* With each byte of the file flipped, it is lost, and timing, grid and clock must be given again. */
-TEST(lost_setup_loses_the_timing) {
+TEST_IN_FOLDER(lost_setup_loses_the_timing) {
     const int64_t camera[2] = {0, 0};
     toliman_track_options options = timed_options(TOLIMAN_FRAME_STAMP_START, 0.5), known = TOLIMAN_TRACK_OPTIONS_INIT;
     make_frames(&options);
@@ -163,6 +163,4 @@ TEST(lost_setup_loses_the_timing) {
     toliman_track_destroy(track);
 }
 
-RUN_TESTS(in_folder(setup_file_has_version_2_only_with_a_timing), in_folder(folder_keeps_its_timing),
-          in_folder(another_timing_is_refused), in_folder(bad_values_are_refused),
-          in_folder(merge_needs_the_same_timing), in_folder(lost_setup_loses_the_timing))
+RUN_TESTS(NULL, NULL)
