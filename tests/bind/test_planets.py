@@ -200,6 +200,12 @@ class Eccentric(unittest.TestCase):
             if name != "epoch":
                 self.assertLess(abs(value - self.truth[name]), 4 * deviation, name)
         numpy.testing.assert_allclose(found.signal(0, t), model.separation(t, *best), atol=1e-9 * best[4])
+        steps, columns = 1e-5 * numpy.array([best[0], 1, 57, best[0], best[4]]), [numpy.ones(N)]
+        for step in numpy.diag(steps):  # the errors are those of a fit that is linear about the best orbit
+            columns.append((model.separation(t, *(best + step)) - model.separation(t, *(best - step))) / (2 * step.max()))
+        design = numpy.stack(columns, 1) / SIGMA * numpy.r_[1, steps]
+        expected = numpy.sqrt(numpy.diag(numpy.linalg.inv(design.T @ design)))[1:] * steps
+        numpy.testing.assert_allclose(error, expected, rtol=0.02)  # 1 % by the prior of the amplitudes
 
     def test_velocity(self):
         truth, t = {**self.truth, "amplitude": 25}, days(3)
