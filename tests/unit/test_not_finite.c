@@ -353,8 +353,7 @@ TEST(scenes) {
     }
 }
 
-static int print_summary(void **unused) {
-    (void)unused;
+FIXTURE(print_summary) {
     print_message("%llu numbers that are not finite, %llu odd ones\n", (unsigned long long)not_finite,
                   (unsigned long long)odd);
     return 0;

@@ -13,8 +13,7 @@ static const int64_t kStart = INT64_C(1798761600000000000), kStep = INT64_C(1234
 static toliman_sky *sky;
 static int64_t times[TIMES];
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     const toliman_sky_options options = {.struct_size = sizeof options, .altitude_km = 600};
     assert_ok(toliman_sky_create("alpha-cen", &options, &sky));
     for (int i = 0; i < TIMES; i++)
@@ -22,8 +21,7 @@ static int set_up(void **unused) {
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     toliman_sky_destroy(sky);
     return 0;
 }

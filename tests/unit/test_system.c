@@ -15,8 +15,7 @@ static char folder[] = P_tmpdir "/toliman-system-XXXXXX";
 static char path[100];
 static toliman_period *first, *second; /* two objects with different states */
 
-static int set_up(void **state) {
-    (void)state;
+FIXTURE(set_up) {
     if (mkdtemp(folder) == NULL)
         return 1;
     snprintf(path, sizeof path, "%s/state.tlmp", folder);
@@ -25,8 +24,7 @@ static int set_up(void **state) {
     return 0;
 }
 
-static int tear_down(void **state) {
-    (void)state;
+FIXTURE(tear_down) {
     toliman_period_destroy(first), toliman_period_destroy(second);
     unlink(path);
     return rmdir(folder);

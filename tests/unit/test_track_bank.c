@@ -1,22 +1,9 @@
 /* Tests a bank of networks as the estimator of a tracker: the values of toliman_bank_encode at the frames' times, the
  * same bits for any order, number of threads and restart, covariances, other banks, and options that do not fit. */
-#include "images.h"
-#include "samples.h"
-#include "scene_text.h"
-#include "test_folder.h"
+enum { SIDE = 256, PIXELS = SIDE * SIDE, FRAMES = 24, ARRIVING = 6, NF = 20, INTERVAL_DAYS = 10 };
+#include "track_moving.h"
 
-#include <toliman/track.h>
-#include <toliman/track_records.h>
-
-enum { SIDE = 256, PIXELS = SIDE * SIDE, FRAMES = 24, SOME = 6, NF = 20 };
-#define DAY_NS 86400000000000
-#define EPOCH_NS (1234 * DAY_NS + 5)
-#define INTERVAL_DAYS 10
-
-static toliman_sim *sim;
-static toliman_fit *fit;
 static toliman_bank *bank, *weak; /* of two dates; weak: an efficiency of 0.6 */
-static double frames[FRAMES * PIXELS];
 static char folder[256], shard[256];
 
 static toliman_bank *untrained(uint32_t steps) {
@@ -34,8 +21,7 @@ static toliman_bank *trained(uint32_t steps) {
     return made;
 }
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     char *text = EDITED(kBinaryScene,
                         {"{\"separation_arcsec\": 4, \"position_angle_deg\": 30}",
                          "{\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true}"},
@@ -51,83 +37,27 @@ static int set_up(void **unused) {
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     toliman_bank_destroy(weak), toliman_bank_destroy(bank), toliman_fit_destroy(fit), toliman_sim_destroy(sim);
     return 0;
 }
 
-static int make_places(void **unused) {
-    (void)unused;
+FIXTURE(make_places) {
     make_folder(folder, sizeof folder);
     make_folder(shard, sizeof shard);
     return 0;
 }
 
-static int remove_places(void **unused) {
-    (void)unused;
+FIXTURE(remove_places) {
     remove_folder(folder);
     remove_folder(shard);
     return 0;
 }
 
 static toliman_track_options options_of(const char *place, const toliman_bank *estimator) {
-    toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
-    options.folder = place;
-    options.ledger.capacity = 100;
-    options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
-    options.estimator.fit = fit;
+    toliman_track_options options = moving_options(place);
     options.estimator.bank = estimator;
-    options.grid.f0 = 0.001;
-    options.grid.df = 0.001;
-    options.grid.nf = NF;
-    options.grid.time_offset_ns = EPOCH_NS;
     return options;
-}
-
-static toliman_track *opened(const toliman_track_options *options) {
-    toliman_track *track = NULL;
-    assert_ok(toliman_track_create(options, &track));
-    return track;
-}
-
-/* The frame of the scene at its time. */
-static toliman_frame frame_of(int64_t id) {
-    return (toliman_frame){.struct_size = sizeof(toliman_frame),
-                           .pixel = TOLIMAN_PIXEL_F64,
-                           .session = "s",
-                           .roi = "core",
-                           .frame_id = id,
-                           .camera_ns = EPOCH_NS + id * INTERVAL_DAYS * DAY_NS,
-                           .pixels = frames + id * PIXELS,
-                           .rows = SIDE,
-                           .cols = SIDE};
-}
-
-static void push(toliman_track *track, const int *ids, size_t count, toliman_track_outcome *outcomes) {
-    toliman_frame given[SOME];
-    size_t done;
-    for (size_t i = 0; i < count; i++)
-        given[i] = frame_of(ids[i]);
-    outcomes[0].struct_size = sizeof *outcomes;
-    assert_ok(toliman_track_push(track, given, count, outcomes, &done));
-    assert_int_equal(done, count);
-}
-
-/* The bits of the periodogram, without those that depend on the order of arrival. */
-static void powers_of(const toliman_track *track, double *powers) {
-    const toliman_period *period = NULL;
-    assert_ok(toliman_track_get_period(track, &period));
-    assert_int_equal(count_of(period), SOME);
-    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, NF, powers));
-}
-
-static double cell(const toliman_track *track, const char *name, int64_t record) {
-    double value;
-    size_t done;
-    assert_ok(toliman_track_get_column(track, name, record, 1, &value, &done));
-    assert_int_equal(done, 1);
-    return value;
 }
 
 static toliman_track_record record_of(const toliman_track *track, int64_t number) {
@@ -141,9 +71,9 @@ static toliman_track_record record_of(const toliman_track *track, int64_t number
 TEST(values_are_those_of_the_bank_at_the_frames_times) {
     const toliman_track_options options = options_of(NULL, weak);
     toliman_track *const track = opened(&options);
-    for (int i = 0; i < SOME; i++) { /* the last one after the dates of the bank */
+    for (int i = 0; i < ARRIVING; i++) { /* the last one after the dates of the bank */
         const toliman_fit_prediction prediction = {.struct_size = sizeof prediction,
-                                                   .time_days = (i < SOME - 1 ? i : 30) * INTERVAL_DAYS};
+                                                   .time_days = (i < ARRIVING - 1 ? i : 30) * INTERVAL_DAYS};
         toliman_bank_result result = {.struct_size = sizeof result};
         toliman_fit_result fitted = {.struct_size = sizeof fitted}, same = {.struct_size = sizeof same};
         double covariance[7 * 7];
@@ -157,7 +87,7 @@ TEST(values_are_those_of_the_bank_at_the_frames_times) {
         assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
         assert_true(outcome.value == result.displacement_px && outcome.chi_square == fitted.chi_square);
         assert_true(record_of(track, i).sigma == result.sigma_px);
-        assert_int_equal(result.flags & TOLIMAN_BANK_OUTSIDE, i < SOME - 1 ? 0 : TOLIMAN_BANK_OUTSIDE);
+        assert_int_equal(result.flags & TOLIMAN_BANK_OUTSIDE, i < ARRIVING - 1 ? 0 : TOLIMAN_BANK_OUTSIDE);
         assert_true(result.flags & TOLIMAN_BANK_LOW_EFFICIENCY);
         assert_true(cell(track, "flags", i) == fitted.flags + TOLIMAN_TRACK_BANK_FLAGS * result.flags);
         assert_true(cell(track, "separation_px", i) == result.separation_px);
@@ -207,14 +137,14 @@ TEST(the_covariances_predict_how_network_and_fit_differ) {
 
 /* promise: arrival-order-changes-no-bit */
 TEST_WITH(order_threads_restarts_and_merges_change_no_bit, make_places, remove_places) {
-    const int orders[][SOME] = {{0, 1, 2, 3, 4, 5}, {5, 2, 0, 4, 1, 3}};
+    const int orders[][ARRIVING] = {{0, 1, 2, 3, 4, 5}, {5, 2, 0, 4, 1, 3}};
     double expected[NF], found[NF];
-    toliman_track_outcome outcomes[SOME];
+    toliman_track_outcome outcomes[ARRIVING];
     for (int order = 0; order < 2; order++) {
         toliman_track_options options = options_of(NULL, bank);
         options.threads = order == 0 ? 1 : 3;
         toliman_track *const track = opened(&options);
-        push(track, orders[order], SOME, outcomes);
+        push(track, orders[order], ARRIVING, outcomes);
         powers_of(track, order == 0 ? expected : found);
         toliman_track_destroy(track);
     }

@@ -1,25 +1,11 @@
 /* Tests the fit of a moving scene as the estimator of a tracker: the values of single fits at the frames' times, the
  * same bits for any order, number of threads and restart, columns of the ledger, and frames that are rejected. */
-#include "images.h"
-#include "samples.h"
-#include "scene_text.h"
-#include "test_folder.h"
+enum { SIDE = 64, PIXELS = SIDE * SIDE, FRAMES = 6, ARRIVING = FRAMES, NF = 20, INTERVAL_DAYS = 50 };
+#include "track_moving.h"
 
-#include <toliman/track.h>
-#include <toliman/track_records.h>
-
-enum { SIDE = 64, PIXELS = SIDE * SIDE, FRAMES = 6 };
-#define DAY_NS 86400000000000
-#define EPOCH_NS (1234 * DAY_NS + 5)
-#define INTERVAL_DAYS 50
-
-static toliman_sim *sim;
-static toliman_fit *fit;
-static double frames[FRAMES * PIXELS];
 static char folder[256];
 
-static int set_up(void **unused) {
-    (void)unused;
+FIXTURE(set_up) {
     char *text = EDITED(kBinaryScene,
                         {"{\"separation_arcsec\": 4, \"position_angle_deg\": 30}",
                          "{\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true}"},
@@ -32,79 +18,25 @@ static int set_up(void **unused) {
     return 0;
 }
 
-static int tear_down(void **unused) {
-    (void)unused;
+FIXTURE(tear_down) {
     toliman_fit_destroy(fit), toliman_sim_destroy(sim);
     return 0;
 }
 
-static int make_place(void **unused) {
-    (void)unused;
+FIXTURE(make_place) {
     make_folder(folder, sizeof folder);
     return 0;
 }
 
-static int remove_place(void **unused) {
-    (void)unused;
+FIXTURE(remove_place) {
     remove_folder(folder);
     return 0;
 }
 
 static toliman_track_options options_of(const char *place, const toliman_fit *estimator) {
-    toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
-    options.folder = place;
-    options.ledger.capacity = 100;
-    options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
+    toliman_track_options options = moving_options(place);
     options.estimator.fit = estimator;
-    options.grid.f0 = 0.001;
-    options.grid.df = 0.001;
-    options.grid.nf = 20;
-    options.grid.time_offset_ns = EPOCH_NS;
     return options;
-}
-
-static toliman_track *opened(const toliman_track_options *options) {
-    toliman_track *track = NULL;
-    assert_ok(toliman_track_create(options, &track));
-    return track;
-}
-
-static toliman_frame frame_of(int64_t id) {
-    return (toliman_frame){.struct_size = sizeof(toliman_frame),
-                           .pixel = TOLIMAN_PIXEL_F64,
-                           .session = "s",
-                           .roi = "core",
-                           .frame_id = id,
-                           .camera_ns = EPOCH_NS + id * INTERVAL_DAYS * DAY_NS,
-                           .pixels = frames + id * PIXELS,
-                           .rows = SIDE,
-                           .cols = SIDE};
-}
-
-static void push(toliman_track *track, const int *ids, size_t count, toliman_track_outcome *outcomes) {
-    toliman_frame given[FRAMES];
-    size_t done;
-    for (size_t i = 0; i < count; i++)
-        given[i] = frame_of(ids[i]);
-    outcomes[0].struct_size = sizeof *outcomes;
-    assert_ok(toliman_track_push(track, given, count, outcomes, &done));
-    assert_int_equal(done, count);
-}
-
-/* The bits of the periodogram, without those that depend on the order of arrival. */
-static void powers_of(const toliman_track *track, double *powers) {
-    const toliman_period *period = NULL;
-    assert_ok(toliman_track_get_period(track, &period));
-    assert_int_equal(count_of(period), FRAMES);
-    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 20, powers));
-}
-
-static double cell(const toliman_track *track, const char *name, int64_t record) {
-    double value;
-    size_t done;
-    assert_ok(toliman_track_get_column(track, name, record, 1, &value, &done));
-    assert_int_equal(done, 1);
-    return value;
 }
 
 TEST(values_are_those_of_fits_at_the_frames_times) {
