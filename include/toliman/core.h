@@ -1,5 +1,5 @@
-/* libtoliman, core: the functions that take a scene, or the frames of a camera, to a period. A program that needs no
- * more includes this header alone; these functions change last.
+/* libtoliman, core: the functions that take a scene, or the frames of a camera, to a period. These functions change
+ * last.
  *
  * Data flow (functions toliman_...)
  *
@@ -12,16 +12,12 @@
  *   times -> period_suggest -> period_create -> toliman_period <- period_push         time, number, sigma
  *                                                  +-> period_query_peak              the period
  *
- *   toliman_cae -> track_create -> toliman_track <- track_push                        frames of a downlink: each once,
- *                                     |                                               in any order, in a folder
+ *   toliman_cae -> track_create -> toliman_track <- track_push                        frames of a downlink
  *                                     +-> track_get_period -> toliman_period
  *
  *   any status but TOLIMAN_OK -> last_error                                           what was wrong, in English
  *
- * Each object has a toliman_X_destroy. Zeros in a struct of options are the defaults; its struct_size is set by
- * TOLIMAN_X_OPTIONS_INIT. Frames of stars that move are fitted (fit.h), and series searched for planets (measure.h,
- * planet.h).
- */
+ * Frames of stars that move are fitted (fit.h), series searched for planets (measure.h, planet.h). */
 #ifndef TOLIMAN_CORE_H
 #define TOLIMAN_CORE_H
 
