@@ -16,29 +16,27 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Record of the ledger: a frame as it arrived and its present verdict; with TOLIMAN_TRACK_VERDICT_MERGED, counts
- * instead of a frame; with TOLIMAN_TRACK_VERDICT_INTERVALS, on-target intervals of a later frame, without values or
- * columns. */
+/* Record of the ledger: a frame as it arrived, with its present verdict. VERDICT_MERGED: counts instead;
+ * VERDICT_INTERVALS: on-target intervals of a later frame. */
 typedef struct toliman_track_record {
-    uint32_t struct_size; /* sizeof(toliman_track_record) */
-    int32_t verdict;      /* TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later */
-    int32_t reason;       /* TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame */
-    uint32_t content;     /* CRC32 of the frame */
-    uint64_t stream;      /* FNV-1a hash of session, region and restarts */
+    uint32_t struct_size;
+    int32_t verdict;  /* TOLIMAN_TRACK_VERDICT_... */
+    int32_t reason;   /* TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame */
+    uint32_t content; /* CRC32 of the frame */
+    uint64_t stream;  /* FNV-1a hash of session, region and restarts */
     int64_t frame_id;
-    int64_t camera_ns, tai_ns; /* camera time, and TAI from the tracker's clock table */
+    int64_t camera_ns, tai_ns;
     int64_t dropped;
-    double value, sigma; /* as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker */
-    double chi_square, chi_square_sigma, largest_residual; /* as in the outcome */
+    double value, sigma; /* as in the outcome; without a value: 0, and the sigma of frame or tracker */
+    double chi_square, chi_square_sigma, largest_residual;
     int32_t goodness;
     uint32_t bad_pixels;
 } toliman_track_record;
 #define TOLIMAN_TRACK_RECORD_INIT TOLIMAN_INIT(toliman_track_record)
 
-/* Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
- * start at toliman_track_info.records - count. Duplicates have no record. In memory, only valid frames have records,
- * one each. TOLIMAN_E_RANGE if first < 0; TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened; some
- * records may then have been written. */
+/* Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. There are none
+ * of duplicates and, in memory, of invalid frames. TOLIMAN_E_RANGE if first < 0; TOLIMAN_E_FORMAT if the ledger has
+ * been damaged; some may be written then. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const toliman_track *track, int64_t first,
                                                                         size_t count, toliman_track_record *records,
                                                                         size_t *done) TOLIMAN_NOEXCEPT;
@@ -47,76 +45,65 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const to
 #define TOLIMAN_TRACK_COLUMN_F64 531
 #define TOLIMAN_TRACK_COLUMN_I64 532
 
-/* Column of the ledger: data of a record in addition to the members of toliman_track_record:
+/* Column of the ledger, in addition to toliman_track_record:
  *   chi_square, flags           of toliman_estimate
- *   exposure_s                  of toliman_frame, in s; 0 = unknown
- *   shift_s                     mean on-target time minus the middle of the exposure, in s; 0 without intervals. Not
- *                               applied to the time
+ *   exposure_s                  of toliman_frame; 0 = unknown
+ *   shift_s                     mean on-target time minus the middle of the exposure; 0 without intervals. Not applied
+ *                               to the time
  *   window_row, window_col      of toliman_frame
- *   intervals                   number of on-target intervals; -1 = they are lost
- *   chi_square_sigma            standard deviation of chi_square, if the model is right
- *   largest_residual            largest |residual| over its standard deviation
- *   bad_pixels                  pixels that were left out of the estimate
+ *   intervals                   number of on-target intervals; -1 = lost
+ *   chi_square_sigma, largest_residual, bad_pixels  of the outcome
  * In a folder with a system, NaN in unreduced frames:
- *   factor                      mean apparent separation over mean geometric separation
- *   geometric_arcsec            mean separation on the orbit, in arcsec
- *   d_period_years ... d_epoch  derivatives of the reduced separation by the seven elements of the orbit
- *                               (toliman_sky_element_name), in arcsec per unit of the element
- * Then follow the names of toliman_track_estimator.values, and cov_A_B, the covariance of values A and B. The first
- * value is named "value"; cov_A_A is a variance. */
+ *   factor                      mean apparent over mean geometric separation
+ *   geometric_arcsec            mean separation on the orbit
+ *   d_period_years ... d_epoch  derivatives of the reduced separation by toliman_sky_element_name, arcsec per unit
+ * Then toliman_track_estimator.values, and cov_A_B, the covariance of A and B; the first value is named "value". */
 typedef struct toliman_track_column {
-    uint32_t struct_size; /* sizeof(toliman_track_column) */
-    int32_t type;         /* TOLIMAN_TRACK_COLUMN_... */
+    uint32_t struct_size;
+    int32_t type; /* TOLIMAN_TRACK_COLUMN_... */
     char name[64];
 } toliman_track_column;
 #define TOLIMAN_TRACK_COLUMN_INIT TOLIMAN_INIT(toliman_track_column)
 
-/* Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number.
- * TOLIMAN_E_CAPACITY if capacity is too small. */
+/* Writes the columns, in the order of the ledger. TOLIMAN_E_CAPACITY if capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_columns(const toliman_track *track,
                                                                         toliman_track_column *columns, size_t capacity,
                                                                         size_t *count) TOLIMAN_NOEXCEPT;
 
-/* Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for the
- * same `first` and count. A record without a number gives NaN, or 0 in integer columns. Integers above 2^53 are
- * rounded.
- * Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. */
+/* Writes the numbers of a column to values[count], for the same records; without a number NaN, or 0 in integer columns.
+ * Integers above 2^53 are rounded. Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_column(const toliman_track *track, const char *name,
                                                                        int64_t first, size_t count, double *values,
                                                                        size_t *done) TOLIMAN_NOEXCEPT;
 
-/* Writes the on-target intervals of a frame to intervals[capacity][2], start and end in s from the start of the
- * exposure by the camera clock; *count becomes their number, 0 if the frame had no list.
- *   record  number of the record, as for toliman_track_get_records
- * Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_RANGE for another record; TOLIMAN_E_STATE in memory,
- * where intervals are not kept; TOLIMAN_E_LOST if damage to the ledger has lost them. */
+/* Writes the on-target intervals of record number `record` to intervals[capacity][2]: start and end in s from the start
+ * of the exposure by the camera clock. Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_RANGE for another
+ * record; TOLIMAN_E_STATE in memory; TOLIMAN_E_LOST if damage has lost them. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_intervals(const toliman_track *track, int64_t record,
                                                                           double *intervals, size_t capacity,
                                                                           size_t *count) TOLIMAN_NOEXCEPT;
 
-/* Session and region of interest between two restarts of the camera. Both names are empty if unknown: without a folder, or if their line of streams.txt
- * was lost and none of their frames has arrived since. */
+/* Session and region of interest between two restarts of the camera; names are empty if unknown (in memory, or lost). */
 typedef struct toliman_track_stream {
-    uint32_t struct_size; /* sizeof(toliman_track_stream) */
+    uint32_t struct_size;
     uint32_t reserved;
-    uint64_t stream;           /* as in toliman_track_record */
-    int64_t first_id, last_id; /* lowest and highest frame id */
-    int64_t frames;            /* keys that are accepted, unreduced, outlier, misfit or quarantined */
-    int64_t missing;           /* other ids between first_id and last_id */
+    uint64_t stream; /* as in toliman_track_record */
+    int64_t first_id, last_id;
+    int64_t frames;  /* keys with a valid frame */
+    int64_t missing; /* other ids between first_id and last_id */
     char session[72], roi[72];
     int64_t restarts; /* as in toliman_frame; 0 if the names are unknown */
 } toliman_track_stream;
 #define TOLIMAN_TRACK_STREAM_INIT TOLIMAN_INIT(toliman_track_stream)
 
-/* Writes the sessions and regions, sorted by name and restarts, to streams[capacity]; *count becomes their number.
- * TOLIMAN_E_CAPACITY if capacity is too small. */
+/* Writes the sessions and regions, sorted by name and restarts. TOLIMAN_E_CAPACITY if capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_streams(const toliman_track *track,
                                                                         toliman_track_stream *streams, size_t capacity,
                                                                         size_t *count) TOLIMAN_NOEXCEPT;
 
-/* Creates the series of the frames, as toliman_measure_load_file does for the tracker's state folder.
- *   options  kind, unit and log; may be NULL
- * The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND if there is no such frame, or no measured separation. */
+/* Creates the series of the frames, as toliman_measure_load_file does for a state folder.
+ *   options  kind, unit and log
+ * Errors: TOLIMAN_E_NOT_FOUND without frames or measured separations. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_measure(const toliman_track *track,
                                                                         const toliman_measure_options *options,
                                                                         toliman_measure **out) TOLIMAN_NOEXCEPT;
