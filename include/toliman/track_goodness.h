@@ -2,8 +2,7 @@
  *
  * Data flow (functions toliman_track_...)
  *
- *   toliman_track -> query_goodness -> median and trend of chi-square, counts, verdict of the calibration
- */
+ *   toliman_track -> query_goodness -> median and trend of chi-square, counts, verdict of the calibration */
 #ifndef TOLIMAN_TRACK_GOODNESS_H
 #define TOLIMAN_TRACK_GOODNESS_H
 
@@ -11,33 +10,32 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Goodness of fit (goodness.h) of the frames of a folder. */
+/* Goodness of fit (goodness.h) of the accepted and unreduced frames of a folder that have a chi-square. */
 typedef struct toliman_track_goodness {
-    uint32_t struct_size;        /* in: sizeof(toliman_track_goodness) */
-    int32_t goodness;            /* verdict on chi_square, as for a single frame */
-    int64_t frames;              /* accepted and unreduced frames with a chi-square */
-    double chi_square;           /* their median; without them, that of misfits and outliers; NaN without these */
-    double chi_square_sigma;     /* median standard deviation of a frame's chi-square, if the model is right */
-    double largest_residual;     /* largest one of these frames */
-    double years;                /* from their first time to the last, in years of 365.25 days */
-    double trend_per_year;       /* change of chi-square per year, least squares; NaN for fewer than 3 frames */
-    double trend_sigma_per_year; /* its standard error, from the scatter of the frames */
-    int64_t poor, too_good;      /* verdicts of these frames */
-    int64_t misfit;              /* frames above the limit, which are not among these frames */
-    int64_t bad_pixels;          /* pixels that were left out of these frames */
-    int64_t cleaned;             /* number of these frames with a bad pixel */
-    double chi_limit;            /* the limit in force */
-    /* The scene with which the frames are measured, if it is that of a calibration. */
-    int32_t is_calibrated; /* 1: it is */
-    int32_t is_complete; /* 0: the calibration found an effect that its model lacks (TOLIMAN_CALIBRATION_INCOMPLETE) */
-    double calibration_chi_square, calibration_chi_square_sigma; /* of the calibration; NaN if unknown */
-    int32_t calibration_goodness;                                /* verdict on it */
+    uint32_t struct_size;
+    int32_t goodness;
+    int64_t frames;
+    double chi_square;       /* median; without frames, of misfits and outliers */
+    double chi_square_sigma; /* median */
+    double largest_residual;
+    double years;                /* from first to last, of 365.25 days */
+    double trend_per_year;       /* of chi-square, least squares; NaN for fewer than 3 frames */
+    double trend_sigma_per_year; /* from the scatter of the frames */
+    int64_t poor, too_good;      /* numbers of these verdicts */
+    int64_t misfit;              /* frames above the limit, not among these */
+    int64_t bad_pixels;          /* left out of these frames */
+    int64_t cleaned;             /* of these frames, with a bad pixel */
+    double chi_limit;
+    int32_t is_calibrated; /* 1 if the scene of the frames is that of a calibration */
+    int32_t is_complete;   /* 0: TOLIMAN_CALIBRATION_INCOMPLETE */
+    double calibration_chi_square, calibration_chi_square_sigma;
+    int32_t calibration_goodness;
     int32_t reserved;
 } toliman_track_goodness;
 #define TOLIMAN_TRACK_GOODNESS_INIT TOLIMAN_INIT(toliman_track_goodness)
 
-/* Writes the goodness of fit of the folder's frames to *out, whose struct_size must be set. Reads all records. Errors:
- * TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened. */
+/* Gets the goodness of fit of the folder's frames. Reads all records. TOLIMAN_E_FORMAT if the ledger has been
+ * damaged. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_query_goodness(const toliman_track *track, toliman_track_goodness *out) TOLIMAN_NOEXCEPT;
 
