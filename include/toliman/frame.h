@@ -19,8 +19,8 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_FRAME_STAMP_END 603
 
 /* Downlinked frame. As an input, its pixels and intervals belong to the caller and are not needed after the call. As an
- * output of toliman_ingest_next, they belong to the reader. session, restarts, roi and frame_id together are the key of a
- * frame.
+ * output of toliman_ingest_next, they belong to the reader. session, restarts, roi and frame_id together are the key of
+ * a frame.
  * A second valid frame with the same key is a duplicate if its content is the same, otherwise both are quarantined
  * (promise: conflicting-frames-are-quarantined): pixels, their type and shape, camera_ns, dropped, sigma, exposure_s,
  * intervals, window, spread. */
@@ -31,13 +31,13 @@ typedef struct toliman_frame {
     const char *roi;      /* name of the region of interest, likewise */
     int64_t frame_id;     /* any number, also negative */
     int64_t camera_ns;    /* time by the camera clock in nanoseconds, usually of the middle of the exposure */
-    int64_t dropped;      /* frames that the camera dropped before this one; 0 = none or unknown. A ledger counts at most
+    int64_t dropped;    /* frames that the camera dropped before this one; 0 = none or unknown. A ledger counts at most
                              16777215 per frame */
-    const void *pixels;   /* [rows][stride], aligned to the size of a pixel */
-    int64_t rows, cols;   /* shape */
-    int64_t stride;       /* pixels from row to row; 0 = cols */
-    double sigma;         /* standard deviation of this frame's value, 1 to 32 times the tracker's; 0 = the tracker's */
-    double exposure_s;    /* length of the exposure, at most 1e9 s; 0 = unknown */
+    const void *pixels; /* [rows][stride], aligned to the size of a pixel */
+    int64_t rows, cols; /* shape */
+    int64_t stride;     /* pixels from row to row; 0 = cols */
+    double sigma;       /* standard deviation of this frame's value, 1 to 32 times the tracker's; 0 = the tracker's */
+    double exposure_s;  /* length of the exposure, at most 1e9 s; 0 = unknown */
     const double *intervals; /* [interval_count][2]: on-target intervals (good-time intervals), start and end in s from
                                 the start of the exposure, increasing and within it; NULL if interval_count is 0 */
     size_t interval_count;   /* at most 65536; 0 = unknown */

@@ -27,7 +27,8 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Reader of one pair of files, or of one batch. No file is open after NOTHING, so that one process can follow thousands of pairs. */
+/* Reader of one pair of files, or of one batch. No file is open after NOTHING, so that one process can follow thousands
+ * of pairs. */
 typedef struct toliman_ingest toliman_ingest;
 
 /* Flags of toliman_ingest_options. */
@@ -92,13 +93,13 @@ typedef struct toliman_ingest_event {
     int32_t event;        /* TOLIMAN_INGEST_EVENT_... */
     int32_t reason;       /* TOLIMAN_INGEST_REASON_... */
     int32_t has_key;      /* 1 for FRAME, and for DAMAGE if session, roi and frame_id are known; else 0 */
-    const char *file;     /* path of the side file; of EXTRA_BYTES, the file of pixels; of a batch, itself. Never NULL */
-    int64_t line;         /* line of the side file, or frame of the batch, from 1; 0 for NOTHING and EXTRA_BYTES */
-    const char *text;     /* what is wrong, without file and line; "" for FRAME and NOTHING. Never NULL */
-    int64_t stamp_ns;     /* timestamp_ns as written, for FRAME, SHORT_FILE and PLACE_UNKNOWN; else 0 */
-    double host_s;        /* host_time in s, for the same events; else 0 */
-    int64_t offset; /* 0 in a batch; otherwise byte of the file of pixels at which a FRAME begins by the lines before it, without the shift of
-                       toliman_ingest_set_shift */
+    const char *file; /* path of the side file; of EXTRA_BYTES, the file of pixels; of a batch, itself. Never NULL */
+    int64_t line;     /* line of the side file, or frame of the batch, from 1; 0 for NOTHING and EXTRA_BYTES */
+    const char *text; /* what is wrong, without file and line; "" for FRAME and NOTHING. Never NULL */
+    int64_t stamp_ns; /* timestamp_ns as written, for FRAME, SHORT_FILE and PLACE_UNKNOWN; else 0 */
+    double host_s;    /* host_time in s, for the same events; else 0 */
+    int64_t offset;   /* byte of the file of pixels at which a FRAME begins by the lines before it, without the shift of
+                       toliman_ingest_set_shift; 0 in a batch */
 } toliman_ingest_event;
 #define TOLIMAN_INGEST_EVENT_INIT TOLIMAN_INIT(toliman_ingest_event)
 
@@ -112,7 +113,7 @@ typedef struct toliman_ingest_event {
  * Time: camera_ns is the middle of the exposure by the camera clock. It is timestamp_ns, plus half of exposure_s for
  * START, minus half of it for END, rounded to 1 ns. If the exposure is unknown, camera_ns is timestamp_ns.
  *
- * Restarts: after a reconnection of the camera frame_id begins again, and often its clock, while host_time goes on.
+ * Restarts: after a reconnection of the camera frame_id begins again, and often its clock, while host_time continues.
  * restarts counts this, so that such frames have keys of their own (promise: restarted-counters-lose-no-frame). If the
  * clock begins again too, its times after the restart are moved to continue those before it as host_time does; one
  * clock table then holds for the session, within the delay of host_time. The same file gives the same restarts again.
@@ -146,7 +147,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_next(toliman_ingest
  *   size       of pixels, in bytes
  *   shift      receives the bytes from the frame's place to there; 0 if it is not found elsewhere: pixels is unchanged
  * The size of the file, compared with that of the frames of all lines, tells whether bytes were lost or gained; with
- * GROWING it does not, and no frame is found, nor is one in a batch. The likeness is that of images: let the estimator confirm the frame.
+ * GROWING it does not, and no frame is found, nor is one in a batch. The likeness is that of images: let the estimator
+ * confirm the frame.
  * Errors: TOLIMAN_E_CAPACITY if size is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t offset,
                                                                         const toliman_frame *reference, void *pixels,

@@ -1,9 +1,9 @@
-// Method: frame k is the reference, which is frame 0, plus the sum of the first k differences, in integers. Files of the
-// older writer have the differences from frame 0 instead, under other names. A pixel outside the range of the reference
-// shows a damaged file: each frame after it would be wrong.
+// Method: frame k is the reference, which is frame 0, plus the sum of the first k differences, in integers. Files of
+// the older writer have the differences from frame 0 instead, under other names. A pixel outside the range of the
+// reference shows a damaged file: each frame after it would be wrong.
 // The counter of a session runs on from batch to batch, and the name has the number of the batch: b batches before it
-// have b times batch_size frames. If a batch begins with a lower id, the camera has restarted before it. Its frames then
-// have a number of restarts that no other batch has, 256 b, plus the restarts within it.
+// have b times batch_size frames. If a batch begins with a lower id, the camera has restarted before it. Its frames
+// then have a number of restarts that no other batch has, 256 b, plus the restarts within it.
 #include "ingest/batch.hpp"
 
 #include <algorithm>

@@ -38,7 +38,7 @@ template <class... Values> std::string text_of(const char *format, Values... val
 std::string restart_text(const SideLine &line) {
     const std::string clock =
         line.clock_shift_ns == 0
-            ? "its clock has gone on"
+            ? "its clock has continued"
             : text_of("%g s are added to timestamp_ns from here on, so that it continues as host_time does",
                       static_cast<double>(line.clock_shift_ns) / 1e9);
     return text_of("the camera has restarted: frames are counted from %lld again; %s",

@@ -1,4 +1,4 @@
-// Method: the frame counter goes back while host_time goes on. The counter began after the frame before it, so it has
+// Method: the frame counter goes back while host_time continues. The counter began after the frame before it, so it has
 // not counted more frames than fit in the time since then; a damaged frame_id has, and a late frame has an earlier
 // host_time. Only lines before it decide, so that a file gives the same restarts again, complete or growing.
 // The clock of the camera continues if it advances like host_time. Otherwise the time stamps after the restart are

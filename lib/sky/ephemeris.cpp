@@ -5,8 +5,8 @@
 #include "base/error.hpp"
 #include "ingest/epoch.hpp"
 #include "sky/ephemeris_table.hpp"
-#include "sky/interpolation.hpp"
 #include "sky/horizons.hpp"
+#include "sky/interpolation.hpp"
 #include "sky/oem.hpp"
 #include "sky/oem_xml.hpp"
 

@@ -1,6 +1,6 @@
 // Method: the states are the lines between $$SOE and $$EOE; the line of column names is the last one before $$SOE that
-// is neither blank nor of asterisks. Horizons also writes tables of other centres, axes, units and kinds of states, which
-// its text before the table states: such a line, if it is there, must have the value that an observer needs.
+// is neither blank nor of asterisks. Horizons also writes tables of other centres, axes, units and kinds of states,
+// which its text before the table states: such a line, if it is there, must have the value that an observer needs.
 // Reference: https://ssd.jpl.nasa.gov/horizons/manual.html, "Vector Table Output".
 #include "sky/horizons.hpp"
 

@@ -1,9 +1,9 @@
 // Method: the file is read once, line by line, and a keyword decides which part of the message follows. Everything that
 // changes the meaning of the numbers is refused by name instead of being converted: a centre other than the Earth, axes
-// other than those of the ICRS, and time systems that need tables of the Earth's rotation. The axes of EME2000, also called J2000, differ
-// from those of the ICRS by 23 mas, 1 mm/s. The standard forbids units in the file; numbers are in km, km/s and km/s^2.
-// Keywords may be in any order; accelerations, covariances and the recommended interpolation are not used. Reference:
-// CCSDS 502.0-B-3, Orbit Data Messages, ch. 5 and 7.
+// other than those of the ICRS, and time systems that need tables of the Earth's rotation. The axes of EME2000, also
+// called J2000, differ from those of the ICRS by 23 mas, 1 mm/s. The standard forbids units in the file; numbers are in
+// km, km/s and km/s^2. Keywords may be in any order; accelerations, covariances and the recommended interpolation are
+// not used. Reference: CCSDS 502.0-B-3, Orbit Data Messages, ch. 5 and 7.
 #include "sky/oem.hpp"
 
 #include <algorithm>

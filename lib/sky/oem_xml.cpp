@@ -19,8 +19,8 @@ using ingest::TextLines;
 struct Number {
     const char *name, *unit;
 };
-constexpr Number kState[] = {{"X", "km"},          {"Y", "km"},          {"Z", "km"},
-                             {"X_DOT", "km/s"},    {"Y_DOT", "km/s"},    {"Z_DOT", "km/s"},
+constexpr Number kState[] = {{"X", "km"},           {"Y", "km"},           {"Z", "km"},
+                             {"X_DOT", "km/s"},     {"Y_DOT", "km/s"},     {"Z_DOT", "km/s"},
                              {"X_DDOT", "km/s**2"}, {"Y_DDOT", "km/s**2"}, {"Z_DDOT", "km/s**2"}};
 constexpr size_t kNumbers = std::size(kState), kWithoutAcceleration = 6;
 constexpr const char *kContainers[] = {"ndm", "oem", "header", "body", "segment", "metadata", "data"};
@@ -88,7 +88,8 @@ class Translator {
     // On one line.
     static std::string text_of(const xml::Element &element) {
         std::string text(TextLines::trimmed(element.text));
-        std::replace_if(text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+        std::replace_if(
+            text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
         return text;
     }
 
@@ -104,8 +105,8 @@ class Translator {
             state_[kNumbers] = text;
             return;
         }
-        const auto *const number =
-            std::find_if(std::begin(kState), std::end(kState), [&](const Number &known) { return known.name == element.name; });
+        const auto *const number = std::find_if(std::begin(kState), std::end(kState),
+                                                [&](const Number &known) { return known.name == element.name; });
         if (number == std::end(kState))
             refuse(element, "unknown element of a state");
         const std::string unit = element.attribute("units");
@@ -131,7 +132,7 @@ class Translator {
     }
 
     const char *path_;
-    std::vector<std::string> path_of_elements_; // from the root to the current one
+    std::vector<std::string> path_of_elements_;   // from the root to the current one
     std::array<std::string, kNumbers + 1> state_; // numbers and time
     bool has_message_ = false, is_covariance_ = false;
     std::string text_;

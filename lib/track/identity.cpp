@@ -1,7 +1,7 @@
 // Method: open addressing with linear probing. All memory is allocated at creation, so that a push allocates nothing; a
 // slot is written when it is taken, so that an index for a million frames is created at once. A frame is identified by
-// the 64-bit FNV-1a digest of session, region, restarts and frame id, since packet counters wrap and times repeat. The slot
-// depends on a random secret (scatter.hpp): crafted keys cannot make all probes collide.
+// the 64-bit FNV-1a digest of session, region, restarts and frame id, since packet counters wrap and times repeat. The
+// slot depends on a random secret (scatter.hpp): crafted keys cannot make all probes collide.
 #include "track/identity.hpp"
 
 #include "base/error.hpp"

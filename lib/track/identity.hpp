@@ -13,8 +13,8 @@ namespace toliman::track {
 // Checks a name from the downlink: [A-Za-z0-9._-]{1,64}, no leading dot. Fails naming `what`.
 void check_name(std::string_view name, const char *what);
 
-// Digests of (session, roi, restarts), and of that with a frame id. With 64 bits, the probability of a collision among 10^6
-// frames is 3e-8.
+// Digests of (session, roi, restarts), and of that with a frame id. With 64 bits, the probability of a collision among
+// 10^6 frames is 3e-8.
 uint64_t stream_digest(std::string_view session, std::string_view roi, int64_t restarts) noexcept;
 uint64_t key_digest(uint64_t stream, int64_t frame_id) noexcept;
 

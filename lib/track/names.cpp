@@ -11,7 +11,7 @@ namespace toliman::track {
 
 namespace {
 
-constexpr size_t kShortestLine = 1 + 2 * (1 + 1);                // without its newline
+constexpr size_t kShortestLine = 1 + 2 * (1 + 1);                         // without its newline
 constexpr size_t kLongestLine = 16 + 2 * (1 + kLongestName) + 1 + 20 + 1; // with its newline
 
 } // namespace

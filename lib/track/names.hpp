@@ -1,5 +1,5 @@
-// Names of sessions and regions, and restarts of the camera, by digest, one line each (tools/docs/formats.md, "streams.txt"); for display only:
-// losing them loses no frame.
+// Names of sessions and regions, and restarts of the camera, by digest, one line each (tools/docs/formats.md,
+// "streams.txt"); for display only: losing them loses no frame.
 #pragma once
 #include <cstdint>
 #include <functional>

@@ -95,8 +95,7 @@ void Tracker::open(StateFolder &folder) {
     if (!folder.setup && !plan_.reference.is_given())
         refuse_reduced_records();
     records_.open_names();
-    records_.names()->visit(
-        [this](uint64_t stream, const Names::Stream &) { registry_.streams().set_named(stream); });
+    records_.names()->visit([this](uint64_t stream, const Names::Stream &) { registry_.streams().set_named(stream); });
     warn_of_damage(folder);
     resume_from_checkpoint(folder);
     period::Stream &sums = registry_.sums();

@@ -10,15 +10,16 @@ typedef struct {
     int64_t restarts, camera_s;
 } line;
 
-#define AT(id, stamp_s, host_s) {id, stamp_s, host_s, NULL, 0, 0}
+#define AT(id, stamp_s, host_s)                                                                                        \
+    { id, stamp_s, host_s, NULL, 0, 0 }
 
 static void put(const line *one) {
     char text[512];
     snprintf(text, sizeof text,
              "{\"frame_id\": %lld, \"timestamp_ns\": %lld, \"host_time\": %.9f, \"nframes_dropped\": 0, \"roi_label\": "
              "\"%s\", \"n_rows\": %d, \"n_cols\": %d, \"session_id\": \"day1\"}\n",
-             (long long)one->id, (long long)(one->stamp_s * 1000000000), one->host_s,
-             one->roi != NULL ? one->roi : "r", ROWS, COLS);
+             (long long)one->id, (long long)(one->stamp_s * 1000000000), one->host_s, one->roi != NULL ? one->roi : "r",
+             ROWS, COLS);
     put_text(side_path, "ab", text);
 }
 
@@ -48,22 +49,40 @@ TEST(test_restarts) {
         line lines[9];
         int count;
     } files[] = {
-        {"counter and clock", 1,
-         {AT(0, 100, 0), AT(1, 101, 1), AT(2, 102, 2), AT(3, 103, 3), {0, 7, 9, NULL, 1, 109}, {1, 8, 10, NULL, 1, 110}}, 6},
+        {"counter and clock",
+         1,
+         {AT(0, 100, 0),
+          AT(1, 101, 1),
+          AT(2, 102, 2),
+          AT(3, 103, 3),
+          {0, 7, 9, NULL, 1, 109},
+          {1, 8, 10, NULL, 1, 110}},
+         6},
         {"counter alone", 1, {AT(5, 100, 0), AT(6, 101, 1), {0, 104, 4, NULL, 1, 104}, {1, 105, 5, NULL, 1, 105}}, 4},
-        {"twice", 2,
-         {AT(3, 100, 0), AT(4, 101, 1), {0, 0, 5, NULL, 1, 105}, {1, 1, 6, NULL, 1, 106}, {0, 0, 9, NULL, 2, 109}}, 5},
+        {"twice",
+         2,
+         {AT(3, 100, 0), AT(4, 101, 1), {0, 0, 5, NULL, 1, 105}, {1, 1, 6, NULL, 1, 106}, {0, 0, 9, NULL, 2, 109}},
+         5},
         {"one frame before it", 1, {AT(0, 100, 0), {0, 3, 8, NULL, 1, 108}, {1, 4, 9, NULL, 1, 109}}, 3},
         {"frames lost after it", 1, {AT(50, 100, 0), AT(51, 101, 1), {4, 2, 6, NULL, 1, 106}}, 3},
         {"a damaged id", 0, {AT(1000, 0, 0), AT(1001, 1, 1), AT(500, 2, 2), AT(1003, 3, 3)}, 4},
         {"a damaged id, higher", 0, {AT(1000, 0, 0), AT(1001, 1, 1), AT(9002, 2, 2), AT(1003, 3, 3)}, 4},
         {"late frames", 0, {AT(0, 0, 0), AT(2, 2, 2), AT(1, 1, 1), AT(3, 3, 3)}, 4},
-        {"a late frame of before it", 1,
-         {AT(7, 100, 0), AT(8, 101, 1), {0, 0, 9, NULL, 1, 109}, AT(9, 102, 2), {1, 1, 10, NULL, 1, 110}}, 5},
+        {"a late frame of before it",
+         1,
+         {AT(7, 100, 0), AT(8, 101, 1), {0, 0, 9, NULL, 1, 109}, AT(9, 102, 2), {1, 1, 10, NULL, 1, 110}},
+         5},
         {"a host without clock", 0, {AT(0, 0, 0), AT(1, 1, 0), AT(0, 2, 0)}, 3},
-        {"two regions of each exposure", 1,
-         {{4, 100, 0, "a", 0, 0}, {4, 100, 0, "b", 0, 0}, {5, 101, 1, "a", 0, 0}, {5, 101, 1, "b", 0, 0},
-          {0, 0, 5, "a", 1, 105}, {0, 0, 5, "b", 1, 105}, {1, 1, 6, "a", 1, 106}}, 7},
+        {"two regions of each exposure",
+         1,
+         {{4, 100, 0, "a", 0, 0},
+          {4, 100, 0, "b", 0, 0},
+          {5, 101, 1, "a", 0, 0},
+          {5, 101, 1, "b", 0, 0},
+          {0, 0, 5, "a", 1, 105},
+          {0, 0, 5, "b", 1, 105},
+          {1, 1, 6, "a", 1, 106}},
+         7},
     };
     for (size_t k = 0; k < sizeof files / sizeof *files; k++)
         for (int grows = 0; grows < 2; grows++) {
@@ -102,7 +121,8 @@ TEST(test_further_keys) {
     put_pixels(3 * FRAME_BYTES);
     for (int i = 0; i < 3; i++) {
         char *const end = strrchr(side_line(text, i, i, i * 1e-9, ROWS, COLS), '}');
-        (void)snprintf(end, sizeof text - (size_t)(end - text), ", \"\\u001b[2J\": [1, {\"a\": null}], \"exposure_us\": 5}\n");
+        (void)snprintf(end, sizeof text - (size_t)(end - text),
+                       ", \"\\u001b[2J\": [1, {\"a\": null}], \"exposure_us\": 5}\n");
         put_text(side_path, "ab", text);
     }
     toliman_ingest *const ingest = open_pair(0);

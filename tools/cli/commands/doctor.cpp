@@ -127,8 +127,8 @@ std::string as_json(const Health &health, const ObserverOptions &observer, const
     json.set("cpu", health.cpu, "processors", machine.processors, "isa", machine.isa, "isa_available", health.sets);
     json.set("blas_core", machine.blas_core, "blas_config", machine.blas_config, "blas_threads", machine.blas_threads);
     json.set("blas_is_slow", machine.blas_is_slow != 0);
-    json.set("fftw", machine.fftw, "zlib", ::zlibVersion(), "cjson", ::cJSON_Version(), "cfitsio", health.cfitsio, "netcdf",
-             toliman_ingest_netcdf_version());
+    json.set("fftw", machine.fftw, "zlib", ::zlibVersion(), "cjson", ::cJSON_Version(), "cfitsio", health.cfitsio,
+             "netcdf", toliman_ingest_netcdf_version());
     json.set("cli11", CLI11_VERSION, "fsync_ms", health.sync.milliseconds, "fsync_folder", health.sync.folder);
     observer.set_orbit(json, sky);
     json.set("ready", health.problems.empty(), "verdict", verdict(health));
@@ -147,8 +147,7 @@ std::string as_text(const Health &health, const std::string &orbit) {
            formatted("FFTW         %s\n", machine.fftw) +
            formatted("libraries    zlib %s, cJSON %s, CFITSIO %s, CLI11 %s, ", ::zlibVersion(), ::cJSON_Version(),
                      health.cfitsio.c_str(), CLI11_VERSION) +
-           (netcdf.empty() ? "no netCDF: .nc files cannot be read\n" : "netCDF " + netcdf + "\n") +
-           "fsync        " +
+           (netcdf.empty() ? "no netCDF: .nc files cannot be read\n" : "netCDF " + netcdf + "\n") + "fsync        " +
            (health.sync.error.empty() ? rounded(health.sync.milliseconds) + " ms, median of 9," : health.sync.error) +
            " in " + health.sync.folder + (orbit.empty() ? "" : "\nobserver     " + orbit) + "\nverdict      " +
            verdict(health) + "\n";

@@ -158,8 +158,8 @@ void add_status(CLI::App &app, Context &context) {
         "--records", options->records, "print every record of the ledger as a JSON line, schema toliman-record/1");
     CLI::Option *series = command->add_flag(
         "--series", options->series, "print CSV t,y,sigma of the samples in the periodogram (t in days, y in px)");
-    CLI::Option *missing =
-        command->add_flag("--missing", options->missing, "print CSV session,roi,first,last,restarts of missing frame ids");
+    CLI::Option *missing = command->add_flag("--missing", options->missing,
+                                             "print CSV session,roi,first,last,restarts of missing frame ids");
     CLI::Option *out =
         add_option(command, "--out", options->out, "DIR", "also write the results as files into this folder")
             ->check([](const std::string &name) { return name.empty() ? "\"\": must be the name of a folder" : ""; });

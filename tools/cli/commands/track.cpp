@@ -83,9 +83,10 @@ void add_track(CLI::App &app, Context &context) {
         ->check(CLI::Range(1u, 1000000000u));
     add_choice(command, "--dtype", input.dtype, {"u16le", "u32le"},
                "pixel type of raw pairs, required for them: u16le or u32le");
-    add_option(command, "--roi", input.roi, "LABEL",
-               "use only frames of this region of raw pairs; required if the inputs have several: frames of two regions "
-               "never share a state folder");
+    add_option(
+        command, "--roi", input.roi, "LABEL",
+        "use only frames of this region of raw pairs; required if the inputs have several: frames of two regions "
+        "never share a state folder");
     add_option(command, "--frames", options->frames, "RANGE",
                "A:B: use only frames with ids from A to B - 1 (a shard); default all");
     command
@@ -94,8 +95,9 @@ void add_track(CLI::App &app, Context &context) {
         ->check(CLI::PositiveNumber);
     add_option(command, "--session", input.dated.session, "NAME",
                "session name for .npy and FITS files, default their file names");
-    add_option(command, "--hdu", input.dated.unit, "NAME",
-               "name or number of the HDU of FITS files, 0 for the primary one; default: CORE, or the first with pixels");
+    add_option(
+        command, "--hdu", input.dated.unit, "NAME",
+        "name or number of the HDU of FITS files, 0 for the primary one; default: CORE, or the first with pixels");
     add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
                "leap-seconds.list of the IERS, default the table of ERFA");
     add_option(command, "--on-target", options->on_target, "FILE",

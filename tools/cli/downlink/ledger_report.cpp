@@ -80,8 +80,8 @@ bool is_known(const toliman_track_record &line) noexcept {
 }
 
 Json session_json(const toliman_track_stream &stream) {
-    return Json("session", stream.session, "roi", stream.roi, "restarts", stream.restarts, "first_id", stream.first_id, "last_id", stream.last_id,
-                "frames", stream.frames, "missing", stream.missing);
+    return Json("session", stream.session, "roi", stream.roi, "restarts", stream.restarts, "first_id", stream.first_id,
+                "last_id", stream.last_id, "frames", stream.frames, "missing", stream.missing);
 }
 
 void write_periodogram(const std::vector<double> &power, const toliman_track_options &how, OutputFile &out) {
@@ -123,8 +123,7 @@ void print_records(const toliman::tracker &tracker) {
         const toliman_track_stream stream = is_named ? names.at(line.stream) : toliman_track_stream{};
         Json json("schema", "toliman-record/1", "session", if_known(is_named, stream.session), "roi",
                   if_known(is_named, stream.roi), "restarts", if_known(is_named, stream.restarts), "frame_id",
-                  line.frame_id, "camera_ns", line.camera_ns, "verdict",
-                  toliman_constant_name(line.verdict));
+                  line.frame_id, "camera_ns", line.camera_ns, "verdict", toliman_constant_name(line.verdict));
         if (!is_valid || line.verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED)
             json.set("reason", toliman_constant_name(line.reason));
         if (is_valid)

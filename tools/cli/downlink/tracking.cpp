@@ -112,13 +112,12 @@ std::string frame_line(const toliman_frame &frame, bool has_key, bool has_time, 
     const bool known = has_value(outcome);
     return Json("schema", "toliman-frame/2", "session", if_known(has_key, frame.session), "roi",
                 if_known(has_key, frame.roi), "restarts", if_known(has_key, frame.restarts), "frame_id",
-                if_known(has_key, frame.frame_id), "verdict",
-                toliman_constant_name(outcome.verdict), "reason", if_known(reason != nullptr, reason), "camera_ns",
-                if_known(has_time, frame.camera_ns), "input", place, "tai_ns", if_known(known, outcome.tai_ns), "value",
-                Exact{known ? outcome.value : NAN}, "chi_square", outcome.chi_square, "chi_square_sigma",
-                outcome.chi_square_sigma, "largest_residual", outcome.largest_residual, "goodness",
-                if_known(known, toliman_constant_name(outcome.goodness)), "bad_pixels",
-                if_known(known, outcome.bad_pixels), "shift_bytes", shift) // null if there is none
+                if_known(has_key, frame.frame_id), "verdict", toliman_constant_name(outcome.verdict), "reason",
+                if_known(reason != nullptr, reason), "camera_ns", if_known(has_time, frame.camera_ns), "input", place,
+                "tai_ns", if_known(known, outcome.tai_ns), "value", Exact{known ? outcome.value : NAN}, "chi_square",
+                outcome.chi_square, "chi_square_sigma", outcome.chi_square_sigma, "largest_residual",
+                outcome.largest_residual, "goodness", if_known(known, toliman_constant_name(outcome.goodness)),
+                "bad_pixels", if_known(known, outcome.bad_pixels), "shift_bytes", shift) // null if there is none
         .line();
 }
 

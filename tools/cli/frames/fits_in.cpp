@@ -1,9 +1,9 @@
 // Reads FITS images and cubes as frames: any BITPIX with BZERO and BSCALE, also tile-compressed by fpack, or the whole
 // file by gzip. The HDU with the name CORE is used, wherever it is in the file, otherwise the first one with pixels.
 // Keywords are looked up in its header, then in the primary header. Those of the mission's image service, which are not
-// of the FITS standard, are SEQNUM, CAMTIME in ns, EXPOSURE in us, and the place of the core on the detector. The file is opened by
-// fits_open_diskfile, because CFITSIO treats file names as expressions (filters, URLs, ~), and its first bytes are
-// checked before. Undefined pixels are NaN.
+// of the FITS standard, are SEQNUM, CAMTIME in ns, EXPOSURE in us, and the place of the core on the detector. The file
+// is opened by fits_open_diskfile, because CFITSIO treats file names as expressions (filters, URLs, ~), and its first
+// bytes are checked before. Undefined pixels are NaN.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -162,7 +162,8 @@ class FitsFrames : public FrameFile {
         int status = 0;
         int64_t number = 0;
         if (is_whole_number(unit, number)) // HDU 0 is the primary one, as in the standard's tools
-            fits_movabs_hdu(file_.get(), static_cast<int>(std::clamp<int64_t>(number, -1, 1 << 20)) + 1, nullptr, &status);
+            fits_movabs_hdu(file_.get(), static_cast<int>(std::clamp<int64_t>(number, -1, 1 << 20)) + 1, nullptr,
+                            &status);
         else
             fits_movnam_hdu(file_.get(), ANY_HDU, std::string(unit).data(), 0, &status);
         return status == 0;

@@ -17,7 +17,7 @@ namespace cli {
 namespace {
 
 constexpr const char kSide[] = "_meta.jsonl", kPixels[] = "_frames.bin", kBatch[] = ".nc";
-constexpr int kMostLines = 100;     // that are tried, as the first ones may be damaged
+constexpr int kMostLines = 100;       // that are tried, as the first ones may be damaged
 constexpr size_t kLongestLine = 4096; // of a side file
 
 } // namespace

@@ -21,11 +21,11 @@ struct FrameOptions {
     // exposure_s: of the scene, for raw pairs and batches; 0: unknown.
     std::unique_ptr<FrameFile> open(const std::string &path, double exposure_s) const;
 
-    std::string dtype, shape;      // of files without header
-    std::string roi;               // of raw pairs; empty: the only one
+    std::string dtype, shape;         // of files without header
+    std::string roi;                  // of raw pairs; empty: the only one
     std::optional<double> exposure_s; // of raw pairs and batches; otherwise that of the scene
-    std::string unit;              // of FITS files: name or number of the HDU
-    std::optional<double> cadence; // seconds
+    std::string unit;                 // of FITS files: name or number of the HDU
+    std::optional<double> cadence;    // seconds
     std::vector<std::string> files;
 };
 

@@ -38,7 +38,7 @@ class FrameTimes {
     std::string path_, rule_;
     std::optional<toliman_ingest_header_time> header_;
     std::vector<int64_t> stamps_; // by the camera's clock; empty where the file has none, or better ones
-    std::vector<int64_t> steps_; // from frame 0 on, where the table has them
+    std::vector<int64_t> steps_;  // from frame 0 on, where the table has them
     std::optional<double> cadence_;
     double exposure_s_ = 0;
     int64_t first_ = 0, number_ = 0; // time of frame 0, ns; its number, where the cadence counts from it

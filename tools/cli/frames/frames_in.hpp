@@ -71,7 +71,7 @@ class FrameFile {
 // beyond 100,000 days.
 std::optional<int64_t> ns_of_days(double days);
 
-bool is_fits(const std::string &path); // by its suffix, .fits, .fits.fz or .fits.gz
+bool is_fits(const std::string &path);                         // by its suffix, .fits, .fits.fz or .fits.gz
 bool is_whole_number(const std::string &text, int64_t &value); // from -2^62 to 2^62
 
 // Pixel types of headerless files: u16le, u32le, i16le, f32le and the same with be (big-endian).

@@ -1,5 +1,6 @@
-// Frames of a pair of files or of a batch as one file of frames, for `encode` and `calibrate`. A first reading finds the
-// valid frames, their number and times; the second one delivers them. What the first one complains about is in notes().
+// Frames of a pair of files or of a batch as one file of frames, for `encode` and `calibrate`. A first reading finds
+// the valid frames, their number and times; the second one delivers them. What the first one complains about is in
+// notes().
 #include <algorithm>
 #include <cstring>
 #include <set>

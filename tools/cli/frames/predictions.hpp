@@ -18,9 +18,10 @@ struct FrameClock {
     LeapSeconds leap_seconds;
 };
 
-// If time 0 of the scene is known and the header of a FITS file has a time, or if frames have stamps of the camera, whose
-// clock is then TAI, they have the times of FrameTimes, as in `track`. Otherwise the time of a frame is its number times the cadence if one is given, or that in the table FRAMES
-// of its file, or else that of the frame of this number in the scene.
+// If time 0 of the scene is known and the header of a FITS file has a time, or if frames have stamps of the camera,
+// whose clock is then TAI, they have the times of FrameTimes, as in `track`. Otherwise the time of a frame is its
+// number times the cadence if one is given, or that in the table FRAMES of its file, or else that of the frame of this
+// number in the scene.
 class Predictions {
   public:
     // scene_times: days. It and `progress`, for warnings, must outlive this object. most: frames of one call.
