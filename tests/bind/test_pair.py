@@ -122,7 +122,7 @@ class Events(Pairs):
         self.assertEqual([(event.kind, event.reason, event.line) for event in events], [
             ("frame", "none", 1), ("damage", "bad_line", 2), ("damage", "bad_line", 3), ("frame", "none", 4),
             ("warning", "clock_jump", 5), ("frame", "none", 5), ("frame", "none", 6)])
-        self.assertEqual([event.key for event in events[:3]], [("day1", "single_roi", 0), None, ("day1", "single_roi", 2)])
+        self.assertEqual([event.key for event in events[:3]], [("day1", "single_roi", 0, 0), None, ("day1", "single_roi", 2, 0)])
         self.assertEqual(str(events[1]), f"{self.side}:2: session_id is missing")
         self.assertIsNone(events[2].frame)
         self.assertEqual((events[3].stamp_ns, events[3].host_s), (3 * 10**9, 3.0))
@@ -140,7 +140,7 @@ class Events(Pairs):
         self.assertEqual(list(pair.events()), [])
         pair.finish()
         (event,) = pair.events()
-        self.assertEqual((event.kind, event.reason, event.key), ("damage", "short_file", ("day1", "single_roi", 7)))
+        self.assertEqual((event.kind, event.reason, event.key), ("damage", "short_file", ("day1", "single_roi", 7, 0)))
         self.assertEqual(pair.info().damaged, 1)
 
     def test_follow(self):

@@ -368,8 +368,8 @@ class Folders(Track):
                          [("day", "single_roi", 0, 29, 26, 4), ("night.2", "single_roi", 31, 33, 2, 1)])
         self.assertEqual((status["missing"], status["grid"]["nf"], status["clock"]), (5, 230, False))
         self.assertEqual(self.succeed("status", "s", "--missing").splitlines(),
-                         ["session,roi,first,last", "day,single_roi,5,7", "day,single_roi,20,20",
-                          "night.2,single_roi,32,32"])
+                         ["session,roi,first,last,restarts", "day,single_roi,5,7,0", "day,single_roi,20,20,0",
+                          "night.2,single_roi,32,32,0"])
         lines = [json.loads(line) for line in self.succeed("status", "s", "--records").splitlines()]
         printed = [line for line in out if line["schema"] == "toliman-frame/2"]
         keys = ("session", "roi", "frame_id", "camera_ns", "verdict")
