@@ -300,6 +300,16 @@ class Batches(MissionTest):
                 refused += 1
         self.assertGreater(refused, 20)
 
+    def test_crash(self):
+        """Bytes on which HDF5 crashes: the program says so, and reads the other files."""
+        self.write("obs_batch0000.nc", self.small(8))
+        whole = (self.folder / "obs_batch0000.nc").read_bytes()
+        for at in range(0, len(whole), 1709):
+            (self.folder / f"bad{at:06}.nc").write_bytes(whole[:at] + bytes(64) + whole[at + 64:])
+        names = [path.name for path in sorted(self.folder.glob("*.nc"))]
+        lines, said = self.track(*names)  # frames of another size
+        self.assertEqual(sum(line["input"].startswith("obs_batch0000.nc") for line in lines), 8, said)
+
     def test_track(self):
         """A folder of batches gives the values of a pair with the same counts; `encode` too."""
         scene = json.loads(SCENE.read_text())

@@ -10,6 +10,7 @@
 #include "common/lines.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
+#include "frames/batch_probe.hpp"
 #include "frames/frame_files.hpp"
 
 namespace cli {
@@ -86,9 +87,10 @@ void Downlink::read_input(const std::string &name) {
             read_folder(name);
         else if (is_pair(name))
             read_pair(name);
-        else if (is_batch(name))
+        else if (is_batch(name)) {
+            probe_batch(name);
             drain(open_pair(name));
-        else if (is_dated_file(name))
+        } else if (is_dated_file(name))
             drain(dated_.open(name, options_.frames));
         else
             malformed(name, exists(name) ? kInputs : std::strerror(ENOENT));

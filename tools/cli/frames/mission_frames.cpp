@@ -10,6 +10,7 @@
 #include "common/failure.hpp"
 #include "common/library.hpp"
 #include "common/text.hpp"
+#include "frames/batch_probe.hpp"
 #include "frames/frame_files.hpp"
 #include "frames/frames_in.hpp"
 
@@ -31,6 +32,8 @@ class MissionFrames final : public FrameFile {
   public:
     MissionFrames(const std::string &path, const MissionOptions &options)
         : FrameFile(path), options_(options), ingest_(ingest_options(path, options_)) {
+        if (is_batch(path))
+            probe_batch(path);
         std::set<std::string> regions;
         size_t rows = 0, cols = 0;
         for (open(); next();) {
