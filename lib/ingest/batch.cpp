@@ -89,8 +89,8 @@ void Batch::find_kind() {
         frames += changes[0];
     }
     lines_.resize(frames);
-    most_ = static_cast<int32_t>(
-        std::clamp(file_->number("valid_max", reference_).value_or(UINT16_MAX), 0.0, double{UINT16_MAX}));
+    const double most = file_->number("valid_max", reference_).value_or(UINT16_MAX);
+    most_ = most >= 0 && most < UINT16_MAX ? static_cast<int32_t>(most) : UINT16_MAX;
 }
 
 template <class Number> std::vector<Number> Batch::column(const char *name) const {

@@ -56,8 +56,9 @@ class Packages(unittest.TestCase):
 
     def test_dependencies(self):
         """Debian's libraries by dpkg-shlibdeps, the packages among themselves by version."""
-        for library in ("libfftw3-double3", "libopenblas0", "libcjson1", "zlib1g", "liberfa1", "libc6", "libstdc++6"):
+        for library in ("libfftw3-double3", "libopenblas0", "libcjson1", "zlib1g", "liberfa1", "libexpat1", "libc6", "libstdc++6"):
             self.assertIn(library, self.field(RUNTIME, "Depends"))
+        self.assertIn("libnetcdf19", self.field(RUNTIME, "Recommends"))
         self.assertIn("libcfitsio10", self.field("toliman", "Depends"))
         for package in ("python3-toliman", "python3-matplotlib", "python3-jinja2"):
             self.assertIn(package, self.field("toliman", "Recommends"))

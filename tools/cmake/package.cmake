@@ -33,10 +33,12 @@ toliman_package(runtime ${runtime} libs "" "period of a planet from frames of th
 toliman_package(development libtoliman-dev libdevel "${same}" "headers and static library of libtoliman, Fortran source")
 toliman_package(program toliman science "${same}" "period of a planet from frames of the TOLIMAN space telescope")
 toliman_package(python python3-toliman python "${same}, python3, python3-numpy" "libtoliman for Python 3")
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "libfftw3-dev, libopenblas-dev, libcjson-dev, zlib1g-dev, liberfa-dev, libexpat1-dev") # static
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS # static
+    "libfftw3-dev, libopenblas-dev, libcjson-dev, zlib1g-dev, liberfa-dev, libexpat1-dev")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS toliman) # contains the scenes
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib, python3-jinja2") # for toliman.report
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS libnetcdf19) # loaded for batches of frames
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
