@@ -17,12 +17,14 @@ class Restarts {
   private:
     struct Start {
         double host_s;          // of its first frame
+        SideLine before;        // the line before it
         int64_t clock_shift_ns; // added to its time stamps, they continue those before it
     };
     struct Session {
         SideLine last;             // by host_time
         std::vector<Start> starts; // of the restarts
     };
+    static double most_between(const SideLine &last, const SideLine &line, double usual_step_ns) noexcept;
     static bool is_restart(const SideLine &last, const SideLine &line, double usual_step_ns) noexcept;
 
     std::map<const char *, Session> sessions_; // by their names, each of which is stored once
