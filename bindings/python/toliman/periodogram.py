@@ -143,19 +143,19 @@ def _suggested(t: Doubles, y: Doubles | None, sigma: Doubles | None,
     return Grid(f0.value, df.value, nf.value), options
 
 
-def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None) -> Peak:
+def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None, *, grid: Grid | None = None) -> Peak:
     """Finds the period of a time series.
 
         print(toliman.period(t, y, dy))
 
-    Takes times t, values y and standard errors dy (None: unweighted), searches the grid of suited_grid(t) for the
+    Takes times t, values y and standard errors dy (None: unweighted), searches the grid (None: suited_grid(t)) for the
     highest peak, and refines it by least squares against the samples. Returns the Peak: period, amplitude, their
     standard errors, and the false alarm probability, in the units of t and y, in days for dates and quantities of time.
     Of periods that the samples do not tell apart, this is the longest: Periodogram.aliases.
     """
     times, values, sigmas = _series(t, y, dy, unit_of(y))
-    grid, options = _suggested(times, values, sigmas, 0.0)
-    with Periodogram(*grid, time_offset=options.time_offset, value_offset=options.value_offset,
+    suited, options = _suggested(times, values, sigmas, 0.0)
+    with Periodogram(*(grid or suited), time_offset=options.time_offset, value_offset=options.value_offset,
                      value_bound=options.value_bound, sigma_floor=options.sigma_floor,
                      sigma_ceiling=options.sigma_ceiling, double_limb=True, unit_ns=86400e9) as periodogram:
         periodogram.push_many(times, values, sigmas)

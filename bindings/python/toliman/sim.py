@@ -46,7 +46,8 @@ def shipped_scenes() -> list[pathlib.Path]:
     return next((sorted(folder.glob("*.json")) for folder in folders if folder.is_dir()), [])
 
 
-def _path_of(scene: str | os.PathLike[str]) -> bytes:
+def scene_path(scene: str | os.PathLike[str]) -> str:
+    """Returns the path of a scene file or of a shipped scene of that name."""
     path = os.fsdecode(file_name(scene))
     if os.sep not in path and not os.path.exists(path):
         shipped = {known.name: known for known in shipped_scenes()}
@@ -54,7 +55,7 @@ def _path_of(scene: str | os.PathLike[str]) -> bytes:
             raise NotFoundError(_raw.TOLIMAN_E_NOT_FOUND,
                                 f"{path}: No such file, nor a shipped scene ({', '.join(shipped)})", path)
         path = str(shipped[path])
-    return os.fsencode(path)
+    return path
 
 
 def _json_of(value: typing.Any, place: str) -> typing.Any:
@@ -87,7 +88,7 @@ def _with_scene(scene: Scene, folder: str | os.PathLike[str] | None, of_path: ty
         return of_text(text, len(text), None if folder is None else file_name(folder), *rest)
     if folder is not None:
         raise ValueError("folder: allowed only if the scene is a dict; names in a file are relative to its folder")
-    return of_path(_path_of(scene), *rest)
+    return of_path(os.fsencode(scene_path(scene)), *rest)
 
 
 def _options(watch: Watch, threads: int, engine: str | None,

@@ -4,13 +4,14 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import logging
-import os
 import pathlib
 import signal
 import sys
 import warnings
 
-STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+from .._failure import Failure, readable
+from .._output import STOPS, print_text
+
 PACKAGES = {"numpy": "python3-numpy", "matplotlib": "python3-matplotlib", "jinja2": "python3-jinja2"}
 
 
@@ -69,19 +70,12 @@ def main(words: list[str] | None = None) -> int:
     # Nothing about the cache of fonts or the user's settings.
     logging.getLogger("matplotlib").setLevel(logging.CRITICAL)
     warnings.simplefilter("ignore")  # nothing about letters that the font does not have
-    from .results import OUTPUT, Failure, readable
     try:
-        path = report(options)
+        print_text(readable(report(options)) + "\n")
     except Failure as failure:
-        print(f"toliman: {failure}", file=sys.stderr)
+        if str(failure):
+            print(f"toliman: {failure}", file=sys.stderr)
         return failure.code
-    try:
-        os.write(1, (readable(path) + "\n").encode())
-    except BrokenPipeError:
-        return OUTPUT
-    except OSError as error:
-        print(f"toliman: standard output: {error.strerror}", file=sys.stderr)
-        return OUTPUT
     return 0
 
 

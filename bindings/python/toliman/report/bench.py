@@ -6,9 +6,10 @@ import pathlib
 
 import numpy
 
+from .._failure import Failure
 from . import figures, results
 from .page import Page
-from .results import Array, Failure, Result
+from .results import Array, Result
 from .text import scientific
 
 SCHEMA = "toliman-bench/1"

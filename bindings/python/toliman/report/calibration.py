@@ -5,6 +5,7 @@ import pathlib
 
 import numpy
 
+from .._failure import malformed
 from . import calibration_figures as figures
 from . import results
 from .images import Panel, images, whiteness
@@ -83,7 +84,7 @@ def _add_images(path: pathlib.Path, file: Result, page: Page) -> None:
     shape = file.whole("rows"), file.whole("cols")
     for name, values in (("residual_before", before), ("residual_after", after), ("chi_map", chi)):
         if values.shape != shape:
-            raise results.malformed(path, f"rows = {shape[0]}, cols = {shape[1]}: must be the shape of {name}.npy, "
+            raise malformed(path, f"rows = {shape[0]}, cols = {shape[1]}: must be the shape of {name}.npy, "
                                           f"{values.shape[0]} x {values.shape[1]}")
     page.add_figure("calibration-residuals",
                     images([_panel("before", before, "residual before, σ of the pixel", "difference"),

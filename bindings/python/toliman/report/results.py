@@ -8,27 +8,10 @@ import typing
 
 import numpy
 
-USAGE, INPUT, OUTPUT = 2, 3, 6  # exit codes, as those of the program
+from .._failure import Failure, malformed, readable
+
 MISSING: typing.Any = object()
 Array = numpy.ndarray[typing.Any, typing.Any]
-
-
-class Failure(Exception):
-    """Ends the program: one line of text and an exit code."""
-
-    def __init__(self, code: int, text: str):
-        super().__init__("".join(letter if letter.isprintable() else "?" for letter in text))
-        self.code = code
-
-
-def malformed(path: pathlib.Path | str, why: str) -> Failure:
-    """Returns the failure of an input that cannot be used."""
-    return Failure(INPUT, f"{readable(path)}: {why}")
-
-
-def readable(path: pathlib.Path | str) -> str:
-    """Returns a file's name as text; bytes that are not UTF-8 become U+FFFD."""
-    return str(path).encode(errors="surrogateescape").decode(errors="replace")
 
 
 def _read(path: pathlib.Path) -> str:

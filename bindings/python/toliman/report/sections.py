@@ -6,9 +6,9 @@ import os
 import pathlib
 import typing
 
+from .._failure import malformed, readable
 from . import bench, budget, calibration, experiment, mask, period, planet, run, state
 from .page import Page
-from .results import malformed, readable
 
 Section = typing.Callable[[pathlib.Path, Page], None]
 
