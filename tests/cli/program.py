@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -54,14 +55,21 @@ long = unittest.skipUnless(LONG, "runs in make long")
 class ProgramTest(unittest.TestCase):
     """Each test runs in a fresh empty folder, self.folder."""
 
+    modules = ()  # of the Python package, which the name of a command stands for
+
     def setUp(self):
         kept = tempfile.TemporaryDirectory()
         self.addCleanup(kept.cleanup)
         self.folder = pathlib.Path(kept.name)
 
+    def command(self, first, *arguments):
+        """The words that start the program or a module."""
+        program = [sys.executable, "-m", f"toliman.{first}"] if first in self.modules else [PROGRAM, str(first)]
+        return [*program, *map(str, arguments)]
+
     def run_program(self, *arguments, **options):
         done = subprocess.run(
-            [PROGRAM, *map(str, arguments)], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE, **options
+            self.command(*arguments), cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE, **options
         )
         schemas.check(done.stdout)
         return done

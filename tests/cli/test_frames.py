@@ -218,7 +218,7 @@ class Refusals(Frames):
 class Help(ProgramTest):
     def test_help_begins_with_examples(self):
         for command in ([], ["run"], ["psf"], ["simulate"], ["train"], ["encode"], ["convert"], ["period"], ["plan"], ["pupil"],
-                        ["track"], ["status"], ["rebuild"], ["merge"], ["doctor"], ["experiment"]):
+                        ["track"], ["status"], ["rebuild"], ["merge"], ["doctor"]):
             out = self.succeed(*command, "--help")
             self.assertLess(out.index("Example"), out.index("Options:"))
             # Only examples, tables and the names of options are not wrapped.

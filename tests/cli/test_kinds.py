@@ -37,7 +37,7 @@ class Kinds(ProgramTest):
         self.names = {name: what for name, (_, what) in FILES.items()} | {"f.npy": "a NumPy array", "f.fits": "a FITS file"}
         for name, inside, what in (("void", None, "an empty folder"), ("state", "ledger.tlml", "a toliman state folder"),
                                    ("run", "result.json", "a folder of toliman run"), ("plain", "x", "a folder"),
-                                   ("table", "experiment.json", "a folder of toliman experiment")):
+                                   ("table", "experiment.json", "a folder of toliman.experiment")):
             (self.folder / name).mkdir()
             if inside:
                 (self.folder / name / inside).touch()
@@ -56,7 +56,7 @@ class Kinds(ProgramTest):
         scenes = [name for name in self.names if name not in ("s.json", "a.json")]
         self.refuse_kinds("a toliman scene (JSON)", scenes, ("plan", None))
         self.refuse_kinds("a toliman scene (JSON)", ("w.tlmw",), ("run", None), ("train", None, "--out", "x"), ("pupil", None),
-                          ("simulate", None, "--out", "x.npy"), ("experiment", None, "--out", "x"), (*track, "--template", None))
+                          ("simulate", None, "--out", "x.npy"), (*track, "--template", None))
         self.refuse_kinds("toliman weights", ("s.json", "f.npy", "s.tlmp", "void"), ("encode", "--weights", None, "f.npy"))
         self.refuse_kinds("toliman weights", ("s.json",), ("train", "s.json", "--resume", None, "--out", "x"), (*track, "--weights", None))
         self.refuse_kinds("a bank of toliman networks", ("s.json",), ("encode", "--weights", None, "--fit", "s.json", "f.npy"))

@@ -29,9 +29,6 @@ class Words(ProgramTest):
                                                             "frame?)"),
             (("psf", CHAPTER, "--star", "C", "--out", "x.npy"), "--star C: must be one of A, B, both\n"),
             (("simulate", CHAPTER, "--dtype", "u16", "--session", "s", "--out", "x"), "(did you mean u16le?)"),
-            (("experiment", CHAPTER, "--out", "x", "--methods", "cae,tamplate"), "tamplate: ", "(did you mean template?)"),
-            (("experiment", CHAPTER, "--out", "x", "--tables", "reel"), "--tables reel: must be one of real, equal, robust "
-                                                                        "(did you mean real?)"),
         ):
             self.refuse(2, *texts, arguments=words)
 

@@ -177,10 +177,6 @@ class Replace(ProgramTest):
             (self.folder / name[:4]).mkdir()
             (self.folder / name[:4] / name).write_text("notes")
             self.refuse(6, f"{name[:4]}/{name}: " + REASON, arguments=("pupil", quick, "--out", name[:4]))
-        for name in ("experiment.csv", "experiment.md", "experiment.json"):
-            (self.folder / name[-4:]).mkdir()
-            (self.folder / name[-4:] / name).write_text("notes")
-            self.refuse(6, f"{name[-4:]}/{name}: " + REASON, arguments=("experiment", quick, "--out", name[-4:]))
 
     # promise: foreign-files-need-force
     def test_pages(self):

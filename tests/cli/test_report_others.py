@@ -29,7 +29,7 @@ class Experiment(ReportTest):
                   {"table": "equal", **TABLE, "ladder": [ROW], "controls": []}]
         self.result = {"schema": "toliman-experiment/1", "version": "0.1.0", "scene": "chapter", "frames": 1095,
                        "true_period_days": 365, "amplitude_px": 1e-6, "seeds": 3, "blind": 50,
-                       "provenance": {"command": "toliman experiment", "date": "d", "processor": "p"},
+                       "provenance": {"command": "python3 -m toliman.experiment", "date": "d", "processor": "p"},
                        "methods": [{"method": "cae", "what": "the autoencoder"}], "tables": tables}
         faps = [0.05] * 40 + [0.95] * 10
         rows = [f"real,cae,0,1,{k},365,0,{math.log10(fap)!r},0,1,1,0,nan" for k, fap in enumerate(faps)]
@@ -52,7 +52,7 @@ class Experiment(ReportTest):
         self.assertNotIn("0.123", page.cells)  # not found: an efficiency of noise
         self.assertIn("0.37", page.cells)
         self.assertIn("2.90 × 10⁻⁷ px", page.text)
-        self.assertIn("toliman experiment · d · p · libtoliman 0.1.0", page.text)
+        self.assertIn("python3 -m toliman.experiment · d · p · libtoliman 0.1.0", page.text)
 
     def test_controls_left_out(self):
         for word in ("none", "quick", "full"):

@@ -85,7 +85,6 @@ class Results(ProgramTest):
     def test_names_are_those_of_the_program(self):
         def listed(command, option):
             return re.search(rf"  --{option} [^ {{]*:\{{([^}}]*)\}}", self.succeed(command, "--help")).group(1).split(",")
-        self.assertEqual(sorted(read("experiment")["$defs"]["method"]["enum"]), sorted(listed("experiment", "methods")))
         self.assertEqual(read("period")["$defs"]["result"]["properties"]["fap_method"]["enum"], sorted(listed("period", "fap")))
         code = (ROOT / "lib/api/names.cpp").read_text().split("TOLIMAN_TRACK_REASON_NONE")[1].split("}}")[0]
         self.assertEqual(read("track")["$defs"]["line"]["properties"]["reason"]["enum"], re.findall('"([a-z ]+)"', code)[1:])

@@ -65,7 +65,6 @@ class Stops(ProgramTest):
                  (("simulate", scene, "--out", "x.fits"), "x.fits.0.tmp", STOPPED),
                  (("simulate", scene, "--out", "p", "--session", "s", "--dtype", "u32le"), "p/s_meta.jsonl.0.tmp", STOPPED),
                  (("run", scene, "--out", "r"), "r/images/residuals.npy.0.tmp", STOPPED),
-                 (("experiment", scene, "--quick", "--out", "e"), "e", STOPPED),
                  (("train", scene, "--mode", "unsupervised", "--out", "w"), "w.0.tmp", STOPPED))
         for (arguments, mark, message), (number, code) in zip(cases, 2 * ((signal.SIGTERM, 143), (signal.SIGINT, 130),
                                                                             (signal.SIGHUP, 129))):
@@ -95,18 +94,6 @@ class Stops(ProgramTest):
                 self.assertEqual((returned, last), (143, STOPPED))
                 self.assertEqual(self.left(), [])
 
-    def test_experiment_without_results(self):
-        """While the first network is trained: a journal without results is removed."""
-        scene = self.inputs / "s.json"
-        scene.write_text(json.dumps(one_wavelength()))
-        journal = self.work / "e" / "journal.jsonl"
-        with self.start("experiment", scene, "--quick", "--methods", "cae", "--out", "e") as child:
-            while child.poll() is None and not (journal.exists() and journal.read_bytes()):
-                time.sleep(WAIT)
-            returned, _, last = self.stop(child, signal.SIGTERM)
-        self.assertEqual((returned, last.partition(";")[0]), (143, STOPPED))
-        self.assertEqual(self.left(), [])
-
     # promises: exit-codes-are-the-same, signals-leave-no-part
     def test_report(self):
         """Also while Python starts: the signal is blocked until Python handles it."""
@@ -128,8 +115,9 @@ class Stops(ProgramTest):
         self.assertGreater(len(whole), len(before) + 3)
         code = """
 import os, signal, sys
-from toliman.report import __main__, page
-owner, name = {"_Temporary": page, "replace": os}[sys.argv[1]], sys.argv[1]
+from toliman import _output
+from toliman.report import __main__
+owner, name = {"Temporary": _output, "replace": os}[sys.argv[1]], sys.argv[1]
 work = getattr(owner, name)
 def interrupted(*arguments):
     os.kill(os.getpid(), signal.SIGTERM)
@@ -137,7 +125,7 @@ def interrupted(*arguments):
 setattr(owner, name, interrupted)
 sys.exit(__main__.main(["b"]))
 """
-        for moment, left in (("_Temporary", before), ("replace", whole)):
+        for moment, left in (("Temporary", before), ("replace", whole)):
             with self.subTest(moment):
                 shutil.rmtree(self.work / "b" / "report", ignore_errors=True)
                 done = subprocess.run([sys.executable, "-c", code, moment], cwd=self.work, capture_output=True, text=True,

@@ -137,7 +137,7 @@ class Layers(Tree):
 
     def test_modules_of_the_program(self):
         self.accepts("layers", "tools/cli/commands/a.cpp", '#include "frames/b.hpp"\n#include "commands/c.hpp"\n')
-        for module, header in (("common", "frames/a.hpp"), ("series", "downlink/a.hpp"), ("experiment", "commands/a.hpp")):
+        for module, header in (("common", "frames/a.hpp"), ("series", "downlink/a.hpp"), ("run", "commands/a.hpp")):
             name = "tools/cli/%s/a.cpp" % module
             self.refuses("layers", name, '\n#include "%s"\n' % header, name + ":2: " + header)
 

@@ -139,8 +139,6 @@ class Completion(unittest.TestCase):
         self.assertEqual(self.complete("toliman", "period", "--fap", "ba"), ["baluev"])
         self.assertEqual(self.complete("toliman", "train", "--mode="), ["tied", "unsupervised"])
         self.assertEqual(self.complete("toliman", "train", "--mode=u"), ["unsupervised"])
-        self.assertEqual(self.complete("toliman", "experiment", "--tables", "real,r"), ["real,real", "real,robust"])
-        self.assertIn("cae,pca-white", self.complete("toliman", "experiment", "--methods", "cae,pca"))
         self.assertEqual(self.complete("toliman", "--progress", ""), ["auto", "json", "none"])
 
     def test_files_are_left_to_bash(self):

@@ -34,7 +34,7 @@ class Pip(unittest.TestCase):
                      "print(importlib.metadata.version('toliman') == toliman.__version__)")
         self.assertEqual(output, f"1.000000000000 {folder.resolve()}/venv/lib/python{sys.version_info[0]}."
                                f"{sys.version_info[1]}/site-packages/toliman/__init__.py\nTrue\n")
-        for name in ("py.typed", "report/page.html"):
+        for name in ("py.typed", "experiment/__main__.py", "report/page.html"):
             self.assertTrue(next(folder.glob(f"venv/lib/python*/site-packages/toliman/{name}")).exists())
 
         # A version that exists nowhere: each place that was tried is listed once.

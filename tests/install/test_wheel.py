@@ -33,7 +33,7 @@ class Wheel(unittest.TestCase):
                     pathlib.Path(os.environ["TOLIMAN_BUILD"]) / "python", folder).strip()
         self.assertRegex(wheel, rf"/toliman-[0-9.]+-py3-none-linux_{os.uname().machine}\.whl$")
         names = zipfile.ZipFile(wheel).namelist()
-        for name in ("py.typed", "_raw.py", "_results.py", "report/__main__.py", "report/_network.py", "report/page.html"):
+        for name in ("py.typed", "_raw.py", "_results.py", "experiment/__main__.py", "report/__main__.py", "report/_network.py", "report/page.html"):
             self.assertIn(f"toliman/{name}", names)
         self.assertEqual([name for name in names if "__pycache__" in name], [])
         self.assertTrue(any(name.endswith("/LICENSE") for name in names), names)

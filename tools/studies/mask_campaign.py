@@ -7,7 +7,7 @@ designs     Designs masks for the scenes mission (four dates; features of 2 cell
             the eight of design_mask free. Simulators of the scenes score them again: bounds, also with every wavelength
             propagated; peak-to-mean; the share of the open cells that no square of 2 x 2 (4 x 4) cells of the same kind covers.
 tolerances  The best mask of the mission and the spiral with 20 nm rms of random aberrations, and a step that is off by 3 nm.
-frames      Fresh frames of the chapter's scene with an amplitude of 1e-6 px, by `toliman experiment`: network and template
+frames      Fresh frames of the chapter's scene with an amplitude of 1e-6 px, by `toliman.experiment`: network and template
             against their bounds, with nothing else unknown and with the eight projected out; and series without signal.
 sky         Fresh frames of the scene sky, whose stars move, with optics and spectra that differ from the model: the fit with
             these free against the Cramer-Rao bound, for the separation on the detector and for that divided by the scale. Squares
@@ -159,12 +159,13 @@ def tolerances(options):
 
 
 def experiment(options, name, scene):
-    """Returns the table `real` of `toliman experiment`."""
+    """Returns the table `real` of `toliman.experiment`."""
     out = options.folder / name
     out.with_suffix(".json").write_text(json.dumps(scene))
-    subprocess.run([os.environ.get("TOLIMAN", ROOT / "build/bin/toliman"), "experiment", out.with_suffix(".json"), "--tables",
-                    "real", "--amplitudes", "1e-6", "--methods", options.methods, "--seeds", str(options.seeds), "--blind",
-                    str(2 * options.seeds), "--out", out], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([sys.executable, "-m", "toliman.experiment", out.with_suffix(".json"), "--tables", "real", "--amplitudes",
+                    "1e-6", "--methods", options.methods, "--seeds", str(options.seeds), "--blind", str(2 * options.seeds),
+                    "--out", out], check=True, stdout=subprocess.DEVNULL,
+                   env={**os.environ, "PYTHONPATH": str(ROOT / "build" / "python")})
     return json.loads((out / "experiment.json").read_text())["tables"][0]
 
 

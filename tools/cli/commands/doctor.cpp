@@ -1,5 +1,6 @@
 // toliman doctor: checks that this machine is fit to run toliman.
 #include <CLI/Version.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -19,7 +20,6 @@
 #include "common/output.hpp"
 #include "common/provenance.hpp"
 #include "common/text.hpp"
-#include "experiment/theory.hpp"
 #include "frames/fits.hpp"
 #include "options/command.hpp"
 #include "scenes/observer_options.hpp"
@@ -57,8 +57,9 @@ Sync sync_in(const std::string &folder) {
         ::close(descriptor);
         ::unlink(name.c_str());
     }
+    std::sort(times.begin(), times.end());
     if (good)
-        sync.milliseconds = median(times);
+        sync.milliseconds = times[times.size() / 2];
     return sync;
 }
 

@@ -8,9 +8,9 @@
 #include "common/input.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
-#include "experiment/run_folder.hpp"
 #include "frames/frame_loop.hpp"
 #include "options/command.hpp"
+#include "run/run_folder.hpp"
 #include "scenes/scene_json.hpp"
 #include "series/fap.hpp"
 

@@ -14,10 +14,10 @@
 #include "common/output.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
-#include "experiment/training_log.hpp"
 #include "frames/bank_training.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"
+#include "run/training_log.hpp"
 #include "scenes/scene.hpp"
 
 namespace cli {

@@ -56,7 +56,7 @@ Identity folder_identity(const std::filesystem::path &path) {
             std::filesystem::is_empty(path, error) ? "an empty folder"
             : has("ledger.tlml")                   ? "a toliman state folder"
             : has("result.json")                   ? "a folder of toliman run"
-            : has("experiment.json")               ? "a folder of toliman experiment"
+            : has("experiment.json")               ? "a folder of toliman.experiment"
                                                    : "a folder",
             ""};
 }
@@ -155,12 +155,12 @@ bool is_own(const Identity &file) {
     case Content::npy:
         return file.head.size() >= kNpyHeaderSize && begins_with(file.head, kNpyMark);
     case Content::text:
-        for (const char *mark : {kSeriesMark, kPeriodogramMark, kStatePeriodogramMark, kPeriodSeriesMark,
-                                 kPeriodPowerMark, kPlanetSeriesMark, kPlanetLimitsMark, kPlanetMapMark, kTrainingMark,
-                                 kEpochsMark, kDisplacementMark, kTrialsMark})
+        for (const char *mark :
+             {kSeriesMark, kPeriodogramMark, kStatePeriodogramMark, kPeriodSeriesMark, kPeriodPowerMark,
+              kPlanetSeriesMark, kPlanetLimitsMark, kPlanetMapMark, kTrainingMark, kEpochsMark, kDisplacementMark})
             if (begins_with(file.head, mark))
                 return true;
-        return begins_with(file.head, "# Experiment: ") && file.head.find(kExperimentMark) != std::string::npos;
+        return false;
     default:
         return false;
     }

@@ -45,7 +45,7 @@ std::string shipped_scenes();
 // Whether a mark in the content shows that this program wrote it, see formats.md. Scenes have no mark.
 bool is_own(const Identity &file);
 
-// First bytes of text files that this program writes; for experiment.md, words in its first lines.
+// First bytes of text files that this program writes.
 inline constexpr char kSeriesMark[] = "# separation series: t in days, the rest in pixels\n";
 inline constexpr char kPeriodogramMark[] =
     "# Lomb-Scargle power of the latents and of the template's values: frequency in 1/day\n";
@@ -61,9 +61,6 @@ inline constexpr char kPlanetLimitsMark[] = "# limits of toliman planet, probabi
 inline constexpr char kPlanetMapMark[] = "# detection map of toliman planet: detected planets of those injected\n";
 inline constexpr char kTrainingMark[] = "# loss after each step of training\n";
 inline constexpr char kEpochsMark[] = "# epochs of an unsupervised training; log10_fap: of the latents of frames\n";
-inline constexpr char kTrialsMark[] =
-    "# a method on a series of frames: amplitude_px 0 is without signal; the rest in pixels and days\n";
-inline constexpr char kExperimentMark[] = " Medians over the seeds; found: log10 FAP ";
 
 // The same of .npy files: version 1.0, and the size of the text that follows in their header of 256 bytes. NumPy writes
 // 128 bytes for such arrays.

@@ -12,7 +12,6 @@
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/stop.hpp"
-#include "common/text.hpp"
 
 namespace cli {
 
@@ -89,19 +88,6 @@ void JournalFile::append(const std::string &lines) {
     if (::fdatasync(file_) != 0)
         unwritable(path_);
     synced_ = now;
-}
-
-void check_arguments(const std::string &path, const cJSON *found, const Json &given, const std::string &what) {
-    const JsonTree wanted(cJSON_Parse(given.line().c_str()));
-    for (const cJSON *item = wanted->child; item != nullptr; item = item->next) {
-        const cJSON *there = cJSON_GetObjectItemCaseSensitive(found, item->string);
-        if (cJSON_Compare(item, there, 1) == 0)
-            throw Failure(kExitUsage,
-                          formatted("%s: %s = %s: must be %s, as in this %s: give another --out or the same "
-                                    "arguments",
-                                    path.c_str(), item->string, there != nullptr ? line_of(there).c_str() : "nothing",
-                                    line_of(item).c_str(), what.c_str()));
-    }
 }
 
 } // namespace cli

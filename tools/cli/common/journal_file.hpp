@@ -3,8 +3,6 @@
 #include <chrono>
 #include <string>
 
-#include "common/json.hpp"
-
 namespace cli {
 
 class JournalFile {
@@ -33,8 +31,5 @@ class JournalFile {
     bool is_new_ = false; // without results
     std::chrono::steady_clock::time_point synced_;
 };
-
-// Throws Failure unless the object `found` of the file has the members of `given`. what: "experiment".
-void check_arguments(const std::string &path, const cJSON *found, const Json &given, const std::string &what);
 
 } // namespace cli

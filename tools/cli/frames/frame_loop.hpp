@@ -1,4 +1,4 @@
-// Simulates the frames of a scene in chunks, on all processors, for `run` and `experiment`.
+// Simulates the frames of a scene in chunks, on all processors, for `run`.
 #pragma once
 #include <chrono>
 #include <functional>

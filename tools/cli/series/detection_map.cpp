@@ -173,6 +173,20 @@ MapFile::MapFile(const std::string &path, const DetectionMap &map, const PlanetS
         read(settings);
 }
 
+// Throws Failure unless the object `found` of the file has the members of `settings`.
+void MapFile::check_settings(const cJSON *found, const Json &settings) const {
+    const JsonTree wanted(cJSON_Parse(settings.line().c_str()));
+    for (const cJSON *item = wanted->child; item != nullptr; item = item->next) {
+        const cJSON *there = cJSON_GetObjectItemCaseSensitive(found, item->string);
+        if (cJSON_Compare(item, there, 1) == 0)
+            throw Failure(kExitUsage,
+                          formatted("%s: %s = %s: must be %s, as in this search: give another --out or the same "
+                                    "arguments",
+                                    file_.path().c_str(), item->string,
+                                    there != nullptr ? line_of(there).c_str() : "nothing", line_of(item).c_str()));
+    }
+}
+
 void MapFile::read(const Json &settings) {
     std::istringstream lines(file_.text());
     std::string mark, line, columns;
@@ -182,7 +196,7 @@ void MapFile::read(const Json &settings) {
     const JsonTree found(mark + "\n" == kPlanetMapMark && line.size() > 2 ? cJSON_Parse(line.c_str() + 2) : nullptr);
     if (!cJSON_IsObject(found.get()))
         malformed(file_.path(), "is not a detection map of toliman planet: give another --out");
-    check_arguments(file_.path(), found.get(), settings, "search");
+    check_settings(found.get(), settings);
     while (std::getline(lines, line)) {
         double detected = -1;
         number_of(line.substr(line.rfind(',') + 1), detected);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/journal_file.hpp"
+#include "common/json.hpp"
 #include "series/planet_search.hpp"
 
 namespace cli {
@@ -48,6 +49,7 @@ class MapFile {
   private:
     std::string row(uint32_t detected) const; // of the next cell
     void read(const Json &settings);
+    void check_settings(const cJSON *found, const Json &settings) const;
 
     const DetectionMap &map_;
     JournalFile file_;

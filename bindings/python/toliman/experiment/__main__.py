@@ -96,28 +96,28 @@ def _words(known: typing.Sequence[str]) -> typing.Callable[[str], list[str]]:
                 similar = difflib.get_close_matches(word, known, 1)
                 hint = f" (did you mean {similar[0]}?)" if similar else ""
                 raise argparse.ArgumentTypeError(f"{word}: must be one of {', '.join(known)}{hint}")
-        _check_once(found)
+        _check_once(found, found)
         return found
     return words
 
 
 def _amplitudes(text: str) -> list[float]:
-    found = []
-    for word in text.split(","):
+    words, found = text.split(","), []
+    for word in words:
         try:
             found.append(float(word))
         except ValueError:
             found.append(0.0)
         if not 0 < found[-1] <= _MOST_AMPLITUDE:
             raise argparse.ArgumentTypeError(f"{word}: must be in (0, {_MOST_AMPLITUDE}] px")
-    _check_once(found)
+    _check_once(words, found)
     return found
 
 
-def _check_once(values: typing.Sequence[object]) -> None:
-    for value in values:
+def _check_once(words: typing.Sequence[str], values: typing.Sequence[object]) -> None:
+    for word, value in zip(words, values):
         if values.count(value) != 1:
-            raise argparse.ArgumentTypeError(f"{value}: must be given once")
+            raise argparse.ArgumentTypeError(f"{word}: must be given once")
 
 
 def _whole(low: int, high: int) -> typing.Callable[[str], int]:
@@ -212,13 +212,26 @@ def experiment(words: typing.Sequence[str], given: argparse.Namespace, watch: Si
     return texts["experiment.json" if given.json else "experiment.md"]
 
 
+def _restart_with_fast_blas(words: typing.Sequence[str]) -> None:
+    """Starts the program again with the OpenBLAS kernels and threads that `toliman` sets, unless they are set: OpenBLAS
+    chooses both when it is loaded."""
+    found = machine()
+    wanted = {"OPENBLAS_CORETYPE": found.blas_better} if found.blas_is_slow else {}
+    if found.blas_threads != 1:
+        wanted["OPENBLAS_NUM_THREADS"] = "1"
+    if not wanted.keys() <= os.environ.keys():
+        os.execve(sys.executable, [sys.executable, "-m", "toliman.experiment", *words], {**wanted, **os.environ})
+
+
 def main(words: list[str] | None = None) -> int:
     """Runs the program; returns its exit code."""
     words = sys.argv[1:] if words is None else words
     watch = SignalWatch(_STOPPED)
     warnings.simplefilter("ignore", FitWarning)  # frames of other scenes fit badly
     try:
-        print_text(experiment(words, parser().parse_args(words), watch))
+        given = parser().parse_args(words)
+        _restart_with_fast_blas(words)
+        print_text(experiment(words, given, watch))
         return 0
     except Failure as failure:
         ending = failure
@@ -230,18 +243,5 @@ def main(words: list[str] | None = None) -> int:
     return ending.code
 
 
-def restart_with_fast_blas() -> None:
-    """Starts the program again with the OpenBLAS kernels and threads that `toliman` sets, unless they are set: OpenBLAS
-    chooses both when it is loaded."""
-    found = machine()
-    wanted = {"OPENBLAS_CORETYPE": found.blas_better} if found.blas_is_slow else {}
-    if found.blas_threads != 1:
-        wanted["OPENBLAS_NUM_THREADS"] = "1"
-    if not wanted.keys() <= os.environ.keys():
-        words = [sys.executable, "-m", __spec__.name.removesuffix(".__main__"), *sys.argv[1:]]
-        os.execve(sys.executable, words, {**wanted, **os.environ})
-
-
 if __name__ == "__main__":
-    restart_with_fast_blas()
     sys.exit(main())

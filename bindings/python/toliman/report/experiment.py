@@ -1,4 +1,4 @@
-"""The section of `toliman experiment`: methods over a range of amplitudes, and series without signal."""
+"""The section of `python3 -m toliman.experiment`: methods over a range of amplitudes, and series without signal."""
 from __future__ import annotations
 
 import math
@@ -33,7 +33,7 @@ def add(folder: pathlib.Path, page: Page) -> None:
     """Adds the results of an experiment to the page."""
     result = results.load(folder / "experiment.json", "toliman-experiment/1")
     blind = _read_blind(Table(folder / "experiment.csv"))
-    page.add("title", "toliman experiment: " + result.text("scene"))
+    page.add("title", "toliman.experiment: " + result.text("scene"))
     page.add("text", f"{result.whole('frames')} frames per series, period {result.number('true_period_days'):g} days; "
                      "seeds 1 "
              f"to {result.whole('seeds')}; {result.whole('blind')} series without signal per table."

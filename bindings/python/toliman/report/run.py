@@ -89,7 +89,7 @@ class _Run:
 
     @property
     def is_right(self) -> bool:
-        """Whether the period found is that of the signal, as `toliman experiment` decides it."""
+        """Whether the period found is that of the signal, as `toliman.experiment` decides it."""
         return self.has_signal and self.found and abs(self.period / self.true_period - 1) < 0.05
 
     def period_text(self, period: float, error: float) -> str:

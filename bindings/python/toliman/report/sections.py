@@ -45,7 +45,7 @@ def section_of(folder: pathlib.Path) -> Section:
         return bench.add
     kind = "a folder" if names else "an empty folder"
     raise malformed(folder, "contains neither result.json (of toliman run, toliman status --out, "
-                            "toliman period --out or toliman planet --out), nor experiment.json (toliman experiment), "
+                            "toliman period --out or toliman planet --out), nor experiment.json (toliman.experiment), "
                             "nor pupil.json (toliman pupil --out), nor budget.json (toliman budget), nor a "
                             f"*.calibration.json (toliman calibrate), nor a *.json of schema {bench.SCHEMA} (make "
                             f"bench); it is {kind}")

@@ -4,7 +4,7 @@
 // (200 for quick controls), give the scatter and the efficiency of each estimator, the latter to 1/sqrt(2 * 2000) = 1.6
 // % (5 %). At rest their numbers follow those of the cadence. Moving stars are at their places in the frames of the
 // cadence, whose numbers are therefore repeated with other seeds of noise and pointing.
-#include "experiment/pipeline.hpp"
+#include "run/pipeline.hpp"
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 // of `toliman simulate`, which have other noise, and frames without signal. A network that fits the noise of its
 // training frames finds a period in the first series alone; one that has learned the signal finds it in the second too;
 // the third shows how small a false alarm probability becomes by chance.
-#include "experiment/training_log.hpp"
+#include "run/training_log.hpp"
 
 #include <cstdlib>
 #include <filesystem>

@@ -1,10 +1,11 @@
 // The estimators that follow moving stars, on the frames of a run: the fit of the forward model and, where there can be
 // one, a bank of networks.
 #pragma once
-#include <memory>
+#include <vector>
 
-#include "experiment/fit_method.hpp"
-#include "experiment/outcome.hpp"
+#include "common/terminal.hpp"
+#include "run/outcome.hpp"
+#include "scenes/scene.hpp"
 
 namespace cli {
 
@@ -34,13 +35,11 @@ class FitRun {
     // Throws toliman::error if the scene has no fit. The bank is made with initial weights of this seed.
     FitRun(const Scene &scene, uint64_t seed);
 
-    bool has_bank() const noexcept { return bank_ != nullptr; }
+    bool has_bank() const noexcept { return static_cast<bool>(bank_); }
     // Trains the bank; does nothing without one.
     void train(Progress &progress);
     // Adds the next frames.
-    void push(const double *images, const double *times_days, size_t count) {
-        method_->push(images, times_days, count);
-    }
+    void push(const double *images, const double *times_days, size_t count);
     // After the frames of the cadence, which have these times.
     void end_frames(const std::vector<double> &times_days);
     // After the frames without signal, of which frame k has time k modulo the length of the cadence.
@@ -54,8 +53,12 @@ class FitRun {
     void end_frames(const std::vector<toliman_bank_result> &estimates);
     void end_controls(std::vector<double> values, bool photon_noise, FollowOutcome &of) const;
 
-    std::unique_ptr<FitMethod> method_;
-    BankMethod *bank_ = nullptr;    // method_, if it has one
+    std::vector<double> bounds_px(const std::vector<double> &times_days) const;
+
+    toliman::frame_fit fit_;
+    toliman::network_bank bank_; // null if there can be none
+    std::vector<toliman_fit_result> results_;
+    std::vector<toliman_bank_result> estimates_;
     std::vector<double> bounds_px_; // of the frames of the cadence
 };
 

@@ -1,4 +1,4 @@
-// The option --controls of `run` and `experiment`: how much is computed of frames without signal.
+// The option --controls of `run`: how much is computed of frames without signal.
 #pragma once
 #include <string>
 

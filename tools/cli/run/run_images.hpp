@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/json.hpp"
-#include "experiment/reconstructions.hpp"
+#include "run/reconstructions.hpp"
 #include "scenes/scene.hpp"
 
 namespace cli {

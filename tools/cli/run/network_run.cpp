@@ -2,7 +2,7 @@
 // and the template estimator. Frames without signal give the scatter of each estimator; efficiency is the Cramer-Rao
 // bound over that of the latent. The decoder is checked against the whitened derivative image, because a decoder that
 // ignores the latent also reaches the photon floor of the reconstruction error.
-#include "experiment/network_run.hpp"
+#include "run/network_run.hpp"
 
 #include <algorithm>
 
@@ -17,18 +17,28 @@ constexpr uint32_t kSteps = 300; // the library's default
 
 using toliman::check;
 
-toliman::autoencoder network_of(const Scene &scene, uint64_t seed, Progress &progress) {
-    const auto options = with_warnings<toliman_cae_options>(progress);
-    return toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, &options);
+toliman::autoencoder network_of(const Scene &scene, uint64_t seed, const toliman_cae_options *options) {
+    return toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, options);
+}
+
+// Appends the values of frames. encode: toliman_cae_encode or toliman_linear_encode.
+template <class Encode, class Estimator>
+void add_values(Encode encode, const Estimator &estimator, const double *images, size_t count,
+                std::vector<double> &values) {
+    const toliman_image image = plain_image(images);
+    values.resize(values.size() + count);
+    check(encode(estimator.get(), &image, count, &values[values.size() - count], nullptr));
 }
 
 } // namespace
 
 NetworkRun::NetworkRun(const Scene &scene, uint64_t seed, size_t frames, Controls controls, Progress &progress)
-    : scene_(scene), frames_(frames), progress_(progress), cae_(network_of(scene, seed, progress)),
-      template_(method_kind("template").make(scene, seed, shared_)), reconstructor_(scene, cae_, seed, frames) {
+    : scene_(scene), frames_(frames), progress_(progress), options_(with_warnings<toliman_cae_options>(progress)),
+      cae_(network_of(scene, seed, &options_)),
+      template_(toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr)),
+      reconstructor_(scene, cae_, seed, frames) {
     if (controls != Controls::none)
-        untrained_ = method_kind("untrained").make(scene, seed, shared_);
+        untrained_ = network_of(scene, seed, nullptr);
 }
 
 void NetworkRun::train() {
@@ -65,43 +75,34 @@ void NetworkRun::inspect_decoder() {
     outcome.decoder_gain = product / target_square;
 }
 
-void NetworkRun::encode(const double *images, size_t count, std::vector<double> &latents) const {
-    const toliman_image image = plain_image(images);
-    latents.resize(latents.size() + count);
-    check(toliman_cae_encode(cae_.get(), &image, count, &latents[latents.size() - count], nullptr));
-}
-
 void NetworkRun::push(size_t at, const double *images, size_t count) {
     {
         const Stopwatch watch(outcome.encode_seconds);
-        encode(images, count, outcome.latent.values);
+        add_values(toliman_cae_encode, cae_, images, count, outcome.latent.values);
     }
     const Stopwatch watch(outcome.reference_seconds);
     if (untrained_)
-        untrained_->push(images, nullptr, count);
-    template_->push(images, nullptr, count);
+        add_values(toliman_cae_encode, untrained_, images, count, outcome.untrained.values);
+    add_values(toliman_linear_encode, template_, images, count, outcome.template_fit.values);
     reconstructor_.take(at, images, count);
+}
+
+void NetworkRun::push_control(size_t at, const double *images, size_t count) {
+    add_values(toliman_cae_encode, cae_, images, count, outcome.no_signal.values);
+    add_values(toliman_linear_encode, template_, images, count, template_controls_);
+    if (at < frames_)
+        add_values(toliman_cae_encode, untrained_, images, std::min(count, frames_ - at), untrained_controls_);
 }
 
 void NetworkRun::end_frames() {
     outcome.reconstructions = reconstructor_.result();
-    outcome.template_fit.values = template_->series();
-    if (untrained_)
-        outcome.untrained.values = untrained_->series();
-}
-
-void NetworkRun::push_control(size_t at, const double *images, size_t count) {
-    encode(images, count, outcome.no_signal.values);
-    template_->push(images, nullptr, count);
-    if (at < frames_)
-        untrained_->push(images, nullptr, std::min(count, frames_ - at));
 }
 
 void NetworkRun::end_controls(bool photon_noise) {
     std::vector<double> &latents = outcome.no_signal.values;
     outcome.latent.sigma_px = outcome.no_signal.sigma_px = deviation(latents);
-    outcome.template_fit.sigma_px = deviation(template_->series());
-    outcome.untrained.sigma_px = deviation(untrained_->series());
+    outcome.template_fit.sigma_px = deviation(template_controls_);
+    outcome.untrained.sigma_px = deviation(untrained_controls_);
     if (photon_noise)
         outcome.efficiency = scene_.bounds().crb_projected_px / outcome.latent.sigma_px;
     latents.resize(std::min(frames_, latents.size()));

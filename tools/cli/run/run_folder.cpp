@@ -1,4 +1,4 @@
-#include "experiment/run_folder.hpp"
+#include "run/run_folder.hpp"
 
 #include <algorithm>
 #include <cmath>

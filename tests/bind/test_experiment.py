@@ -1,16 +1,23 @@
-"""toliman experiment: its numbers against numpy and astropy on the same frames, and that a stopped one resumes."""
+"""python3 -m toliman.experiment: its numbers against numpy and astropy on the same frames, and that a stopped one resumes."""
 import csv
 import fcntl
 import json
 import re
 import signal
 import subprocess
+import sys
 import time
 import unittest
 
 import numpy
 from astropy.timeseries import LombScargle
-from program import PATIENCE, PROGRAM, ProgramTest, long, one_wavelength
+
+from package import ROOT
+sys.path.append(str(ROOT / "tests/cli"))
+from program import PATIENCE, ProgramTest, long, one_wavelength  # noqa: E402
+from toliman.experiment.methods import METHODS  # noqa: E402
+import test_run_moving  # noqa: E402
+import test_stops  # noqa: E402
 
 PLACES = {"A": [-4.0, -6.0], "B": [8.0, 10.0]}
 ALONG = numpy.array([-12.0, -16.0]) / 20  # of star A, where it lengthens the separation
@@ -37,6 +44,8 @@ def tiny_scene():
 
 
 class Experiment(ProgramTest):
+    modules = ("experiment",)
+
     def setUp(self):
         super().setUp()
         self.write(tiny_scene())
@@ -342,6 +351,10 @@ class GoingOn(Experiment):
     ARGUMENTS = ("experiment", "tiny.json", "--methods", "template", "--tables", "real", "--amplitudes", "1e-3",
                  "--seeds", 2, "--blind", 400)
 
+    def start(self, *arguments, **options):
+        return subprocess.Popen(self.command(*arguments), cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                text=True, **options)
+
     # promise: stopped-work-resumes
     def test_stopped_and_resumed(self):
         whole = self.succeed(*self.ARGUMENTS, "--out", "whole")
@@ -350,10 +363,7 @@ class GoingOn(Experiment):
         journal = self.folder / "parts" / "journal.jsonl"
         for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
             before = journal.read_bytes().count(b"\n") if journal.exists() else 0
-            arguments = [PROGRAM, *map(str, self.ARGUMENTS), "--out", "parts"]
-            with subprocess.Popen(
-                arguments, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-            ) as run:
+            with self.start(*self.ARGUMENTS, "--out", "parts") as run:
                 while not journal.exists() or journal.read_bytes().count(b"\n") < before + 5:
                     self.assertIsNone(run.poll())
                     time.sleep(0.002)
@@ -377,6 +387,36 @@ class GoingOn(Experiment):
         modified = journal.stat().st_mtime_ns
         self.assertEqual(self.succeed(*self.ARGUMENTS, "--out", "parts"), whole)  # nothing is left to do
         self.assertEqual(journal.stat().st_mtime_ns, modified)
+
+    def stop(self, *arguments, seen, **options):
+        """Exit code and standard error of an experiment that is stopped once its folder "e" has been seen."""
+        with self.start(*arguments, "--quick", "--out", "e", **options) as run:
+            while run.poll() is None and not seen():
+                time.sleep(0.002)
+            start = time.monotonic()
+            run.terminate()
+            out, err = run.communicate(timeout=PATIENCE)
+        self.assertLess(time.monotonic() - start, test_stops.SOON)
+        self.assertEqual(out, "")
+        return run.returncode, err
+
+    # promise: signals-leave-no-part
+    def test_stopped_without_results(self):
+        """While the first network is trained: a journal without results is removed, and so is the folder."""
+        self.write(one_wavelength(), "s.json")
+        journal = self.folder / "e" / "journal.jsonl"
+        code, err = self.stop("experiment", "s.json", "--methods", "cae", seen=lambda: journal.exists() and journal.read_bytes())
+        self.assertEqual((code, err), (143, test_stops.STOPPED + "; the same command resumes the experiment\n"))
+        self.assertFalse((self.folder / "e").exists())
+
+    # promise: signals-leave-no-part
+    @long
+    def test_stopped_during_a_long_call_of_the_library(self):
+        self.write(test_stops.slow_scene(), "slow.json")
+        code, _ = self.stop("experiment", "slow.json", seen=(self.folder / "e").exists,
+                            preexec_fn=test_stops.on_one_processor)
+        self.assertEqual(code, 143)
+        self.assertFalse((self.folder / "e").exists())
 
     def test_other_arguments_need_another_folder(self):
         short = ["experiment", "tiny.json", "--methods", "template", "--tables", "real", "--amplitudes", "1e-3",
@@ -414,11 +454,67 @@ class GoingOn(Experiment):
         self.succeed(*short)
 
 
+class Moving(Experiment):
+    ARGUMENTS = ("moving.json", "--out", "x", "--seeds", 1, "--amplitudes", test_run_moving.AMPLITUDE, "--tables")
+
+    def test_only_the_fit_follows(self):
+        self.write(test_run_moving.moving_scene(), "moving.json")
+        self.succeed("experiment", *self.ARGUMENTS, "real", "--blind", 3, "--methods", "fit,template")
+        (table,) = json.loads((self.folder / "x/experiment.json").read_text())["tables"]
+        fit, template = table["ladder"]
+        self.assertEqual((fit["found"], template["found"]), (1, 0))
+        self.assertAlmostEqual(fit["slope"], 1, delta=0.1)
+        control = {row["method"]: row for row in table["controls"]}
+        self.assertEqual(control["fit"]["alarms"], 0)
+        self.assertAlmostEqual(control["fit"]["slope"], 1, delta=1e-3)
+        self.assertGreater(control["fit"]["efficiency"], 0.7)
+        self.assertLess(control["template"]["efficiency"], 0.1)
+
+    @long
+    def test_banks(self):
+        """In frames of 256x256 px, of one date: nine networks."""
+        telescope, detector = test_run_moving.SCENE["telescope"], test_run_moving.SCENE["detector"]
+        scene = test_run_moving.moving_scene(
+            binary={"separation_arcsec": 7, "position_angle_deg": 30}, detector={**detector, "shape": [256, 256]},
+            telescope={**telescope, "pupil_samples": 128})
+        scene["cadence"]["frames"], scene["signal"]["period_days"] = 30, 15
+        self.write(scene, "moving.json")
+        self.succeed("experiment", *self.ARGUMENTS, "real", "--blind", 1, "--methods", "bank,untrained-bank")
+        (table,) = json.loads((self.folder / "x/experiment.json").read_text())["tables"]
+        self.assertEqual([row["found"] for row in table["ladder"]], [1, 0])
+        self.assertGreater(table["controls"][1]["sigma_px"], 10 * table["controls"][0]["sigma_px"])
+
+    def test_robust_needs_stars_at_rest(self):
+        self.write(test_run_moving.moving_scene(), "moving.json")
+        self.refuse(2, "moving.json: the stars move", arguments=("experiment", *self.ARGUMENTS, "real,robust"))
+
+
+class Files(Experiment):
+    SHORT = ("experiment", "tiny.json", "--methods", "template", "--tables", "real", "--amplitudes", "1e-3", "--seeds", 1,
+             "--blind", 0, "--out", "x")
+
+    def test_the_schema_has_the_methods(self):
+        schema = json.loads((ROOT / "tools/schema/toliman-experiment-1.schema.json").read_text())
+        self.assertEqual(sorted(schema["$defs"]["method"]["enum"]), sorted(METHODS))
+
+    # promise: foreign-files-need-force
+    def test_foreign_files_are_kept(self):
+        """Before the work; those of an earlier experiment are replaced."""
+        for name in ("experiment.csv", "experiment.md", "experiment.json"):
+            (self.folder / "x").mkdir(exist_ok=True)
+            (self.folder / "x" / name).write_text("notes")
+            self.refuse(6, f"x/{name}: exists and was not written by toliman", arguments=self.SHORT)
+            self.succeed(*self.SHORT, "--force")
+            self.succeed(*self.SHORT)
+            self.assertNotIn("notes", (self.folder / "x" / name).read_text())
+
+
 class Refusals(Experiment):
     def test_options(self):
         for text, *options in (
                 *((f"{word}: ", f"--amplitudes={word}") for word in ("0", "-1e-6", "0.2", "nan", "1e-6x")),
-                ("1e-6: ", "--amplitudes", "1e-6,1e-6"), ("--methods magic: ", "--methods", "magic"), ("cae: ", "--methods", "cae,cae"),
+                ("1e-6: ", "--amplitudes", "1e-6,1e-6"), ("--methods: magic: ", "--methods", "magic"),
+                ("tamplate: must be one of", "--methods", "cae,tamplate"), ("(did you mean real?)", "--tables", "reel"), ("cae: ", "--methods", "cae,cae"),
                 ("--tables", "--tables", "weekly"), ("--controls", "--controls", "some"),
                 *((option[:7], option) for option in ("--seeds=0", "--seeds=x", "--blind=-1"))):
             self.refuse(2, text, arguments=("experiment", "tiny.json", "--out", "x", *options))

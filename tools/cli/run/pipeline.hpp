@@ -3,9 +3,9 @@
 #include <functional>
 #include <optional>
 
-#include "experiment/controls.hpp"
-#include "experiment/fit_run.hpp"
-#include "experiment/network_run.hpp"
+#include "run/controls.hpp"
+#include "run/fit_run.hpp"
+#include "run/network_run.hpp"
 
 namespace cli {
 

@@ -1,4 +1,4 @@
-#include "experiment/reconstructions.hpp"
+#include "run/reconstructions.hpp"
 
 #include <algorithm>
 #include <cmath>

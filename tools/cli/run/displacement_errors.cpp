@@ -4,7 +4,7 @@
 // The reference is the propagated image at that position. The star is 1/3 px off the grid, because almost no star of a
 // scene is on it; the error of that constant shift is far above a signal of 1e-6 px. It cancels in the change of the
 // image, whose error remains a fixed part of the signal.
-#include "experiment/displacement_errors.hpp"
+#include "run/displacement_errors.hpp"
 
 #include <algorithm>
 #include <cmath>

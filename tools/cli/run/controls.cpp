@@ -1,4 +1,4 @@
-#include "experiment/controls.hpp"
+#include "run/controls.hpp"
 
 #include <CLI/Validators.hpp>
 #include <algorithm>

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "common/output.hpp"
-#include "experiment/displacement_errors.hpp"
-#include "experiment/pipeline.hpp"
-#include "experiment/run_images.hpp"
+#include "run/displacement_errors.hpp"
+#include "run/pipeline.hpp"
+#include "run/run_images.hpp"
 
 namespace cli {
 

@@ -1,4 +1,4 @@
-#include "experiment/run_images.hpp"
+#include "run/run_images.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,13 +1,11 @@
 // The network on the frames of a run, and what it is compared with: the template and the untrained network.
 #pragma once
-#include <memory>
 #include <vector>
 
 #include "common/terminal.hpp"
-#include "experiment/controls.hpp"
-#include "experiment/methods.hpp"
-#include "experiment/outcome.hpp"
-#include "experiment/reconstructions.hpp"
+#include "run/controls.hpp"
+#include "run/outcome.hpp"
+#include "run/reconstructions.hpp"
 
 namespace cli {
 
@@ -39,14 +37,14 @@ class NetworkRun {
 
   private:
     void inspect_decoder();
-    void encode(const double *images, size_t count, std::vector<double> &latents) const;
 
     const Scene &scene_;
     size_t frames_;
     Progress &progress_;
-    toliman::autoencoder cae_;
-    SharedFrames shared_;
-    std::unique_ptr<Method> template_, untrained_;
+    toliman_cae_options options_;
+    toliman::autoencoder cae_, untrained_;
+    toliman::linear_estimator template_;
+    std::vector<double> template_controls_, untrained_controls_; // values of frames without signal
     Reconstructor reconstructor_;
 };
 
