@@ -7,6 +7,7 @@
 #include "common/text.hpp"
 #include "downlink/downlink.hpp"
 #include "downlink/folder_options.hpp"
+#include "downlink/tracking.hpp"
 #include "options/command.hpp"
 
 namespace cli {

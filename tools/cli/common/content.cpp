@@ -101,6 +101,7 @@ Identity identify(const std::string &path) {
          {std::tuple("TLMW", Content::weights, "toliman weights"),
           std::tuple("TLMB", Content::bank, "a bank of toliman networks"),
           std::tuple("TLMJ", Content::journal, "the journal of an interrupted computation"),
+          std::tuple("TLMA", Content::sums, "a saved state of toliman coadd"),
           std::tuple("TLMP", Content::sums, "a saved state of toliman period"),
           std::tuple("TLML", Content::tracker, "the ledger of a toliman state folder"),
           std::tuple("TLMS", Content::tracker, "the setup of a toliman state folder"),

@@ -93,15 +93,15 @@ DatedFiles::Span DatedFiles::span_of(FrameFile &file) {
 }
 
 FrameTimes DatedFiles::times_of(FrameFile &file, const Span &span) {
-    const int64_t time_zero_ns = options_.begins_at_epoch ? tracking_.settings().grid.time_offset_ns : 0;
+    const int64_t time_zero_ns = options_.begins_at_epoch ? sink_.settings().grid.time_offset_ns : 0;
     FrameTimes times(file, span.first_id, options_.cadence, options_.leap_seconds, time_zero_ns);
     const std::string &path = file.path();
-    if (times.is_tai() && tracking_.settings().clock.count > 0)
+    if (times.is_tai() && sink_.settings().clock.count > 0)
         throw Failure(kExitUsage,
                       path + ": its time (" + times.rule() +
                           ") is TAI, but the state folder has a clock table: give a folder without --clock");
     if (is_fits(path))
-        tracking_.report(times.is_assumed() ? Severity::warning : Severity::note, "time", path,
+        sink_.report(times.is_assumed() ? Severity::warning : Severity::note, "time", path,
                          "time by " + times.rule());
     if (times.by_cadence())
         warn_of_overlap(span, times);
@@ -122,7 +122,7 @@ void DatedFiles::warn_of_overlap(Span span, const FrameTimes &times) {
         return;
     const auto other = std::find_if(spans_.begin(), spans_.end(), overlaps);
     if (other != spans_.end())
-        tracking_.report(Severity::warning, "same times", span.path,
+        sink_.report(Severity::warning, "same times", span.path,
                          "its times by --cadence overlap those of " + other->path +
                              ": FRAME1 or a time in the header of a FITS file distinguishes them");
     spans_.push_back(span);
@@ -132,7 +132,7 @@ std::shared_ptr<FrameSource> DatedFiles::open(const std::string &path, const Fra
     auto file = open_frames(path, "", 0, 0, options_.unit);
     const Span span = span_of(*file);
     const FrameTimes times = times_of(*file, span);
-    return std::make_shared<DatedFile>(std::move(file), tracking_.batch(), span.session, span.first_id, times, wanted);
+    return std::make_shared<DatedFile>(std::move(file), sink_.batch(), span.session, span.first_id, times, wanted);
 }
 
 } // namespace cli

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "downlink/tracking.hpp"
+#include "downlink/frame_source.hpp"
 #include "frames/frame_times.hpp"
 
 namespace cli {
@@ -21,7 +21,7 @@ struct DatedFileOptions {
 // Opens such files. Compares each file with those before it.
 class DatedFiles {
   public:
-    DatedFiles(const DatedFileOptions &options, Tracking &tracking) : options_(options), tracking_(tracking) {}
+    DatedFiles(const DatedFileOptions &options, FrameSink &sink) : options_(options), sink_(sink) {}
     // Frames outside `wanted` are skipped.
     std::shared_ptr<FrameSource> open(const std::string &path, const FrameIds &wanted);
 
@@ -36,7 +36,7 @@ class DatedFiles {
     void warn_of_overlap(Span span, const FrameTimes &times);
 
     const DatedFileOptions &options_;
-    Tracking &tracking_;
+    FrameSink &sink_;
     std::string unnumbered_;  // the file without FRAME1 that had --session
     std::vector<Span> spans_; // with times by the cadence
 };

@@ -71,7 +71,7 @@ void Downlink::read() {
 }
 
 void Downlink::read_names() {
-    LineSource names("-", [this] { tracking_.wait(); });
+    LineSource names("-", [this] { sink_.wait(); });
     for (std::string name; names.next(name);) {
         if (!name.empty() && name.back() == '\r')
             name.pop_back();
@@ -96,13 +96,13 @@ void Downlink::read_input(const std::string &name) {
             malformed(name, exists(name) ? kInputs : std::strerror(ENOENT));
     });
     if (!why.empty())
-        tracking_.report(Severity::damage, kUnreadable, name, why);
+        sink_.report(Severity::damage, kUnreadable, name, why);
 }
 
 void Downlink::read_folder(const std::string &folder) {
     const std::vector<std::string> files = files_of(folder);
     if (files.empty())
-        tracking_.report(Severity::warning, "empty folder", folder,
+        sink_.report(Severity::warning, "empty folder", folder,
                          "contains no pairs, X_frames.bin and X_meta.jsonl, and no .nc and FITS files; .npy files must "
                          "be named");
     for (const std::string &file : files)
@@ -117,7 +117,7 @@ void Downlink::read_pair(const std::string &path) {
 }
 
 std::shared_ptr<PairSource> Downlink::open_pair(const std::string &path) const {
-    const toliman_track_options &settings = tracking_.settings();
+    const toliman_track_options &settings = sink_.settings();
     auto options = toliman::sized<toliman_ingest_options>();
     options.flags = options_.follow ? TOLIMAN_INGEST_GROWING : 0;
     options.pixel = options_.dtype == "u32le" && !is_batch(path) ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
@@ -127,12 +127,12 @@ std::shared_ptr<PairSource> Downlink::open_pair(const std::string &path) const {
     options.cols = settings.frames.cols;
     options.first_id = options_.frames.first;
     options.end_id = options_.frames.end;
-    options.buffers = static_cast<uint32_t>(tracking_.batch());
+    options.buffers = static_cast<uint32_t>(sink_.batch());
     options.roi = options_.roi.empty() ? nullptr : options_.roi.c_str();
     return std::make_shared<PairSource>(path, options);
 }
 
-// Gives all frames of a source to the tracker.
+// Gives all frames of a source to the sink.
 void Downlink::drain(const std::shared_ptr<FrameSource> &source) {
     toliman_frame frame;
     toliman_ingest_event event;
@@ -140,9 +140,9 @@ void Downlink::drain(const std::shared_ptr<FrameSource> &source) {
     for (bool more = true; more;) {
         more = source->next(frame, event);
         const int64_t before = std::exchange(skipped, source->skipped());
-        tracking_.count_skipped(skipped - before);
+        sink_.count_skipped(skipped - before);
         if (more)
-            tracking_.take(source, frame, event);
+            sink_.take(source, frame, event);
         if (more && !stopped_)
             stop_if_asked();
     }
@@ -162,7 +162,7 @@ void Downlink::read_growing(const std::string &side) {
         pair.at_end = true;
     });
     if (!why.empty() && !std::exchange(pair.unreadable, true))
-        tracking_.report(Severity::damage, kUnreadable, side, why);
+        sink_.report(Severity::damage, kUnreadable, side, why);
 }
 
 // Side files of an input that is followed. Reports once that it cannot be opened, and that it is there again.
@@ -177,9 +177,9 @@ std::vector<std::string> Downlink::sides_of(const std::string &input) {
     if (is_pair(input) && why.empty())
         sides = {side_of(input)};
     if (!why.empty() && gone_.insert(input).second)
-        tracking_.report(Severity::damage, kUnreadable, input, "has disappeared, waiting for it: " + why);
+        sink_.report(Severity::damage, kUnreadable, input, "has disappeared, waiting for it: " + why);
     if (why.empty() && gone_.erase(input) > 0)
-        tracking_.report(Severity::note, "back", input, "is there again");
+        sink_.report(Severity::note, "back", input, "is there again");
     return sides;
 }
 
@@ -189,9 +189,9 @@ void Downlink::follow() {
             for (const std::string &input : options_.inputs)
                 for (const std::string &side : sides_of(input))
                     read_growing(side);
-            tracking_.wait();
+            sink_.wait();
             ::poll(nullptr, 0, kPollMs); // a signal ends it
-            tracking_.wait();
+            sink_.wait();
         }
     } catch (const Failure &) {
         stopped_ = true;
@@ -207,7 +207,7 @@ void Downlink::conclude() {
         const bool is_half = !pair.source && pair.halves >= 2 && exists(side) != exists(other_file(side));
         const std::string why = is_half ? complaint_of(side, [side = side] { check_complete(side); }) : "";
         if (!why.empty())
-            tracking_.report(Severity::damage, kUnreadable, side, why);
+            sink_.report(Severity::damage, kUnreadable, side, why);
         if (!pair.source || !pair.at_end)
             continue;
         try {

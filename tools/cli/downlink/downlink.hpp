@@ -1,4 +1,4 @@
-// Inputs of `toliman track`: files, folders, names on standard input, once or as they grow.
+// Inputs of `toliman track` and `coadd`: files, folders, names on standard input, once or as they grow.
 #pragma once
 #include <map>
 #include <memory>
@@ -24,9 +24,9 @@ void check_inputs(const InputOptions &options);
 
 class Downlink {
   public:
-    Downlink(const InputOptions &options, Tracking &tracking)
-        : options_(options), tracking_(tracking), dated_(options.dated, tracking) {}
-    // Gives all frames to the tracker; with `follow` until a signal.
+    Downlink(const InputOptions &options, FrameSink &sink)
+        : options_(options), sink_(sink), dated_(options.dated, sink) {}
+    // Gives all frames to the sink; with `follow` until a signal.
     void read();
 
   private:
@@ -48,7 +48,7 @@ class Downlink {
     void conclude();
 
     const InputOptions &options_;
-    Tracking &tracking_;
+    FrameSink &sink_;
     DatedFiles dated_;
     std::map<std::string, Growing> growing_; // by their side files
     std::set<std::string> gone_;             // inputs that are followed and cannot be opened

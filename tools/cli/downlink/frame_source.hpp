@@ -1,6 +1,7 @@
 // Frames of one input of `track`: a file (dated_files), or a pair of files that may still grow.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,27 @@ class FrameSource {
     // returns how many bytes it is from there; 0 if it is not found elsewhere.
     virtual int64_t find(int64_t, const toliman_frame &, std::vector<uint8_t> &) const { return 0; }
     virtual void set_shift(int64_t) {} // of the frames that follow
+};
+
+// Of a message about an input. `damage` counts for --strict.
+enum class Severity { note, warning, damage };
+
+// What the frames of inputs are for: a tracker, or sums.
+class FrameSink {
+  public:
+    FrameSink() = default;
+    virtual ~FrameSink() = default;
+    FrameSink(const FrameSink &) = delete;
+    FrameSink &operator=(const FrameSink &) = delete;
+    virtual const toliman_track_options &settings() const noexcept = 0; // of frames, times and clock
+    virtual size_t batch() const noexcept = 0; // frames of a source that must stay valid at the same time
+    // Takes what source->next() delivered, and keeps the source as long as the frame is needed.
+    virtual void take(const std::shared_ptr<FrameSource> &source, const toliman_frame &frame,
+                      const toliman_ingest_event &event) = 0;
+    virtual void report(Severity severity, const std::string &warning, const std::string &input,
+                        const std::string &text) = 0;
+    virtual void count_skipped(int64_t frames) noexcept = 0;
+    virtual void wait() = 0; // to be called while no frame arrives
 };
 
 // The mission's pair of files, by the name of either of them.

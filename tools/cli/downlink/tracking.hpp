@@ -30,25 +30,22 @@ struct TrackingOptions {
     std::vector<double> on_target_s;    // of the exposures of the scene; empty: none
 };
 
-// Of a message about an input. `damage` counts for --strict.
-enum class Severity { note, warning, damage };
-
-class Tracking {
+class Tracking : public FrameSink {
   public:
     // realigner: that of the tracker's options.
     Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Realigner &realigner, Progress &progress);
 
-    const toliman_track_options &settings() const noexcept { return settings_; } // of the folder
-    size_t batch() const noexcept { return batch_; } // frames of a source that must stay valid at the same time
+    const toliman_track_options &settings() const noexcept override { return settings_; } // of the folder
+    size_t batch() const noexcept override { return batch_; }
 
     // Limits the frames that follow to the windows. scene: as OnTarget::set_clock.
     void set_on_target(OnTarget windows, const std::string &scene);
-    // Takes what source->next() delivered, and keeps the source as long as the frame is needed.
     void take(const std::shared_ptr<FrameSource> &source, const toliman_frame &frame,
-              const toliman_ingest_event &event);
-    void report(Severity severity, const std::string &warning, const std::string &input, const std::string &text);
-    void count_skipped(int64_t frames) noexcept { skipped_ += frames; }
-    void wait(); // to be called while no frame arrives
+              const toliman_ingest_event &event) override;
+    void report(Severity severity, const std::string &warning, const std::string &input,
+                const std::string &text) override;
+    void count_skipped(int64_t frames) noexcept override { skipped_ += frames; }
+    void wait() override;
 
     // Prints the last update and all lines, and saves a checkpoint.
     void end();

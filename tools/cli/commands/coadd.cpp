@@ -1,0 +1,155 @@
+// toliman coadd: short frames to sums.
+#include <filesystem>
+#include <utility>
+
+#include "common/failure.hpp"
+#include "common/input.hpp"
+#include "common/stop.hpp"
+#include "common/text.hpp"
+#include "downlink/adding.hpp"
+#include "downlink/downlink.hpp"
+#include "frames/scene_fit.hpp"
+#include "options/command.hpp"
+
+namespace cli {
+
+namespace {
+
+struct Options {
+    InputOptions input;
+    std::string scene, every, gap, shift, bad_pixels, out, session = "sums", leap_seconds;
+    double motion = 0, chi = 0, exposure = 0, days = 0;
+    unsigned range = 0, jobs = 0;
+    bool strict = false;
+};
+
+// "90", "90s", "10min", "1h" or "1d" in s; 0 for "".
+double seconds_of(const char *option, const std::string &text) {
+    static const std::pair<const char *, double> kUnits[] = {{"min", 60}, {"h", 3600}, {"d", 86400}, {"s", 1}, {"", 1}};
+    for (const auto &[unit, length] : kUnits) {
+        double value;
+        if (ends_with(text, unit) && number_of(text.substr(0, text.size() - std::string(unit).size()), value) &&
+            value > 0)
+            return value * length;
+    }
+    if (!text.empty())
+        throw Failure(kExitUsage, std::string(option) + " " + text + ": must be a time above 0 such as 90s, 10min, 1h or 1d");
+    return 0;
+}
+
+toliman_fit_prediction prediction_of(const Options &options) {
+    auto prediction = toliman::sized<toliman_fit_prediction>();
+    prediction.time_days = options.days;
+    const size_t colon = options.shift.find(':');
+    if (!options.shift.empty() &&
+        (colon == std::string::npos || !number_of(options.shift.substr(0, colon), prediction.x_px) ||
+         !number_of(options.shift.substr(colon + 1), prediction.y_px)))
+        throw Failure(kExitUsage, "--shift " + options.shift + ": must be X:Y, px");
+    return prediction;
+}
+
+toliman::frame_adder adder_of(const Options &options, const toliman_fit *fit, double every, double gap,
+                              Progress &progress) {
+    auto given = toliman::sized<toliman_coadd_options>();
+    given.flags = every > 0 ? TOLIMAN_COADD_ALIGNED : 0;
+    given.threads = options.jobs;
+    given.range_px = options.range;
+    given.chi_square_max = options.chi;
+    given.duration_s = every;
+    given.gap_s = gap;
+    given.motion_px = options.motion;
+    given.progress = Progress::callback;
+    given.progress_data = &progress;
+    const toliman_fit_prediction prediction = prediction_of(options);
+    const StopLimit limit;
+    toliman_coadd *made = nullptr;
+    const toliman_status status = toliman_coadd_create(fit, &prediction, &given, &made);
+    if (status != TOLIMAN_OK) {
+        const toliman::error error(status);
+        refuse_option(error, {{"range_px", "--range"},
+                              {"chi_square_max", "--chi-limit"},
+                              {"duration_s", "--every"},
+                              {"gap_s", "--gap"},
+                              {"motion_px", "--motion"},
+                              {"prediction", "--shift"}});
+        throw error;
+    }
+    return toliman::frame_adder(made);
+}
+
+void coadd(Options &options, Progress &progress) {
+    const double every = seconds_of("--every", options.every), gap = seconds_of("--gap", options.gap);
+    check_inputs(options.input);
+    options.input.dated.leap_seconds = LeapSeconds(options.leap_seconds);
+    const SceneFit scene(options.scene, "none", options.bad_pixels, progress);
+    auto settings = toliman::sized<toliman_track_options>();
+    settings.frames.stamp = TOLIMAN_FRAME_STAMP_START;
+    settings.frames.exposure_s = options.exposure > 0 ? options.exposure : scene.scene.info.exposure_s;
+    settings.frames.rows = scene.scene.info.rows;
+    settings.frames.cols = scene.scene.info.cols;
+    toliman::frame_adder adder = adder_of(options, scene.fit.get(), every, gap, progress);
+    const auto info = toliman::result<toliman_coadd_info>(toliman_coadd_get_info, adder.get());
+    std::error_code error;
+    std::filesystem::create_directory(options.out, error);
+    if (!is_folder(options.out))
+        throw Failure(kExitOutput, options.out + ": must be a folder");
+    SumFiles files(options.out, options.session,
+                   formatted("--every %g --gap %g --motion %g --exposure %.17g", every, gap, options.motion,
+                             settings.frames.exposure_s),
+                   info.digest);
+    if (files.resumes())
+        progress.tell(formatted("%s: continues after %lld sums", options.out.c_str(),
+                                static_cast<long long>(files.sums())));
+    Adding adding(std::move(adder), files, settings, progress);
+    try {
+        Downlink(options.input, adding).read();
+    } catch (...) {
+        adding.save();
+        throw;
+    }
+    adding.finish();
+    adding.end();
+    if (options.strict && adding.damaged() > 0)
+        throw Failure(kExitRejected, options.out + ": " + std::to_string(adding.damaged()) +
+                                         " frames or inputs were left out; the others were added");
+}
+
+} // namespace
+
+void add_coadd(CLI::App &app, Context &context) {
+    CLI::App *command = add_command(app, "coadd");
+    auto options = std::make_shared<Options>();
+    InputOptions &input = options->input;
+    add_option(command, "--fit", options->scene, "SCENE", "scene of one short frame, on whose model frames are registered")
+        ->required();
+    add_option(command, "--out", options->out, "FOLDER", "folder of the sums, which is created")->required();
+    add_option(command, "--session", options->session, "NAME", "session of the sums and name of their files, default sums");
+    add_option(command, "--every", options->every, "TIME",
+               "a sum ends at multiples of this camera time: 90s, 10min, 1h, 1d; default: no limit");
+    add_option(command, "--gap", options->gap, "TIME", "a sum ends at a longer pause; default: no limit");
+    command->add_option("--motion", options->motion, "a sum ends when the stars have moved by this many px; default: no limit")
+        ->check(CLI::Range(1e-6, 16.0));
+    command->add_option("--range", options->range, "largest shift of the stars from their predicted places, px, default 4")
+        ->check(CLI::Range(1u, 14u));
+    add_option(command, "--shift", options->shift, "X:Y", "predicted shift of the stars from their places in the scene, px");
+    command->add_option("--days", options->days, "time of the frames for moving stars, days of scene time, default 0");
+    command->add_option("--chi-limit", options->chi, "largest chi-square of a frame, default 1.5")
+        ->check(CLI::Range(1.0001, 1e6));
+    command->add_option("--exposure", options->exposure, "length of an exposure, s, default cadence.exposure_s of the scene")
+        ->check(CLI::PositiveNumber);
+    add_bad_pixels(*command, options->bad_pixels);
+    add_choice(command, "--dtype", input.dtype, {"u16le", "u32le"}, "pixel type of raw pairs, required for them");
+    command->add_option("--cadence", input.dated.cadence, "seconds from frame to frame of .npy and FITS files without times")
+        ->check(CLI::PositiveNumber);
+    add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
+               "leap-seconds.list of the IERS, default the table of ERFA");
+    command->add_option("--jobs", options->jobs, "threads that prepare the model images, default one per processor");
+    command->add_flag("--follow", input.follow, "wait for folders and pairs to grow, until stopped by SIGINT or SIGTERM");
+    command->add_flag("--strict", options->strict, "exit with code 4 if a frame was left out");
+    add_option(command, "INPUT", input.inputs, "",
+               "raw pairs, folders of pairs, .npy and FITS files; - reads their names from standard input")
+        ->required();
+    set_action(*command, context, options, coadd);
+}
+
+} // namespace cli

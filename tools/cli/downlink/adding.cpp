@@ -1,0 +1,153 @@
+#include "downlink/adding.hpp"
+
+#include <filesystem>
+#include <utility>
+
+#include "common/json.hpp"
+#include "common/output.hpp"
+#include "common/text.hpp"
+
+namespace cli {
+
+namespace {
+
+using toliman::check;
+
+constexpr std::chrono::seconds kPatience(1); // of frames that are not in the state on the disk
+
+std::string place_of(const toliman_ingest_event &event) {
+    return std::string(event.file) + ":" + std::to_string(event.line);
+}
+
+std::string verdict_text(const toliman_coadd_outcome &outcome) {
+    switch (outcome.verdict) {
+    case TOLIMAN_COADD_VERDICT_LOST:
+        return "lost: rows of zeros, a part of the frame is missing";
+    case TOLIMAN_COADD_VERDICT_FAINT:
+        return "faint: less than a fifth of the light of the scene, or over 5 times as much: see cadence.exposure_s";
+    case TOLIMAN_COADD_VERDICT_OUTSIDE:
+        return "outside: the stars are beyond --range from their predicted places: see --shift";
+    case TOLIMAN_COADD_VERDICT_MISFIT:
+        return formatted("misfit: chi-square %.4g: damaged, or not a frame of the scene", outcome.chi_square);
+    default:
+        return "not found: the stars are not in the frame as the scene has them";
+    }
+}
+
+} // namespace
+
+Adding::Adding(toliman::frame_adder &&adder, SumFiles &files, const toliman_track_options &settings,
+               Progress &progress)
+    : adder_(std::move(adder)), files_(files), settings_(settings), progress_(progress), warnings_(progress),
+      saved_(std::chrono::steady_clock::now()) {
+    if (files_.resumes())
+        check(toliman_coadd_load(adder_.get(), files_.saved().data(), files_.saved().size()));
+}
+
+// The last line of a file that was taken into account.
+int64_t &Adding::line_of(const std::string &file) {
+    std::string &name = names_[file];
+    if (name.empty()) {
+        std::error_code error;
+        const std::filesystem::path real = std::filesystem::canonical(file, error);
+        name = error ? file : real.native();
+    }
+    return files_.inputs()[name];
+}
+
+void Adding::take(const std::shared_ptr<FrameSource> &, const toliman_frame &frame, const toliman_ingest_event &event) {
+    const std::string place = place_of(event);
+    if (event.event != TOLIMAN_INGEST_EVENT_FRAME && event.event != TOLIMAN_INGEST_EVENT_DAMAGE)
+        return report(Severity::warning, toliman_constant_name(event.reason), place, event.text);
+    int64_t &last = line_of(event.file);
+    const bool counts_from_0 = event.line == 0; // the first frame of a file without lines
+    const int64_t line = event.line + (counts_from_0 ? 0 : 1);
+    if (line < last || (line == last && last > 0) || (counts_from_0 && last > 0)) {
+        known_++;
+        return;
+    }
+    if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE)
+        report(Severity::damage, toliman_constant_name(event.reason), place, event.text);
+    else
+        add(frame, place);
+    last = std::max<int64_t>(line, 1);
+    if (std::chrono::steady_clock::now() - saved_ > kPatience)
+        save();
+}
+
+void Adding::add(const toliman_frame &frame, const std::string &place) {
+    auto outcome = toliman::sized<toliman_coadd_outcome>();
+    check(toliman_coadd_add(adder_.get(), &frame, &outcome));
+    if (outcome.verdict == TOLIMAN_COADD_VERDICT_NEXT) {
+        end_sum(toliman_constant_name(outcome.reason));
+        check(toliman_coadd_add(adder_.get(), &frame, &outcome));
+    }
+    verdicts_[outcome.verdict]++;
+    if (outcome.verdict == TOLIMAN_COADD_VERDICT_ADDED)
+        return;
+    damaged_++;
+    warnings_.warn(toliman_constant_name(outcome.verdict), place + ": " + verdict_text(outcome));
+}
+
+// The state has the inputs up to the frame before the one that begins the next sum.
+void Adding::end_sum(const char *reason) {
+    auto frame = toliman::sized<toliman_frame>();
+    auto sum = toliman::sized<toliman_coadd_sum>();
+    check(toliman_coadd_take(adder_.get(), &frame, &sum));
+    files_.append(frame, sum);
+    save();
+    sums_++;
+    const toliman_spread &spread = *frame.spread;
+    print_stdout(Json("schema", "toliman-coadd/1", "number", frame.frame_id, "reason", reason, "camera_ns",
+                      frame.camera_ns, "first_ns", sum.first_ns, "last_ns", sum.last_ns, "frames", sum.frames, "lost",
+                      sum.lost, "faint", sum.faint, "not_found", sum.not_found, "outside", sum.outside, "misfit",
+                      sum.misfit, "cosmic_rays", sum.cosmic_rays, "saturated", sum.saturated, "filled_pixels",
+                      sum.filled_pixels, "flux", sum.flux, "x_px", sum.x_px, "y_px", sum.y_px, "jitter_px2",
+                      std::vector<double>{spread.xx_px2, spread.yy_px2, spread.xy_px2}, "chi_square", sum.chi_square)
+                     .line());
+    progress_.note("coadd", formatted("%lld sums", static_cast<long long>(files_.sums())));
+}
+
+void Adding::report(Severity severity, const std::string &warning, const std::string &input, const std::string &text) {
+    if (severity == Severity::note)
+        return warnings_.tell(warning, input + ": " + text);
+    damaged_ += severity == Severity::damage ? 1 : 0;
+    warnings_.warn(warning, input + ": " + text);
+}
+
+void Adding::wait() {
+    if (std::chrono::steady_clock::now() - saved_ > kPatience)
+        save();
+}
+
+void Adding::finish() {
+    const auto info = toliman::result<toliman_coadd_info>(toliman_coadd_get_info, adder_.get());
+    if (info.frames > 0)
+        end_sum("end");
+    else
+        save();
+}
+
+void Adding::save() {
+    size_t size = 0;
+    toliman::check_asked(toliman_coadd_save(adder_.get(), nullptr, 0, &size));
+    std::vector<uint8_t> bytes(size);
+    check(toliman_coadd_save(adder_.get(), bytes.data(), bytes.size(), &size));
+    files_.save(bytes);
+    saved_ = std::chrono::steady_clock::now();
+}
+
+void Adding::end() {
+    warnings_.end([](const std::string &name, int64_t count, int64_t most) {
+        return formatted("%lld more: %s", static_cast<long long>(count - most), name.c_str());
+    });
+    int64_t frames = 0;
+    for (const auto &[verdict, count] : verdicts_)
+        frames += count;
+    progress_.close("coadd", formatted("%lld of %lld frames added to %lld sums, %lld were known",
+                                       static_cast<long long>(verdicts_[TOLIMAN_COADD_VERDICT_ADDED]),
+                                       static_cast<long long>(frames), static_cast<long long>(sums_),
+                                       static_cast<long long>(known_)));
+}
+
+} // namespace cli

@@ -1,0 +1,168 @@
+// Method: a sum is appended to the pair and synced, then the state that contains it is renamed into its place. A process
+// that dies between the two leaves a sum that the state does not know: the next one truncates the pair to the sizes of
+// the state, adds the frames since then again, and writes the same bytes.
+#include "downlink/sum_files.hpp"
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "backend/lock.hpp"
+#include "common/failure.hpp"
+#include "common/input.hpp"
+#include "common/json.hpp"
+#include "common/output.hpp"
+#include "common/text.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr char kPixels[] = "_frames.bin", kLines[] = "_meta.jsonl", kState[] = "_coadd.tlma";
+constexpr char kSchema[] = "toliman-coadd-state/1";
+constexpr size_t kTail = 17; // bytes that give the size of the library's state: 16 hexadecimal digits and a newline
+
+[[noreturn]] void unwritable(const std::string &path) {
+    throw Failure(kExitOutput, path + ": cannot be written: " + std::strerror(errno));
+}
+
+int opened(const std::string &path) {
+    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (file < 0)
+        unwritable(path);
+    if (toliman::lock_file(file) == toliman::Lock::busy) {
+        ::close(file);
+        throw Failure(kExitOutput, path + ": another process is writing to it");
+    }
+    return file;
+}
+
+int64_t size_of(int file, const std::string &path) {
+    struct stat found = {};
+    if (::fstat(file, &found) != 0)
+        unwritable(path);
+    return found.st_size;
+}
+
+void write_all(int file, const void *data, size_t size, const std::string &path) {
+    for (const char *at = static_cast<const char *>(data); size > 0;) {
+        const ssize_t done = ::write(file, at, size);
+        if (done < 0 && errno == EINTR)
+            continue;
+        if (done <= 0)
+            unwritable(path);
+        at += done;
+        size -= static_cast<size_t>(done);
+    }
+    if (::fdatasync(file) != 0)
+        unwritable(path);
+}
+
+int64_t whole_number(const cJSON *object, const char *name, const std::string &path) {
+    const cJSON *const item = cJSON_GetObjectItemCaseSensitive(object, name);
+    if (!cJSON_IsNumber(item) || !(item->valuedouble >= 0) || item->valuedouble > 0x1p53)
+        malformed(path, std::string("damaged: ") + name);
+    return static_cast<int64_t>(item->valuedouble);
+}
+
+} // namespace
+
+SumFiles::SumFiles(const std::string &folder, const std::string &session, const std::string &options, uint64_t digest)
+    : stem_(plain(folder) + "/" + session), session_(session), options_(options), digest_(digest_text(digest)),
+      pixels_(opened(path(kPixels))), lines_(opened(path(kLines))) {
+    if (exists(path(kState)))
+        read_state();
+    const std::pair<int, int64_t> files[] = {{pixels_.get(), pixel_bytes_}, {lines_.get(), line_bytes_}};
+    const char *const ends[] = {kPixels, kLines};
+    for (size_t i = 0; i < 2; i++) {
+        const int64_t size = size_of(files[i].first, path(ends[i]));
+        if (!resumes() && size > 0)
+            throw Failure(kExitOutput, path(ends[i]) + ": exists already: give another --session, or remove it first");
+        if (size < files[i].second)
+            malformed(path(ends[i]), "is shorter than " + path(kState) + " says: sums are lost; move both away and "
+                                     "begin again with the frames");
+        if (size > files[i].second && ::ftruncate(files[i].first, files[i].second) != 0)
+            unwritable(path(ends[i]));
+    }
+}
+
+void SumFiles::read_state() {
+    const std::string name = path(kState), text = whole_text(name);
+    size_t size = 0;
+    if (text.size() > kTail)
+        size = std::strtoull(text.c_str() + text.size() - kTail, nullptr, 16);
+    if (size == 0 || size > text.size() - kTail)
+        malformed(name, "damaged");
+    const std::string members = text.substr(size, text.size() - kTail - size);
+    const JsonTree tree(cJSON_Parse(members.c_str()));
+    const auto text_of_member = [&](const char *key) {
+        const cJSON *const item = cJSON_GetObjectItemCaseSensitive(tree.get(), key);
+        return cJSON_IsString(item) ? std::string(item->valuestring) : "";
+    };
+    if (text_of_member("schema") != kSchema)
+        malformed(name, "damaged, or of another version");
+    if (text_of_member("options") != options_ || text_of_member("digest") != digest_)
+        throw Failure(kExitUsage, name + ": has sums with other arguments: " + text_of_member("options") + "; now " +
+                                      options_ + (text_of_member("digest") != digest_ ? ", or of another scene" : "") +
+                                      ": give another --session");
+    pixel_bytes_ = whole_number(tree.get(), "frames_bytes", name);
+    line_bytes_ = whole_number(tree.get(), "meta_bytes", name);
+    sums_ = whole_number(tree.get(), "sums", name);
+    const cJSON *const inputs = cJSON_GetObjectItemCaseSensitive(tree.get(), "inputs");
+    for (const cJSON *item = inputs != nullptr ? inputs->child : nullptr; item != nullptr; item = item->next)
+        inputs_[item->string] = whole_number(inputs, item->string, name);
+    saved_.assign(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(size));
+}
+
+std::string SumFiles::line_of(const toliman_frame &frame, const toliman_coadd_sum &sum) const {
+    const int64_t start = frame.camera_ns - std::llround(frame.exposure_s * 5e8);
+    const toliman_spread &spread = *frame.spread;
+    const auto exact = [](const double *values, size_t count) {
+        std::vector<Exact> made;
+        for (size_t i = 0; i < count; i++)
+            made.push_back({values[i]});
+        return made;
+    };
+    const double covariance[] = {spread.xx_px2, spread.yy_px2, spread.xy_px2};
+    Json line("frame_id", frame.frame_id, "timestamp_ns", start, "host_time", static_cast<double>(start) / 1e9,
+              "nframes_dropped", frame.dropped, "roi_label", frame.roi, "n_rows", frame.rows, "n_cols", frame.cols,
+              "session_id", session_);
+    if (frame.exposure_s > 0)
+        line.set("exposure_s", Exact{frame.exposure_s});
+    if (frame.interval_count > 0) {
+        std::vector<double> intervals(frame.intervals, frame.intervals + 2 * frame.interval_count);
+        line.set("on_target_s", intervals);
+    }
+    line.set("frames", sum.frames, "jitter_px2", exact(covariance, 3), "cumulants_px",
+             exact(spread.cumulants, TOLIMAN_SPREAD_CUMULANTS));
+    return line.line();
+}
+
+void SumFiles::append(const toliman_frame &frame, const toliman_coadd_sum &sum) {
+    const std::string line = line_of(frame, sum);
+    const size_t bytes = static_cast<size_t>(frame.rows * frame.cols) * sizeof(uint32_t);
+    write_all(pixels_.get(), frame.pixels, bytes, path(kPixels));
+    write_all(lines_.get(), line.data(), line.size(), path(kLines)); // last: it implies the pixels
+    pixel_bytes_ += static_cast<int64_t>(bytes);
+    line_bytes_ += static_cast<int64_t>(line.size());
+    sums_++;
+}
+
+void SumFiles::save(const std::vector<uint8_t> &bytes) {
+    Json inputs;
+    for (const auto &[name, line] : inputs_)
+        inputs.set(name.c_str(), line);
+    OutputFile file(path(kState));
+    file.write(bytes);
+    file.write(Json("schema", kSchema, "options", options_, "digest", digest_, "frames_bytes", pixel_bytes_,
+                    "meta_bytes", line_bytes_, "sums", sums_, "inputs", inputs)
+                   .line());
+    file.write(digest_text(bytes.size()) + "\n");
+    file.finish();
+    file.commit();
+}
+
+} // namespace cli
