@@ -95,9 +95,8 @@ typedef int32_t toliman_status;
 #define TOLIMAN_E_STATE 13      /* object not ready, such as too few samples, or in use */
 #define TOLIMAN_E_LOST 14       /* data lost from a file, changed by another program or the disk */
 
-/* Returns the message of the last failed call on this thread: field, value and allowed values, on one line, with a
- * decimal point in every locale. "" if no call has failed; never NULL. Valid until the next failed call on this
- * thread. */
+/* Returns the message of the last failed call on this thread, one line: field, value and allowed values. "" if no call
+ * has failed; never NULL. Valid until the next failed call on this thread. */
 TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
 
 /* Returns the name of the wrong argument, struct member, scene key or file of the last failed call on this thread
@@ -105,8 +104,8 @@ TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
  * for failures without one; otherwise as toliman_last_error. */
 TOLIMAN_API const char *toliman_last_error_field(void) TOLIMAN_NOEXCEPT;
 
-/* Returns the name of a constant, as files and messages contain it: "too good" for TOLIMAN_GOODNESS_TOO_GOOD. Named are
- * status codes, TOLIMAN_CALIBRATION_CHANGE_..., TOLIMAN_GOODNESS_..., TOLIMAN_INGEST_REASON_..., TOLIMAN_MEASURE_...,
+/* Returns the name of a constant in files and messages: "too good" for TOLIMAN_GOODNESS_TOO_GOOD. Named are status
+ * codes, TOLIMAN_CALIBRATION_CHANGE_..., TOLIMAN_GOODNESS_..., TOLIMAN_INGEST_REASON_..., TOLIMAN_MEASURE_...,
  * TOLIMAN_PERIOD_INTERVAL_..., TOLIMAN_PLANET_REASON_..., TOLIMAN_SIM_IMAGE_..., TOLIMAN_SKY_CAUSE_..., _ELEMENT_...,
  * _OBSERVER_..., TOLIMAN_TRACK_REASON_..., _VERDICT_.... Returns "?" for another number or a bit set. */
 TOLIMAN_API const char *toliman_constant_name(int32_t constant) TOLIMAN_NOEXCEPT;

@@ -59,10 +59,11 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_track toliman_track;
 
 /* Reads the options of a folder, for toliman_track_create: folder (the given pointer), id, values and sigma of the
- * estimator, frames, grid, limits, plate_scale_arcsec, scale_sigma (nf = 0 and stamp = 0 if the setup file is lost),
- * TOLIMAN_TRACK_ALLOW_ZERO_RUNS, and a capacity of twice the records, 2^20 to 2^28; others are defaults. Errors:
- *   - TOLIMAN_E_NOT_FOUND for a file that cannot be read; with the folder as the field of the error, if it has no
- *     ledger: toliman_track_create may begin one;
+ * estimator, frames, grid (nf = 0 and stamp = 0 if the setup file is lost), limits, plate_scale_arcsec (0: no system),
+ * scale_sigma, TOLIMAN_TRACK_ALLOW_ZERO_RUNS, a capacity of twice the records, 2^20 to 2^28; others are defaults.
+ * Errors:
+ *   - TOLIMAN_E_NOT_FOUND for a file that cannot be read; its field is the folder if that has no ledger:
+ *     toliman_track_create may begin one;
  *   - TOLIMAN_E_FORMAT if the ledger is damaged, or missing next to other files. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
@@ -111,10 +112,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *
  *   flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records. All others count as new arrivals
  *   lost   may be NULL: damaged records that were skipped, plus records that the checkpoint counts and the ledger lacks
  *          (promise: salvage-counts-what-is-lost)
- * Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH for another estimator, other geometry or limits,
- * another stamp, exposure_s, system or plate scale, another clock table if frames are reduced, or a column that this
- * ledger lacks; TOLIMAN_E_ARGUMENT for the tracker's own folder. After an error some records may have been added; in a
- * repeated merge, they count again as arrivals only. */
+ * Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH also for another system or plate scale, another clock
+ * table if frames are reduced, or a column that this ledger lacks; TOLIMAN_E_ARGUMENT for the tracker's own folder.
+ * After an error some records may have been added; in a repeated merge, they count again as arrivals only. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track *track, const char *folder,
                                                                   uint32_t flags, int64_t *lost) TOLIMAN_NOEXCEPT;
 

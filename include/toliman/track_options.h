@@ -21,9 +21,9 @@ TOLIMAN_BEGIN_DECLS
 /* Flags of toliman_track_options. */
 #define TOLIMAN_TRACK_READ_ONLY 1u /* also while another tracker writes to the folder */
 /* Rebuilds the accumulators from the ledger with the grid and clock table of these options. Frames rejected for their
- * time must be pushed again. With `sky`, all frames are reduced again, also without a system so far; those that its
- * observer file does not cover become unreduced, unless system and clock table are unchanged. Another plate scale alone
- * needs no `sky`. The ledger is replaced: a tracker that merged the folder before counts its frames as repeated. */
+ * time must be pushed again. With `sky`, all frames are reduced again, or for the first time; those that its observer
+ * file does not cover become unreduced, unless system and clock table are unchanged. Another plate scale alone needs no
+ * `sky`. The ledger is replaced: a tracker that merged the folder before counts its frames as repeated. */
 #define TOLIMAN_TRACK_REBUILD 2u
 #define TOLIMAN_TRACK_SALVAGE 4u         /* of toliman_track_merge only: skips damaged records */
 #define TOLIMAN_TRACK_ALLOW_ZERO_RUNS 8u /* rejects no frame for a run of zero pixels */
@@ -38,8 +38,8 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_TRACK_SYNC_FRAME 522
 #define TOLIMAN_TRACK_SYNC_NONE 523 /* a power failure may lose committed records */
 
-/* Estimator: one of cae, linear, fit and estimate, or none if no frame is pushed. It must outlive the tracker, and a
- * network must not be trained meanwhile. */
+/* Estimator: cae, linear, fit or estimate, or none if no frame is pushed. It must outlive the tracker; do not train its
+ * network meanwhile. */
 typedef struct toliman_track_estimator {
     const toliman_cae *cae;
     const toliman_linear *linear;
@@ -95,9 +95,9 @@ typedef struct toliman_track_grid {
     double trend_start, trend_end;
 } toliman_track_grid;
 
-/* Clock table: pairs of camera and TAI nanoseconds, both increasing, with linear inter- and extrapolation; one pair is
- * a constant difference, (0, 0) means that camera time is TAI. No pairs: the table of the folder, also with REBUILD; in
- * a new folder (0, 0). If the setup file is lost, grid, clock table, stamp and system must be given. */
+/* Clock table: pairs of camera and TAI nanoseconds, both increasing, linear between and beyond; one pair is a constant
+ * difference, (0, 0): camera time is TAI. No pairs: those of the folder, also with REBUILD; in a new folder (0, 0). If
+ * the setup file is lost, grid, clock table, stamp and system must be given. */
 typedef struct toliman_track_clock {
     const int64_t *pairs; /* [count][2] */
     size_t count;
@@ -107,11 +107,10 @@ typedef struct toliman_track_clock {
 typedef struct toliman_track_reduction {
     /* System and observer, with all effects, or NULL; must outlive the tracker. Needs a value separation_px: `fit`, or
      * `estimate` with this name in `values`. To push frames to a folder with a system, give the same one, and an
-     * observer in orbit if it had one (TOLIMAN_E_ARGUMENT if NULL, TOLIMAN_E_MISMATCH for another); to read or merge,
-     * NULL. */
+     * observer in orbit if it had one (TOLIMAN_E_ARGUMENT if NULL, TOLIMAN_E_MISMATCH for another); NULL to read or
+     * merge. */
     const toliman_sky *sky;
-    double plate_scale_arcsec; /* in (0, 1e6]; 0 = that of the folder, or of the scene of `fit`. From
-                                  toliman_track_load_options, 0: no system */
+    double plate_scale_arcsec; /* in (0, 1e6]; 0 = that of the folder, or of the scene of `fit` */
     double scale_sigma;        /* relative, of the plate scale, in [0, 1); 0 = that of the folder; in a new folder no
                                   error */
 } toliman_track_reduction;

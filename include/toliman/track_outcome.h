@@ -3,8 +3,7 @@
  * Data flow
  *
  *   toliman_track_push -> toliman_track_outcome: verdict, reason, value, goodness of fit
- *   frame of a misfit -> toliman_misfit_fn -> the same frame with other pixels
- */
+ *   frame of a misfit -> toliman_misfit_fn -> the same frame with other pixels */
 #ifndef TOLIMAN_TRACK_OUTCOME_H
 #define TOLIMAN_TRACK_OUTCOME_H
 
@@ -24,7 +23,7 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_TRACK_VERDICT_INTERVALS 508 /* never an outcome: on-target intervals of the next frame */
 #define TOLIMAN_TRACK_VERDICT_MISFIT 509    /* */
 
-/* Reasons for rejection, and why a frame is unreduced. */
+/* Reasons for rejection; the last two: why a frame is unreduced. */
 #define TOLIMAN_TRACK_REASON_NONE 511
 #define TOLIMAN_TRACK_REASON_SHAPE 512      /* other rows or columns than the tracker's */
 #define TOLIMAN_TRACK_REASON_OVER_RANGE 513 /* pixel above the bit depth */
@@ -34,9 +33,9 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_TRACK_REASON_CLOCK 516
 #define TOLIMAN_TRACK_REASON_ESTIMATE 517 /* estimator failed, or gave a non-finite value or a sigma out of range */
 
-#define TOLIMAN_TRACK_REASON_NO_ORBIT 518 /* unreduced: no state in the observer file */
-/* Unreduced: the observer is in orbit, and the exposure unknown, or above 600 s without on-target intervals; or an
- * interval is shorter than 1 ns or longer than 400 days. */
+#define TOLIMAN_TRACK_REASON_NO_ORBIT 518 /* no state in the observer file */
+/* An observer in orbit, and the exposure unknown, or above 600 s without on-target intervals; or an interval shorter
+ * than 1 ns or longer than 400 days. */
 #define TOLIMAN_TRACK_REASON_NO_INTERVALS 519
 
 /* Outcome of a pushed frame. */
@@ -58,9 +57,9 @@ typedef struct toliman_track_outcome {
 } toliman_track_outcome;
 #define TOLIMAN_TRACK_OUTCOME_INIT TOLIMAN_INIT(toliman_track_outcome)
 
-/* Called for a misfit, before it is recorded. *other is a copy of *frame: its pixels, rows, cols, stride and pixel may
- * be changed, as by toliman_ingest_find_frame, and stay valid until the push returns. Returns 1 to try *other, which is
- * recorded instead unless it is a misfit, too; otherwise the frame is recorded, also after an exception. */
+/* Called for a misfit, before it is recorded. *other is a copy of *frame: pixels, rows, cols, stride and pixel may be
+ * changed, as by toliman_ingest_find_frame, to what is valid until the push returns. Returns 1 to record *other
+ * instead, unless it is a misfit, too; otherwise, also after an exception, the frame is recorded. */
 typedef int32_t (*toliman_misfit_fn)(const toliman_frame *frame, const toliman_track_outcome *outcome,
                                      toliman_frame *other, void *user_data);
 

@@ -5,8 +5,8 @@
 // sinusoid of amplitude A (Baik, Ben Arous and Peche 2005, Annals of Probability 33, 1643; Paul 2007, Statistica Sinica
 // 17, 1617): 4.9e-6 px on the chapter scene, against a Cramer-Rao bound of 1.2e-6 px. See Residuals::threshold_px().
 // Above the threshold, with p/N and the eigenvalue l = A^2/(2 crb^2) of the signal, the squared cosine between
-// principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), the squared correlation between series and signal
-// (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012).
+// principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), the squared correlation between series and
+// signal (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012).
 #include <algorithm>
 #include <cmath>
 
