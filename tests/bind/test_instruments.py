@@ -182,6 +182,8 @@ class Velocities(unittest.TestCase):
                 planet = toliman.planets(separations, velocities=a, velocities_b=b, samples=200, jitter=False,
                                          period_min=150, **ARCSEC).candidates[0]
                 self.assertAlmostEqual(planet.inclination_deg[1], 90 - abs(90 - inclination), delta=4)
+                mass = model.mass_of_separation(self.axis, self.period, MASSES[0], PARALLAX)
+                self.assertAlmostEqual(planet.mass_a[1] / mass, 1, delta=0.02)
 
     def test_refusals(self):
         t, y = numpy.arange(40.0), numpy.sin(numpy.arange(40.0))

@@ -55,7 +55,7 @@ class Resumed(ProgramTest):
         self.assertEqual(*(re.sub(r"\w+\.npy", "", text) for text in latents))
 
     def test_log(self):
-        how = UNSUPERVISED
+        how = (*UNSUPERVISED, "--layout", "paper", "--input", "raw")
         self.succeed(*how, "--epochs", "11", "--log", "whole.csv", "--out", "whole")
         mark, head, *rows = (self.folder / "whole.csv").read_text().splitlines()
         self.assertTrue(mark.startswith("# "))

@@ -1,5 +1,5 @@
-/* Trackers of frames of moving stars. The file defines SIDE, PIXELS, NF, FRAMES, ARRIVING, the number of frames that arrive,
- * and INTERVAL_DAYS before it includes this. */
+/* Trackers of frames of moving stars. A file defines SIDE, PIXELS, NF, FRAMES, INTERVAL_DAYS and ARRIVING (the number
+ * of frames that arrive) before it includes this. */
 #ifndef TOLIMAN_TESTS_TRACK_MOVING_H
 #define TOLIMAN_TESTS_TRACK_MOVING_H
 
