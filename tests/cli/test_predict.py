@@ -138,6 +138,22 @@ class Predict(ProgramTest):
         self.assertIn("spacecraft.csv", done.stderr)
         self.assertEqual((done.returncode, done.stdout), (2, ""))
 
+    def test_inclined_observer(self):
+        """An orbit of 7000 km with inclination 98 deg and node 40 deg, from 30 deg after the node on."""
+        start, (c, s), (up, across) = toliman.parse_time("2027-01-01"), *((numpy.cos(numpy.radians(a)), numpy.sin(numpy.radians(a)))
+                                                                          for a in (40, 98))
+        to_node, further = numpy.array([c, s, 0]), numpy.array([-s * up, c * up, across])
+        lines = ["t_tai_ns,x_km,y_km,z_km,vx_km_s,vy_km_s,vz_km_s"]
+        for k in range(12):
+            angle = numpy.radians(30) + 0.00107801 * 60 * k
+            place = 7000 * (numpy.cos(angle) * to_node + numpy.sin(angle) * further)
+            speed = 7.54607 * (numpy.cos(angle) * further - numpy.sin(angle) * to_node)
+            lines.append(",".join(map(str, [start + 60 * k * 10**9, *place.tolist(), *speed.tolist()])))
+        (self.folder / "polar.csv").write_text("\n".join(lines) + "\n")
+        orbit = self.predictions("predict", "alpha-cen", "--observer", "polar.csv", "--times", "2027-01-01T00:05:00")["observer_orbit"]
+        for name, expected in (("inclination_deg", 98), ("node_deg", 40), ("period_minutes", 2 * numpy.pi / 0.00107801 / 60)):
+            self.assertAlmostEqual(orbit[name] / expected, 1, delta=1e-4, msg=name)
+
     def test_centre_of_the_earth(self):
         done = self.run_program("predict", "alpha-cen", "--times", "2027-01-01")
         self.assertEqual(done.returncode, 0)
