@@ -27,7 +27,7 @@ typedef struct toliman_spread {
     double frames;        /* number of frames, 1 to 1e12; 0 = 1. Light, bias, dark current, the variance of the read
                              noise and saturation are those of the scene's frame times this number */
     double xx_px2, yy_px2, xy_px2; /* covariance of the places, xx and yy at most 4 px^2, xy^2 at most xx yy */
-    double cumulants[22]; /* of order 3 to 6, px^3 to px^6: xxx, xxy, xyy, yyy, xxxx, xxxy ... yyyyyy */
+    double cumulants[22];          /* of order 3 to 6, px^3 to px^6: xxx, xxy, xyy, yyy, xxxx, xxxy ... yyyyyy */
 } toliman_spread;
 #define TOLIMAN_SPREAD_INIT TOLIMAN_INIT(toliman_spread)
 

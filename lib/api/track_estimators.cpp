@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimate/values.hpp"
 #include "api/spread.hpp"
+#include "estimate/values.hpp"
 
 namespace toliman::api {
 

@@ -1,8 +1,8 @@
-// Method: integer sums of the counts of each pixel. Where a pixel of a frame is left out, the counts that the registered
-// model expects there are summed in its place, so that the pixel of the sum has the expectation of all frames, wherever
-// the stars were in those frames. (Counts scaled by N/n, N frames of which n were used, would be biased: a pixel
-// saturates when the stars are near.) Its variance lacks that of the expected counts: it is (N - n)/N smaller. A model
-// that is wrong by a relative e in that pixel adds the error e (N - n)/N.
+// Method: integer sums of the counts of each pixel. Where a pixel of a frame is left out, the counts that the
+// registered model expects there are summed in its place, so that the pixel of the sum has the expectation of all
+// frames, wherever the stars were in those frames. (Counts scaled by N/n, N frames of which n were used, would be
+// biased: a pixel saturates when the stars are near.) Its variance lacks that of the expected counts: it is (N - n)/N
+// smaller. A model that is wrong by a relative e in that pixel adds the error e (N - n)/N.
 // All sums are integers, also those of places and times, so that their bits do not depend on the order of frames.
 // A sum ends before a frame that is beyond a limit. That of motion compares a running mean of the last kRecent places
 // with that of the first: it alone depends on the order.
@@ -20,8 +20,8 @@ namespace toliman::coadd {
 namespace {
 
 constexpr int kFillBits = 12;
-constexpr int64_t kRecent = 128;                 // frames
-constexpr uint32_t kFlushed = 4096;              // frames between two flushes
+constexpr int64_t kRecent = 128;    // frames
+constexpr uint32_t kFlushed = 4096; // frames between two flushes
 constexpr uint32_t kMostFrames = 1u << 30;
 constexpr int64_t kMostPhotons = int64_t{1} << 30; // of a frame
 
@@ -62,24 +62,23 @@ Coadd::Coadd(std::shared_ptr<const fit::Fit> fit, const fit::Prediction &predict
 End Coadd::end_before(const Frame &frame) const noexcept {
     const int64_t start = frame.middle_ns - frame.exposure_ns / 2, end = start + frame.exposure_ns;
     const Intervals &intervals = totals_.intervals;
-    if (std::strcmp(totals_.session, frame.session) != 0 || std::strcmp(totals_.roi, frame.roi) != 0 || totals_.window_row != frame.window_row ||
-        totals_.window_col != frame.window_col)
+    if (std::strcmp(totals_.session, frame.session) != 0 || std::strcmp(totals_.roi, frame.roi) != 0 ||
+        totals_.window_row != frame.window_row || totals_.window_col != frame.window_col)
         return End::source;
     if (limits_.duration_ns > 0) {
-        const bool other = limits_.aligned
-                               ? floor_div(frame.middle_ns, limits_.duration_ns) !=
-                                     floor_div((intervals.first() + intervals.last()) / 2, limits_.duration_ns)
-                               : std::max(end, intervals.last()) - std::min(start, intervals.first()) >
-                                     limits_.duration_ns;
+        const bool other =
+            limits_.aligned
+                ? floor_div(frame.middle_ns, limits_.duration_ns) !=
+                      floor_div((intervals.first() + intervals.last()) / 2, limits_.duration_ns)
+                : std::max(end, intervals.last()) - std::min(start, intervals.first()) > limits_.duration_ns;
         if (other)
             return End::time;
     }
-    if (limits_.gap_ns > 0 &&
-        (start - intervals.last() > limits_.gap_ns || intervals.first() - end > limits_.gap_ns))
+    if (limits_.gap_ns > 0 && (start - intervals.last() > limits_.gap_ns || intervals.first() - end > limits_.gap_ns))
         return End::gap;
     if (limits_.motion_px > 0 && totals_.frames >= 2 * kRecent &&
-        std::hypot(totals_.recent_place[0] - totals_.first_place[0],
-                   totals_.recent_place[1] - totals_.first_place[1]) > limits_.motion_px)
+        std::hypot(totals_.recent_place[0] - totals_.first_place[0], totals_.recent_place[1] - totals_.first_place[1]) >
+            limits_.motion_px)
         return End::motion;
     if (!intervals.accepts(start, end, limits_.pause_ns) || totals_.frames >= kMostFrames ||
         (largest_ > UINT32_MAX - kFlushed * UINT16_MAX - UINT16_MAX && unflushed_ == 0))

@@ -29,20 +29,20 @@ struct Frame {
     int64_t window_row, window_col;
 };
 
-constexpr size_t kMostName = 64; // characters
-constexpr size_t kVerdicts = 7; // of Verdict
+constexpr size_t kMostName = 64;                       // characters
+constexpr size_t kVerdicts = 7;                        // of Verdict
 int64_t mean_ns(const struct Totals &totals) noexcept; // weighted by photons, of a sum with frames; rounded to 1 ns
 
-// What a sum has besides its pixels.
+// What a sum has in addition to its pixels.
 struct Totals {
     char session[kMostName + 1] = {}, roi[kMostName + 1] = {};
     int64_t window_row = 0, window_col = 0;
     int64_t frames = 0, photons = 0, dropped = 0;
-    int64_t verdicts[kVerdicts] = {};           // frames with each, since the sum began
-    int64_t cosmic_rays = 0, saturated = 0;     // pixels of all frames
-    Wide photon_ns = 0;                         // sum of photons times time
+    int64_t verdicts[kVerdicts] = {};       // frames with each, since the sum began
+    int64_t cosmic_rays = 0, saturated = 0; // pixels of all frames
+    Wide photon_ns = 0;                     // sum of photons times time
     Moments moments;
-    WeightedSum chi_square, flux;               // of frames
+    WeightedSum chi_square, flux; // of frames
     Intervals intervals;
     double first_place[2] = {}, recent_place[2] = {}; // px: mean of the first kRecent frames, and of the last ones
 };

@@ -2,17 +2,17 @@
 // the nearest place of the table. With image L, its slopes X, Y and weights w = 1/variance of the expected light,
 //     [LL LX LY; LX XX XY; LY XY YY] (df, f dx, f dy) = (Lr, Xr, Yr),   AB = sum over pixels of w A B,
 // r the residual of f L. The inverse of the matrix is the covariance; chi-square is rr minus the gain of the step.
-// Every frame starts anew, so that its result does not depend on other frames, and sums not on their order:
+// Every frame starts again, so that its result does not depend on other frames, and sums not on their order:
 //   1. steps on every eighth row with images that are blurred by 0.7 px, at whole pixels: their fringes are washed out,
 //      so that steps converge from 1 px. What a step is without displacement, and its gain, come from expected frames;
 //   2. steps on these rows with the table, until the place stays, to 1e-2 px;
 //   3. a step on all rows from the nearest place of the table, at most 0.75 steps of the table away;
 //   4. pixels beyond the limit of frame/bad_pixels.hpp against the model after the step are left out, with those that
 //      saturate or may; where there are some, again from 3, without them, until they stay the same.
-// A frame that does not fit then is tried again, first with images blurred by 2 px, which lead from 4 px, and with other
-// rows: a bright cosmic ray may have led 1 or 2 astray.
-// One step about a single place is not enough: pointing that jitters by 0.3 px rms moves fringes by a radian. A start from
-// the centroid of the counts fails where light moves out of the frame: it is off by 0.5 px in frames of 64 x 64.
+// A frame that does not fit then is tried again, first with images blurred by 2 px, which lead from 4 px, and with
+// other rows: a bright cosmic ray may have led 1 or 2 astray.
+// One step about a single place is not enough: pointing that jitters by 0.3 px rms moves fringes by a radian. A start
+// from the centroid of the counts fails where light moves out of the frame: it is off by 0.5 px in frames of 64 x 64.
 // The variance is that of the model, never of the counts, whose correlation with the residual would bias the flux.
 #include "coadd/registration.hpp"
 
@@ -27,8 +27,8 @@ namespace {
 
 using namespace kernels;
 
-constexpr size_t kCoarse = 8, kLeastRows = 8; // every eighth row, if these are so many
-constexpr int kSteps = 8;     // of the table, per pixel
+constexpr size_t kCoarse = 8, kLeastRows = 8;   // every eighth row, if these are so many
+constexpr int kSteps = 8;                       // of the table, per pixel
 constexpr double kNearBlur = 0.7, kFarBlur = 2; // px
 constexpr int kMostSteps = 8;
 constexpr size_t kAttempts = 4;
@@ -41,8 +41,8 @@ constexpr double kLongest = 0.5; // px, of a step of the table
 
 // Whether a pixel of so much light is so far below the limit that saturated counts are always bad pixels.
 bool is_far(double photons, double limit, double added) noexcept {
-    const double room = limit - photons;
-    return room > 0 && room * room > kFarSigmas * kFarSigmas * (photons + added + room);
+    const double margin = limit - photons;
+    return margin > 0 && margin * margin > kFarSigmas * kFarSigmas * (photons + added + margin);
 }
 
 fit::Fit blurred(const fit::Fit &fit, double blur) {
@@ -66,8 +66,8 @@ Registration::Registration(const fit::Fit &fit, const fit::Prediction &predictio
 CoaddPixels Registration::pixels(const fit::Model &model, double most_photons) {
     const Buffer<double> &response = model.usable();
     const CountModel &how = model.counts();
-    const bool uniform = std::all_of(response.begin(), response.end(),
-                                     [&](double r) { return r == response[0] && r > 0; });
+    const bool uniform =
+        std::all_of(response.begin(), response.end(), [&](double r) { return r == response[0] && r > 0; });
     const size_t count = uniform ? 1 : response.size();
     for (Buffer<float> *const array : {&gain_, &offset_, &spread_, &added_})
         array->resize(count);
@@ -104,8 +104,7 @@ Registration::Coarse Registration::make_coarse(const fit::Fit &fit, const fit::P
     Buffer<double> expected(rows_ * cols_);
     Buffer<uint16_t> counts(rows_ * cols_);
     const fit::Fit::Start start = fit.start_of(prediction);
-    const double moved = kMoved * blur,
-                 moves[5][2] = {{0, 0}, {-moved, 0}, {moved, 0}, {0, -moved}, {0, moved}};
+    const double moved = kMoved * blur, moves[5][2] = {{0, 0}, {-moved, 0}, {moved, 0}, {0, -moved}, {0, moved}};
     double steps[5][2];
     for (size_t k = 0; k < 5; k++) {
         double values[fit::kMostParameters] = {};
@@ -162,10 +161,10 @@ Registration::Solution Registration::solve(const CoaddFrame &frame, const Table 
         const double light = static_cast<double>(model.light_scale) * model.light[m],
                      x = static_cast<double>(model.slope_scale) * model.slope_x[m],
                      y = static_cast<double>(model.slope_scale) * model.slope_y[m], expected = flux * light;
-        const double weight = 1 / (std::max(expected, double{pixels_.least}) * double{pixels_.spread[p]} +
-                                   double{pixels_.added[p]});
-        const double residual = frame.counts[r * frame.stride + c] * double{pixels_.gain[p]} -
-                                double{pixels_.offset[p]} - expected;
+        const double weight =
+            1 / (std::max(expected, double{pixels_.least}) * double{pixels_.spread[p]} + double{pixels_.added[p]});
+        const double residual =
+            frame.counts[r * frame.stride + c] * double{pixels_.gain[p]} - double{pixels_.offset[p]} - expected;
         const double image[3] = {light, x, y};
         sums[sum_ll] -= weight * light * light;
         sums[sum_lx] -= weight * light * x;
@@ -292,7 +291,8 @@ bool Registration::finish(const CoaddFrame &frame, Estimate &at, Registered &out
 void Registration::attempt(const CoaddFrame &frame, Rows rows, bool is_far, Registered &out) const noexcept {
     Estimate at = {1, 0, 0};
     out.verdict = Verdict::not_found;
-    if ((!is_far || start(frame, rows, far_, at)) && start(frame, rows, near_, at) && approach(frame, rows, at) && finish(frame, at, out)) {
+    if ((!is_far || start(frame, rows, far_, at)) && start(frame, rows, near_, at) && approach(frame, rows, at) &&
+        finish(frame, at, out)) {
         out.verdict = out.chi_square <= most_chi_square_ ? Verdict::added : Verdict::misfit;
         return;
     }

@@ -12,9 +12,9 @@ enum class Verdict { added, next, lost, faint, not_found, outside, misfit };
 
 struct Registered {
     Verdict verdict = Verdict::added;
-    double flux = 0, x = 0, y = 0;  // relative flux; px from the predicted place
-    double xx = 0, xy = 0, yy = 0;  // covariance of x and y
-    double chi_square = 0;          // per degree of freedom, without the pixels that are left out
+    double flux = 0, x = 0, y = 0;      // relative flux; px from the predicted place
+    double xx = 0, xy = 0, yy = 0;      // covariance of x and y
+    double chi_square = 0;              // per degree of freedom, without the pixels that are left out
     size_t left_out = 0, saturated = 0; // pixels; those that are saturated among them
     std::array<uint32_t, kMostLeftOut> pixels;
     std::array<float, kMostLeftOut> expected; // counts of these
@@ -69,7 +69,7 @@ class Registration {
     size_t used_ = 0;           // the others
     Buffer<float> gain_, offset_, spread_, added_;
     kernels::CoaddPixels pixels_; // made with those before it
-    size_t dark_rows_ = 0;      // rows whose counts may all be 0
+    size_t dark_rows_ = 0;        // rows whose counts may all be 0
     double photons_ = 0;
     Coarse near_, far_; // made with the members before them
 };

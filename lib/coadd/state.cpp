@@ -1,5 +1,6 @@
-// Format: "TLMA", version, digest of all that determines the sums, shape, number of the sum, totals, arrays, CRC32; every
-// number little-endian (tools/docs/formats.md). Equal sums give equal bytes: recent counts are added to the others.
+// Format: "TLMA", version, digest of all that determines the sums, shape, number of the sum, totals, arrays, CRC32;
+// every number little-endian (tools/docs/formats.md). Equal sums give equal bytes: recent counts are added to the
+// others.
 #include "backend/zip.hpp"
 #include "base/bytes.hpp"
 #include "coadd/coadd.hpp"
@@ -37,7 +38,8 @@ void save(ByteWriter &out, Totals totals) {
         out.f64(totals.first_place[axis]);
         out.f64(totals.recent_place[axis]);
     }
-    for_each(totals, [&](int64_t number) { out.i64(number); }, [&](const auto &sum) { sum.save(out); });
+    for_each(
+        totals, [&](int64_t number) { out.i64(number); }, [&](const auto &sum) { sum.save(out); });
 }
 
 void load_name(ByteReader &in, char *name) {
@@ -56,7 +58,8 @@ Totals load_totals(ByteReader &in) {
         totals.first_place[axis] = in.f64();
         totals.recent_place[axis] = in.f64();
     }
-    for_each(totals, [&](int64_t &number) { number = in.i64(); }, [&](auto &sum) { sum.load(in); });
+    for_each(
+        totals, [&](int64_t &number) { number = in.i64(); }, [&](auto &sum) { sum.load(in); });
     const bool has_frames = totals.frames > 0;
     if (totals.frames < 0 || has_frames != (totals.photons > 0) || has_frames != (totals.intervals.count() > 0))
         fail(Status::format, "%s: {frames} = %lld: impossible", kKind, static_cast<long long>(totals.frames));

@@ -1,10 +1,10 @@
 // Method: a place is a whole number of pixels and a phase, one of steps x steps. An image of each phase extends
 // `range` pixels beyond the frame, so that another whole number of pixels is another first pixel of the same image: the
-// table has steps^2 images instead of one for each of the (2 range steps + 1)^2 places. A model draws images of the frame's size
-// only, so that each corner of a larger one is drawn with the stars moved by `range` px away from it.
+// table has steps^2 images instead of one for each of the (2 range steps + 1)^2 places. A model draws images of the
+// frame's size only, so that each corner of a larger one is drawn with the stars moved by `range` px away from it.
 // Integers of 16 bits: the frames have no more, and the table is read once per frame, from a cache as far as possible.
-// Rounding is 2^-17 of the brightest pixel. For stars of 4.8e5 electrons and peaks of 10^3 that is 1e-3 of the noise of a
-// pixel, and moves places by 1e-6 px.
+// Rounding is 2^-17 of the brightest pixel. For stars of 4.8e5 electrons and peaks of 10^3 that is 1e-3 of the noise
+// of a pixel, and moves places by 1e-6 px.
 // 8 steps per pixel: from at most 1/16 px, one linear step ends within 1e-4 px (square of 2 pi/16 times 0.43 cycles).
 #include "coadd/table.hpp"
 
@@ -50,8 +50,7 @@ Table::Table(const fit::Fit &fit, const fit::Prediction &prediction, int range, 
                 values[i] += place(static_cast<int>(i % 2 == 0 ? phase % per_pixel : phase / per_pixel));
             draw(fit, values, phase, works[worker], scratch[worker]);
             if (worker == 0)
-                progress.report("images of the places",
-                                static_cast<double>(phase + 1) / static_cast<double>(phases));
+                progress.report("images of the places", static_cast<double>(phase + 1) / static_cast<double>(phases));
         }
     };
     run_jobs(static_cast<unsigned>(count), count, draw_phases);
@@ -103,8 +102,8 @@ kernels::CoaddModel Table::model(const Cell &cell) const noexcept {
     const size_t first = static_cast<size_t>(range_ - y) * stride_ + static_cast<size_t>(range_ - x);
     const uint16_t *const light = &values_[phase * kImages * rows_ * stride_];
     const auto *const slopes = reinterpret_cast<const int16_t *>(light) + first;
-    return {light + first, slopes + rows_ * stride_, slopes + 2 * rows_ * stride_, stride_, light_scale_[phase],
-            slope_scale_[phase]};
+    return {light + first, slopes + rows_ * stride_, slopes + 2 * rows_ * stride_,
+            stride_,       light_scale_[phase],      slope_scale_[phase]};
 }
 
 } // namespace toliman::coadd

@@ -41,7 +41,7 @@ class Table {
     uint16_t *image(size_t phase, size_t which) noexcept { return &values_[(phase * 3 + which) * rows_ * stride_]; }
 
     int range_, steps_;
-    size_t rows_, cols_, stride_; // of an image: those of a frame, and `range` more on each side
+    size_t rows_, cols_, stride_;                  // of an image: those of a frame, and `range` more on each side
     std::vector<float> light_scale_, slope_scale_; // of each phase
     UnsetBuffer<uint16_t> values_;                 // [steps^2][light, slope_x, slope_y][rows][stride]
 };

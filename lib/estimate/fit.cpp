@@ -41,23 +41,22 @@ track::ModelVerdict model_verdict_of(const fit::Windows &fit) noexcept {
 }
 
 track::Source of_fit(const fit::Windows &fit, FitWorks &works, int64_t time_offset_ns) {
-    return {
-        fit.rows(),
-        fit.cols(),
-        kSigmaShare * fit.first().sigma_px(),
-        fit.digest(),
-        kValues,
-        [=, &works, &fit](double *image, const track::Frame &frame, int64_t tai_ns, unsigned,
-                          track::Estimated &estimated) {
-            FitWorks::Lease work(works);
-            fit::Result result;
-            fit::Prediction prediction = prediction_at(tai_ns, time_offset_ns);
-            prediction.spread = frame.spread;
-            fit.frame({image, fit.rows(), fit.cols(), fit.cols()}, prediction, *work, result);
-            store_fit(result, fit.parameters().size(), estimated);
-        },
-        fit.first().pixel_scale_arcsec(),
-        model_verdict_of(fit)};
+    return {fit.rows(),
+            fit.cols(),
+            kSigmaShare * fit.first().sigma_px(),
+            fit.digest(),
+            kValues,
+            [=, &works, &fit](double *image, const track::Frame &frame, int64_t tai_ns, unsigned,
+                              track::Estimated &estimated) {
+                FitWorks::Lease work(works);
+                fit::Result result;
+                fit::Prediction prediction = prediction_at(tai_ns, time_offset_ns);
+                prediction.spread = frame.spread;
+                fit.frame({image, fit.rows(), fit.cols(), fit.cols()}, prediction, *work, result);
+                store_fit(result, fit.parameters().size(), estimated);
+            },
+            fit.first().pixel_scale_arcsec(),
+            model_verdict_of(fit)};
 }
 
 } // namespace toliman::estimate

@@ -54,7 +54,8 @@ class Model {
     // error is at most 1/8 d^2 times the second derivative of the image.
     Model(const Model &first, const Model &next, double share);
 
-    // The model of a sum of frames: light, background and noise are those of all its frames, the stars' places their mean.
+    // The model of a sum of frames: light, background and noise are those of all its frames, the stars' places their
+    // mean.
     Model(const Model &frame, const Spread &spread);
 
     size_t parameters() const noexcept { return always + extras_.size(); }

@@ -1,10 +1,10 @@
-// Method: the sum of N images I(u - x_k) has the spectrum of N I times the mean of exp(-2 pi i f x_k). With s = -2 pi i f
-// the mean is the moment generating function, whose logarithm has the cumulants k as coefficients:
+// Method: the sum of N images I(u - x_k) has the spectrum of N I times the mean of exp(-2 pi i f x_k). With s = -2 pi
+// i f the mean is the moment generating function, whose logarithm has the cumulants k as coefficients:
 //     E[exp(s x)] = exp(sum over a, b of k_ab s_x^a s_y^b/(a! b!)) = exp(k_2 terms) (1 + sum of h_ab s_x^a s_y^b)
 // The terms of order 2 are a Gaussian. The others are expanded to order 6 (Gram and Charlier's series A), so that the
 // transfer function stays bounded where the image has no light. The covariance alone is not enough: the places of
-// 10^5 frames drawn from a Gaussian of 0.3 px have a third cumulant of 2e-4 px^3 by chance, 3 to 16 % of the photon noise
-// of the sum in each pixel.
+// 10^5 frames drawn from a Gaussian of 0.3 px have a third cumulant of 2e-4 px^3 by chance, 3 to 16 % of the photon
+// noise of the sum in each pixel.
 // Error: the term of order 7. At 0.4 cycles per px it is 3e-7 of the peak for such frames, and 1e-3 where places are
 // distributed evenly or sinusoidally with the same standard deviation; at 0.25 cycles per px, 3e-5.
 // Reference: Kendall and Stuart 1977, The Advanced Theory of Statistics 1, sections 3.12 and 6.17.

@@ -23,10 +23,10 @@ constexpr float kCoaddUnused = 1e30f;
 struct CoaddPixels {
     bool uniform;
     const float *gain, *offset, *spread, *added;
-    float least;                // photons of which a variance is taken, at least
-    float limit;                // photons at which a pixel saturates, times 1/spread
-    uint16_t most;              // counts at which it does, at least 1
-    bool far;                   // the light of no place is within 7 standard deviations of the limit
+    float least;   // photons of which a variance is taken, at least
+    float limit;   // photons at which a pixel saturates, times 1/spread
+    uint16_t most; // counts at which it does, at least 1
+    bool far;      // the light of no place is within 7 standard deviations of the limit
 };
 
 struct CoaddFrame {

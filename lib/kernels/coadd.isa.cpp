@@ -1,8 +1,8 @@
 // Method: a row has kCoaddLanes partial sums, lane i those of the columns i, i + kCoaddLanes, ... A vector of the
 // instruction set holds some of the lanes: it passes over the row once per group of lanes, so that all ten sums stay in
-// registers and every set adds in the same order. Products and the sums of a few rows are single precision, as a frame's
-// own noise is 1e-2 to 1 of a pixel's counts; further sums are double. The last block of a row is copied, with weight 0
-// behind its end.
+// registers and every set adds in the same order. Products and the sums of a few rows are single precision, as a
+// frame's own noise is 1e-2 to 1 of a pixel's counts; further sums are double. The last block of a row is copied, with
+// weight 0 after the end.
 #include "kernels/coadd.hpp"
 
 namespace toliman::kernels {
@@ -17,7 +17,7 @@ constexpr size_t kWidth = 8;
 constexpr size_t kWidth = 4;
 #endif
 constexpr size_t kMostAdded = 64; // numbers of a sum in single precision, if a row has no more
-constexpr size_t kBand = 8;         // rows that are tested at once
+constexpr size_t kBand = 8;       // rows that are tested at once
 typedef float Vector __attribute__((vector_size(4 * kWidth), aligned(4), may_alias));
 typedef double Wide __attribute__((vector_size(8 * kWidth), aligned(8), may_alias));
 typedef uint32_t Words __attribute__((vector_size(4 * kWidth), aligned(4), may_alias));
@@ -37,7 +37,6 @@ inline Vector all(float value) noexcept {
 inline Vector larger(Vector a, Vector b) noexcept {
     return a > b ? a : b;
 }
-
 
 // The pixels at row r and columns c to c + kWidth - 1, of which `whole` blocks are all inside the frame. Images are in
 // units of the model's integers.
@@ -104,8 +103,8 @@ struct Lanes {
 };
 
 template <bool uniform>
-void accumulate_of(const CoaddFrame &frame, const CoaddModel &model, const CoaddPixels &pixels, float flux, size_t start,
-                   size_t step, double *sums) noexcept {
+void accumulate_of(const CoaddFrame &frame, const CoaddModel &model, const CoaddPixels &pixels, float flux,
+                   size_t start, size_t step, double *sums) noexcept {
     alignas(64) double lanes[kCoaddSums][kCoaddLanes] = {};
     const size_t group = frame.cols >= kMostAdded * kCoaddLanes ? step : step * (kMostAdded * kCoaddLanes / frame.cols);
     flux *= model.light_scale;
@@ -144,19 +143,20 @@ struct Limits {
     float light, x, y, square, most;
 };
 
-// Of the pixels of a block, what exceeds its limit: a pixel is left out if it is above 0. far: none saturates that is not
-// far beyond the model.
+// Of the pixels of a block, what exceeds its limit: a pixel is left out if it is above 0. far: none saturates that is
+// not far beyond the model.
 template <bool uniform, bool far, bool whole>
-__attribute__((always_inline)) inline Vector excess_of(const CoaddFrame &frame, const CoaddModel &model, const CoaddPixels &pixels,
-                        const Limits &limits, size_t r, size_t c) noexcept {
+__attribute__((always_inline)) inline Vector excess_of(const CoaddFrame &frame, const CoaddModel &model,
+                                                       const CoaddPixels &pixels, const Limits &limits, size_t r,
+                                                       size_t c) noexcept {
     const Block<uniform, whole> at(frame, model, pixels, r, c);
     const Vector m = larger(limits.light * at.light + limits.x * at.x + limits.y * at.y, all(pixels.least));
     const Vector residual = (at.n * at.gain - at.offset) - m, square = limits.square * at.spread;
     const Vector poisson = m + larger(residual, Vector{}) * (1.0f / 3);
     Vector excess = residual * residual - (square * poisson + limits.square * at.added);
     if (!far) {
-        const Vector room = pixels.limit * at.spread - m, size = larger(room, -room);
-        excess = larger(larger(excess, at.n - limits.most), 25 * (m * at.spread + at.added) - room * size);
+        const Vector margin = pixels.limit * at.spread - m, size = larger(margin, -margin);
+        excess = larger(larger(excess, at.n - limits.most), 25 * (m * at.spread + at.added) - margin * size);
     }
     return uniform ? excess : at.added < kCoaddUnused ? excess : Vector{};
 }

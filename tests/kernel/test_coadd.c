@@ -48,8 +48,8 @@ static void make(const size_t *shape, size_t stride, int uniform_pixels) {
             if (!uniform_pixels && p % 31 == 7)
                 arrays[3 * pixels + p] = kUnused;
             const double photons = light_of(size, r * stride + c);
-            const double value = (photons + 4 * sqrt(photons) * uniform_signed(&state) +
-                                  (double)arrays[pixels + p]) / (double)arrays[p];
+            const double value =
+                (photons + 4 * sqrt(photons) * uniform_signed(&state) + (double)arrays[pixels + p]) / (double)arrays[p];
             counts[r * shape[2] + c] = (uint16_t)fmax(0, rint(value));
         }
     counts[shape[2] + 2] = 3000;
@@ -74,7 +74,8 @@ TEST(sums_are_those_of_a_plain_loop) {
                                                                      (double)arrays[3 * pixels + p]);
                         const double n = counts[r * shape[2] + c];
                         const double d = n * (double)arrays[p] - (double)arrays[pixels + p] - m;
-                        const double terms[SUMS] = {l * l, l * x, l * y, x * x, x * y, y * y, l * d, x * d, y * d, d * d};
+                        const double terms[SUMS] = {l * l, l * x, l * y, x * x, x * y,
+                                                    y * y, l * d, x * d, y * d, d * d};
                         for (size_t k = 0; k < SUMS; k++) {
                             expected[k] += w * terms[k];
                             magnitude[k] += w * fabs(terms[k]);
@@ -83,8 +84,8 @@ TEST(sums_are_those_of_a_plain_loop) {
                 double first[SUMS];
                 for (int isa = 0; isa < shim_isas(); isa++) {
                     double sums[SUMS];
-                    shim_coadd_accumulate(isa, counts, shape, images, stride, kScales, arrays, limits, kFlux, start, step,
-                                          sums);
+                    shim_coadd_accumulate(isa, counts, shape, images, stride, kScales, arrays, limits, kFlux, start,
+                                          step, sums);
                     for (size_t k = 0; k < SUMS; k++)
                         assert_close(sums[k], expected[k], 0, 2e-6 * magnitude[k]);
                     if (isa == 0)
@@ -109,15 +110,16 @@ TEST(pixels_beyond_the_limit_are_found) {
                 for (size_t c = 0; c < shape[1]; c++) {
                     const size_t i = r * stride + c, p = r * shape[1] + c;
                     const double a = (double)arrays[2 * pixels + p], b = (double)arrays[3 * pixels + p];
-                    const double m = fmax(0.5, (double)kFitted[0] * light_of(size, i) +
-                                                   (double)kFitted[1] * slope_of(size, i, 1) +
-                                                   (double)kFitted[2] * slope_of(size, i, 2));
+                    const double m =
+                        fmax(0.5, (double)kFitted[0] * light_of(size, i) + (double)kFitted[1] * slope_of(size, i, 1) +
+                                      (double)kFitted[2] * slope_of(size, i, 2));
                     const double v = m * a + b, n = counts[r * shape[2] + c];
-                    const double d = n * (double)arrays[p] - (double)arrays[pixels + p] - m, room = limit * a - m;
-                    const double beyond = d * d - LIMIT * (v + fmax(d, 0) * a / 3), full = 25 * v - room * fabs(room);
+                    const double d = n * (double)arrays[p] - (double)arrays[pixels + p] - m, margin = limit * a - m;
+                    const double beyond = d * d - LIMIT * (v + fmax(d, 0) * a / 3),
+                                 full = 25 * v - margin * fabs(margin);
                     if (b > 1e29)
                         continue;
-                    if (fabs(beyond) < 1e-4 * LIMIT * v || fabs(full) < 1e-4 * (25 * v + room * room))
+                    if (fabs(beyond) < 1e-4 * LIMIT * v || fabs(full) < 1e-4 * (25 * v + margin * margin))
                         unclear++;
                     if (beyond > 0 || n >= 4095 || full > 0)
                         expected[count++] = (uint32_t)p;
@@ -126,14 +128,14 @@ TEST(pixels_beyond_the_limit_are_found) {
             assert_true(count >= 2 && (count > 3 || far || pixels < 100));
             for (int isa = 0; isa < shim_isas(); isa++) {
                 uint32_t found[MOST] = {0};
-                assert_int_equal(shim_coadd_test(isa, counts, shape, images, stride, kScales, arrays, limits, kFitted,
-                                                 found, MOST),
-                                 count);
+                assert_int_equal(
+                    shim_coadd_test(isa, counts, shape, images, stride, kScales, arrays, limits, kFitted, found, MOST),
+                    count);
                 assert_memory_equal(found, expected, count * sizeof *found);
                 uint32_t few[2] = {0, 77};
-                assert_int_equal(shim_coadd_test(isa, counts, shape, images, stride, kScales, arrays, limits, kFitted,
-                                                 few, 1),
-                                 count);
+                assert_int_equal(
+                    shim_coadd_test(isa, counts, shape, images, stride, kScales, arrays, limits, kFitted, few, 1),
+                    count);
                 assert_true(few[0] == expected[0] && few[1] == 77);
             }
         }

@@ -11,8 +11,8 @@ enum { COADD_SIDE = 64, COADD_PIXELS = COADD_SIDE * COADD_SIDE, COADD_BIAS = 100
 
 static inline toliman_sim *coadd_sim(const char *detector) {
     char *const text = EDITED(kBinaryScene, {"'relative_flux': 3}", "'photons_per_s': 3e7}"},
-                              {"5260}}}", "5260}, 'photons_per_s': 1e7}}"}, {"'peak_photons': 1e5", "'exposure_s': 0.01"},
-                              {"'pixel_scale_arcsec': 0.2}", detector});
+                              {"5260}}}", "5260}, 'photons_per_s': 1e7}}"},
+                              {"'peak_photons': 1e5", "'exposure_s': 0.01"}, {"'pixel_scale_arcsec': 0.2}", detector});
     toliman_sim *const sim = sim_of(text);
     free(text);
     return sim;
@@ -50,9 +50,15 @@ static inline void coadd_draw(const double *expected, uint64_t *state, uint16_t 
 }
 
 static inline toliman_frame coadd_frame(const uint16_t *counts, int64_t camera_ns) {
-    return (toliman_frame){.struct_size = sizeof(toliman_frame), .pixel = TOLIMAN_PIXEL_U16, .session = "night",
-                           .roi = "centre", .camera_ns = camera_ns, .pixels = counts, .rows = COADD_SIDE,
-                           .cols = COADD_SIDE, .exposure_s = 0.005};
+    return (toliman_frame){.struct_size = sizeof(toliman_frame),
+                           .pixel = TOLIMAN_PIXEL_U16,
+                           .session = "night",
+                           .roi = "centre",
+                           .camera_ns = camera_ns,
+                           .pixels = counts,
+                           .rows = COADD_SIDE,
+                           .cols = COADD_SIDE,
+                           .exposure_s = 0.005};
 }
 
 static inline toliman_coadd_outcome coadd_add(toliman_coadd *coadd, const uint16_t *counts, int64_t camera_ns) {

@@ -104,12 +104,12 @@ TEST(sums_are_exact) {
     assert_close(sum.y_px, (double)(mean[1] / all), 0, 1e-11);
     const toliman_spread *const spread = frame.spread;
     assert_close(spread->frames, FRAMES, 0, 0);
-    assert_close(spread->xx_px2 + sum.registration_xx_px2,
-                 (double)(second[0] / all - mean[0] * mean[0] / all / all), 0, 1e-10);
-    assert_close(spread->yy_px2 + sum.registration_yy_px2,
-                 (double)(second[1] / all - mean[1] * mean[1] / all / all), 0, 1e-10);
-    assert_close(spread->xy_px2 + sum.registration_xy_px2,
-                 (double)(second[2] / all - mean[0] * mean[1] / all / all), 0, 1e-10);
+    assert_close(spread->xx_px2 + sum.registration_xx_px2, (double)(second[0] / all - mean[0] * mean[0] / all / all), 0,
+                 1e-10);
+    assert_close(spread->yy_px2 + sum.registration_yy_px2, (double)(second[1] / all - mean[1] * mean[1] / all / all), 0,
+                 1e-10);
+    assert_close(spread->xy_px2 + sum.registration_xy_px2, (double)(second[2] / all - mean[0] * mean[1] / all / all), 0,
+                 1e-10);
     const uint32_t *const counts = frame.pixels;
     for (int p = 0; p < COADD_PIXELS; p++) {
         uint32_t plain = 0;
@@ -302,8 +302,9 @@ TEST(sums_end_when_the_stars_have_moved) {
 }
 
 TEST(saved_sums_continue) {
-    toliman_coadd *const whole = coadd_of(fit, (toliman_coadd_options){0}),
-                  *const second = coadd_of(fit, (toliman_coadd_options){.gap_s = 3});
+    toliman_coadd *const whole = coadd_of(fit, (toliman_coadd_options){0}), *const second = coadd_of(
+                                                                                fit,
+                                                                                (toliman_coadd_options){.gap_s = 3});
     size_t sizes[3];
     uint8_t *half = NULL;
     for (int k = 0; k < FRAMES; k++) {

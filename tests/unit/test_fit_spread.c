@@ -32,8 +32,8 @@ static double kappa(double (*p)[2], int a, int b) {
     const double m = moment(p, a, b);
     const int n = a + b;
     /* Sums over all partitions of a x and b y into blocks, blocks of one being 0. */
-    static const double kChoose[7][7] = {{1}, {1, 1}, {1, 2, 1}, {1, 3, 3, 1}, {1, 4, 6, 4, 1}, {1, 5, 10, 10, 5, 1},
-                                         {1, 6, 15, 20, 15, 6, 1}};
+    static const double kChoose[7][7] = {
+        {1}, {1, 1}, {1, 2, 1}, {1, 3, 3, 1}, {1, 4, 6, 4, 1}, {1, 5, 10, 10, 5, 1}, {1, 6, 15, 20, 15, 6, 1}};
     if (n == 3)
         return m;
     /* m_ab = sum over the block that contains the first x (or y): i x and j y more. */
@@ -51,8 +51,11 @@ static double kappa(double (*p)[2], int a, int b) {
 }
 
 static toliman_spread spread_of(double (*places)[2]) {
-    toliman_spread spread = {.struct_size = sizeof spread, .frames = PLACES, .xx_px2 = moment(places, 2, 0),
-                             .yy_px2 = moment(places, 0, 2), .xy_px2 = moment(places, 1, 1)};
+    toliman_spread spread = {.struct_size = sizeof spread,
+                             .frames = PLACES,
+                             .xx_px2 = moment(places, 2, 0),
+                             .yy_px2 = moment(places, 0, 2),
+                             .xy_px2 = moment(places, 1, 1)};
     int i = 0;
     for (int n = 3; n <= 6; n++)
         for (int b = 0; b <= n; b++)
@@ -117,11 +120,18 @@ TEST(a_normal_spread_is_the_jitter_of_a_scene) {
     assert_ok(toliman_fit_predict(fit, &place, image, COADD_SIDE, NULL, NULL));
     memset(other, 0, sizeof other);
     /* Gauss-Hermite quadrature of order 9 along both axes of the ellipse */
-    static const double node[9] = {0, 0.7235510187528376, 1.4685532892166679, 2.2665805845318431, 3.1909932017815276,
-                                   -0.7235510187528376, -1.4685532892166679, -2.2665805845318431, -3.1909932017815276};
-    static const double weight[9] = {0.7202352156060510, 0.4326515590025558, 0.08847452739437657, 0.004943624275536947,
-                                     3.960697726326438e-05, 0.4326515590025558, 0.08847452739437657,
-                                     0.004943624275536947, 3.960697726326438e-05};
+    static const double node[9] = {0,
+                                   0.7235510187528376,
+                                   1.4685532892166679,
+                                   2.2665805845318431,
+                                   3.1909932017815276,
+                                   -0.7235510187528376,
+                                   -1.4685532892166679,
+                                   -2.2665805845318431,
+                                   -3.1909932017815276};
+    static const double weight[9] = {0.7202352156060510,   0.4326515590025558,    0.08847452739437657,
+                                     0.004943624275536947, 3.960697726326438e-05, 0.4326515590025558,
+                                     0.08847452739437657,  0.004943624275536947,  3.960697726326438e-05};
     const double pi = 3.14159265358979323846, lower = 0.02 / 0.3, rest = sqrt(0.05 - lower * lower);
     for (int i = 0; i < 9; i++)
         for (int j = 0; j < 9; j++) {
@@ -178,8 +188,8 @@ TEST(impossible_spreads_are_refused) {
     }
     const toliman_spread spread = {.struct_size = sizeof spread};
     const toliman_fit_prediction place = {.struct_size = sizeof place, .spread = &spread};
-    const toliman_fit_prediction sum = {.struct_size = sizeof sum, .spread = &(toliman_spread){.struct_size = sizeof spread,
-                                                                                              .frames = 2}};
+    const toliman_fit_prediction sum = {.struct_size = sizeof sum,
+                                        .spread = &(toliman_spread){.struct_size = sizeof spread, .frames = 2}};
     toliman_coadd *coadd = NULL;
     assert_ok(toliman_coadd_create(fit, &place, NULL, &coadd)); /* one frame that does not move */
     toliman_coadd_destroy(coadd), coadd = NULL;

@@ -17,8 +17,8 @@ static char *mission(void) {
 
 static void draw(const toliman_fit *fit, double jitter, int rays, uint64_t *state, uint16_t *counts) {
     static double image[PIXELS];
-    const toliman_fit_prediction place = {.struct_size = sizeof place, .x_px = jitter * noise(state),
-                                          .y_px = jitter * noise(state)};
+    const toliman_fit_prediction place = {
+        .struct_size = sizeof place, .x_px = jitter * noise(state), .y_px = jitter * noise(state)};
     assert_ok(toliman_fit_predict(fit, &place, image, SIDE, NULL, NULL));
     for (int p = 0; p < PIXELS; p++)
         counts[p] = (uint16_t)fmax(0, rint(image[p] + sqrt(fmax(0, image[p] - 100) + 1.7) * noise(state)));
@@ -42,9 +42,14 @@ static void measure(const char *what, toliman_coadd *coadd, const uint16_t *fram
     for (int pass = 0; pass < PASSES; pass++) {
         double start = processor_s();
         for (int k = 0; k < count; k++) {
-            const toliman_frame frame = {.struct_size = sizeof frame, .pixel = TOLIMAN_PIXEL_U16, .session = "bench",
-                                         .roi = "centre", .camera_ns = k * INT64_C(10000000),
-                                         .pixels = frames + (size_t)k * PIXELS, .rows = SIDE, .cols = SIDE,
+            const toliman_frame frame = {.struct_size = sizeof frame,
+                                         .pixel = TOLIMAN_PIXEL_U16,
+                                         .session = "bench",
+                                         .roi = "centre",
+                                         .camera_ns = k * INT64_C(10000000),
+                                         .pixels = frames + (size_t)k * PIXELS,
+                                         .rows = SIDE,
+                                         .cols = SIDE,
                                          .exposure_s = 0.005};
             toliman_coadd_outcome outcome = {.struct_size = sizeof outcome};
             assert_ok(toliman_coadd_add(coadd, &frame, &outcome));
@@ -60,9 +65,10 @@ static void measure(const char *what, toliman_coadd *coadd, const uint16_t *fram
         reads[pass] = (processor_s() - start) / count;
     }
     const timing spent = timing_of(times, PASSES), read = timing_of(reads, PASSES);
-    printf("{\"part\": \"coadd\", \"what\": \"%s\", \"frames\": %d, \"added\": %d, \"seconds\": %.5g, \"spread\": %.2g, "
-           "\"roofline\": %.5g, \"sum\": %d}\n",
-           what, count, added / PASSES, spent.median, spent.spread, read.median, (int)(sum & 1));
+    printf(
+        "{\"part\": \"coadd\", \"what\": \"%s\", \"frames\": %d, \"added\": %d, \"seconds\": %.5g, \"spread\": %.2g, "
+        "\"roofline\": %.5g, \"sum\": %d}\n",
+        what, count, added / PASSES, spent.median, spent.spread, read.median, (int)(sum & 1));
     fflush(stdout);
 }
 

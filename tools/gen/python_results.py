@@ -92,6 +92,8 @@ WORDS = {
     "stamp": "TOLIMAN_FRAME_STAMP",
     "observer": "TOLIMAN_SKY_OBSERVER",
     "goodness": "TOLIMAN_GOODNESS",
+    "toliman_coadd_outcome.verdict": "TOLIMAN_COADD_VERDICT",
+    "toliman_coadd_outcome.reason": "TOLIMAN_COADD_REASON",
     "calibration": "TOLIMAN_SIM_CALIBRATION",
     "calibration_goodness": "TOLIMAN_GOODNESS",
     "cause": "TOLIMAN_SKY_CAUSE",
@@ -155,14 +157,17 @@ def members(model, item, field):
             bit = model.by_name[constant]
             yield constant.split("_", 2)[2].lower(), "bool", bit.doc or bit.heading, f", flag={bit.value}"
     elif name in WORDS and kind.base != "char":
-        doc = re.sub(r"\w+, \.\.\.|\w*_?\.\.\.", f"{WORDS[name]}_... as a word", field.doc)
-        yield name, "str", doc, f', words="{WORDS[name]}"'
+        words = WORDS.get(f"{item.name}.{name}", WORDS[name])
+        doc = re.sub(r"\w+, \.\.\.|\w*_?\.\.\.", f"{words}_... as a word", field.doc)
+        yield name, "str", doc, f', words="{words}"'
     elif name in SWITCHES or f"{item.name}.{name}" in SWITCHES:
         yield name, "bool", field.doc.removeprefix("1: "), ""
     elif name in NAMES:
         yield name, "tuple[str, ...]", NAMES[name], ""
     elif kind.base == "char":
         yield name, "str", field.doc, ""
+    elif kind.pointers:
+        return  # an array of the object, which a module copies
     elif kind.array:
         number = "float" if kind.base == "double" else "int"
         yield name, f"tuple[{number}, ...]", field.doc, ""

@@ -1,6 +1,7 @@
 """Predictions of frames, and arrays of results, for fits and banks."""
 from __future__ import annotations
 
+import ctypes
 import typing
 
 import numpy
@@ -8,23 +9,34 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._arguments import array_of, has_shape, plain, real, shaped
+from ._spread import Spread
+
+# The numbers of a prediction: numpy has no type for its pointer.
+_MEMBERS = ("time_days", "x_px", "y_px", "separation_px", "position_angle_deg")
+_NUMBERS = numpy.dtype({"names": _MEMBERS, "formats": [numpy.float64] * len(_MEMBERS),
+                        "offsets": [getattr(_raw.toliman_fit_prediction, name).offset for name in _MEMBERS],
+                        "itemsize": ctypes.sizeof(_raw.toliman_fit_prediction)})
 
 FRAMES_PER_CALL = 64  # progress and Ctrl-C are checked after each call
 
 
-def prediction_of(time_days: float, shift: tuple[float, float], separation: float, position_angle: float) -> typing.Any:
+def prediction_of(time_days: float, shift: tuple[float, float], separation: float, position_angle: float,
+                  spread: Spread | None = None) -> typing.Any:
     """A struct for one frame."""
     x, y = shaped("shift", shift, (2,))
-    return _raw.toliman_fit_prediction(time_days=real("time_days", time_days), x_px=x, y_px=y,
+    made = _raw.toliman_fit_prediction(time_days=real("time_days", time_days), x_px=x, y_px=y,
                                        separation_px=real("separation", separation),
                                        position_angle_deg=real("position_angle", position_angle))
+    if spread is not None:
+        made.spread = ctypes.pointer(spread.struct())
+    return made
 
 
 def predictions_of(count: int, times_days: ArrayLike, shifts: ArrayLike, separations: ArrayLike,
                    position_angles: ArrayLike) -> typing.Any:
     """An array of structs from one number per frame, or one for all."""
     made = array_of(_raw.toliman_fit_prediction, count)
-    rows = numpy.ctypeslib.as_array(made)[:count]
+    rows = numpy.frombuffer(made, _NUMBERS, count)
     for member, name, values in (("time_days", "times_days", times_days), ("separation_px", "separations", separations),
                                  ("position_angle_deg", "position_angles", position_angles)):
         numbers = plain(name, values)

@@ -2,7 +2,8 @@
 from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
                        UnsupportedError, WriteError, abi_version, library_path, netcdf_version, version)
 from ._results import (Alias, BankInfo, BankNetwork, BankPlan, BankResult, Bounds, BudgetRow, BudgetStep, BudgetSummary,
-                       CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow, ComponentsInfo,
+                       CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow, CoaddInfo, CoaddOutcome, CoaddSum,
+                       ComponentsInfo,
                        ComponentsTraining, Diagnosis, FitInfo, FitResult, FolderGoodness, FrameGoodness, HeaderTime, Hypothesis,
                        Machine, MaskInfo, MeasureFunction, MeasureInfo, Model, NetworkInfo, Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, PlanetInfo,
                        PlanetLimit, Refit, Sampling,
@@ -12,6 +13,8 @@ from .budget import Budget
 from .cae import CAE, Reconstruction
 from .calibration import Calibration, calibrate
 from ._goodness import FitWarning
+from ._spread import Spread
+from .coadd import Coadd
 from .fit import Fit
 from .ingest import Pair, PairEvent
 from .linear import Components, Template
@@ -32,12 +35,12 @@ __all__ = [
     "AccuracyWarning", "Alias", "Bank", "BankInfo", "BankNetwork", "BankPlan", "BankResult", "Bounds", "Budget", "BudgetRow",
     "BudgetStep", "BudgetSummary", "CAE", "Calibration", "CalibrationInfo", "CalibrationStep", "CalibrationValue",
     "CalibrationWindow", "Cancelled", "CapacityError",
-    "Components", "ComponentsInfo", "ComponentsTraining", "DesignedMask", "Diagnosis", "Error", "Estimate", "Fit", "FitInfo", "FitResult",
+    "Coadd", "CoaddInfo", "CoaddOutcome", "CoaddSum", "Components", "ComponentsInfo", "ComponentsTraining", "DesignedMask", "Diagnosis", "Error", "Estimate", "Fit", "FitInfo", "FitResult",
     "FitWarning", "FolderGoodness", "Frame", "FrameGoodness", "Grid", "HeaderTime", "Hypothesis",
     "InputError", "LostError", "Machine", "MaskInfo", "MeasureFunction", "MeasureInfo", "Measurements", "Model", "NetworkInfo", "NoiseSearch", "NoMemoryError", "NotFoundError", "Outcome",
     "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "Planet", "PlanetInfo", "PlanetLimit",
     "Planets", "REASONS", "Reconstruction", "Refit",
-    "Sampling", "SceneInfo", "Simulator", "Sky", "SkyInfo", "SkyPrediction", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
+    "Sampling", "SceneInfo", "Simulator", "Sky", "SkyInfo", "SkyPrediction", "Spectrum", "Spread", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
     "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "bootstrap_correlated", "calibrate", "design_mask", "library_path", "netcdf_version",
     "machine", "parameters", "parse_time", "period", "plan", "planets", "read_clock", "read_header", "read_on_target", "search_correlated", "shipped_scenes", "suited_grid",
     "version",

@@ -16,6 +16,7 @@ from ._pixels import frames_of, image_of
 from ._predictions import FRAMES_PER_CALL, prediction_of, predictions_of, structured
 from ._progress import Progress, Watch
 from ._results import FitInfo, FitResult, Parameter
+from ._spread import Spread
 from .sim import Simulator
 
 class Fit(Handle):
@@ -84,13 +85,14 @@ class Fit(Handle):
                                                      self._c)]
 
     def frame(self, frame: ArrayLike, *, time_days: float = 0, shift: tuple[float, float] = (0, 0),
-              separation: float = 0, position_angle: float = 0) -> tuple[FitResult, Doubles, Doubles]:
-        """Fits one frame [row][column]. Returns the result, the values of the parameters [n], and their covariance
+              separation: float = 0, position_angle: float = 0,
+              spread: Spread | None = None) -> tuple[FitResult, Doubles, Doubles]:
+        """Fits one frame [row][column], or with spread a sum of frames. Returns the result, the values of the parameters [n], and their covariance
         [n][n]. The numbers of a frame that did not converge are NaN. Issues a FitWarning if the goodness is "poor" or
         "too good"."""
         image, array = image_of(shaped("frame", frame, self.shape)[None])
         result, (values, covariance) = _raw.toliman_fit_result(), self._numbers()
-        prediction = prediction_of(time_days, shift, separation, position_angle)
+        prediction = prediction_of(time_days, shift, separation, position_angle, spread)
         check(library.toliman_fit_frame(self._c, ctypes.byref(image), 1, ctypes.byref(prediction), ctypes.byref(result),
                                         pointer(values), pointer(covariance)))
         warn_of(structured((_raw.toliman_fit_result * 1)(result)), stacklevel=3)
@@ -121,11 +123,11 @@ class Fit(Handle):
         return found
 
     def predict(self, *, time_days: float = 0, shift: tuple[float, float] = (0, 0), separation: float = 0,
-                position_angle: float = 0) -> tuple[Doubles, Doubles, Doubles]:
-        """Returns the expected frame [row][column], the values of the parameters [n], and the covariance [n][n] of their
+                position_angle: float = 0, spread: Spread | None = None) -> tuple[Doubles, Doubles, Doubles]:
+        """Returns the expected frame [row][column], or with spread the expected sum, the values of the parameters [n], and the covariance [n][n] of their
         fit, the Cramer-Rao bound."""
         image, (values, covariance) = numpy.empty(self.shape), self._numbers()
-        prediction = prediction_of(time_days, shift, separation, position_angle)
+        prediction = prediction_of(time_days, shift, separation, position_angle, spread)
         check(library.toliman_fit_predict(self._c, ctypes.byref(prediction), pointer(image), self.shape[1],
                                           pointer(values), pointer(covariance)))
         return image, values, covariance

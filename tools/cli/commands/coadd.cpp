@@ -33,7 +33,8 @@ double seconds_of(const char *option, const std::string &text) {
             return value * length;
     }
     if (!text.empty())
-        throw Failure(kExitUsage, std::string(option) + " " + text + ": must be a time above 0 such as 90s, 10min, 1h or 1d");
+        throw Failure(kExitUsage,
+                      std::string(option) + " " + text + ": must be a time above 0 such as 90s, 10min, 1h or 1d");
     return 0;
 }
 
@@ -98,8 +99,8 @@ void coadd(Options &options, Progress &progress) {
                              settings.frames.exposure_s),
                    info.digest);
     if (files.resumes())
-        progress.tell(formatted("%s: continues after %lld sums", options.out.c_str(),
-                                static_cast<long long>(files.sums())));
+        progress.tell(
+            formatted("%s: continues after %lld sums", options.out.c_str(), static_cast<long long>(files.sums())));
     Adding adding(std::move(adder), files, settings, progress);
     try {
         Downlink(options.input, adding).read();
@@ -120,31 +121,42 @@ void add_coadd(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "coadd");
     auto options = std::make_shared<Options>();
     InputOptions &input = options->input;
-    add_option(command, "--fit", options->scene, "SCENE", "scene of one short frame, on whose model frames are registered")
+    add_option(command, "--fit", options->scene, "SCENE",
+               "scene of one short frame, on whose model frames are registered")
         ->required();
     add_option(command, "--out", options->out, "FOLDER", "folder of the sums, which is created")->required();
-    add_option(command, "--session", options->session, "NAME", "session of the sums and name of their files, default sums");
+    add_option(command, "--session", options->session, "NAME",
+               "session of the sums and name of their files, default sums");
     add_option(command, "--every", options->every, "TIME",
                "a sum ends at multiples of this camera time: 90s, 10min, 1h, 1d; default: no limit");
     add_option(command, "--gap", options->gap, "TIME", "a sum ends at a longer pause; default: no limit");
-    command->add_option("--motion", options->motion, "a sum ends when the stars have moved by this many px; default: no limit")
+    command
+        ->add_option("--motion", options->motion,
+                     "a sum ends when the stars have moved by this many px; default: no limit")
         ->check(CLI::Range(1e-6, 16.0));
-    command->add_option("--range", options->range, "largest shift of the stars from their predicted places, px, default 4")
+    command
+        ->add_option("--range", options->range, "largest shift of the stars from their predicted places, px, default 4")
         ->check(CLI::Range(1u, 14u));
-    add_option(command, "--shift", options->shift, "X:Y", "predicted shift of the stars from their places in the scene, px");
+    add_option(command, "--shift", options->shift, "X:Y",
+               "predicted shift of the stars from their places in the scene, px");
     command->add_option("--days", options->days, "time of the frames for moving stars, days of scene time, default 0");
     command->add_option("--chi-limit", options->chi, "largest chi-square of a frame, default 1.5")
         ->check(CLI::Range(1.0001, 1e6));
-    command->add_option("--exposure", options->exposure, "length of an exposure, s, default cadence.exposure_s of the scene")
+    command
+        ->add_option("--exposure", options->exposure,
+                     "length of an exposure, s, default cadence.exposure_s of the scene")
         ->check(CLI::PositiveNumber);
     add_bad_pixels(*command, options->bad_pixels);
     add_choice(command, "--dtype", input.dtype, {"u16le", "u32le"}, "pixel type of raw pairs, required for them");
-    command->add_option("--cadence", input.dated.cadence, "seconds from frame to frame of .npy and FITS files without times")
+    command
+        ->add_option("--cadence", input.dated.cadence,
+                     "seconds from frame to frame of .npy and FITS files without times")
         ->check(CLI::PositiveNumber);
     add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
                "leap-seconds.list of the IERS, default the table of ERFA");
     command->add_option("--jobs", options->jobs, "threads that prepare the model images, default one per processor");
-    command->add_flag("--follow", input.follow, "wait for folders and pairs to grow, until stopped by SIGINT or SIGTERM");
+    command->add_flag("--follow", input.follow,
+                      "wait for folders and pairs to grow, until stopped by SIGINT or SIGTERM");
     command->add_flag("--strict", options->strict, "exit with code 4 if a frame was left out");
     add_option(command, "INPUT", input.inputs, "",
                "raw pairs, folders of pairs, .npy and FITS files; - reads their names from standard input")

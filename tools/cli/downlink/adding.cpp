@@ -36,8 +36,7 @@ std::string verdict_text(const toliman_coadd_outcome &outcome) {
 
 } // namespace
 
-Adding::Adding(toliman::frame_adder &&adder, SumFiles &files, const toliman_track_options &settings,
-               Progress &progress)
+Adding::Adding(toliman::frame_adder &&adder, SumFiles &files, const toliman_track_options &settings, Progress &progress)
     : adder_(std::move(adder)), files_(files), settings_(settings), progress_(progress), warnings_(progress),
       saved_(std::chrono::steady_clock::now()) {
     if (files_.resumes())

@@ -26,9 +26,9 @@ class Adding : public FrameSink {
     void count_skipped(int64_t frames) noexcept override { skipped_ += frames; }
     void wait() override;
 
-    void finish(); // ends the last sum
-    void save();   // the state
-    void end();    // tells the counts of this run
+    void finish();                                        // ends the last sum
+    void save();                                          // the state
+    void end();                                           // tells the counts of this run
     int64_t damaged() const noexcept { return damaged_; } // frames and inputs of this run, for --strict
 
   private:

@@ -101,8 +101,7 @@ FrameTimes DatedFiles::times_of(FrameFile &file, const Span &span) {
                       path + ": its time (" + times.rule() +
                           ") is TAI, but the state folder has a clock table: give a folder without --clock");
     if (is_fits(path))
-        sink_.report(times.is_assumed() ? Severity::warning : Severity::note, "time", path,
-                         "time by " + times.rule());
+        sink_.report(times.is_assumed() ? Severity::warning : Severity::note, "time", path, "time by " + times.rule());
     if (times.by_cadence())
         warn_of_overlap(span, times);
     return times;
@@ -123,8 +122,8 @@ void DatedFiles::warn_of_overlap(Span span, const FrameTimes &times) {
     const auto other = std::find_if(spans_.begin(), spans_.end(), overlaps);
     if (other != spans_.end())
         sink_.report(Severity::warning, "same times", span.path,
-                         "its times by --cadence overlap those of " + other->path +
-                             ": FRAME1 or a time in the header of a FITS file distinguishes them");
+                     "its times by --cadence overlap those of " + other->path +
+                         ": FRAME1 or a time in the header of a FITS file distinguishes them");
     spans_.push_back(span);
 }
 

@@ -1,6 +1,6 @@
-// Method: a sum is appended to the pair and synced, then the state that contains it is renamed into its place. A process
-// that dies between the two leaves a sum that the state does not know: the next one truncates the pair to the sizes of
-// the state, adds the frames since then again, and writes the same bytes.
+// Method: a sum is appended to the pair and synced, then the state that contains it is renamed into its place. A
+// process that dies between the two leaves a sum that the state does not know: the next one truncates the pair to the
+// sizes of the state, adds the frames since then again, and writes the same bytes.
 #include "downlink/sum_files.hpp"
 
 #include <cerrno>
@@ -82,8 +82,9 @@ SumFiles::SumFiles(const std::string &folder, const std::string &session, const 
         if (!resumes() && size > 0)
             throw Failure(kExitOutput, path(ends[i]) + ": exists already: give another --session, or remove it first");
         if (size < files[i].second)
-            malformed(path(ends[i]), "is shorter than " + path(kState) + " says: sums are lost; move both away and "
-                                     "begin again with the frames");
+            malformed(path(ends[i]), "is shorter than " + path(kState) +
+                                         " says: sums are lost; move both away and "
+                                         "begin again with the frames");
         if (size > files[i].second && ::ftruncate(files[i].first, files[i].second) != 0)
             unwritable(path(ends[i]));
     }

@@ -1,0 +1,123 @@
+"""coadd: sums of simulated frames against numpy, what encode and track make of them, and kills at random moments.
+
+Long version: TOLIMAN_KILLS=200 (make target campaign: CONTRIBUTING.md)."""
+import json
+import os
+import random
+import subprocess
+import time
+import unittest
+
+import numpy
+
+from program import PROGRAM, ProgramTest
+
+KILLS = int(os.environ.get("TOLIMAN_KILLS", 4))
+FRAMES = 600
+SCENE = {
+    "schema": "toliman-scene/1", "name": "frame",
+    "telescope": {"aperture_m": 0.125, "secondary_m": 0.01875, "pupil_samples": 96,
+                  "struts": {"count": 3, "width_m": 0.002},
+                  "mask": {"kind": "spiral", "edges": "cell", "opd_nm": 297.5,
+                           "terms": [{"a": 0.819, "f": 2.918, "m": -7, "p": 4.874}, {"a": 0.93, "f": 1.829, "m": 5}]}},
+    "band": {"min_nm": 550, "max_nm": 600, "step_nm": 12.5},
+    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "photons_per_s": 6e7},
+              "B": {"spectrum": {"kind": "blackbody", "temperature_k": 5260}, "photons_per_s": 2e7}},
+    "binary": {"separation_arcsec": 4, "position_angle_deg": 30},
+    "cadence": {"frames": FRAMES, "interval_days": 1 / 86400, "exposure_s": 0.005},
+    "detector": {"shape": [64, 64], "pixel_scale_arcsec": 0.2, "bit_depth": 12, "bias_dn": 100, "gain_e_per_dn": 1},
+    "noise": {"photon": True, "read_e": 1.3, "seed": 5},
+    "systematics": {"pointing_rms_px": 0.3},
+}
+
+
+class Coadd(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        (self.folder / "s.json").write_text(json.dumps(SCENE))
+        self.succeed("simulate", "s.json", "--out", "in", "--session", "night", "--dtype", "u16le")
+
+    def command(self, out, *more):
+        return [PROGRAM, "coadd", "--fit", "s.json", "--every", "2min", "--dtype", "u16le", "--out", out, *more, "in"]
+
+    def sums(self, out):
+        counts = numpy.fromfile(self.folder / out / "sums_frames.bin", "<u4").reshape(-1, 64, 64)
+        return counts, [json.loads(line) for line in (self.folder / out / "sums_meta.jsonl").read_text().splitlines()]
+
+    def test_sums_are_those_of_numpy(self):
+        done = subprocess.run(self.command("out"), cwd=self.folder, check=True, capture_output=True, text=True)
+        frames = numpy.fromfile(self.folder / "in/night_frames.bin", "<u2").reshape(-1, 64, 64).astype(numpy.uint32)
+        counts, lines = self.sums("out")
+        reports = [json.loads(line) for line in done.stdout.splitlines()]
+        self.assertEqual([line["frames"] for line in lines], [120] * 5)
+        self.assertEqual([report["frames"] for report in reports], [120] * 5)
+        self.assertEqual([report["cosmic_rays"] + report["saturated"] for report in reports], [0] * 5)
+        numpy.testing.assert_array_equal(counts, frames.reshape(5, 120, 64, 64).sum(1))
+        for number, line in enumerate(lines):
+            middle = line["timestamp_ns"] * 1e-9 + line["exposure_s"] / 2
+            self.assertAlmostEqual(middle, 120 * number + 59.5, delta=0.3)  # weighted by photons
+            self.assertAlmostEqual(line["jitter_px2"][0], 0.09, delta=6 * 0.09 * (2 / 120) ** 0.5)
+            start = line["timestamp_ns"] * 1e-9
+            self.assertAlmostEqual(start + line["on_target_s"][0], 120 * number - 0.0025, delta=1e-6)
+            self.assertAlmostEqual(start + line["on_target_s"][-1], 120 * number + 119.0025, delta=1e-6)
+
+    def test_track_takes_sums(self):
+        subprocess.run(self.command("out"), cwd=self.folder, check=True, capture_output=True)
+        self.succeed("track", "--fit", "s.json", "--sigma", "2e-4", "--state", "state", "--dtype", "u32le",
+                     "--mission-days", "1", "out")
+        series = self.succeed("status", "state", "--series").splitlines()
+        status = json.loads(self.succeed("status", "state", "--json"))
+        self.assertEqual((status["accepted"], status["rejected"]), (5, 0))
+        self.assertEqual(len(series), 6)
+
+    def test_further_inputs_and_other_arguments(self):
+        subprocess.run(self.command("out"), cwd=self.folder, check=True, capture_output=True)
+        before = self.sums("out")
+        done = subprocess.run(self.command("out"), cwd=self.folder, check=True, capture_output=True, text=True)
+        self.assertEqual(done.stdout, "")  # all frames are known
+        self.assertEqual(self.sums("out")[1], before[1])
+        self.refuse(2, "out/sums_coadd.tlma: ", "--gap 0", arguments=self.command("out", "--gap", "1min")[1:])
+        (self.folder / "out/sums_coadd.tlma").unlink()
+        self.refuse(6, "out/sums_frames.bin: exists already", arguments=self.command("out")[1:])
+
+    # promise: killed-coadds-continue
+    def test_kills(self):
+        start = time.monotonic()
+        subprocess.run(self.command("whole"), cwd=self.folder, check=True, capture_output=True)
+        seconds = time.monotonic() - start
+        chance, killed, acknowledged = random.Random(7), 0, []
+        round_kills = 0
+        for attempt in range(4 * KILLS):
+            if killed == KILLS:
+                break
+            run = subprocess.Popen(self.command("killed"), cwd=self.folder, stdout=subprocess.PIPE,
+                                   stderr=subprocess.DEVNULL, text=True)
+            time.sleep(chance.uniform(0.3, 1) * seconds)
+            run.kill()
+            output = run.communicate()[0]
+            killed += run.returncode < 0
+            round_kills += run.returncode < 0
+            acknowledged += [json.loads(line)["number"] for line in output.splitlines() if line.endswith("}")]
+            known = [line["frame_id"] for line in self.lines("killed")]
+            self.assertLessEqual(set(acknowledged), set(known))
+            if run.returncode == 0 or len(known) == 5:
+                self.assertEqual(self.pair("killed"), self.pair("whole"))
+                for path in (self.folder / "killed").iterdir():
+                    path.unlink()
+                acknowledged = []
+        subprocess.run(self.command("killed"), cwd=self.folder, check=True, capture_output=True)
+        self.assertEqual(self.pair("killed"), self.pair("whole"))
+        print(f"killed {killed} times; undisturbed {seconds:.2f} s")
+        self.assertGreater(killed, 0)
+
+    def lines(self, out):
+        path = self.folder / out / "sums_meta.jsonl"
+        text = path.read_text() if path.exists() else ""
+        return [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
+
+    def pair(self, out):
+        return [(self.folder / out / f"sums_{end}").read_bytes() for end in ("frames.bin", "meta.jsonl")]
+
+
+if __name__ == "__main__":
+    unittest.main()
