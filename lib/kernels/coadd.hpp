@@ -43,7 +43,8 @@ struct CoaddStep {
 enum CoaddSum : size_t { sum_ll, sum_lx, sum_ly, sum_xx, sum_xy, sum_yy, sum_lr, sum_xr, sum_yr, sum_rr, kCoaddSums };
 
 struct CoaddKernels {
-    // Given     rows start, start + step, ... of a frame, the model at the expected place, and `flux` as the expected one
+    // Given     rows start, start + step, ... of a frame, the model at the expected place, and `flux` as the expected
+    //           one
     // Returned  sums[kCoaddSums]; weights are those of the expected light
     // Notes     products, and sums of up to 64 of them per lane (of one row, if that has more), are single precision,
     //           further sums double; the same bits on every instruction set
@@ -53,8 +54,8 @@ struct CoaddKernels {
     // Given     a frame, the model and the fitted step
     // Returned  the number of pixels that are left out, and the first `capacity` of them in `found`, each row cols +
     //           col, in increasing order: x^2 > limit (1 + max(x, 0)/(3 sqrt(V))) with x the residual over its standard
-    //           deviation sqrt(V), as of frame/bad_pixels.hpp, or saturated, or expected within 5 standard deviations of
-    //           the limit
+    //           deviation sqrt(V), as of frame/bad_pixels.hpp; or saturated, or expected within 5 standard deviations
+    //           of the limit
     // Notes     the same bits on every instruction set
     size_t (*test)(const CoaddFrame &frame, const CoaddModel &model, const CoaddPixels &pixels, const CoaddStep &step,
                    float limit, uint32_t *found, size_t capacity) noexcept;

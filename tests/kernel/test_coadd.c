@@ -1,5 +1,5 @@
-/* Tests the kernels of sums of frames against plain loops in double, for shapes with and without a last part of a vector,
- * and that every instruction set gives the same bits. */
+/* Tests the kernels of sums of frames against plain loops in double, for shapes with and without a last part of a
+ * vector, and that every instruction set gives the same bits. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* Measures the sum of frames of 128 x 128 px of examples/scenes/mission.json at 100 per second, on one core, and prints
- * one JSON object per line: frames from memory that jitter by 0.3 px rms, 1 % of them with cosmic rays; frames that do not
- * move; and the bound, reading the frames from memory. Times are medians of processor time over passes.
+ * one JSON object per line: frames from memory that jitter by 0.3 px rms, 1 % of them with cosmic rays; frames that do
+ * not move; and the bound, reading the frames from memory. Times are medians of processor time over passes.
  * coadd.py runs this program. Usage: bench_coadd FRAMES */
 #include <toliman/coadd.h>
 

@@ -90,6 +90,7 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
     how.frames.bin = given.bin.value_or(how.frames.bin);
     how.ledger.capacity = given.capacity.value_or(how.ledger.capacity);
     how.limits.value = given.value_limit.value_or(how.limits.value);
+    how.estimator.sigma = given.sigma.value_or(how.estimator.sigma);
     set_two(given.crop, "--crop", ',', 0, how.frames.crop_row, how.frames.crop_col);
     set_two(given.shape, "--shape", 'x', 1, how.frames.rows, how.frames.cols);
     how.threads = given.jobs;
@@ -224,6 +225,12 @@ void FolderOptions::add_to(CLI::App &command) {
         .add_option("--value-limit", value_limit,
                     "largest absolute value in px, beyond which a frame is an outlier; default 10,000 times the "
                     "Cramer-Rao bound of a frame, with --system at least 0.25 px")
+        ->check(CLI::PositiveNumber);
+    command
+        .add_option("--sigma", sigma,
+                    "smallest standard deviation of a value in px, that of a frame may be up to 32 times as large; "
+                    "default that of a frame of the scene or weights, with --fit half of it; for sums of coadd, half "
+                    "of that of a sum")
         ->check(CLI::PositiveNumber);
     command.add_option("--capacity", capacity, "largest number of frames, 24 bytes of memory each, default 2^20")
         ->check(CLI::Range(int64_t{1}, int64_t{1} << 28));

@@ -22,7 +22,7 @@ struct FolderOptions {
     std::string folder, sync = "group", crop, shape;
     SetupOptions setup;
     ReferenceOptions reference;
-    std::optional<double> value_limit;
+    std::optional<double> value_limit, sigma;
     std::optional<uint32_t> bit_depth;
     std::optional<int64_t> bin, capacity;
     unsigned jobs = 1;
