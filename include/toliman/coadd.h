@@ -46,12 +46,12 @@ typedef struct toliman_coadd_options {
     uint32_t threads;  /* worker threads of create, 0 = one per processor */
     uint32_t range_px; /* largest shift of the stars from their predicted places along x or y, in [1, 16] px; 0 = 4 */
     double chi_square_max; /* largest chi-square per degree of freedom of a frame, in (1, inf); 0 = 1.5 */
-    double
-        duration_s; /* longest sum, from the start of its first exposure to the end of its last one, in (0, 1e9] s; 0 = no limit */
-    double gap_s; /* longest pause between exposures of a sum, in (0, 1e9] s; 0 = no limit */
-    double
-        motion_px; /* largest distance of the mean of the last 128 places from that of the first 128 of a sum, in (0, 16] px; 0 = no limit. The end of such a sum depends on the order of frames */
-    double pause_s; /* exposures with shorter pauses are in one interval of the sum, in (0, 1e6] s; 0 = 10 */
+    double duration_s; /* longest sum, from the start of its first exposure to the end of its last one, in (0, 1e9] s;
+                       0 = no limit */
+    double gap_s;      /* longest pause between exposures of a sum, in (0, 1e9] s; 0 = no limit */
+    double motion_px;  /* largest distance of the mean of the last 128 places from that of the first 128 of a sum, in
+                      (0, 16] px; 0 = no limit. The end of such a sum depends on the order of frames */
+    double pause_s;    /* exposures with shorter pauses are in one interval of the sum, in (0, 1e6] s; 0 = 10 */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     toliman_progress_fn progress;       /* called while the model images are prepared; may be NULL */
     void *progress_data;

@@ -44,16 +44,16 @@ typedef struct toliman_fit toliman_fit;
 /* Options of a fit. */
 typedef struct toliman_fit_options {
     uint32_t struct_size;
-    uint32_t threads; /* worker threads, 0 = one per processor */
-    const char *free; /* further free parameters, a list of names of sim_derivative.h:
+    uint32_t threads;  /* worker threads, 0 = one per processor */
+    const char *free;  /* further free parameters, a list of names of sim_derivative.h:
                                            "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that
                                            move the stars (roll, anisotropy, shear) are not available. "self" stands
                                            for the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and
                                            zernike_5 to zernike_11 that a frame of the (first) scene determines to 5 nm
                                            and 0.02 px^2. Optics and jitter may then drift */
-    double
-        capture_px; /* largest shift of both stars from their predicted places along x or y, in (0, 64] px; 0 = 15. Stars that moved relative to each other are found up to
-                                           about 0.5 px from the predicted separation and position angle */
+    double capture_px; /* largest shift of both stars from their predicted places along x or y, in (0, 64] px; 0 = 15.
+                          Stars that moved relative to each other are found up to about 0.5 px from the predicted
+                          separation and position angle */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     toliman_progress_fn progress;       /* called while the model images are prepared; may be NULL */
     void *progress_data;

@@ -83,7 +83,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_intervals(const 
                                                                           double *intervals, size_t capacity,
                                                                           size_t *count) TOLIMAN_NOEXCEPT;
 
-/* Session and region of interest between two restarts of the camera; names are empty if unknown (in memory, or lost). */
+/* Session and region of interest between two restarts of the camera; names are empty if unknown (in memory or lost). */
 typedef struct toliman_track_stream {
     uint32_t struct_size;
     uint32_t reserved;

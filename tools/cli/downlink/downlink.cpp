@@ -103,8 +103,8 @@ void Downlink::read_folder(const std::string &folder) {
     const std::vector<std::string> files = files_of(folder);
     if (files.empty())
         sink_.report(Severity::warning, "empty folder", folder,
-                         "contains no pairs, X_frames.bin and X_meta.jsonl, and no .nc and FITS files; .npy files must "
-                         "be named");
+                     "contains no pairs, X_frames.bin and X_meta.jsonl, and no .nc and FITS files; .npy files must "
+                     "be named");
     for (const std::string &file : files)
         read_input(file);
 }
