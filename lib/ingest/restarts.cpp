@@ -40,7 +40,8 @@ bool Restarts::is_restart(const SideLine &last, const SideLine &line, double usu
 void Restarts::count(SideLine &line, double usual_step_ns) {
     const auto [entry, is_new] = sessions_.try_emplace(line.session);
     Session &session = entry->second;
-    if (session.last.is_restart && line.frame_id > session.starts.back().before.frame_id &&
+    if (session.last.is_restart && line.host_s > session.last.host_s &&
+        line.frame_id > session.starts.back().before.frame_id &&
         static_cast<double>(line.frame_id) - static_cast<double>(session.last.frame_id) >
             most_between(session.last, line, usual_step_ns)) {
         session.last = session.starts.back().before;
