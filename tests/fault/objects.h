@@ -33,6 +33,10 @@ int32_t stop_step(const toliman_calibration *so_far, const toliman_calibration_s
 void ignore_log(int32_t level, const char *text, void *unused);
 void *create_sim_json_threads(void);
 void *make_large_fit(void);
+void *make_coadd(void); /* with one frame */
+const toliman_frame *short_frame(void);
+const void *coadd_bytes(void);
+size_t coadd_size(void);
 
 /* series.c */
 extern const int64_t kSkyTimes[3], kSkyIntervals[4];

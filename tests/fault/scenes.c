@@ -226,6 +226,43 @@ void *make_large_fit(void) {
     return fit;
 }
 
+const toliman_frame *short_frame(void) {
+    static _Thread_local toliman_frame frame;
+    static _Thread_local uint16_t counts[SMALL * SMALL];
+    for (int p = 0; p < SMALL * SMALL; p++)
+        counts[p] = (uint16_t)fmin(65000, fmax(0, rint(small_frames()[p])));
+    frame = (toliman_frame){.struct_size = sizeof frame, .pixel = TOLIMAN_PIXEL_U16, .session = "s", .roi = "r",
+                            .pixels = counts, .rows = SMALL, .cols = SMALL, .exposure_s = 0.01};
+    return &frame;
+}
+
+void *make_coadd(void) {
+    const toliman_coadd_options options = {.struct_size = sizeof options, .range_px = 2, .threads = 1,
+                                           .chi_square_max = 1e6};
+    toliman_coadd *coadd = NULL;
+    toliman_coadd_outcome outcome = {.struct_size = sizeof outcome};
+    assert_ok(toliman_coadd_create(shared(create_fit), NULL, &options, &coadd));
+    assert_ok(toliman_coadd_add(coadd, short_frame(), &outcome));
+    must(outcome.verdict == TOLIMAN_COADD_VERDICT_ADDED, "a short frame is added");
+    return coadd;
+}
+
+static uint8_t saved_sum[1 << 16];
+
+size_t coadd_size(void) {
+    static size_t size;
+    if (size == 0) {
+        toliman_coadd *const coadd = make_coadd();
+        assert_ok(toliman_coadd_save(coadd, saved_sum, sizeof saved_sum, &size));
+        toliman_coadd_destroy(coadd);
+    }
+    return size;
+}
+
+const void *coadd_bytes(void) {
+    return coadd_size() > 0 ? saved_sum : NULL;
+}
+
 static int32_t stop_early(const char *what, double share, void *unused) {
     (void)what, (void)unused;
     return share >= 0.25; /* of four networks */
