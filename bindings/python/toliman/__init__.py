@@ -52,8 +52,8 @@ if typing.TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> typing.Any:
-    """Loads libtoliman and all public names at the first use of one of them; toliman.report needs them for a
-    designed mask only."""
+    """Loads libtoliman and all public names at the first use of one of them; toliman.report needs them for
+    folders of run and pupil only."""
     if name != "report" and (not name.startswith("_") or name in ("__all__", "__version__")):
         public = importlib.import_module("._public", __name__)
         globals().update({known: getattr(public, known) for known in ("__all__", "__version__", *public.__all__)})

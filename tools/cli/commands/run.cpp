@@ -129,21 +129,6 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
     print_stdout("");
 }
 
-// The images of a run and the errors of displaced ones; all but the reconstructions need no estimator.
-struct Pictures {
-    std::vector<RunImage> images;
-    std::vector<DisplacementErrors> displacements;
-    double seconds = 0;
-};
-
-void draw(const Scene &scene, const cJSON *telescope, uint64_t seed, Pictures &pictures) {
-    const Stopwatch watch(pictures.seconds);
-    pictures.images = run_images(scene, telescope, seed);
-    const RunImage &expected = pictures.images[kExpectedImage];
-    pictures.displacements =
-        displacement_errors(scene.path, telescope, expected.min_nm, expected.max_nm, scene.info.pixel_scale_arcsec);
-}
-
 void run(const Options &options, Progress &progress) {
     const auto start = std::chrono::steady_clock::now();
     const Scene scene(options.scene, progress, options.bad_pixels);
@@ -157,15 +142,10 @@ void run(const Options &options, Progress &progress) {
     RunFolder folder(path);
     const RunOptions chosen = {options.seed_given ? options.seed : scene.info.seed, options.controls};
     const double setup = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    Pictures pictures;
-    const auto draw_pictures = [&] { draw(scene, item_of(tree.get(), "telescope"), chosen.seed, pictures); };
-    Pipeline pipeline = run_pipeline(scene, cadence, chosen, setup, draw_pictures, progress);
-    pipeline.timings.images = pictures.seconds;
-    if (pipeline.network)
-        add_reconstructions(scene, pipeline.network->reconstructions, pictures.images);
+    const Pipeline pipeline = run_pipeline(scene, cadence, chosen, setup, progress);
     const double degrees = rotation != nullptr ? rotation->valuedouble : 0;
     const std::string json =
-        folder.write({scene, text, degrees, cadence, pipeline, pictures.images, pictures.displacements});
+        folder.write({scene, text, degrees, cadence, pipeline});
     progress.clear();
     print_warnings(pipeline, path, progress);
     if (options.as_json)

@@ -158,7 +158,7 @@ bool is_own(const Identity &file) {
     case Content::text:
         for (const char *mark :
              {kSeriesMark, kPeriodogramMark, kStatePeriodogramMark, kPeriodSeriesMark, kPeriodPowerMark,
-              kPlanetSeriesMark, kPlanetLimitsMark, kPlanetMapMark, kTrainingMark, kEpochsMark, kDisplacementMark})
+              kPlanetSeriesMark, kPlanetLimitsMark, kPlanetMapMark, kTrainingMark, kEpochsMark})
             if (begins_with(file.head, mark))
                 return true;
         return false;

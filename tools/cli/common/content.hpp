@@ -49,8 +49,6 @@ bool is_own(const Identity &file);
 inline constexpr char kSeriesMark[] = "# separation series: t in days, the rest in pixels\n";
 inline constexpr char kPeriodogramMark[] =
     "# Lomb-Scargle power of the latents and of the template's values: frequency in 1/day\n";
-inline constexpr char kDisplacementMark[] =
-    "# errors of displaced images over the largest change of a pixel by the displacement\n";
 inline constexpr char kStatePeriodogramMark[] = "# Lomb-Scargle power of a state folder: frequency per unit of time\n";
 inline constexpr char kPeriodSeriesMark[] =
     "# series of toliman period; nuisance: mean and nuisance functions as fitted at the peak\n";

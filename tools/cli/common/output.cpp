@@ -218,32 +218,18 @@ void OutputFolder::remove(const std::string &name) {
     removed_.push_back(file(name));
 }
 
-void OutputFolder::finish() {
+void OutputFolder::commit(const std::string &last) {
     for (auto &[name, file] : files_)
         file.finish();
-}
-
-void OutputFolder::commit(const std::string &last, OutputFolder *inner) {
-    finish();
-    if (inner != nullptr)
-        inner->finish();
     files_.at(last).retract();
-    if (inner != nullptr)
-        inner->commit_all_but("");
-    commit_all_but(last);
-    files_.at(last).commit();
-    keep();
-}
-
-void OutputFolder::commit_all_but(const std::string &last) {
     for (auto &[name, file] : files_)
         if (name != last)
             file.commit();
     std::error_code error;
     for (const std::string &path : removed_)
         std::filesystem::remove(path, error);
-    if (last.empty())
-        keep();
+    files_.at(last).commit();
+    keep();
 }
 
 void check_not_input(const std::string &output, const std::vector<std::string> &inputs) {

@@ -64,14 +64,12 @@ class OutputFolder {
     OutputFile &open(const std::string &name, Replaces what = Replaces::results);
     // The file of this name, which was opened, is not to be: commit() removes one of earlier results.
     void remove(const std::string &name);
-    // Commits all open files, those of the folder `inner` included, which agree: none is renamed before all are on the
-    // disk, and the file `last`, which implies that the others are complete, is absent until they are.
-    void commit(const std::string &last, OutputFolder *inner = nullptr);
+    // Commits all open files, which agree: none is renamed before all are on the disk, and the file `last`, which implies
+    // that the others are complete, is absent until they are.
+    void commit(const std::string &last);
     void keep() noexcept;
 
   private:
-    void finish();
-    void commit_all_but(const std::string &last);
     std::string path_;
     bool made_;
     std::map<std::string, OutputFile> files_;

@@ -36,7 +36,7 @@ NetworkRun::NetworkRun(const Scene &scene, uint64_t seed, size_t frames, Control
     : scene_(scene), frames_(frames), progress_(progress), options_(with_warnings<toliman_cae_options>(progress)),
       cae_(network_of(scene, seed, &options_)),
       template_(toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr)),
-      reconstructor_(scene, cae_, seed, frames) {
+      reconstructor_(scene, cae_, frames) {
     if (controls != Controls::none)
         untrained_ = network_of(scene, seed, nullptr);
 }

@@ -32,20 +32,17 @@ class Estimators {
                 std::make_unique<NetworkRun>(scene, options.seed, cadence.times.size(), options.controls, progress);
     }
 
-    // Trains the network on one thread, or creates the fit, while another one draws.
-    void create(const std::function<void()> &draw, Timings &timings) {
-        const auto create_estimator = [&] {
-            if (!network_) {
-                const Stopwatch watch(timings.fit);
-                fit_ = std::make_unique<FitRun>(scene_, options_.seed);
-            }
-            const Stopwatch watch(timings.train);
-            if (network_)
-                network_->train();
-            else
-                fit_->train(progress_);
-        };
-        run_parallel(2, [&](size_t job) { job == 0 ? create_estimator() : draw(); });
+    // Trains the network, or creates the fit and its bank.
+    void create(Timings &timings) {
+        if (!network_) {
+            const Stopwatch watch(timings.fit);
+            fit_ = std::make_unique<FitRun>(scene_, options_.seed);
+        }
+        const Stopwatch watch(timings.train);
+        if (network_)
+            network_->train();
+        else
+            fit_->train(progress_);
     }
 
     void frames(Timings &timings) {
@@ -165,7 +162,7 @@ void search_all(const Scene &scene, const Cadence &cadence, Pipeline &result) {
 } // namespace
 
 Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, const RunOptions &options, double setup_seconds,
-                      const std::function<void()> &draw, Progress &progress) {
+                      Progress &progress) {
     const StopLimit limit;
     Pipeline result;
     result.timings.setup = result.timings.total = setup_seconds;
@@ -179,7 +176,7 @@ Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, const RunOptio
                       scene.path + ": noise: run needs frames with noise: photon = true, or read_e above 0 e-");
 
     Estimators estimators(scene, cadence, options, progress);
-    estimators.create(draw, result.timings);
+    estimators.create(result.timings);
     estimators.frames(result.timings);
     if (options.controls != Controls::none) {
         const Stopwatch watch(result.timings.controls);

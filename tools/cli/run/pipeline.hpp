@@ -1,6 +1,5 @@
 // The computation of `run`: scene -> frames -> values -> period, with all controls.
 #pragma once
-#include <functional>
 #include <optional>
 
 #include "run/controls.hpp"
@@ -10,7 +9,7 @@
 namespace cli {
 
 struct Timings {
-    double setup = 0, train = 0, simulate = 0, encode = 0, fit = 0, period = 0, controls = 0, images = 0, total = 0;
+    double setup = 0, train = 0, simulate = 0, encode = 0, fit = 0, period = 0, controls = 0, total = 0;
 };
 
 struct RunOptions {
@@ -40,9 +39,8 @@ class Pipeline {
     const FollowOutcome &following() const noexcept { return bank ? static_cast<const FollowOutcome &>(*bank) : *fit; }
 };
 
-// Training uses no frames, and the control frames have noise of their own: no noise is used twice. draw() needs no
-// estimator and runs while they are made.
+// Training uses no frames, and the control frames have noise of their own: no noise is used twice.
 Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, const RunOptions &options, double setup_seconds,
-                      const std::function<void()> &draw, Progress &progress);
+                      Progress &progress);
 
 } // namespace cli

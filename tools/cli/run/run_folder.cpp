@@ -4,11 +4,9 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
-#include <iterator>
 
 #include "base/constants.hpp"
 #include "common/content.hpp"
-#include "common/npy.hpp"
 #include "common/provenance.hpp"
 #include "common/text.hpp"
 #include "scenes/scene_json.hpp"
@@ -34,12 +32,17 @@ void set_scene(const Scene &scene, uint64_t seed, Json &json) {
              bounds.crb_projected_px);
 }
 
+const char *unit_of(const toliman_sim_info &info) {
+    return info.unit == TOLIMAN_SIM_UNIT_DN ? "DN" : info.unit == TOLIMAN_SIM_UNIT_ELECTRON ? "electrons" : "photons";
+}
+
 // The expected frame's brightest pixel and its noise.
-void set_brightest(const Scene &scene, const RunImage &expected, Json &json) {
-    const auto brightest = std::max_element(expected.values.begin(), expected.values.end());
+void set_brightest(const Scene &scene, Json &json) {
+    const std::vector<double> expected = scene.image(TOLIMAN_SIM_IMAGE_BOTH);
+    const auto brightest = std::max_element(expected.begin(), expected.end());
     const std::vector<double> variance = scene.image(TOLIMAN_SIM_IMAGE_VARIANCE);
     json.set("unit", unit_of(scene.info), "peak_counts", *brightest, "peak_sigma",
-             std::sqrt(variance[static_cast<size_t>(brightest - expected.values.begin())]));
+             std::sqrt(variance[static_cast<size_t>(brightest - expected.begin())]));
 }
 
 // Stars and sky on the detector: +x to higher columns, +y to higher rows.
@@ -76,7 +79,6 @@ void set_reconstructions(const NetworkOutcome &network, Json &json) {
     json.set("residuals",
              Json("frames", from.validation_frames, "mean", from.residual_mean, "rms", std::sqrt(from.residual_square),
                   "correlation", from.residual_product / from.residual_square));
-    json.set("samples", from.samples);
 }
 
 Json estimate_json(const Outcome &outcome) {
@@ -114,7 +116,7 @@ void set_network(const std::optional<NetworkOutcome> &network, Json &json) {
         json.set("template", estimate_json(network->template_fit));
         return;
     }
-    for (const char *key : {"mmse", "photon_floor", "mssim", "decoder", "residuals", "samples", "template"})
+    for (const char *key : {"mmse", "photon_floor", "mssim", "decoder", "residuals", "template"})
         json.set(key, JsonTree());
 }
 
@@ -136,22 +138,9 @@ void set_references(const Pipeline &pipeline, Json &json) {
              untrained);
 }
 
-Json images_json(const std::vector<RunImage> &images) {
-    Json list;
-    for (size_t i = 0; i < images.size(); i++) {
-        const RunImage &image = images[i];
-        const std::string file = kRunImages[i];
-        Json json("file", "images/" + file, "what", image.what, "unit", image.unit, "shape", image.shape, "axis_unit",
-                  image.axis_unit, "first_x", image.first_x, "first_y", image.first_y, "step", image.step, "min_nm",
-                  image.min_nm, "max_nm", image.max_nm, "reason", text_or_null(image.reason));
-        list.set(file.substr(0, file.rfind('.')).c_str(), std::move(json));
-    }
-    return list;
-}
-
 Json timings_json(const Timings &spent) {
     return Json("setup_s", spent.setup, "simulate_s", spent.simulate, "train_s", spent.train, "encode_s", spent.encode,
-                "fit_s", spent.fit, "period_s", spent.period, "controls_s", spent.controls, "images_s", spent.images,
+                "fit_s", spent.fit, "period_s", spent.period, "controls_s", spent.controls,
                 "total_s", spent.total);
 }
 
@@ -160,12 +149,12 @@ std::string run_result(const RunFiles &files) {
     const Pipeline &pipeline = files.pipeline;
     Json json("schema", "toliman-run/2", "version", toliman_version(), "provenance", provenance());
     set_scene(scene, pipeline.seed, json);
-    set_brightest(scene, files.images[kExpectedImage], json);
+    set_brightest(scene, json);
     json.set("geometry", geometry(scene, files.rotation_deg));
     set_result(pipeline, files.cadence.times[0], json);
     set_network(pipeline.network, json);
     set_references(pipeline, json);
-    json.set("images", images_json(files.images), "grid",
+    json.set("grid",
              Json("f0", pipeline.grid.f0, "df", pipeline.grid.df, "nf", pipeline.grid.nf), "timings",
              timings_json(pipeline.timings));
     return json.text();
@@ -222,14 +211,11 @@ std::string cells_of(const std::vector<Column> &columns, size_t row) {
 
 } // namespace
 
-RunFolder::RunFolder(const std::string &path) : folder_(path), images_(folder_.file("images")) {
-    for (const char *name : {"result.json", "series.csv", "periodogram.csv", "training.csv", "displacement.csv"})
+RunFolder::RunFolder(const std::string &path) : folder_(path) {
+    for (const char *name :
+         {"result.json", "series.csv", "periodogram.csv", "training.csv", "weights.tlmw", "weights.tlmb"})
         folder_.open(name);
     folder_.open("scene.json", Replaces::scenes);
-    for (const char *name : {"weights.tlmw", "weights.tlmb"})
-        folder_.open(name);
-    for (const char *name : kRunImages)
-        images_.open(name);
 }
 
 std::string RunFolder::write(const RunFiles &files) {
@@ -242,17 +228,13 @@ std::string RunFolder::write(const RunFiles &files) {
         folder_.open("weights.tlmb").write(pipeline.bank->weights);
     std::string result = run_result(files);
     folder_.open("result.json").write(result);
-    for (size_t i = 0; i < files.images.size(); i++)
-        write_npy(images_.open(kRunImages[i]), files.images[i].values, files.images[i].shape);
     if (!pipeline.network) { // of a previous run
         folder_.remove("training.csv");
         folder_.remove("weights.tlmw");
-        for (size_t i = files.images.size(); i < std::size(kRunImages); i++)
-            images_.remove(kRunImages[i]);
     }
     if (!pipeline.bank)
         folder_.remove("weights.tlmb");
-    folder_.commit("result.json", &images_);
+    folder_.commit("result.json");
     return result;
 }
 
@@ -273,12 +255,6 @@ void RunFolder::write_tables(const RunFiles &files) {
         [&](size_t k) {
             return formatted("%.17g", pipeline.grid.f0 + pipeline.grid.df * static_cast<double>(k)) +
                    cells_of(powers, k);
-        });
-    csv("displacement.csv", kDisplacementMark, "displacement_px,linear,cubic,linear_change,cubic_change,taylor",
-        files.displacements.size(), [&](size_t k) {
-            const DisplacementErrors &one = files.displacements[k];
-            return formatted("%.17g,%.17g,%.17g,%.17g,%.17g,%.17g", one.displacement_px, one.linear, one.cubic,
-                             one.linear_change, one.cubic_change, one.taylor);
         });
     if (pipeline.network)
         csv("training.csv", kTrainingMark, "step,loss", pipeline.network->losses.size(),

@@ -1,12 +1,9 @@
 // The folder of a run's results: all files or none.
 #pragma once
 #include <string>
-#include <vector>
 
 #include "common/output.hpp"
-#include "run/displacement_errors.hpp"
 #include "run/pipeline.hpp"
-#include "run/run_images.hpp"
 
 namespace cli {
 
@@ -17,8 +14,6 @@ struct RunFiles {
     double rotation_deg; // position angle of the detector's +y axis
     const Cadence &cadence;
     const Pipeline &pipeline;
-    const std::vector<RunImage> &images;
-    const std::vector<DisplacementErrors> &displacements;
 };
 
 // Opens every file before the computation, so that an unwritable folder fails at once.
@@ -30,7 +25,7 @@ class RunFolder {
 
   private:
     void write_tables(const RunFiles &files);
-    OutputFolder folder_, images_;
+    OutputFolder folder_;
 };
 
 } // namespace cli

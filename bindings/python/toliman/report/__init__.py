@@ -6,5 +6,5 @@
     figures.training(steps, losses).savefig("training.pdf")
 
 Needs numpy, matplotlib and Jinja2 (Debian: python3-numpy, python3-matplotlib, python3-jinja2). Result files are
-read, as documented in formats.md; libtoliman is loaded only for a folder of toliman pupil, to simulate its scene.
+read, as documented in formats.md; libtoliman is loaded only for folders of toliman run and pupil, to simulate their scenes.
 """

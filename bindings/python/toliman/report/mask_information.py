@@ -1,4 +1,4 @@
-"""Information on the separation in the frame of a scene: the one module of this package that loads libtoliman."""
+"""Information on the separation in the frame of a scene."""
 from __future__ import annotations
 
 import math
@@ -7,7 +7,7 @@ import typing
 
 import numpy
 
-from .page import signals_deferred
+from .._output import signals_deferred
 from .results import Array
 
 _NOTHING = 1e-10  # relative norm below which a residual is that of rounding

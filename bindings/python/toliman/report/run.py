@@ -6,7 +6,7 @@ import pathlib
 
 import numpy
 
-from . import figures, glossary, results, run_chapter, run_images
+from . import figures, glossary, results, run_chapter, run_images, run_simulation
 from .figures import Power, Sinusoid
 from .page import Page, add_provenance
 from .results import Array, Result, Table
@@ -111,8 +111,13 @@ def add(folder: pathlib.Path, page: Page) -> None:
         page.add("heading", "The bank of networks")
         _add_bank(run, page)
     page.add("heading", "Images")
-    run_images.add(folder, run.result, page)
-    run_chapter.add(folder, run.result, page)
+    pictures, reason = run_simulation.simulate(folder, run.result)
+    if pictures is None:
+        page.add("text", f"No images: {reason}")
+    else:
+        images = run_images.Images(run.result, pictures)
+        run_images.add(images, page)
+        run_chapter.add(folder, images, page)
     if run.has_network and (folder / "training.csv").exists():
         page.add("heading", "Training")
         _add_training(run, page)
@@ -256,7 +261,7 @@ def _add_seconds(run: _Run, page: Page) -> None:
     result = run.result
     spent = [(name, result.number(f"timings.{key}_s")) for name, key in
              (("set-up", "setup"), ("training", "train"), ("frames", "simulate"), ("encoding", "encode"),
-              ("fit", "fit"), ("period", "period"), ("controls", "controls"), ("images", "images"))
+              ("fit", "fit"), ("period", "period"), ("controls", "controls"))
              if result.has(f"timings.{key}_s") and (run.has_network or key not in ("train", "encode"))
              or run.has_bank and key == "train"]
     page.add("text", f"Time: {fixed(result.number('timings.total_s'), 1)} s in total; "

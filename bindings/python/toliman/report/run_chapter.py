@@ -1,7 +1,6 @@
 """The section of `toliman run` with the figures of the book chapter."""
 from __future__ import annotations
 
-import math
 import pathlib
 
 import numpy
@@ -9,25 +8,26 @@ import numpy
 from . import chapter
 from .images import images
 from .page import Page
-from .results import Result, Table, malformed
-from .run_images import BANDS, Images, band
+from .results import Array, Result, Table
+from .run_images import Images, band
+from .run_simulation import BANDS
 from .text import scientific
 
 _EXAMPLE = numpy.array([[1, 3, 2, 0], [5, 2, 4, 4], [0, 1, 7, 3], [2, 1, 2, 0]])  # of pooling
 
 
-def add(folder: pathlib.Path, result: Result, page: Page) -> None:
+def add(folder: pathlib.Path, files: Images, page: Page) -> None:
     """Adds the figures to the page."""
-    if not result.has("images"):
-        return
     page.add("heading", "Figures of the chapter")
-    _add_signal(folder, result, page)
-    files = Images(folder, result)
+    has_network = bool(files.pictures.samples)
+    if has_network and files.result.has("true_series"):
+        _add_signal(folder, files.result, page)
     _add_bandwidths(files, page)
-    if result.has("samples"):
+    if has_network:
         _add_reconstructions(files, page)
-    _add_displacement(folder, page)
-    if result.has("samples"):
+    if files.pictures.displacement:
+        _add_displacement(files.pictures.displacement, page)
+    if has_network:
         _add_network(page)
 
 
@@ -50,8 +50,6 @@ def _add_network(page: Page) -> None:
 
 
 def _add_signal(folder: pathlib.Path, result: Result, page: Page) -> None:
-    if not result.has("true_series") or not result.has("samples"):
-        return
     series, table = Table(folder / "series.csv"), Table(folder / "periodogram.csv")
     frequency = table.numbers("frequency")
     above = frequency > 0
@@ -70,7 +68,7 @@ def _add_signal(folder: pathlib.Path, result: Result, page: Page) -> None:
 
 
 def _add_bandwidths(files: Images, page: Page) -> None:
-    shown = [name for name in BANDS if not files.reason(name)]
+    shown = [name for name in BANDS if not files.pictures.reasons[name]]
     if shown:
         panels = [files.panel(name, band(name), unit="fraction of the light per pixel") for name in shown]
         page.add_figure("bandwidths", images(panels),
@@ -82,18 +80,10 @@ def _add_bandwidths(files: Images, page: Page) -> None:
 
 
 def _add_reconstructions(files: Images, page: Page) -> None:
-    folder, result = files.folder, files.result
-    names = ("frames", "reconstructions", "residuals")
-    frames, again, residuals = (files.values(name, 3) for name in names)
-    for name, values in zip(names, (frames, again, residuals)):
-        if values.shape != frames.shape:
-            raise malformed(folder / result.text(f"images.{name}.file"),
-                            f"has axes {values.shape}, the frames {frames.shape}")
-    x, y = (files.scale * _finite(result, f"images.frames.first_{axis}") for axis in "xy")
-    place = (x, y, files.scale * result.positive("images.frames.step"))
-    numbers = result.find("samples")
-    if not isinstance(numbers, list) or len(numbers) != len(frames):
-        raise result.fail("samples", f"a list of {len(frames)} frame numbers")
+    result, numbers = files.result, files.pictures.samples
+    frames, again, residuals = (files.values(name) for name in ("frames", "reconstructions", "residuals"))
+    panel = files.panel("frames", "")
+    place = (panel.first_x, panel.first_y, panel.step)
     rms = scientific(float(numpy.sqrt(numpy.mean(residuals**2))), 4)
     noise = f"the noise of each pixel; their rms is {rms}, and 1 for noise alone." if result.has("efficiency") else \
         f"the noise that the bound assumes; their rms is {rms}" + \
@@ -107,21 +97,9 @@ def _add_reconstructions(files: Images, page: Page) -> None:
                     + noise)
 
 
-def _finite(result: Result, key: str) -> float:
-    value = result.number(key)
-    if not math.isfinite(value):
-        raise result.fail(key, "a finite number")
-    return value
-
-
-def _add_displacement(folder: pathlib.Path, page: Page) -> None:
-    if not (folder / "displacement.csv").exists():
-        return
-    table = Table(folder / "displacement.csv")
-    if not table.lines:
-        return
-    errors = {name: table.numbers(name) for name in chapter.DISPLACEMENTS}
-    page.add_figure("displacement", chapter.displacement(table.numbers("displacement_px"), errors),
+def _add_displacement(errors: dict[str, Array], page: Page) -> None:
+    shown = {name: errors[name] for name in chapter.DISPLACEMENTS}
+    page.add_figure("displacement", chapter.displacement(errors["displacement_px"], shown),
                     "Images that are shifted and downsampled are inaccurate, as the chapter warns: largest "
                     "error of a pixel over the "
                     "largest change of a pixel by the displacement, for a star 1/3 px off the grid and an "

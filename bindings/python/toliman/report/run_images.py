@@ -2,43 +2,36 @@
 from __future__ import annotations
 
 import math
-import pathlib
 
 import numpy
 
-from . import results
 from .images import Panel, Sky, cut, images, whiteness
 from .page import Page
 from .results import Array, Result
+from .run_simulation import BANDS, Pictures
 from .text import fixed, scientific, short_unit
 
-BANDS = ("psf_600nm", "psf_550-600nm", "psf_500-700nm")
 _ARCSEC = 3600 * 180 / math.pi
 
 
 class Images:
-    """The image files that result.json lists."""
+    """The images of a run's scene."""
 
-    def __init__(self, folder: pathlib.Path, result: Result):
-        self.folder, self.result = folder, result
+    def __init__(self, result: Result, pictures: Pictures):
+        self.result, self.pictures = result, pictures
         self.scale = result.positive("geometry.pixel_scale_arcsec")
 
-    def values(self, name: str, dimensions: int = 2) -> Array:
+    def values(self, name: str) -> Array:
         """Returns the array of an image."""
-        return results.array(self.folder / self.result.text(f"images.{name}.file"), dimensions)
-
-    def reason(self, name: str) -> str:
-        """Why there is no image; "" if there is one."""
-        return self.result.text(f"images.{name}.reason") if self.result.has(f"images.{name}.reason") else ""
+        return self.pictures.images[name].values
 
     def panel(self, name: str, title: str, scale: str = "log", values: Array | None = None, unit: str = "") -> Panel:
         """An image in arcsec or mm."""
-        key = f"images.{name}."
-        in_px = self.result.text(key + "axis_unit") == "px"
+        image = self.pictures.images[name]
+        in_px = image.axis_unit == "px"
         factor = self.scale if in_px else 1.0
-        first_x, first_y, step = (factor * self.result.number(key + part) for part in ("first_x", "first_y", "step"))
-        return Panel(title, self.values(name) if values is None else values, first_x, first_y, step,
-                     unit or self.result.text(key + "unit"), "arcsec" if in_px else "mm", scale)
+        return Panel(title, image.values if values is None else values, factor * image.first_x, factor * image.first_y,
+                     factor * image.step, unit or image.unit, "arcsec" if in_px else "mm", scale)
 
     def sky(self) -> Sky:
         """Returns the positions of the stars and the directions on the sky."""
@@ -49,12 +42,8 @@ class Images:
         return Sky(stars, north, east)
 
 
-def add(folder: pathlib.Path, result: Result, page: Page) -> None:
+def add(files: Images, page: Page) -> None:
     """Adds the images to the page."""
-    if not result.has("images"):
-        page.add("text", "No images: this run was made by an earlier version; run it again.")
-        return
-    files = Images(folder, result)
     _add_optics(files, page)
     _add_frame(files, page)
     _add_residuals(files, page)
@@ -66,7 +55,8 @@ def band(name: str) -> str:
 
 
 def _add_optics(files: Images, page: Page) -> None:
-    bands = [name for name in BANDS if not files.reason(name)]
+    reasons = files.pictures.reasons
+    bands = [name for name in BANDS if not reasons[name]]
     panels = [files.panel("pupil_opd", "pupil: optical path difference", "linear")]
     for name in bands[:1]:
         panels.append(files.panel(name, f"point spread function, {band(name)}", unit="fraction of the light per pixel"))
@@ -74,13 +64,12 @@ def _add_optics(files: Images, page: Page) -> None:
                     "The mask in the pupil, grey where no light passes" + (
                         ", and the image that it makes of a star, a black body of 5790 K." if bands else "."))
     for name in BANDS:
-        if files.reason(name):
-            page.add("text", f"No point spread function of {band(name)}: {files.reason(name)}")
+        if reasons[name]:
+            page.add("text", f"No point spread function of {band(name)}: {reasons[name]}")
     if not bands:
         return
     aperture = files.result.positive("geometry.aperture_m")
-    middle = [(files.result.number(f"images.{name}.min_nm") + files.result.number(f"images.{name}.max_nm")) / 2
-              for name in bands]
+    middle = [sum(BANDS[name]) / 2 for name in bands]
     psf = [files.panel(name, "") for name in bands]
     row = int(round(-psf[0].first_y / psf[0].step))
     x = psf[0].first_x + psf[0].step * numpy.arange(psf[0].values.shape[1])
@@ -109,9 +98,9 @@ def _add_frame(files: Images, page: Page) -> None:
 
 
 def _add_residuals(files: Images, page: Page) -> None:
-    if not files.result.has("residuals"):
+    if not files.pictures.samples:
         return
-    residuals = files.values("residuals", 3)
+    residuals = files.values("residuals")
     if not numpy.isfinite(residuals).any():
         return
     result = files.result
