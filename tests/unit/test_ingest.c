@@ -511,7 +511,7 @@ TEST_WITH_PAIR(test_options) {
     assert_string_equal(toliman_constant_name(TOLIMAN_INGEST_REASON_PLACE_UNKNOWN), "place unknown");
     assert_string_equal(toliman_constant_name(TOLIMAN_INGEST_REASON_EXTRA_BYTES), "extra bytes");
     assert_string_equal(toliman_constant_name(TOLIMAN_INGEST_REASON_OVERLAP), "overlap");
-    assert_string_equal(toliman_constant_name(TOLIMAN_INGEST_REASON_OVERLAP + 1), "?");
+    assert_string_equal(toliman_constant_name(TOLIMAN_INGEST_REASON_UNKNOWN_KEY), "unknown key");
     assert_string_equal(toliman_constant_name(15), "?");
 }
 
