@@ -59,7 +59,7 @@ typedef struct toliman_coadd_options {
 #define TOLIMAN_COADD_OPTIONS_INIT TOLIMAN_INIT(toliman_coadd_options)
 
 /* Creates an object with an empty sum. The caller destroys *out.
- *   fit         of the scene of one short frame; must not be destroyed before *out
+ *   fit         of the scene of one short frame; not needed afterwards
  *   prediction  time and expected places of the stars, without spread; NULL: time 0, no shift
  *   options     may be NULL
  * Model images take 400 bytes per pixel of a frame. Errors: TOLIMAN_E_ARGUMENT for options out of range, and if

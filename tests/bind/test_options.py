@@ -35,7 +35,7 @@ class Callers:
         self.numbers = (ctypes.c_double * COUNT)(*[i + 0.1 * (i % 3) for i in range(COUNT)])
         self.values = (ctypes.c_double * COUNT)(*[math.sin(i) for i in range(COUNT)])
         self.power = (ctypes.c_double * 64)()
-        self.cae = toliman.CAE(self.sim)
+        self.cae, self.fit = toliman.CAE(self.sim), toliman.Fit(self.sim, capture_px=20)
         self.period = toliman.Periodogram(0.01, 0.01, 5)
         self.period.push_many(list(self.numbers), list(self.values))
         self.series = toliman.Measurements.of(list(self.numbers), list(self.values), 1.0)
@@ -68,6 +68,7 @@ class Callers:
             "toliman_linear_options": lambda o: library.toliman_linear_create(self.sim._c, o, self.handle("linear")),
             "toliman_components_options": lambda o: library.toliman_components_create(self.sim._c, o,
                                                                                       self.handle("components")),
+            "toliman_coadd_options": lambda o: library.toliman_coadd_create(self.fit._c, None, o, self.handle("coadd")),
             "toliman_fit_options": lambda o: library.toliman_fit_create(ctypes.byref(self.sim._c), None, 1, o, self.handle("fit")),
             "toliman_bank_options": lambda o: library.toliman_bank_plan(self.sim._c, o,
                                                                         ctypes.byref(_raw.toliman_bank_plan_info())),

@@ -244,6 +244,7 @@ static const struct {
     DESTROYS(toliman_bank, toliman_bank_destroy),
     DESTROYS(toliman_cae, toliman_cae_destroy),
     DESTROYS(toliman_calibration, toliman_calibration_destroy),
+    DESTROYS(toliman_coadd, toliman_coadd_destroy),
     DESTROYS(toliman_components, toliman_components_destroy),
     DESTROYS(toliman_measure, toliman_measure_destroy),
     DESTROYS(toliman_fit, toliman_fit_destroy),
