@@ -18,6 +18,8 @@ constexpr Names kNames[] = {
      {"TOLIMAN_OK", "TOLIMAN_E_INTERNAL", "TOLIMAN_E_ARGUMENT", "TOLIMAN_E_MEMORY", "TOLIMAN_E_NOT_FOUND",
       "TOLIMAN_E_FORMAT", "TOLIMAN_E_SCENE", "TOLIMAN_E_UNSUPPORTED", "TOLIMAN_E_WRITE", "TOLIMAN_E_CANCELLED",
       "TOLIMAN_E_RANGE", "TOLIMAN_E_MISMATCH", "TOLIMAN_E_CAPACITY", "TOLIMAN_E_STATE", "TOLIMAN_E_LOST"}},
+    {TOLIMAN_COADD_VERDICT_ADDED, {"added", "next", "lost", "faint", "not found", "outside", "misfit"}},
+    {TOLIMAN_COADD_REASON_NONE, {"none", "time", "gap", "motion", "full", "source"}},
     {TOLIMAN_GOODNESS_UNKNOWN, {"unknown", "good", "poor", "too good"}},
     {TOLIMAN_INGEST_REASON_NONE,
      {"none", "bad line", "short file", "place unknown", "clock jump", "clocks differ", "extra bytes", "overlap",

@@ -51,6 +51,7 @@ class Coadd(ProgramTest):
         reports = [json.loads(line) for line in done.stdout.splitlines()]
         self.assertEqual([line["frames"] for line in lines], [120] * 5)
         self.assertEqual([report["frames"] for report in reports], [120] * 5)
+        self.assertEqual([report["reason"] for report in reports], ["time"] * 4 + ["end"])
         self.assertEqual([report["cosmic_rays"] + report["saturated"] for report in reports], [0] * 5)
         numpy.testing.assert_array_equal(counts, frames.reshape(5, 120, 64, 64).sum(1))
         for number, line in enumerate(lines):
@@ -64,7 +65,7 @@ class Coadd(ProgramTest):
     def test_track_takes_sums(self):
         subprocess.run(self.command("out"), cwd=self.folder, check=True, capture_output=True)
         self.succeed("track", "--fit", "s.json", "--sigma", "2e-4", "--state", "state", "--dtype", "u32le",
-                     "--mission-days", "1", "out")
+                     "--mission-days", "10", "out")
         series = self.succeed("status", "state", "--series").splitlines()
         status = json.loads(self.succeed("status", "state", "--json"))
         self.assertEqual((status["accepted"], status["rejected"]), (5, 0))
