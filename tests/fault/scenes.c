@@ -231,14 +231,20 @@ const toliman_frame *short_frame(void) {
     static _Thread_local uint16_t counts[SMALL * SMALL];
     for (int p = 0; p < SMALL * SMALL; p++)
         counts[p] = (uint16_t)fmin(65000, fmax(0, rint(small_frames()[p])));
-    frame = (toliman_frame){.struct_size = sizeof frame, .pixel = TOLIMAN_PIXEL_U16, .session = "s", .roi = "r",
-                            .pixels = counts, .rows = SMALL, .cols = SMALL, .exposure_s = 0.01};
+    frame = (toliman_frame){.struct_size = sizeof frame,
+                            .pixel = TOLIMAN_PIXEL_U16,
+                            .session = "s",
+                            .roi = "r",
+                            .pixels = counts,
+                            .rows = SMALL,
+                            .cols = SMALL,
+                            .exposure_s = 0.01};
     return &frame;
 }
 
 void *make_coadd(void) {
-    const toliman_coadd_options options = {.struct_size = sizeof options, .range_px = 2, .threads = 1,
-                                           .chi_square_max = 1e6};
+    const toliman_coadd_options options = {
+        .struct_size = sizeof options, .range_px = 2, .threads = 1, .chi_square_max = 1e6};
     toliman_coadd *coadd = NULL;
     toliman_coadd_outcome outcome = {.struct_size = sizeof outcome};
     assert_ok(toliman_coadd_create(shared(create_fit), NULL, &options, &coadd));

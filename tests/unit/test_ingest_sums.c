@@ -1,4 +1,4 @@
-/* Tests the keys of sums in lines of a side file: exposure, number of frames, covariance and cumulants of their places. */
+/* Tests the keys of sums in lines of a side file: exposure, number of frames, covariance and cumulants of places. */
 #include "pair_files.h"
 
 static const int64_t kSecond = 1000000000;
@@ -13,10 +13,12 @@ static void put_line(const char *mode, int64_t id, const char *members) {
 }
 
 TEST(sums_have_their_exposure_and_spread) {
-    put_line("wb", 0, "\"exposure_s\": 20, \"on_target_s\": [1, 19.5], \"frames\": 1000, \"jitter_px2\": [0.09, 0.08, -0.01]");
+    put_line("wb", 0,
+             "\"exposure_s\": 20, \"on_target_s\": [1, 19.5], \"frames\": 1000, \"jitter_px2\": [0.09, 0.08, -0.01]");
     put_line("ab", 1, "");
-    put_line("ab", 2, "\"jitter_px2\": [1, 0.5, 0.1], \"cumulants_px\": [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, "
-                      "16, 17, 18, 19, 20, 21, 2.2e-1]");
+    put_line("ab", 2,
+             "\"jitter_px2\": [1, 0.5, 0.1], \"cumulants_px\": [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, "
+             "16, 17, 18, 19, 20, 21, 2.2e-1]");
     put_pixels(3 * FRAME_BYTES);
     const int32_t stamps[] = {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_MIDDLE, TOLIMAN_FRAME_STAMP_END};
     for (int i = 0; i < 3; i++) {
