@@ -204,7 +204,8 @@ toliman_status toliman_bank_encode(const toliman_bank *handle, const toliman_fit
             WorkPool<bank::BankWork>::Lease of_bank;
         };
         const auto encode = [&](const ImageView<const double> &frame, size_t i, Work &work) {
-            return public_result(bank.estimate(model->fit.first(), frame, given.at(i), *work.of_fit, *work.of_bank));
+            return public_result(bank.estimate(model->fit.first(), frame, of_one_frame(given.at(i), "predictions"),
+                                               *work.of_fit, *work.of_bank));
         };
         const auto fit_of = [&](Work &work) {
             return public_result((*work.of_bank).fitted, model->fit.first().parameters().size());
@@ -242,8 +243,9 @@ toliman_status toliman_bank_predict(const toliman_bank *handle, const toliman_fi
         check_fit(*handle, *fit, "bank");
         WorkPool<fit::FitWork>::Lease fit_work(model->works);
         WorkPool<bank::BankWork>::Lease work(use->works);
-        deliver(public_result(use->bank.predict(model->fit.first(), prediction_of(prediction), *fit_work, *work)), out,
-                "out");
+        deliver(public_result(use->bank.predict(
+                    model->fit.first(), of_one_frame(prediction_of(prediction), "prediction"), *fit_work, *work)),
+                out, "out");
     });
 }
 

@@ -47,7 +47,7 @@ std::vector<fit::Prediction> predictions_of(const toliman_fit_prediction *given,
         return predictions;
     const StructArray<const toliman_fit_prediction> all(given, "predictions");
     for (size_t k = 0; k < count; k++)
-        in_frame(k, [&] { predictions[k] = prediction_of(all.get(k), "predictions"); });
+        in_frame(k, [&] { predictions[k] = of_one_frame(prediction_of(all.get(k), "predictions"), "predictions"); });
     return predictions;
 }
 

@@ -134,6 +134,12 @@ fit::Prediction prediction_of(const toliman_fit_prediction *given) {
     return given == nullptr ? fit::Prediction() : prediction_of(copied(given, "prediction"), "prediction");
 }
 
+fit::Prediction of_one_frame(const fit::Prediction &prediction, const char *name) {
+    if (prediction.spread.any())
+        fail(Status::unsupported, "{%s->spread}: must be NULL: only a fit takes sums of frames", name);
+    return prediction;
+}
+
 toliman_fit_result public_result(const fit::Result &result, size_t n) {
     double values[fit::kMostParameters], covariance[fit::kMostParameters * fit::kMostParameters];
     copy_parameters(result, n, values, covariance);

@@ -406,19 +406,4 @@ TEST(mistakes_are_refused) {
     toliman_coadd_destroy(coadd);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(frames_are_registered_within_their_noise),
-        cmocka_unit_test(frames_are_found_in_the_whole_range),
-        cmocka_unit_test(sums_are_exact),
-        cmocka_unit_test(frames_in_any_order_give_the_same_bits),
-        cmocka_unit_test(pixels_are_left_out_and_filled),
-        cmocka_unit_test(frames_that_do_not_fit_have_a_verdict),
-        cmocka_unit_test(sums_end_at_their_limits),
-        cmocka_unit_test(sums_end_when_the_stars_have_moved),
-        cmocka_unit_test(saved_sums_continue),
-        cmocka_unit_test(adding_allocates_nothing),
-        cmocka_unit_test(mistakes_are_refused),
-    };
-    return cmocka_run_group_tests(tests, make_frames, destroy_frames);
-}
+RUN_TESTS(make_frames, destroy_frames)

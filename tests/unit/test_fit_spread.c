@@ -196,12 +196,4 @@ TEST(impossible_spreads_are_refused) {
     assert_invalid(toliman_coadd_create(fit, &sum, NULL, &coadd), "prediction->spread");
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sums_are_those_of_single_frames),
-        cmocka_unit_test(a_normal_spread_is_the_jitter_of_a_scene),
-        cmocka_unit_test(sums_have_the_noise_of_their_frames),
-        cmocka_unit_test(impossible_spreads_are_refused),
-    };
-    return cmocka_run_group_tests(tests, make_fit, destroy_fit);
-}
+RUN_TESTS(make_fit, destroy_fit)

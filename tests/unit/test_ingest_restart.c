@@ -42,7 +42,7 @@ static int next_frame(toliman_ingest *ingest, const line *one, bool restarts) {
 
 /* Each row: a file, complete and growing line by line. */
 /* promise: restarted-counters-lose-no-frame */
-TEST(test_restarts) {
+TEST_WITH_PAIR(test_restarts) {
     static const struct {
         const char *what;
         int restarts; /* warnings */
@@ -120,7 +120,7 @@ TEST(test_restarts) {
 }
 
 /* Further keys: one warning, and the frames. A key is shown without control bytes. */
-TEST(test_further_keys) {
+TEST_WITH_PAIR(test_further_keys) {
     char text[512];
     put_pixels(3 * FRAME_BYTES);
     for (int i = 0; i < 3; i++) {
@@ -137,7 +137,7 @@ TEST(test_further_keys) {
 }
 
 /* Blank lines have no pixels, but a number. */
-TEST(test_blank_lines) {
+TEST_WITH_PAIR(test_blank_lines) {
     char text[512];
     put_pixels(3 * FRAME_BYTES);
     put_text(side_path, "ab", "\n \t\r\n");
@@ -152,7 +152,7 @@ TEST(test_blank_lines) {
     assert_end(ingest);
 }
 
-TEST(test_region) {
+TEST_WITH_PAIR(test_region) {
     const line lines[] = {{0, 0, 0, "a", 0, 0}, {0, 0, 0, "b", 0, 0}, {1, 1, 1, "a", 0, 1}, {1, 1, 1, "b", 0, 1}};
     put_pixels(4 * FRAME_BYTES);
     for (int i = 0; i < 4; i++)
@@ -173,8 +173,4 @@ TEST(test_region) {
     assert_refused(toliman_ingest_create(stem_path, &options, &refused), TOLIMAN_E_ARGUMENT, "options->roi");
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {WITH_PAIR(test_restarts), WITH_PAIR(test_further_keys),
-                                       WITH_PAIR(test_blank_lines), WITH_PAIR(test_region)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)

@@ -12,7 +12,7 @@ static void put_line(const char *mode, int64_t id, const char *members) {
     put_text(side_path, mode, text);
 }
 
-TEST(sums_have_their_exposure_and_spread) {
+TEST_WITH_PAIR(sums_have_their_exposure_and_spread) {
     put_line("wb", 0,
              "\"exposure_s\": 20, \"on_target_s\": [1, 19.5], \"frames\": 1000, \"jitter_px2\": [0.09, 0.08, -0.01]");
     put_line("ab", 1, "");
@@ -50,7 +50,7 @@ TEST(sums_have_their_exposure_and_spread) {
     }
 }
 
-TEST(malformed_keys_are_damage) {
+TEST_WITH_PAIR(malformed_keys_are_damage) {
     static const char *const kCases[][2] = {
         {"\"exposure_s\": -1", "exposure_s must"},
         {"\"exposure_s\": \"1\"", "exposure_s must"},
@@ -77,10 +77,4 @@ TEST(malformed_keys_are_damage) {
     toliman_ingest_destroy(ingest);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(sums_have_their_exposure_and_spread, make_pair, remove_pair),
-        cmocka_unit_test_setup_teardown(malformed_keys_are_damage, make_pair, remove_pair),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+RUN_TESTS(NULL, NULL)
