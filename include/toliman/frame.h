@@ -43,7 +43,8 @@ typedef struct toliman_frame {
     size_t interval_count;   /* at most 65536; 0 = unknown */
     int64_t window_row, window_col; /* row and column of the first pixel on the detector, at most 2^31 */
     int64_t restarts; /* restarts of the camera within the session before this frame: its ids begin again; 0 to 2^31 */
-    const toliman_spread *spread; /* of a sum of frames (coadd.h); NULL = one frame */
+    const toliman_spread *spread; /* of a sum of frames (coadd.h), for trackers with fit or estimate alone (others:
+                                     TOLIMAN_E_UNSUPPORTED); NULL = one frame */
 } toliman_frame;
 #define TOLIMAN_FRAME_INIT TOLIMAN_INIT(toliman_frame)
 

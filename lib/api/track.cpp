@@ -257,6 +257,11 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
 using Frames = StructArray<const toliman_frame>;
 using Outcomes = StructArray<toliman_track_outcome>;
 
+// Networks and templates are made for the scene of one frame.
+bool measures_sums(const toliman_track_estimator &estimator) noexcept {
+    return estimator.cae == nullptr && estimator.linear == nullptr && estimator.bank == nullptr;
+}
+
 // Processes `count` checked frames from index `done`, and adds the number processed to `done`, also on failure.
 void push_batch(track::Tracker &tracker, const Frames &frames, size_t count, const Outcomes &outcomes, size_t &done) {
     track::Frame batch[track::Tracker::kBatch];
@@ -323,6 +328,8 @@ toliman_status toliman_track_push(toliman_track *track, const toliman_frame *fra
                 fail(Status::argument, "{frames[%zu].struct_size} = %u: must be %u, as in frames[0]", i,
                      frame.struct_size, given.size());
             check_frame(frame, i, tracker.plan().terms);
+            if (frame.spread != nullptr && !measures_sums(use->estimator))
+                fail(Status::unsupported, "{frames[%zu].spread}: must be NULL: only a fit measures sums of frames", i);
         }
         while (*done < count)
             push_batch(tracker, given, std::min(track::Tracker::kBatch, count - *done), results, *done);

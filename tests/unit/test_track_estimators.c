@@ -69,6 +69,11 @@ TEST(values_match_the_estimators) {
             toliman_track_outcome outcome = {.struct_size = sizeof outcome};
             size_t done;
             double value;
+            const toliman_spread spread = {.struct_size = sizeof spread, .frames = 3};
+            toliman_frame sum = frame;
+            sum.spread = &spread;
+            assert_refused(toliman_track_push(track, &sum, 1, &outcome, &done), TOLIMAN_E_UNSUPPORTED,
+                           "frames[0].spread");
             toliman_frame_goodness goodness = TOLIMAN_FRAME_GOODNESS_INIT;
             const toliman_image image = {.struct_size = sizeof image, .pixels = counts};
             assert_ok(which ? toliman_cae_encode(cae, &image, 1, &value, &goodness)

@@ -144,8 +144,7 @@ void run(const Options &options, Progress &progress) {
     const double setup = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const Pipeline pipeline = run_pipeline(scene, cadence, chosen, setup, progress);
     const double degrees = rotation != nullptr ? rotation->valuedouble : 0;
-    const std::string json =
-        folder.write({scene, text, degrees, cadence, pipeline});
+    const std::string json = folder.write({scene, text, degrees, cadence, pipeline});
     progress.clear();
     print_warnings(pipeline, path, progress);
     if (options.as_json)

@@ -64,8 +64,8 @@ class OutputFolder {
     OutputFile &open(const std::string &name, Replaces what = Replaces::results);
     // The file of this name, which was opened, is not to be: commit() removes one of earlier results.
     void remove(const std::string &name);
-    // Commits all open files, which agree: none is renamed before all are on the disk, and the file `last`, which implies
-    // that the others are complete, is absent until they are.
+    // Commits all open files, which agree: none is renamed before all are on the disk, and the file `last`, which
+    // implies that the others are complete, is absent until they are.
     void commit(const std::string &last);
     void keep() noexcept;
 

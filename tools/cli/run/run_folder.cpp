@@ -140,8 +140,7 @@ void set_references(const Pipeline &pipeline, Json &json) {
 
 Json timings_json(const Timings &spent) {
     return Json("setup_s", spent.setup, "simulate_s", spent.simulate, "train_s", spent.train, "encode_s", spent.encode,
-                "fit_s", spent.fit, "period_s", spent.period, "controls_s", spent.controls,
-                "total_s", spent.total);
+                "fit_s", spent.fit, "period_s", spent.period, "controls_s", spent.controls, "total_s", spent.total);
 }
 
 std::string run_result(const RunFiles &files) {
@@ -154,8 +153,7 @@ std::string run_result(const RunFiles &files) {
     set_result(pipeline, files.cadence.times[0], json);
     set_network(pipeline.network, json);
     set_references(pipeline, json);
-    json.set("grid",
-             Json("f0", pipeline.grid.f0, "df", pipeline.grid.df, "nf", pipeline.grid.nf), "timings",
+    json.set("grid", Json("f0", pipeline.grid.f0, "df", pipeline.grid.df, "nf", pipeline.grid.nf), "timings",
              timings_json(pipeline.timings));
     return json.text();
 }
