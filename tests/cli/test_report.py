@@ -8,10 +8,12 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 import numpy
-from pages import Reader, Recorder, ReportTest, __main__, lines, write_bench
+from pages import Reader, Recorder, ReportTest, __main__, lines, results, write_bench
 from program import PROGRAM
+from toliman.report import run_simulation
 from shared_run import AMPLITUDE, COLUMNS, FRAMES, NAME, PERIOD, SEED, SIDE, rows_of, shared_run
 
 FIGURES = ["series", "folded", "periodogram", "pupil", "cut", "frame", "whiteness", "signal-and-atom", "bandwidths",
@@ -31,6 +33,8 @@ class Run(ReportTest):
         cls.top = pathlib.Path(kept.name)
         cls.result = json.loads((cls.run_folder / "result.json").read_text())
         cls.page = Recorder(cls.run_folder)
+        read = results.load(cls.run_folder / "result.json", "toliman-run/2")
+        cls.pictures, _ = run_simulation.simulate(cls.run_folder, read)
         cls.copy_to(cls.top / "copy", images=None)
         done = subprocess.run([PROGRAM, "report", cls.run_folder, "--out", "page"], cwd=cls.top, capture_output=True, text=True)
         assert (done.returncode, done.stdout, done.stderr) == (0, "page/report.html\n", ""), done
@@ -42,13 +46,11 @@ class Run(ReportTest):
 
     @classmethod
     def copy_to(cls, folder, **changes):
-        """A copy of the run with other keys of its result, and without its images if they are None."""
+        """A copy of the run with other keys of its result, and without its scene if images = None."""
         shutil.rmtree(folder, ignore_errors=True)
-        shutil.copytree(cls.run_folder, folder, ignore=shutil.ignore_patterns("images"))
-        if changes.get("images", True):
-            (folder / "images").mkdir()
-            for path in (cls.run_folder / "images").iterdir():
-                (folder / "images" / path.name).symlink_to(path)
+        shutil.copytree(cls.run_folder, folder)
+        if changes.pop("images", True) is None:
+            (folder / "scene.json").unlink()
         (folder / "result.json").write_text(json.dumps({**cls.result, **changes}))
 
     def copy(self, **changes):
@@ -108,9 +110,9 @@ class Run(ReportTest):
             fit = found["fit" if name == "true" else "fit ± error"]
             self.assertAlmostEqual(fit[0][0] * own["period_days"], 1, delta=1e-12)
 
-    def test_images_show_the_files(self):
+    def test_images_show_the_scene(self):
         geometry, scale = self.result["geometry"], self.result["geometry"]["pixel_scale_arcsec"]
-        frame, psf = (numpy.load(self.run_folder / "images" / f"{name}.npy") for name in ("frame", "psf_600nm"))
+        frame, psf = (self.pictures.images[name].values for name in ("frame", "psf_600nm"))
         axes = self.page.figures["frame"].axes[0]
         numpy.testing.assert_array_equal(axes.images[0].get_array(), frame)
         numpy.testing.assert_array_equal(self.page.figures["pupil"].axes[1].images[0].get_array(), psf)
@@ -154,12 +156,13 @@ class Run(ReportTest):
 
     def test_what_is_unknown(self):
         """No controls, nulls, a point spread function that the pupil cannot have, a grid of one frequency, a peak at the edge."""
-        images = {**self.result["images"], "psf_500-700nm": {**self.result["images"]["psf_500-700nm"], "reason": "a <reason>"}}
-        self.copy(period_error_days=None, fitted_amplitude_error_px=None, at_edge=True, images=images, controls="none",
+        pictures = self.pictures._replace(reasons={**self.pictures.reasons, "psf_500-700nm": "a <reason>"})
+        self.copy(period_error_days=None, fitted_amplitude_error_px=None, at_edge=True, controls="none",
                   latent_sigma_px=None, efficiency=None, efficiency_error=None, no_signal=None, untrained=None,
                   template={**self.result["template"], "sigma_px": None})
         (self.folder / "copy" / "periodogram.csv").write_text("frequency,power,template,true\n0.5,0.9,0.8,0.7\n")
-        page = Recorder(self.folder / "copy")
+        with unittest.mock.patch.object(run_simulation, "simulate", return_value=(pictures, "")):
+            page = Recorder(self.folder / "copy")
         text = Reader(page.html()).text + "".join(page.captions.values())
         for words, has in (("± – days", True), ("500–700 nm: a <reason>", True), ("at the edge", True), ("--controls none", True),
                            ("nan", False), ("network, no signal", False)):
@@ -209,14 +212,18 @@ class Run(ReportTest):
             path = self.folder / "copy" / file
             path.write_text(damage(path.read_text()))
             self.fail_with(words, "copy")
-        for damage in (lambda path: path.write_bytes(b"\x93NUMPY"), lambda path: None):
-            self.copy()
-            path = self.folder / "copy" / "images" / "frame.npy"
-            path.unlink()
-            damage(path)
-            self.fail_with("copy/images/frame.npy: ", "copy")
         (self.folder / "copy" / "series.csv").unlink()
         self.refuse(3, "copy/series.csv: ", arguments=("report", "copy"))
+
+    def test_files_that_cannot_be_simulated(self):
+        """The page says why it has no images."""
+        for name, content, words in (("weights.tlmw", b"TLMW", "weights.tlmw: "), ("scene.json", b"{", "No images: "),
+                                     ("scene.json", b"{}", "telescope")):
+            self.copy()
+            (self.folder / "copy" / name).write_bytes(content)
+            page = Recorder(self.folder / "copy")
+            self.assertEqual(list(page.figures), CHEAP)
+            self.assertIn(words, Reader(page.html()).text)
 
     def test_without_a_package(self):
         """One line that names what to install, and nothing is written."""
@@ -242,7 +249,7 @@ class Run(ReportTest):
         self.check_cheap("page")
 
     def test_the_module_alone(self):
-        """The same page by python3 -m, without libtoliman, which importing the package does not load either."""
+        """The same page by python3 -m, without libtoliman, which importing the package does not load either, nor a page without images."""
         self.copy(images=None)
         done = subprocess.run([*MODULE, "copy", "--out", "by_module"], cwd=self.folder, env=ENVIRONMENT, capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "by_module/report.html\n", ""))

@@ -20,7 +20,7 @@ class ChapterRun(ProgramTest):
     def test_figures_and_files(self):
         out = self.succeed("run", SCENES / "chapter.json", "--seed", "3", "--out", "results", "--json")
         files = self.folder / "results"
-        self.assertEqual(sorted(p.name for p in files.iterdir()), ["displacement.csv", "images", "periodogram.csv", "result.json", "scene.json", "series.csv", "training.csv", "weights.tlmw"])
+        self.assertEqual(sorted(p.name for p in files.iterdir()), ["periodogram.csv", "result.json", "scene.json", "series.csv", "training.csv", "weights.tlmw"])
         self.assertEqual(out, (files / "result.json").read_text())
         result = json.loads(out)
         self.assertEqual(result["schema"], "toliman-run/2")
@@ -42,7 +42,7 @@ class ChapterRun(ProgramTest):
         self.assertAlmostEqual(result["decoder"]["gain"], 1, delta=0.05)
         self.assertEqual(
             set(result["timings"]),
-            {"setup_s", "train_s", "simulate_s", "encode_s", "fit_s", "period_s", "controls_s", "images_s", "total_s"},
+            {"setup_s", "train_s", "simulate_s", "encode_s", "fit_s", "period_s", "controls_s", "total_s"},
         )
         series, power = (rows_of(files / f"{name}.csv") for name in ("series", "periodogram"))
         self.assertEqual(list(series), ["frame", "t", "true", "latent", "template"])
@@ -94,12 +94,8 @@ class Controls(ProgramTest):
         (self.folder / "scene.json").write_text(json.dumps(scene_of()))
 
     def check_same_files(self, folder):
-        for name in ("series.csv", "periodogram.csv", "training.csv", "displacement.csv", "weights.tlmw"):
+        for name in ("series.csv", "periodogram.csv", "training.csv", "weights.tlmw"):
             self.assertEqual((folder / name).read_bytes(), (self.full / name).read_bytes(), name)
-        images = sorted(path.name for path in (self.full / "images").iterdir())
-        self.assertEqual(sorted(path.name for path in (folder / "images").iterdir()), images)
-        for name in images:
-            self.assertEqual((folder / "images" / name).read_bytes(), (self.full / "images" / name).read_bytes(), name)
 
     def check_same_result(self, result, *others):
         """All keys but those that the controls, time and place of the run change."""
@@ -166,7 +162,7 @@ class Scenes(ProgramTest):
         (folder / "report" / "report.html").write_text("")
         with subprocess.Popen([PROGRAM, "run", "s.json", "--controls", "quick", "--out", "r"], cwd=self.folder,
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-            while not (folder / "images" / "residuals.npy.0.tmp").exists() and process.poll() is None:
+            while not (folder / "weights.tlmb.0.tmp").exists() and process.poll() is None:
                 time.sleep(0.001)
             scene.unlink()
             stdout, stderr = process.communicate(timeout=PATIENCE)
@@ -188,7 +184,7 @@ class Scenes(ProgramTest):
         self.scene()
         folder = self.folder / "r"
         shutil.copytree(shared_run(), folder)
-        for name in ("result.json", "series.csv", "weights.tlmw", "images/frame.npy"):
+        for name in ("result.json", "series.csv", "weights.tlmw"):
             with self.subTest(name):
                 own = (folder / name).read_bytes()
                 (folder / name).write_text("notes\n")

@@ -64,7 +64,7 @@ class Stops(ProgramTest):
         cases = ((("simulate", scene, "--out", "x.npy"), "x.npy.0.tmp", STOPPED),
                  (("simulate", scene, "--out", "x.fits"), "x.fits.0.tmp", STOPPED),
                  (("simulate", scene, "--out", "p", "--session", "s", "--dtype", "u32le"), "p/s_meta.jsonl.0.tmp", STOPPED),
-                 (("run", scene, "--out", "r"), "r/images/residuals.npy.0.tmp", STOPPED),
+                 (("run", scene, "--out", "r"), "r/weights.tlmb.0.tmp", STOPPED),
                  (("train", scene, "--mode", "unsupervised", "--out", "w"), "w.0.tmp", STOPPED))
         for (arguments, mark, message), (number, code) in zip(cases, 2 * ((signal.SIGTERM, 143), (signal.SIGINT, 130),
                                                                             (signal.SIGHUP, 129))):

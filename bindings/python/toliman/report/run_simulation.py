@@ -43,15 +43,17 @@ class Pictures(typing.NamedTuple):
 
 def simulate(folder: pathlib.Path, result: Result) -> tuple[Pictures | None, str]:
     """Simulates the scene of a run; None and the reason if that is not possible."""
+    if not (folder / "scene.json").exists():
+        return None, "the folder has no scene.json."
     try:
         from .. import Error
     except ImportError as error:
         return None, "libtoliman cannot be loaded. " + " ".join(str(error).split())
     with signals_deferred() as received:  # an exception of a signal handler cannot propagate through C
         try:
-            scene = json.loads((folder / "scene.json").read_text())
+            scene = dict(json.loads((folder / "scene.json").read_text()))
             return _Run(folder, result, scene, lambda *_: bool(received)).pictures(), ""
-        except (OSError, ValueError, Error) as error:
+        except (OSError, ValueError, TypeError, Error) as error:
             return None, str(error)
 
 
@@ -61,9 +63,9 @@ class _Run:
     def __init__(self, folder: pathlib.Path, result: Result, scene: dict[str, typing.Any], progress: typing.Any):
         from .. import Simulator
         self.folder, self.seed = folder, result.whole("seed")
-        self.telescope, self.base = scene["telescope"], result.text("scene_folder")
-        self.progress = progress
+        self.base, self.progress = result.text("scene_folder"), progress
         self.simulator = Simulator(scene, folder=self.base, progress=progress)
+        self.telescope = scene["telescope"]
         self.info, self.unit = self.simulator.info, result.text("unit")
         self.has_network = result.find("estimator", "network") == "network"
 
