@@ -218,7 +218,7 @@ class Run(ReportTest):
     def test_files_that_cannot_be_simulated(self):
         """The page says why it has no images."""
         for name, content, words in (("weights.tlmw", b"TLMW", "weights.tlmw: "), ("scene.json", b"{", "No images: "),
-                                     ("scene.json", b"{}", "telescope")):
+                                     ("scene.json", b"{}", "schema: is missing")):
             self.copy()
             (self.folder / "copy" / name).write_bytes(content)
             page = Recorder(self.folder / "copy")

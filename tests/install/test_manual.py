@@ -139,6 +139,7 @@ class Completion(unittest.TestCase):
         self.assertEqual(self.complete("toliman", "period", "--fap", "ba"), ["baluev"])
         self.assertEqual(self.complete("toliman", "train", "--mode="), ["tied", "unsupervised"])
         self.assertEqual(self.complete("toliman", "train", "--mode=u"), ["unsupervised"])
+        self.assertEqual(self.complete("toliman", "predict", "--without", "parallax,l"), ["parallax,light_time"])
         self.assertEqual(self.complete("toliman", "--progress", ""), ["auto", "json", "none"])
 
     def test_files_are_left_to_bash(self):

@@ -75,7 +75,8 @@ class _ComponentFrames:
         frames = simulator.info.frames
         self.block = max(1, frames // _BLOCKS) if blocks else 1
         self._new = functools.partial(Components, simulator, raw=raw, capacity=frames // self.block)
-        self._components: Components | None = None
+        self._components: typing.Any = None
+        self._rest: Doubles | None = None
         self._lock = threading.Lock()
 
     def begin(self) -> None:

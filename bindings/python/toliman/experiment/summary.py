@@ -62,7 +62,7 @@ def _control(campaign: Campaign, table: Table, rows: list[Row]) -> Json:
     return {
         "method": rows[0].method, "series": len(rows), "frames": len(rows) * campaign.simulator.info.frames,
         "alarms": sum(row.log10_fap < FOUND for row in rows),
-        "ks_p": uniformity(10 ** numpy.array([row.log10_fap for row in rows])),
+        "ks_p": uniformity(numpy.power(10.0, [row.log10_fap for row in rows])),
         "sigma_px": sigma_px, "efficiency": table.bound_px / sigma_px,
         "bias_px": statistics.fmean(row.mean for row in rows), "slope": statistics.fmean(row.slope for row in rows),
     }
