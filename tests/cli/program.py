@@ -62,10 +62,12 @@ class ProgramTest(unittest.TestCase):
         self.addCleanup(kept.cleanup)
         self.folder = pathlib.Path(kept.name)
 
-    def command(self, first, *arguments):
+    def command(self, *arguments):
         """The words that start the program or a module."""
-        program = [sys.executable, "-m", f"toliman.{first}"] if first in self.modules else [PROGRAM, str(first)]
-        return [*program, *map(str, arguments)]
+        words = [str(word) for word in arguments]
+        if words and words[0] in self.modules:
+            return [sys.executable, "-m", f"toliman.{words[0]}", *words[1:]]
+        return [PROGRAM, *words]
 
     def run_program(self, *arguments, **options):
         done = subprocess.run(
