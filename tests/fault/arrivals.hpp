@@ -27,8 +27,8 @@ struct Arrival {
             return ends;
         }();
         const size_t count = id % 3 == 1 ? kArcs : 0;
-        return {"pass", "core",     id, id * 1000, 0,           pixels, kSide, kSide,
-                kSide,  Pixel::u16, 0,  1,         arcs.data(), count,  0,     0};
+        return {"pass",     "core", id, id * 1000, 0,           pixels, kSide, kSide, kSide,
+                Pixel::u16, 0,      0,  1,         arcs.data(), count,  0,     0};
     }
 };
 

@@ -71,7 +71,8 @@ struct Run {
     void push_pixel(int64_t id, uint16_t pixel) {
         const double on_target[] = {0, 0.25, 0.5, 1};
         const uint16_t pixels[kPixels] = {pixel, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
-        const track::Frame frame = {"s", "r", id, id * 1000, 0, pixels, 4, 4, 4, Pixel::u16, 0, 1, on_target, 2, 3, 4};
+        const track::Frame frame = {"s",        "r", id, id * 1000, 0,         pixels, 4, 4, 4,
+                                    Pixel::u16, 0,   0,  1,         on_target, 2,      3, 4};
         track::Outcome outcome;
         size_t done;
         tracker->push(&frame, 1, &outcome, done);
@@ -155,7 +156,7 @@ void check(const track::Tracker &tracker) {
     for (const double value : tracker.series().y)
         require(std::isfinite(value), "a value that is not finite in the series");
     for (const track::NamedStream &stream : tracker.streams())
-        require(stream.session.size() <= 64 && stream.count.frames > 0, "an impossible stream");
+        require(stream.name.session.size() <= 64 && stream.count.frames > 0, "an impossible stream");
 }
 
 // Reading must change nothing, and what is pushed after reopening must be kept.
