@@ -107,8 +107,8 @@ TOLIMAN_API const char *toliman_last_error_field(void) TOLIMAN_NOEXCEPT;
 /* Returns the name of a constant in files and messages: "too good" for TOLIMAN_GOODNESS_TOO_GOOD. Named are status
  * codes, TOLIMAN_CALIBRATION_CHANGE_..., TOLIMAN_COADD_..., TOLIMAN_GOODNESS_..., TOLIMAN_INGEST_REASON_...,
  * TOLIMAN_MEASURE_..., TOLIMAN_PERIOD_INTERVAL_..., TOLIMAN_PLANET_REASON_..., TOLIMAN_SIM_IMAGE_...,
- * TOLIMAN_SKY_CAUSE_..., _ELEMENT_..., _OBSERVER_..., TOLIMAN_TRACK_REASON_..., _VERDICT_.... Returns "?" for another
- * number or a bit set. */
+ * TOLIMAN_SKY_CAUSE_..., _ELEMENT_..., _OBSERVER_..., TOLIMAN_TRACK_REASON_..., _VERDICT_....
+ * Returns "?" for another number or a bit set. */
 TOLIMAN_API const char *toliman_constant_name(int32_t constant) TOLIMAN_NOEXCEPT;
 
 /* Callback for the progress of a long call. Return 0 to continue. Any other value stops the call with

@@ -39,7 +39,7 @@ typedef struct toliman_coadd toliman_coadd;
 /* Flags of toliman_coadd_options. */
 #define TOLIMAN_COADD_ALIGNED 1u /* sums end at multiples of duration_s of the camera time */
 
-/* Options. */
+/* Options of sums. */
 typedef struct toliman_coadd_options {
     uint32_t struct_size;
     uint32_t flags;    /* TOLIMAN_COADD_ALIGNED */

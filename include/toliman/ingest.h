@@ -7,7 +7,7 @@
  *                   next, finish -> event -> frame -> track.h, cae.h, linear.h
  *                     |  ^ find_frame, set_shift: after bytes were lost
  *                     |               +----> damage, warning, or nothing yet
- *                   get_info, destroy
+ *                   get_info, destroy; netcdf_version
  *
  *   clock table           read_clock -> toliman_track_clock
  *   on-target windows     read_on_target -> TAI nanoseconds, for toliman_frame.intervals and sky.h

@@ -42,8 +42,8 @@ typedef struct toliman_period_batch_options {
  *           frequency 20 more for each of the second to sixth threads, 225 if exact sums are needed; per nuisance
  *           function 16 per sample and 50 per frequency.
  * Bits      The same on CPUs of the same kind; FFTW's last bits differ between kinds.
- * Errors: TOLIMAN_E_RANGE tolerance, |t| > 1e100, |y| > 1e300, phases above 2^50 cycles, too many samples, times
- * outside the trend, exact sums needed and sigmas that differ by a factor above 1e8. */
+ * Errors    TOLIMAN_E_RANGE |t| > 1e100, |y| > 1e300, phases above 2^50 cycles, too many samples, times outside the
+ *           trend, exact sums needed and sigmas that differ by a factor above 1e8. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t,
                                                                    const double *y, const double *sigma, size_t n,
                                                                    const toliman_period_batch_options *options,

@@ -127,7 +127,7 @@ fit::Prediction prediction_of(const toliman_fit_prediction &given, const char *n
             {given.x_px, given.y_px},
             given.separation_px,
             given.position_angle_deg,
-            spread_of(given.spread, (std::string(name) + "->spread").c_str())};
+            given.spread != nullptr ? spread_of(given.spread, (std::string(name) + "->spread").c_str()) : Spread()};
 }
 
 fit::Prediction prediction_of(const toliman_fit_prediction *given) {

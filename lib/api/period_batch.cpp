@@ -31,7 +31,6 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
         job.grid.basis.start = known.trend_start;
         job.grid.basis.end = known.trend_end;
         std::copy_n(known.prior_precision, job.grid.basis.precision.size(), job.grid.basis.precision.begin());
-        in_struct("options->", [&] { job.grid.basis.check(); });
         if (sigma == nullptr && job.grid.basis.has_priors())
             fail(Status::argument,
                  "{sigma}: must be given with prior_precision, whose unit is that of absolute sigmas");

@@ -224,32 +224,36 @@ std::optional<Event> Pair::give_placed(Slot &slot, const Place &place) {
     judge(line);
     if (warnings_.empty())
         return frame(slot, place);
-    auto [reason, text] = std::move(warnings_.front());
+    const auto &[reason, text] = warnings_.front();
+    const Event event = report(slot, EventKind::warning, reason, text);
     warnings_.pop_front();
-    return report(slot, EventKind::warning, reason, std::move(text));
+    return event;
 }
 
-// Finds the warnings of the first line, whose frame is valid, once.
+// Finds the warnings of the first line, whose frame is valid, once; all or, without memory, none.
 void Pair::judge(const SideLine &line) {
-    if (std::exchange(is_judged_, true))
+    if (is_judged_)
         return;
-    const auto warn = [this](Reason reason, std::string text, bool &is_told) {
-        const bool is_new = !text.empty() && !is_told;
-        if (is_new)
-            warnings_.emplace_back(reason, std::move(text));
-        is_told = is_told || is_new;
-        return is_new;
+    std::deque<std::pair<Reason, std::string>> found;
+    unsigned told = told_;
+    const auto warn = [&](Reason reason, std::string text, bool each_time = false) {
+        const unsigned bit = 1u << static_cast<unsigned>(reason);
+        if (text.empty() || ((told & bit) != 0 && !each_time))
+            return false;
+        found.emplace_back(reason, std::move(text));
+        told |= bit;
+        return true;
     };
-    bool again = false; // told of each line
     if (line.unknown_key != nullptr)
-        warn(Reason::unknown_key, text_of("unknown key \"%s\": ignored, in all lines", line.unknown_key),
-             has_unknown_key_);
+        warn(Reason::unknown_key, text_of("unknown key \"%s\": ignored, in all lines", line.unknown_key));
     if (line.is_restart)
-        warn(Reason::restart, restart_text(line), again);
-    again = false;
-    if (!warn(Reason::clock_jump, clock_.jump(line, front_number()), again) &&
-        !warn(Reason::clocks_differ, clock_.drift(line), has_drifted_))
-        warn(Reason::overlap, clock_.overlap(line, exposure_of(line, options_)), has_overlapped_);
+        warn(Reason::restart, restart_text(line), true);
+    if (!warn(Reason::clock_jump, clock_.jump(line, front_number()), true) &&
+        !warn(Reason::clocks_differ, clock_.drift(line)))
+        warn(Reason::overlap, clock_.overlap(line, exposure_of(line, options_)));
+    warnings_.swap(found);
+    told_ = told;
+    is_judged_ = true;
 }
 
 // Decides at the end of the files whether lines without pixels and pixels without line are damage.

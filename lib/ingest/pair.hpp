@@ -88,8 +88,7 @@ class Pair final : public Reader {
     Restarts restarts_;
     std::deque<std::pair<Reason, std::string>> warnings_; // of the first line, not reported yet
     bool is_judged_ = false;                              // its warnings are known
-    bool has_drifted_ = false;                            // reported once per pair, as the others
-    bool has_overlapped_ = false, has_unknown_key_ = false;
+    unsigned told_ = 0;                                   // bits of the reasons that were reported
 
     // The end of the files.
     bool is_over_ = false;

@@ -40,6 +40,12 @@ bool Restarts::is_restart(const SideLine &last, const SideLine &line, double usu
 void Restarts::count(SideLine &line, double usual_step_ns) {
     const auto [entry, is_new] = sessions_.try_emplace(line.session);
     Session &session = entry->second;
+    if (!is_new && session.last.number == line.number) { // given again, after memory was short
+        line.is_restart = session.last.is_restart;
+        line.restarts = session.last.restarts;
+        line.clock_shift_ns = session.last.clock_shift_ns;
+        return;
+    }
     if (session.last.is_restart && line.host_s > session.last.host_s &&
         line.frame_id > session.starts.back().before.frame_id &&
         static_cast<double>(line.frame_id) - static_cast<double>(session.last.frame_id) >

@@ -352,7 +352,7 @@ class GoingOn(Experiment):
                  "--seeds", 2, "--blind", 400)
 
     def start(self, *arguments, **options):
-        return subprocess.Popen(self.command(*arguments), cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        return subprocess.Popen(self.words_of(*arguments), cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                 text=True, **options)
 
     # promise: stopped-work-resumes

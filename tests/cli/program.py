@@ -62,7 +62,7 @@ class ProgramTest(unittest.TestCase):
         self.addCleanup(kept.cleanup)
         self.folder = pathlib.Path(kept.name)
 
-    def command(self, *arguments):
+    def words_of(self, *arguments):
         """The words that start the program or a module."""
         words = [str(word) for word in arguments]
         if words and words[0] in self.modules:
@@ -71,7 +71,7 @@ class ProgramTest(unittest.TestCase):
 
     def run_program(self, *arguments, **options):
         done = subprocess.run(
-            self.command(*arguments), cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE, **options
+            self.words_of(*arguments), cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE, **options
         )
         schemas.check(done.stdout)
         return done

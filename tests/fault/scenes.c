@@ -253,6 +253,21 @@ void *make_coadd(void) {
     return coadd;
 }
 
+toliman_status take_sum(attempt *a) {
+    toliman_frame frame = TOLIMAN_FRAME_INIT;
+    toliman_coadd_sum sum = TOLIMAN_COADD_SUM_INIT;
+    const toliman_status status = toliman_coadd_take(a->object, &frame, &sum);
+    if (status != TOLIMAN_OK)
+        return status;
+    uint64_t hash = fnv1a(FNV_START, frame.pixels, sizeof(uint32_t) * SMALL * SMALL);
+    hash = fnv1a(hash, sum.left_out, sizeof(uint32_t) * SMALL * SMALL);
+    hash = fnv1a(hash, frame.spread, sizeof *frame.spread);
+    hash = fnv1a(hash, frame.intervals, 2 * frame.interval_count * sizeof *frame.intervals);
+    const int64_t numbers[] = {frame.frame_id, frame.camera_ns, sum.frames, sum.cosmic_rays, (int64_t)hash};
+    memcpy(a->out, numbers, sizeof numbers);
+    return status;
+}
+
 static uint8_t saved_sum[1 << 16];
 
 size_t coadd_size(void) {

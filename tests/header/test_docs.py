@@ -16,7 +16,7 @@ import model
 SYMBOLS = re.findall(r"\b(toliman_\w+);", (ROOT / "lib/api/toliman.sym").read_text())
 HEADERS = sorted(path.stem for path in (ROOT / "include/toliman").glob("*.h") if path.stem not in ("toliman", "export"))
 DOCS = {item.name: item.doc for item in model.read(ROOT).items}
-MODULES = "measure|sim|cae|calibration|bank|linear|fit|components|mask|ingest|period|planet|series|sky|track"
+MODULES = "measure|sim|cae|calibration|bank|linear|fit|coadd|components|mask|ingest|period|planet|series|sky|track"
 
 
 def make(output, top=ROOT):

@@ -111,6 +111,8 @@ Training resumed_training(const Scene &scene, const Options &options, const std:
         throw Failure(kExitUsage, file + ": contains no training to resume");
     if (options.resume.empty())
         check_same(file, info, training.how, options);
+    if (training.how.mode == TOLIMAN_CAE_MODE_TIED)
+        return training;
     const uint32_t epochs = options.epochs != 0 ? options.epochs : kEpochs;
     if (training.how.steps > epochs)
         throw Failure(kExitUsage, "--epochs " + std::to_string(epochs) + ": must be at least " +

@@ -69,9 +69,12 @@ toliman::periodogram make_periodogram(const FrequencyGrid &grid, const toliman_p
         if (error.status() != TOLIMAN_E_ARGUMENT)
             throw;
         const std::string &field = error.field();
-        const bool bounds = field == "value_bound" || field == "sigma_floor" || field == "sigma_ceiling";
-        throw Failure(kExitUsage, (bounds ? "--value-bound, --sigma-floor, --sigma-ceiling: " : "--f0, --df, --nf: ") +
-                                      std::string(error.what()));
+        const bool bounds =
+            field == "options->value_bound" || field == "options->sigma_floor" || field == "options->sigma_ceiling";
+        const std::string text = error.what();
+        throw Failure(kExitUsage,
+                      bounds ? "--value-bound, --sigma-floor, --sigma-ceiling: " + text.substr(text.find('>') + 1)
+                             : "--f0, --df, --nf: " + text);
     }
 }
 
