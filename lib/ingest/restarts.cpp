@@ -40,7 +40,7 @@ bool Restarts::is_restart(const SideLine &last, const SideLine &line, double usu
 void Restarts::count(SideLine &line, double usual_step_ns) {
     const auto [entry, is_new] = sessions_.try_emplace(line.session);
     Session &session = entry->second;
-    if (!is_new && session.last.number == line.number) { // given again, after memory was short
+    if (!is_new && line.number > 0 && session.last.number == line.number) { // given again, after memory was short
         line.is_restart = session.last.is_restart;
         line.restarts = session.last.restarts;
         line.clock_shift_ns = session.last.clock_shift_ns;

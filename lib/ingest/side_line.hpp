@@ -17,7 +17,7 @@ constexpr size_t kMostIntervals = 64; // with 17 digits per number they fit in a
 struct SideLine {
     int64_t frame_id = 0, stamp_ns = 0, dropped = 0;
     double host_s = 0;                      // host clock
-    int64_t number = 0;                     // of the line, from 1
+    int64_t number = 0;                     // of the line, from 1; 0 in a batch
     int64_t restarts = 0;                   // of the camera before this frame, see restarts.hpp
     int64_t clock_shift_ns = 0;             // added to stamp_ns, it continues the clock of before the restarts
     int64_t window_row = 0, window_col = 0; // of the first pixel on the detector
