@@ -111,8 +111,8 @@ void check_members(const toliman_frame &given, size_t rows, size_t cols) {
         refuse("cols", given.cols, (std::to_string(cols) + ", those of the fit").c_str());
     if (given.stride != 0 && (given.stride < given.cols || given.stride > INT32_MAX))
         refuse("stride", given.stride, "0 or in [cols, 2^31 - 1]");
-    if (given.dropped < 0 || given.dropped > UINT16_MAX)
-        refuse("dropped", given.dropped, "in [0, 65535]");
+    if (given.dropped < 0)
+        refuse("dropped", given.dropped, "at least 0");
     if (!(given.exposure_s >= 0 && given.exposure_s <= kLongestExposure))
         fail(Status::argument, "{frame->exposure_s} = %g: must be in [0, %g]", given.exposure_s, kLongestExposure);
     constexpr int64_t kFarthest = int64_t{1} << 62;
@@ -227,7 +227,7 @@ toliman_frame public_sum_frame(toliman_coadd &object) {
     out.roi = totals.roi;
     out.frame_id = taken.number;
     out.camera_ns = coadd::mean_ns(totals);
-    out.dropped = std::min<int64_t>(totals.dropped, UINT16_MAX);
+    out.dropped = totals.dropped;
     out.pixels = taken.counts.data();
     out.rows = static_cast<int64_t>(object.coadd.rows());
     out.cols = out.stride = static_cast<int64_t>(object.coadd.cols());

@@ -94,7 +94,7 @@ void Coadd::add(const Frame &frame, Registered &out, End &end) noexcept {
     }
     registration_.frame(frame.pixels, out);
     totals_.verdicts[static_cast<size_t>(out.verdict)]++;
-    totals_.dropped += frame.dropped;
+    totals_.dropped = std::min(totals_.dropped, INT64_MAX - frame.dropped) + frame.dropped; // saturates
     if (out.verdict != Verdict::added)
         return;
     if (totals_.frames == 0) {

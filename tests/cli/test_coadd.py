@@ -63,6 +63,24 @@ class Coadd(ProgramTest):
             self.assertAlmostEqual(start + line["on_target_s"][0], 120 * number - 0.0025, delta=1e-6)
             self.assertAlmostEqual(start + line["on_target_s"][-1], 120 * number + 119.0025, delta=1e-6)
 
+    def test_regions_and_drops(self):
+        """A sum has one region, and drops of any number."""
+        path = self.folder / "in/night_meta.jsonl"
+        lines = [json.loads(line) for line in path.read_text().splitlines()]
+        for line in lines[1::2]:
+            line["roi_label"] = "other"
+        lines[2]["nframes_dropped"] = 72000
+        path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+        done = self.run_program(*self.command("mixed")[1:])
+        self.assertEqual((done.returncode, "region other" in done.stderr and "--roi" in done.stderr), (2, True), done.stderr)
+        self.assertEqual(self.run_program(*self.command("mixed", "--roi", "other")[1:]).returncode, 2)  # another folder
+        subprocess.run(self.command("out", "--roi", "other"), cwd=self.folder, check=True, capture_output=True)
+        subprocess.run(self.command("rest", "--roi", lines[0]["roi_label"]), cwd=self.folder, check=True, capture_output=True)
+        for out, dropped in (("out", 0), ("rest", 72000)):
+            sums = self.sums(out)[1]
+            self.assertEqual([line["frames"] for line in sums], [60] * SUMS)
+            self.assertEqual(sums[0]["nframes_dropped"], dropped)
+
     def test_track_takes_sums(self):
         subprocess.run(self.command("out"), cwd=self.folder, check=True, capture_output=True)
         self.succeed("track", "--fit", "s.json", "--sigma", "2e-4", "--state", "state", "--dtype", "u32le",

@@ -403,6 +403,8 @@ TEST(mistakes_are_refused) {
     frame = coadd_frame(frames[0], 0), frame.intervals = interval, frame.interval_count = 1;
     assert_invalid(toliman_coadd_add(coadd, &frame, &outcome), "frame->interval_count");
     assert_int_equal(coadd_info_of(coadd).frames + coadd_info_of(coadd).rejected, 0);
+    frame = coadd_frame(frames[0], 0), frame.dropped = 72000; /* 12 minutes at 100 Hz */
+    assert_ok(toliman_coadd_add(coadd, &frame, &outcome));
     toliman_coadd_destroy(coadd);
 }
 

@@ -8,6 +8,7 @@
 #include "common/text.hpp"
 #include "downlink/adding.hpp"
 #include "downlink/downlink.hpp"
+#include "downlink/input_options.hpp"
 #include "frames/scene_fit.hpp"
 #include "options/command.hpp"
 
@@ -96,7 +97,8 @@ void coadd(Options &options, Progress &progress) {
         throw Failure(kExitOutput, options.out + ": must be a folder");
     SumFiles files(options.out, options.session,
                    formatted("--every %g --gap %g --motion %g --exposure %.17g", every, gap, options.motion,
-                             settings.frames.exposure_s),
+                             settings.frames.exposure_s) +
+                       (options.input.roi.empty() ? "" : " --roi " + options.input.roi),
                    info.digest);
     if (files.resumes())
         progress.tell(
@@ -147,20 +149,11 @@ void add_coadd(CLI::App &app, Context &context) {
                      "length of an exposure, s, default cadence.exposure_s of the scene")
         ->check(CLI::PositiveNumber);
     add_bad_pixels(*command, options->bad_pixels);
-    add_choice(command, "--dtype", input.dtype, {"u16le", "u32le"}, "pixel type of raw pairs, required for them");
-    command
-        ->add_option("--cadence", input.dated.cadence,
-                     "seconds from frame to frame of .npy and FITS files without times")
-        ->check(CLI::PositiveNumber);
     add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
                "leap-seconds.list of the IERS, default the table of ERFA");
     command->add_option("--jobs", options->jobs, "threads that prepare the model images, default one per processor");
-    command->add_flag("--follow", input.follow,
-                      "wait for folders and pairs to grow, until stopped by SIGINT or SIGTERM");
     command->add_flag("--strict", options->strict, "exit with code 4 if a frame was left out");
-    add_option(command, "INPUT", input.inputs, "",
-               "raw pairs, folders of pairs, .npy and FITS files; - reads their names from standard input")
-        ->required();
+    add_inputs(*command, input);
     set_action(*command, context, options, coadd);
 }
 

@@ -7,6 +7,7 @@
 #include "common/text.hpp"
 #include "downlink/downlink.hpp"
 #include "downlink/folder_options.hpp"
+#include "downlink/input_options.hpp"
 #include "downlink/tracking.hpp"
 #include "options/command.hpp"
 
@@ -82,33 +83,16 @@ void add_track(CLI::App &app, Context &context) {
     options->folder.add_to(*command);
     command->add_option("--every", options->every, "accepted frames between two updates of the period, default 1")
         ->check(CLI::Range(1u, 1000000000u));
-    add_choice(command, "--dtype", input.dtype, {"u16le", "u32le"},
-               "pixel type of raw pairs, required for them: u16le or u32le");
-    add_option(
-        command, "--roi", input.roi, "LABEL",
-        "use only frames of this region of raw pairs; required if the inputs have several: frames of two regions "
-        "never share a state folder");
     add_option(command, "--frames", options->frames, "RANGE",
                "A:B: use only frames with ids from A to B - 1 (a shard); default all");
-    command
-        ->add_option("--cadence", input.dated.cadence,
-                     "seconds from frame to frame of .npy and FITS files; required if the files contain no times")
-        ->check(CLI::PositiveNumber);
     add_option(command, "--session", input.dated.session, "NAME",
                "session name for .npy and FITS files, default their file names");
-    add_option(
-        command, "--hdu", input.dated.unit, "NAME",
-        "name or number of the HDU of FITS files, 0 for the primary one; default: CORE, or the first with pixels");
     add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
                "leap-seconds.list of the IERS, default the table of ERFA");
     add_option(command, "--on-target", options->on_target, "FILE",
                "CSV file of on-target windows: intervals of each exposure in which the telescope points at the stars");
-    command->add_flag("--follow", input.follow,
-                      "wait for folders and pairs to grow, until stopped by SIGINT or SIGTERM");
     command->add_flag("--strict", options->strict, "exit with code 4 if anything was damaged or quarantined");
-    add_option(command, "INPUT", input.inputs, "",
-               "raw pairs, folders of pairs, .npy and FITS files; - reads their names from standard input")
-        ->required();
+    add_inputs(*command, input);
     set_action(*command, context, options, track);
 }
 

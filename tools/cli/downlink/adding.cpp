@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "common/failure.hpp"
 #include "common/json.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
@@ -58,6 +59,7 @@ void Adding::take(const std::shared_ptr<FrameSource> &, const toliman_frame &fra
     const std::string place = place_of(event);
     if (event.event != TOLIMAN_INGEST_EVENT_FRAME && event.event != TOLIMAN_INGEST_EVENT_DAMAGE)
         return report(Severity::warning, toliman_constant_name(event.reason), place, event.text);
+    check_region(frame.roi, place);
     int64_t &last = line_of(event.file);
     const bool counts_from_0 = event.line == 0; // the first frame of a file without lines
     const int64_t line = event.line + (counts_from_0 ? 0 : 1);
@@ -72,6 +74,16 @@ void Adding::take(const std::shared_ptr<FrameSource> &, const toliman_frame &fra
     last = std::max<int64_t>(line, 1);
     if (std::chrono::steady_clock::now() - saved_ > kPatience)
         save();
+}
+
+// roi: NULL if it is unknown.
+void Adding::check_region(const char *roi, const std::string &place) {
+    if (roi == nullptr || roi == region_)
+        return;
+    if (!region_.empty())
+        throw Failure(kExitUsage, place + ": region " + roi + ": the frames before it are of " + region_ +
+                                      ": --roi LABEL takes those of one region");
+    region_ = roi;
 }
 
 void Adding::add(const toliman_frame &frame, const std::string &place) {
