@@ -47,7 +47,7 @@ std::vector<fit::Prediction> predictions_of(const toliman_fit_prediction *given,
         return predictions;
     const StructArray<const toliman_fit_prediction> all(given, "predictions");
     for (size_t k = 0; k < count; k++)
-        in_frame(k, [&] { predictions[k] = of_one_frame(prediction_of(all.get(k), "predictions"), "predictions"); });
+        in_frame(k, [&] { predictions[k] = prediction_of(all.get(k), "predictions"); });
     return predictions;
 }
 
@@ -139,6 +139,9 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
                 std::copy_n(frame.row(row), frame.cols, counts + row * frame.cols);
         };
         problem.frames.predictions = predictions_of(predictions, count, simulator);
+        if (how.map && problem.frames.has_sums())
+            fail(Status::unsupported,
+                 "{options->flags}: a map takes no sums of frames: predictions must have no spread");
         problem.windows = calibrate::windows_of(problem.frames.predictions, given.window_days);
         if (problem.windows.size() * problem.free.size() > kMostUnknowns)
             fail(Status::argument, "{options->window_days} = %g: %zu windows of %zu parameters: must be at most %zu",

@@ -136,7 +136,7 @@ fit::Prediction prediction_of(const toliman_fit_prediction *given) {
 
 fit::Prediction of_one_frame(const fit::Prediction &prediction, const char *name) {
     if (prediction.spread.any())
-        fail(Status::unsupported, "{%s->spread}: must be NULL: only a fit takes sums of frames", name);
+        fail(Status::unsupported, "{%s->spread}: must be NULL: banks take no sums of frames", name);
     return prediction;
 }
 

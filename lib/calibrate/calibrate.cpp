@@ -144,8 +144,9 @@ void Calibrator::aim_planes(const Point &point) {
 
 const Planes &Calibrator::planes() {
     if (planes_ == nullptr)
-        planes_ = std::make_unique<Planes>(outline_at(problem_, planes_at_, planes_map_m_), problem_.parameters(),
-                                           problem_.capture_px, problem_.memo, planes_key_);
+        planes_ =
+            std::make_unique<Planes>(outline_at(problem_, planes_at_, planes_map_m_), problem_.parameters(),
+                                     problem_.capture_px, problem_.frames.mean_spread(), problem_.memo, planes_key_);
     return *planes_;
 }
 
@@ -380,8 +381,8 @@ Calibration calibrate(const Problem &problem, const Point &start, const Options 
     out.left_out = problem.left_out;
     out.improved = options.improved;
     out.pupil_error = nominal.plan.pupil_error;
-    out.peak_noise = 1 / std::sqrt(std::max(1.0, problem.peak_photons * problem.nominal.detector.qe) *
-                                   static_cast<double>(problem.frames.count));
+    out.peak_noise =
+        1 / std::sqrt(std::max(1.0, problem.peak_photons * problem.nominal.detector.qe) * problem.frames.exposures());
     const bool antisymmetric = is_antisymmetric(nominal.pupil);
     Point first = start;
     for (size_t i = 0; i < problem.free.size(); i++) {

@@ -57,7 +57,7 @@ bool may_lack(Lack lack, const Calibration &calibration, const Problem &problem,
     case lacks_spectrum:
         return !missing_modes(problem, "").empty();
     default:
-        return !options.map;
+        return !options.map && !problem.frames.has_sums();
     }
 }
 

@@ -2,7 +2,8 @@
 // residuals r, the block of a frame is
 //     ( J'WJ  J'WG )        ( J'Wr )
 //     ( G'WJ  G'WG )  and   ( G'Wr ),
-// accumulated row by row. Blocks are summed in the order of the frames: the bits do not depend on the workers.
+// accumulated row by row. In a sum of N frames, J and r are those of its own spread; G is N times that of a frame with
+// the mean spread of all (planes.cpp): the mean of r is 0 at the truth, so that an inexact G adds no bias. Blocks are summed in the order of the frames: the bits do not depend on the workers.
 #include "calibrate/joint.hpp"
 
 #include <algorithm>
@@ -38,13 +39,14 @@ Joint::Joint(const Problem &problem, const Point &point, size_t window, const Jo
 std::shared_ptr<const fit::Fit> Joint::fit_of(size_t frame) const {
     const auto found = std::find(window_.frames.begin(), window_.frames.end(), frame) - window_.frames.begin();
     const double share = window_.shares.empty() ? 0 : window_.shares[static_cast<size_t>(found)];
-    return share > 0 ? std::make_shared<const fit::Fit>(*first_, *next_, share) : first_;
+    return fit::of_sum(share > 0 ? std::make_shared<const fit::Fit>(*first_, *next_, share) : first_,
+                       problem_.frames.predictions[frame].spread);
 }
 
 Block Joint::block(size_t frame, const Planes &planes, double blend) const {
     const std::shared_ptr<const fit::Fit> fit = fit_of(frame);
     const size_t rows = fit->rows(), cols = fit->cols(), n = planes.parameters(), size = kOwn + n;
-    const double *const values = point_.own[frame].data();
+    const double *const values = point_.own[frame].data(), exposures = problem_.frames.predictions[frame].spread.frames;
     Buffer<double> counts(rows * cols), lines(n * cols), scratch(planes.scratch_size()), products(cols),
         sums((size + 1) * (size + 1) * kernels::kNormalLanes);
     problem_.frames.read(frame, counts.data());
@@ -69,7 +71,7 @@ Block Joint::block(size_t frame, const Planes &planes, double blend) const {
     const auto sum = [&](size_t i, size_t j) {
         return kernels::sum_of_lanes(&sums[(i * (size + 1) + j) * kernels::kNormalLanes]);
     };
-    const auto scale = [&](size_t i) { return i < kOwn ? fit::Model::scale_of(i, values) : 1; };
+    const auto scale = [&](size_t i) { return i < kOwn ? fit::Model::scale_of(i, values) : exposures; };
     Block block = {Buffer<double>(size * size), Buffer<double>(size)};
     for (size_t i = 0; i < size; i++) {
         for (size_t j = i; j < size; j++)

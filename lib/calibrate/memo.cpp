@@ -47,6 +47,10 @@ uint64_t hash_of(const Frames &frames, size_t pixels) {
         hash = fnv1a(std::array<double, 5>{prediction.days, prediction.shift_px[0], prediction.shift_px[1],
                                            prediction.separation_px, prediction.position_angle_deg},
                      hash);
+        const Spread &spread = prediction.spread;
+        if (spread.any())
+            hash = fnv1a(spread.cumulants,
+                         fnv1a(std::array<double, 4>{spread.frames, spread.xx, spread.yy, spread.xy}, hash));
     }
     return hash;
 }

@@ -1,6 +1,7 @@
 // Method: the image of a star about its own place depends on the parameters of the instrument in the same way for all
 // places, so that one set of derivative images (planes) serves all frames. Both stars pass the same optics: their
-// images have each wavelength's transform in common, and differ in the weights of the wavelengths only.
+// images have each wavelength's transform in common, and differ in the weights of the wavelengths only. For sums of
+// frames they have the mean spread of all: residuals have that of each, so that the estimate has no bias.
 // Accuracy: 1e-4 of the peak, with fewer wavelengths and shorter interpolation than the model images. Steps are
 // computed with these derivatives, but from residuals of the accurate model. An error of 1e-4 of the derivatives
 // changes the estimate by 1e-4 of its standard deviation, and the covariance by as much.
@@ -10,6 +11,7 @@
 #include <cmath>
 
 #include "calibrate/memo.hpp"
+#include "fit/spread.hpp"
 #include "optics/derivatives.hpp"
 #include "optics/nodes.hpp"
 #include "optics/reach.hpp"
@@ -56,8 +58,8 @@ std::array<double, 2> reach_of(const optics::Outline &outline, double capture_px
 
 } // namespace
 
-Planes::Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px, Memo *memo,
-               uint64_t key)
+Planes::Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px,
+               const Spread &spread, Memo *memo, uint64_t key)
     : memo_(memo), key_(key), plan_(plan_of(outline)), reach_(reach_of(outline, capture_px)) {
     for (const Parameter parameter : parameters) {
         const size_t place = place_of(parameter.kind);
@@ -72,6 +74,8 @@ Planes::Planes(const optics::Outline &outline, const std::vector<Parameter> &par
                 both = draw(outline, plan, imager, light);
             return std::move(both[star]);
         });
+    if (spread.moves())
+        *atlas_ = atlas_->filtered(fit::SpreadTransfer(spread), 1);
 }
 
 void Planes::take(size_t entry, size_t star, Buffer<double> &image, optics::Planes &planes) {

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "frame/spread.hpp"
 #include "optics/atlas.hpp"
 #include "optics/simulator.hpp"
 
@@ -15,8 +16,9 @@ class Planes {
   public:
     // Of the instrument of `outline`, for stars up to `capture_px` from their places over the cadence. The outline is
     // not needed afterwards. memo: keeps the images, may be NULL; key: what tells these planes from others there.
+    // spread: of the frames that are sums.
     Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px,
-           Memo *memo = nullptr, uint64_t key = 0);
+           const Spread &spread = {}, Memo *memo = nullptr, uint64_t key = 0);
 
     uint64_t key() const noexcept { return key_; }
     size_t parameters() const noexcept { return entries_.size(); }

@@ -10,6 +10,26 @@
 
 namespace toliman::calibrate {
 
+double Frames::exposures() const noexcept {
+    return std::accumulate(predictions.begin(), predictions.end(), 0.0,
+                           [](double sum, const fit::Prediction &one) { return sum + one.spread.frames; });
+}
+
+bool Frames::has_sums() const noexcept {
+    return std::any_of(predictions.begin(), predictions.end(), [](const auto &one) { return one.spread.any(); });
+}
+
+Spread Frames::mean_spread() const noexcept {
+    Spread mean;
+    for (const fit::Prediction &one : predictions) {
+        const double weight = one.spread.frames / exposures();
+        mean.xx += weight * one.spread.xx;
+        mean.yy += weight * one.spread.yy;
+        mean.xy += weight * one.spread.xy;
+    }
+    return mean;
+}
+
 void check_scene(const optics::Simulator &simulator) {
     const Scene &scene = simulator.scene();
     const char *const source = scene.source.c_str();

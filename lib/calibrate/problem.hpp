@@ -30,6 +30,10 @@ struct Frames {
     size_t count = 0;
     std::function<void(size_t k, double *counts)> read; // [rows][cols]
     std::vector<fit::Prediction> predictions;
+
+    double exposures() const noexcept; // frames, those of sums counted one by one
+    bool has_sums() const noexcept;
+    Spread mean_spread() const noexcept; // of 1 frame, with the mean covariance of all
 };
 
 // The instrument changes linearly from the start of a window to that of the next; after the last start it is constant.

@@ -129,13 +129,16 @@ Point start_of(const Problem &problem, const optics::Outline &nominal, const opt
 
 std::vector<Own> find_frames(const Problem &problem, const std::vector<double> &changes, const Buffer<double> &map_m) {
     const optics::Simulator simulator(outline_at(problem, changes, map_m), problem.settings);
-    const fit::Fit fit(simulator, {}, problem.capture_px, simulator.plan().workers, {});
+    const auto fit = std::make_shared<const fit::Fit>(simulator, std::vector<Parameter>(), problem.capture_px,
+                                                      simulator.plan().workers, Progress());
     std::vector<Own> found(problem.frames.count);
     run_jobs(problem.settings.workers, problem.frames.count, [&](size_t k) {
-        Buffer<double> counts(fit.rows() * fit.cols());
+        const size_t rows = fit->rows(), cols = fit->cols();
+        Buffer<double> counts(rows * cols);
+        const fit::Prediction &prediction = problem.frames.predictions[k];
         in_frame(k, [&] {
             problem.frames.read(k, counts.data());
-            found[k] = find(fit, {counts.data(), fit.rows(), fit.cols(), fit.cols()}, problem.frames.predictions[k],
+            found[k] = find(*fit::of_sum(fit, prediction.spread), {counts.data(), rows, cols, cols}, prediction,
                             problem.capture_px);
         });
     });

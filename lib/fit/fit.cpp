@@ -115,6 +115,10 @@ Fit::Fit(const Fit &frame, const Spread &spread)
     std::copy(std::begin(frame.centre_), std::end(frame.centre_), centre_);
 }
 
+std::shared_ptr<const Fit> of_sum(std::shared_ptr<const Fit> frame, const Spread &spread) {
+    return spread.any() ? std::make_shared<const Fit>(*frame, spread) : std::move(frame);
+}
+
 FitWork Fit::work() const {
     return {model_.work(), Search(rows(), cols(), capture_px_), Buffer<double>(rows() * cols()), {}};
 }

@@ -117,4 +117,7 @@ class Fit {
     uint64_t digest_ = 0;
 };
 
+// That of a sum of frames; `frame` itself if there is only one.
+std::shared_ptr<const Fit> of_sum(std::shared_ptr<const Fit> frame, const Spread &spread);
+
 } // namespace toliman::fit

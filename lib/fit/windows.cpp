@@ -85,8 +85,7 @@ std::shared_ptr<const Fit> Windows::at(double days) const {
 }
 
 std::shared_ptr<const Fit> Windows::at(const Prediction &prediction) const {
-    std::shared_ptr<const Fit> frame = at(prediction.days);
-    return prediction.spread.any() ? std::make_shared<Fit>(*frame, prediction.spread) : frame;
+    return of_sum(at(prediction.days), prediction.spread);
 }
 
 // The lines of the work depend on the parameters, which are the same; its scratch memory depends on the atlas.

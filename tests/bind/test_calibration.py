@@ -2,6 +2,7 @@
 effect are reported, and mistakes. The long form on the scene `sky`: calibration_campaign.py."""
 import copy
 import json
+import math
 import pathlib
 import tempfile
 import unittest
@@ -194,6 +195,70 @@ class Calibrations(unittest.TestCase):
         ):
             with self.subTest(name), refused(kind, name):
                 call()
+
+
+def times_of_series(p, q):
+    product = numpy.zeros((13, 13))
+    for a, b in numpy.argwhere(p):
+        product[a:a + 7, b:b + 7] += p[a, b] * q
+    return product[:7, :7]
+
+
+def cumulants_of(places):
+    """Of order 3 to 6: the terms of log(1 + x) = x - x^2/2 + x^3/3 for the series x of the central moments."""
+    orders = [(a, b) for a in range(7) for b in range(7) if 2 <= a + b <= 6]
+    x, factor = numpy.zeros((7, 7)), [math.factorial(n) for n in range(7)]
+    for a, b in orders:
+        x[a, b] = numpy.mean(places[:, 0]**a * places[:, 1]**b) / (factor[a] * factor[b])
+    square = times_of_series(x, x)
+    series = x - square / 2 + times_of_series(x, square) / 3
+    return tuple(series[n - b, b] * factor[n - b] * factor[b] for n in range(3, 7) for b in range(n + 1))
+
+
+class Sums(unittest.TestCase):
+    """Sums of frames of known places, drawn by numpy from single images, calibrate as frames do."""
+
+    NUMBER = 32  # frames of a sum
+
+    @classmethod
+    def setUpClass(cls):
+        nominal = copy.deepcopy(SCENE)
+        del nominal["systematics"]
+        for star in nominal["stars"].values():
+            star["photons_per_s"] /= cls.NUMBER
+        cls.scene, cls.nominal = draw_truth(nominal, 1), toliman.Simulator(nominal)
+        cls.changes = true_changes(nominal, cls.scene)
+        truth, random = toliman.Simulator(cls.scene), numpy.random.default_rng(3)
+        cls.times, fit, cls.sums, cls.spreads = truth.series()[0], toliman.Fit(truth), [], []
+        for time in cls.times:
+            places = random.multivariate_normal((0, 0), [[.09, .02], [.02, .05]], cls.NUMBER)
+            places -= places.mean(axis=0)
+            at = random.uniform(-.5, .5, 2)
+            expected = sum(fit.predict(time_days=time, shift=at + place)[0] for place in places)
+            cls.sums.append(random.poisson(expected) + random.normal(0, 1.3 * cls.NUMBER**.5, expected.shape))
+            (xx, xy), (_, yy) = numpy.cov(places.T, bias=True)
+            cls.spreads.append(toliman.Spread(cls.NUMBER, xx, yy, xy, cumulants_of(places)))
+
+    def calibrate(self, free=STATICS, **options):
+        return toliman.calibrate(self.nominal, numpy.array(self.sums), times_days=self.times, free=free, **options)
+
+    def test_truths_are_found(self):
+        found = self.calibrate(spreads=self.spreads)
+        self.assertEqual(found.flags, (), found.verdict)
+        self.assertLess(abs(found.chi_square - 1), 4 * found.info.chi_square_sigma)
+        pulls = [(value.value - self.changes[name]) / value.sigma for name, value in found.values().items()]
+        self.assertLess(numpy.abs(pulls).max(), 3)
+        self.assertAlmostEqual(numpy.sqrt(numpy.mean(numpy.square(pulls))), 1, delta=0.4)
+
+    def test_an_unknown_spread_is_reported(self):
+        still = [toliman.Spread(self.NUMBER)] * len(self.sums)
+        self.assertIn("incomplete", self.calibrate("focus scale", spreads=still).flags)
+
+    def test_refused(self):
+        with self.assertRaises(ValueError):
+            self.calibrate(spreads=self.spreads[1:])
+        with refused(toliman.UnsupportedError, "options->flags"):
+            self.calibrate(spreads=self.spreads, map=True)
 
 
 if __name__ == "__main__":

@@ -33,8 +33,8 @@ def prediction_of(time_days: float, shift: tuple[float, float], separation: floa
 
 
 def predictions_of(count: int, times_days: ArrayLike, shifts: ArrayLike, separations: ArrayLike,
-                   position_angles: ArrayLike) -> typing.Any:
-    """An array of structs from one number per frame, or one for all."""
+                   position_angles: ArrayLike, spreads: typing.Sequence[Spread] | None = None) -> typing.Any:
+    """An array of structs from one number per frame, or one for all; spreads: one per frame, or None."""
     made = array_of(_raw.toliman_fit_prediction, count)
     rows = numpy.frombuffer(made, _NUMBERS, count)
     for member, name, values in (("time_days", "times_days", times_days), ("separation_px", "separations", separations),
@@ -45,6 +45,11 @@ def predictions_of(count: int, times_days: ArrayLike, shifts: ArrayLike, separat
     pairs = plain("shifts", shifts)
     has_shape("shifts", pairs, (count, 2) if pairs.ndim == 2 else (2,))
     rows["x_px"], rows["y_px"] = pairs[..., 0], pairs[..., 1]
+    if spreads is not None:
+        if len(spreads) != count:
+            raise ValueError(f"spreads: {len(spreads)}: must be {count}, one per frame")
+        for i, spread in enumerate(spreads):
+            made[i].spread = ctypes.pointer(spread.struct())
     return made
 
 

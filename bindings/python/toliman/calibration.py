@@ -16,6 +16,7 @@ from ._pixels import frames_of, image_of
 from ._predictions import predictions_of, structured
 from ._progress import Watch
 from ._results import CalibrationAttempt, CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow
+from ._spread import Spread
 from .sim import Simulator
 
 # Called after each iteration with the state so far, which is closed afterwards, and the iteration. A true value cancels.
@@ -189,6 +190,7 @@ class _SoFar(Calibration):
 
 def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike | None = None,
               shifts: ArrayLike = (0, 0), separations: ArrayLike = 0, position_angles: ArrayLike = 0,
+              spreads: typing.Sequence[Spread] | None = None,
               free: str | typing.Iterable[str] | None = None, map: bool = False, improve: bool = False, start: Simulator | None = None,
               most_iterations: int = 0, capture_px: float = 0, window_days: float = 0, smoothness: float = 0,
               map_rms_nm: float = 0, threads: int = 0, step: Step | None = None,
@@ -201,7 +203,7 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
 
     simulator: Simulator of the nominal scene, with two stars; not needed afterwards.
     frames: at least two [frame][row][column], of any pixel type.
-    times_days, shifts, separations, position_angles: predictions, as for Fit.frames(). times_days None: the times of the
+    times_days, shifts, separations, position_angles, spreads: predictions, as for Fit.frames(). times_days None: the times of the
         scene's first frames.
     free: parameters to fit, such as ["scale=1e-3", "focus", "zernike_5-21=50"] with the standard deviations of their
         priors; None: those that the scene has of focus, zernike_5-21, scale, mask_rotation, jitter and temperatures.
@@ -228,7 +230,7 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
     count = len(images)
     if times_days is None:
         times_days = simulator.series(0, count)[0] if count else 0
-    predictions = predictions_of(count, times_days, shifts, separations, position_angles)
+    predictions = predictions_of(count, times_days, shifts, separations, position_angles, spreads)
     image, images = image_of(images)
     with Watch(None) as watch:
         options = options_of(

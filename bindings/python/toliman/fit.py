@@ -99,16 +99,16 @@ class Fit(Handle):
         return FitResult._of(result), values, covariance
 
     def frames(self, frames: ArrayLike, *, times_days: ArrayLike = 0, shifts: ArrayLike = (0, 0),
-               separations: ArrayLike = 0, position_angles: ArrayLike = 0,
+               separations: ArrayLike = 0, position_angles: ArrayLike = 0, spreads: typing.Sequence[Spread] | None = None,
                progress: Progress | bool | None = None) -> NDArray:
         """Fits frames [frame][row][column] of any pixel type. The predictions are one number (shifts: one pair) for all
-        frames, or one per frame. Returns a structured array with a field for each member of toliman_fit_result; `flags`
+        frames, or one per frame; spreads: one per frame where frames are sums. Returns a structured array with a field for each member of toliman_fit_result; `flags`
         are the bits TOLIMAN_FIT_..., `goodness` a number TOLIMAN_GOODNESS_... Issues a FitWarning as frame()."""
         images = frames_of(frames, self.shape)
         has_shape("frames", images, (-1, *self.shape))
         count = len(images)
         results = array_of(_raw.toliman_fit_result, count)
-        predictions = predictions_of(count, times_days, shifts, separations, position_angles)
+        predictions = predictions_of(count, times_days, shifts, separations, position_angles, spreads)
         size, prediction_size = ctypes.sizeof(_raw.toliman_fit_result), ctypes.sizeof(_raw.toliman_fit_prediction)
         with Watch(progress) as watch:
             for first in range(0, count, FRAMES_PER_CALL):
