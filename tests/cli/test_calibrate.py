@@ -213,7 +213,7 @@ class Results(Calibrate):
     def test_several_files_and_cadence(self):
         """Frames of each file have the times of their numbers."""
         cube = numpy.stack([numpy.asarray(frame) for frame in self.cube()])
-        for name, part in (("a.npy", cube[:3]), ("b.npy", cube[:4])):
+        for name, part in (("a.npy", cube[:3]), ("b.npy", 1.01 * cube[:4])):
             numpy.save(self.folder / name, part)
         done = self.run_program("calibrate", "s.json", "a.npy", "b.npy", "--out", "fitted.json", "--free", FREE, "--cadence",
                                 str(20 * 86400))
@@ -224,6 +224,50 @@ class Results(Calibrate):
     def cube(self):
         self.simulate("truth.json", "0:4", "cube.npy")
         return numpy.load(self.folder / "cube.npy")
+
+
+class Choice(Calibrate):
+    """Frames that are chosen: good ones, spread in time and pointing."""
+
+    def chosen(self, cube, *arguments, cadence=86400):
+        numpy.save(self.folder / "cube.npy", cube)
+        done = self.calibrate("--cadence", cadence, *arguments, frames="cube.npy", free="focus")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return [one["frame"] for one in self.result()["separations"]], done.stderr
+
+    def setUp(self):
+        super().setUp()
+        self.simulate("truth.json", "0:12", "many.npy")
+        self.cube = numpy.load(self.folder / "many.npy").astype(float)
+
+    def test_bad_frames_are_left_out(self):
+        faults = {1: "row 2, column 3: must be a finite number", 4: "24 rows of zeros", 6: "3.", 7: "0.", 9: "repeats"}
+        self.cube[1, 2, 3] = numpy.nan
+        self.cube[4, 24:] = 0
+        self.cube[6] *= 3
+        self.cube[7] *= 0.3
+        numpy.save(self.folder / "again.npy", self.cube[:1])
+        frames, said = self.chosen(self.cube)
+        self.assertEqual(frames, [k for k in range(12) if k not in (1, 4, 6, 7)])
+        for frame, fault in list(faults.items())[:-1]:
+            self.assertRegex(said, rf"cube.npy: frame {frame}: {fault}.*left out")
+        done = self.run_program("calibrate", "s.json", "cube.npy", "again.npy", "--out", "other.json", "--cadence", "86400")
+        self.assertIn("again.npy: frame 0: repeats an earlier frame: left out", done.stderr)
+
+    def test_times_are_spread(self):
+        frames, said = self.chosen(self.cube, "--choose", 5)
+        self.assertEqual((len(frames), frames[0], frames[-1]), (5, 0, 11))
+        self.assertEqual(max(numpy.diff(frames)), 3)
+        self.assertIn("calibrates with 5 of 12 frames, spread over 11 days", said)
+        windows, _ = self.chosen(self.cube, "--choose", 2, "--windows", 4)
+        self.assertEqual(windows, [0, 3, 4, 7, 8, 11])
+
+    def test_pointings_are_spread(self):
+        """Frames of one time: the first, the one at (3, 3) px, 4.2 px away, then that with the largest least distance."""
+        shifts = (0, 0), (1, 0), (0, 4), (4, 0), (3, 3)
+        moved = numpy.stack([numpy.roll(self.cube[0], shift, axis=(0, 1)) for shift in shifts])
+        frames, _ = self.chosen(moved, "--choose", 3, cadence=1e-6)
+        self.assertEqual((len(frames), frames[0], frames[-1]), (3, 0, 4))
 
 
 class Resume(Calibrate):
@@ -364,7 +408,7 @@ class Windows(Calibrate):
 class Refusals(Calibrate):
     def test_messages(self):
         frames = numpy.full((2, SIDE, SIDE), 1000.0)
-        frames[1, 3, 4] = numpy.nan
+        frames[0, 3, 4], frames[1, 3, 4] = 2000, numpy.nan
         numpy.save(self.folder / "nan.npy", frames)
         numpy.save(self.folder / "small.npy", numpy.ones((2, 8, 8)))
         numpy.save(self.folder / "one.npy", numpy.ones((1, SIDE, SIDE)))
@@ -372,7 +416,7 @@ class Refusals(Calibrate):
         out = ("--out", "fitted.json")
         for code, text, *arguments in (
             *((3, f"{name}: ", name, *out) for name in ("missing.fits", "small.npy", "one.npy")),
-            (3, "nan.npy: frame 1, row 3, column 4: ", "nan.npy", *out),
+            (3, "nan.npy: frame 1: row 3, column 4: ", "nan.npy", *out),
             *((2, text, "f.fits", *out, option, value) for text, option, value in (
                 ('--free: "scal": ', "--free", "scal"), ('--free: "shift_x"', "--free", "shift_x"),
                 ("spectrum_a_1", "--free", "+spectrum_a_1 +spectrum_a_1"), ("--free", "--free", "scale +spectrum_a_1"),

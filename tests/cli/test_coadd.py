@@ -90,6 +90,18 @@ class Coadd(ProgramTest):
         self.assertEqual((status["accepted"], status["rejected"]), (SUMS, 0))
         self.assertEqual(len(series), SUMS + 1)
 
+    def test_encode_and_calibrate_take_sums(self):
+        subprocess.run(self.command("out"), cwd=self.folder, check=True, capture_output=True)
+        head, *lines = self.succeed("encode", "--fit", "s.json", "--dtype", "u32le", "out").splitlines()
+        rows = [dict(zip(head.split(","), line.split(","))) for line in lines]
+        self.assertEqual([row["goodness"] for row in rows], ["good"] * SUMS)
+        pulls = [float(row["displacement_px"]) / float(row["separation_sigma_px"]) for row in rows]
+        self.assertLess(max(map(abs, pulls)), 4)
+        self.refuse(3, "does not take: use --fit", arguments=("encode", "--template", "s.json", "--dtype", "u32le", "out"))
+        self.succeed("calibrate", "s.json", "--dtype", "u32le", "--out", "fitted.json", "--free", "scale focus", "out")
+        result = json.loads((self.folder / "fitted.calibration.json").read_text())
+        self.assertEqual((len(result["separations"]), result["goodness"]), (SUMS, "good"))
+
     def test_further_inputs_and_other_arguments(self):
         subprocess.run(self.command("out"), cwd=self.folder, check=True, capture_output=True)
         before = self.sums("out")

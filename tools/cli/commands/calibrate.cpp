@@ -63,6 +63,10 @@ void add_calibrate(CLI::App &app, Context &context) {
         "prior, or ranges such as zernike_5-21=50; +NAME adds to the default: focus zernike_5-21 scale mask_rotation "
         "jitter_xx jitter_yy "
         "jitter_xy temperature_a temperature_b, as far as the scene has them");
+    command
+        ->add_option("--choose", request.most_frames,
+                     "number of frames to choose, with --windows of each window; default 20")
+        ->check(CLI::Range(size_t{2}, size_t{1000000}));
     command->add_flag("--map", options->map, "also fit the optical path difference of each pupil cell; takes minutes");
     command->add_flag(
         "--improve", options->improve,

@@ -40,40 +40,9 @@ std::string CalibrationFiles::scene(size_t window, size_t windows) const {
     return windows == 1 ? out_ : stem_ + "." + std::to_string(window + 1) + kSuffix;
 }
 
-FrameSet::FrameSet(const FrameOptions &options, const Scene &scene, Progress &progress) {
-    const Cadence cadence(scene);
-    Predictions times(cadence.times, 1, {options.cadence, {}, LeapSeconds()}, progress);
-    const double exposure_s = scene_defaults(scene.path).exposure_s;
-    for (const std::string &path : options.inputs()) {
-        const auto file = options.open(path, exposure_s);
-        for (const std::string &note : file->notes())
-            progress.warn(note);
-        if (file->rows() != static_cast<size_t>(scene.info.rows) ||
-            file->cols() != static_cast<size_t>(scene.info.cols))
-            malformed(file->path(), "frames of " + shape_text(file->rows(), file->cols()) + ": the scene is for " +
-                                        shape_text(scene.info.rows, scene.info.cols));
-        times.open(*file);
-        for (size_t k = 0; file->more(); k++) {
-            pixels.resize(pixels.size() + scene.pixels());
-            file->read_finite(&pixels[pixels.size() - scene.pixels()]);
-            places.push_back({path, k});
-            predictions.push_back(*times.from(k, 1));
-            progress.note("read", std::to_string(places.size()) + " frames");
-            stop_if_asked();
-        }
-    }
-    if (places.size() < 2)
-        malformed(options.files[0], "has " + std::to_string(places.size()) +
-                                        " frame: a calibration needs at least 2, and about 10 for accurate optics");
-}
-
-std::string FrameSet::name(size_t i) const {
-    return places[i].file + ": frame " + std::to_string(places[i].frame);
-}
-
 Calibration::Calibration(const CalibrationRequest &request, const CalibrationFiles &files, Progress &progress)
     : request_(request), files_(files), scene_(scene_to_calibrate(request.scene, progress, request.bad_pixels)),
-      frames_(request.frames, scene_, progress) {}
+      frames_(request.frames, scene_, {request.most_frames, request.options.window_days}, progress) {}
 
 // Iterations of the journal have their lines in the earlier output.
 int32_t Calibration::on_step(const toliman_calibration *, const toliman_calibration_step *step, void *self) {

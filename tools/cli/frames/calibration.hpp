@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/terminal.hpp"
-#include "frames/frame_options.hpp"
+#include "frames/frame_set.hpp"
 #include "scenes/scene.hpp"
 
 namespace cli {
@@ -22,22 +22,9 @@ class CalibrationFiles {
     std::string out_, stem_;
 };
 
-// All frames of the files, in their order.
-struct FrameSet {
-    // Throws Failure for frames of another shape than the scene's, pixels that are not finite, and fewer than 2 frames.
-    FrameSet(const FrameOptions &options, const Scene &scene, Progress &progress);
-    struct Place {
-        std::string file;
-        size_t frame; // of the file
-    };
-    std::vector<double> pixels;
-    std::vector<Place> places;
-    std::vector<toliman_fit_prediction> predictions;
-    std::string name(size_t i) const; // "night1.fits: frame 3"
-};
-
 struct CalibrationRequest {
     FrameOptions frames;
+    size_t most_frames = FrameChoice().most; // of a window
     std::string scene, out, free, bad_pixels;
     bool by_free = false, resume = false;
     toliman_calibration_options options = toliman::sized<toliman_calibration_options>();

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "common/failure.hpp"
 #include "common/text.hpp"
 #include "frames/fit_encoder.hpp"
 
@@ -32,6 +33,7 @@ class ValueEncoder final : public Encoder {
     }
 
     const char *columns() const override { return columns_.c_str(); }
+    void open(FrameFile &frames) override { refuse_sums(frames, linear_ != nullptr ? "a template" : "a network"); }
 
     toliman_status encode(const toliman_image &image, size_t, size_t count) override {
         return linear_ != nullptr ? toliman_linear_encode(linear_, &image, count, values_.data(), fits_.data())
@@ -67,6 +69,11 @@ class ValueEncoder final : public Encoder {
 std::string goodness_cells(const toliman_frame_goodness &fit) {
     return formatted("%.6g,%.6g,%.4g,%s,%u", fit.chi_square, fit.chi_square_sigma, fit.largest_residual,
                      toliman_constant_name(fit.goodness), fit.bad_pixels);
+}
+
+void refuse_sums(FrameFile &frames, const char *estimator) {
+    if (!frames.spreads().empty())
+        malformed(frames.path(), std::string("sums of frames, which ") + estimator + " does not take: use --fit");
 }
 
 void doubt_goodness(const toliman_frame_goodness &fit, std::vector<Doubt> &doubts) {

@@ -32,6 +32,9 @@ template <class Result> toliman_frame_goodness goodness_of(const Result &result)
 // Adds the doubt about a fit that is poor or too good.
 void doubt_goodness(const toliman_frame_goodness &fit, std::vector<Doubt> &doubts);
 
+// Throws Failure for frames that are sums; estimator: "a network".
+void refuse_sums(FrameFile &frames, const char *estimator);
+
 // What a fit measured in a frame.
 struct Separation {
     std::optional<int64_t> tai_ns; // as Predictions

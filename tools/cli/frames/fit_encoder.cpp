@@ -92,7 +92,10 @@ class BankEncoder final : public Encoder {
                    ",separation_px,separation_sigma_px,efficiency,network,fit_displacement_px," + kPlaceColumns) {}
 
     const char *columns() const override { return columns_.c_str(); }
-    void open(FrameFile &frames) override { predictions_.open(frames); }
+    void open(FrameFile &frames) override {
+        refuse_sums(frames, "a bank");
+        predictions_.open(frames);
+    }
 
     toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
         const toliman_status status =

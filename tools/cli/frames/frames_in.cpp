@@ -164,7 +164,7 @@ void FrameFile::set_axes(const std::vector<size_t> &axes) {
                              std::to_string(kLargestSide));
 }
 
-void FrameFile::read_finite(double *image) {
+std::optional<size_t> FrameFile::read_values(double *image) {
     const auto is_read = [this](const PixelType &type) { return type.pixel == pixel(); };
     const PixelType &type = *std::find_if(std::begin(kPixelTypes), std::end(kPixelTypes), is_read);
     raw_.resize(frame_size());
@@ -172,9 +172,18 @@ void FrameFile::read_finite(double *image) {
     toliman::convert_npy(type.name, raw_.data(), rows() * cols(), image);
     for (size_t i = 0; i < rows() * cols(); i++)
         if (!std::isfinite(image[i]))
-            malformed(path_, "frame " + std::to_string(next_ - 1) + ", row " + std::to_string(i / cols()) +
-                                 ", column " + std::to_string(i % cols()) +
-                                 ": must be a finite number, not blank or NaN");
+            return i;
+    return std::nullopt;
+}
+
+void FrameFile::read_finite(double *image) {
+    if (const auto blank = read_values(image))
+        malformed(path_, "frame " + std::to_string(next_ - 1) + ", " + blank_text(*blank, cols()));
+}
+
+std::string blank_text(size_t pixel, size_t cols) {
+    return "row " + std::to_string(pixel / cols) + ", column " + std::to_string(pixel % cols) +
+           ": must be a finite number, not blank or NaN";
 }
 
 std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::string &dtype, size_t rows, size_t cols,

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <toliman/image.h>
+#include <toliman/spread.h>
 
 namespace cli {
 
@@ -30,8 +31,9 @@ class FrameFile {
     virtual size_t frame_size() const noexcept { return rows() * cols() * sizeof(double); }
     // Reads the next frame unchecked; a pixel without value is NaN. `pixels` is aligned to 8 bytes.
     void read(void *pixels) { load(next_++, pixels); }
-    // Reads the next frame as double; throws Failure unless every pixel is a finite number.
-    void read_finite(double *image);
+    // Reads the next frame as double. Returns the number of the first pixel that is not a finite number.
+    std::optional<size_t> read_values(double *image);
+    void read_finite(double *image);  // throws Failure for such a pixel
     void skip() noexcept { next_++; } // not on standard input
 
     // The value of a FITS keyword as it is written, strings in quotes without trailing blanks: from the header of the
@@ -49,6 +51,8 @@ class FrameFile {
     // Row and column on the detector of the first pixel.
     virtual std::pair<int64_t, int64_t> window() { return {0, 0}; }
     const std::string &path() const noexcept { return path_; }
+    // Of frames that are sums of frames, one for each; empty if they are single frames.
+    virtual std::vector<toliman_spread> spreads() { return {}; }
     // What was found damaged or suspicious, for warnings.
     virtual const std::vector<std::string> &notes() const noexcept {
         static const std::vector<std::string> kNone;
@@ -63,9 +67,12 @@ class FrameFile {
   private:
     virtual void load(size_t frame, void *pixels) = 0;
     std::vector<size_t> axes_;
-    std::vector<unsigned char> raw_; // of read_finite
+    std::vector<unsigned char> raw_; // of read_values
     size_t next_ = 0;
 };
+
+// "row 3, column 4: must be a finite number ...", of a pixel by its number.
+std::string blank_text(size_t pixel, size_t cols);
 
 // Days, as in the table FRAMES and in scenes, to nanoseconds: whole days are exact, the fraction is rounded. Empty
 // beyond 100,000 days.

@@ -49,6 +49,8 @@ class MissionFrames final : public FrameFile {
             }
             regions.insert(frame_.roi);
             times_.push_back(frame_.camera_ns);
+            has_sums_ |= frame_.spread != nullptr;
+            spreads_.push_back(frame_.spread != nullptr ? *frame_.spread : toliman::sized<toliman_spread>());
             check_frame(rows, cols, regions);
         }
         if (times_.empty())
@@ -60,6 +62,7 @@ class MissionFrames final : public FrameFile {
     int32_t pixel() const noexcept override { return ingest_.pixel; }
     size_t frame_size() const noexcept override { return rows() * cols() * (pixel() == TOLIMAN_PIXEL_U32 ? 4 : 2); }
     std::vector<int64_t> camera_ns() override { return times_; }
+    std::vector<toliman_spread> spreads() override { return has_sums_ ? spreads_ : std::vector<toliman_spread>(); }
     std::optional<int64_t> first_id() override { return id_; }
     double exposure_s() override { return options_.exposure_s; }
     std::pair<int64_t, int64_t> window() override { return window_; }
@@ -111,6 +114,8 @@ class MissionFrames final : public FrameFile {
     toliman_frame frame_;
     toliman_ingest_event event_;
     std::vector<int64_t> times_;
+    std::vector<toliman_spread> spreads_;
+    bool has_sums_ = false;
     std::vector<std::string> notes_;
     std::pair<int64_t, int64_t> window_;
     int64_t id_ = 0;

@@ -23,6 +23,7 @@ Predictions::Predictions(const std::vector<double> &scene_times, size_t most, co
 void Predictions::open(FrameFile &frames) {
     path_ = frames.path();
     file_times_ = frames.days();
+    spreads_ = frames.spreads();
     dated_.reset();
     if (clock_.time_zero_ns || !frames.camera_ns().empty())
         dated_ = FrameTimes::of_header(frames, clock_.cadence, clock_.leap_seconds);
@@ -35,8 +36,10 @@ void Predictions::open(FrameFile &frames) {
 const toliman_fit_prediction *Predictions::from(size_t first, size_t count) {
     check_times(first + count);
     first_ = first;
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < count; i++) {
         predictions_[i].time_days = days_of(first + i);
+        predictions_[i].spread = spreads_.empty() ? nullptr : &spreads_[first + i];
+    }
     return predictions_.data();
 }
 

@@ -28,7 +28,7 @@ class Predictions {
     Predictions(const std::vector<double> &scene_times, size_t most, const FrameClock &clock, Progress &progress);
     // The file of the frames that follow. Throws Failure if it has more frames than there are times.
     void open(FrameFile &frames);
-    // Those of frames first ... first + count - 1 of the file.
+    // Those of frames first ... first + count - 1 of the file, until the next call.
     const toliman_fit_prediction *from(size_t first, size_t count);
     // Time of frame i of the last call.
     double days(size_t i) const { return predictions_[i].time_days; }
@@ -44,9 +44,10 @@ class Predictions {
     FrameClock clock_;
     Progress &progress_;
     std::string path_;
-    std::optional<FrameTimes> dated_; // of the file, if its header has a time
-    size_t first_ = 0;                // frame of the last call
-    std::vector<double> file_times_;  // days, of the table FRAMES; empty without one
+    std::optional<FrameTimes> dated_;     // of the file, if its header has a time
+    size_t first_ = 0;                    // frame of the last call
+    std::vector<toliman_spread> spreads_; // of the file, if its frames are sums
+    std::vector<double> file_times_;      // days, of the table FRAMES; empty without one
     std::vector<toliman_fit_prediction> predictions_;
 };
 
