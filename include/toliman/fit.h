@@ -125,9 +125,9 @@ typedef struct toliman_fit_prediction {
     double x_px, y_px;         /* expected shift of both stars from their places in the scene, as shift_x and shift_y */
     double separation_px;      /* 0 = that of the scene at this time */
     double position_angle_deg; /* with separation_px; ignored if that is 0 */
-    const toliman_spread *spread; /* of a sum of frames; NULL = one frame of the scene. Banks, and
-                                     calibrations of a map, refuse it (TOLIMAN_E_UNSUPPORTED). Fluxes are relative to those of
-                                     all frames, background is per pixel of the sum. The model images, made for the
+    const toliman_spread *spread; /* of a sum of frames; NULL = one frame of the scene. Banks, and calibrations of a
+                                     map, refuse it (TOLIMAN_E_UNSUPPORTED). Fluxes are relative to those of all
+                                     frames, background is per pixel of the sum. The model images, made for the
                                      frame, are wrong within about 6 standard deviations of the spread, 2 px for
                                      0.3 px, from capture_px */
 } toliman_fit_prediction;

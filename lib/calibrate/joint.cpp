@@ -3,7 +3,8 @@
 //     ( J'WJ  J'WG )        ( J'Wr )
 //     ( G'WJ  G'WG )  and   ( G'Wr ),
 // accumulated row by row. In a sum of N frames, J and r are those of its own spread; G is N times that of a frame with
-// the mean spread of all (planes.cpp): the mean of r is 0 at the truth, so that an inexact G adds no bias. Blocks are summed in the order of the frames: the bits do not depend on the workers.
+// the mean spread of all (planes.cpp): the mean of r is 0 at the truth, so that an inexact G adds no bias. Blocks are
+// summed in the order of the frames: the bits do not depend on the workers.
 #include "calibrate/joint.hpp"
 
 #include <algorithm>

@@ -11,7 +11,6 @@
 #include <cmath>
 
 #include "calibrate/memo.hpp"
-#include "fit/spread.hpp"
 #include "optics/derivatives.hpp"
 #include "optics/nodes.hpp"
 #include "optics/reach.hpp"

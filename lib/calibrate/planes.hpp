@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "frame/spread.hpp"
+#include "fit/spread.hpp"
 #include "optics/atlas.hpp"
 #include "optics/simulator.hpp"
 

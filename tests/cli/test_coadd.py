@@ -98,9 +98,15 @@ class Coadd(ProgramTest):
         pulls = [float(row["displacement_px"]) / float(row["separation_sigma_px"]) for row in rows]
         self.assertLess(max(map(abs, pulls)), 4)
         self.refuse(3, "does not take: use --fit", arguments=("encode", "--template", "s.json", "--dtype", "u32le", "out"))
-        self.succeed("calibrate", "s.json", "--dtype", "u32le", "--out", "fitted.json", "--free", "scale focus", "out")
-        result = json.loads((self.folder / "fitted.calibration.json").read_text())
-        self.assertEqual((len(result["separations"]), result["goodness"]), (SUMS, "good"))
+        times = {}
+        for stamp in ("start", "end"):
+            self.succeed("calibrate", "s.json", "--dtype", "u32le", "--stamp", stamp, "--out", f"{stamp}.json", "--free",
+                         "scale focus", "out")
+            result = json.loads((self.folder / f"{stamp}.calibration.json").read_text())
+            self.assertEqual((len(result["separations"]), result["goodness"]), (SUMS, "good"))
+            times[stamp] = numpy.array([one["time_days"] for one in result["separations"]])
+        lengths = [line["exposure_s"] / 86400 for line in self.sums("out")[1]]
+        numpy.testing.assert_allclose(times["start"] - times["end"], lengths, atol=1e-14)
 
     def test_further_inputs_and_other_arguments(self):
         subprocess.run(self.command("out"), cwd=self.folder, check=True, capture_output=True)

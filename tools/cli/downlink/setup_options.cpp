@@ -92,7 +92,7 @@ void SetupOptions::add_to(CLI::App &command) {
     add_option(&command, "--epoch", epoch_, "TIME",
                "time 0, to which phases refer: TAI in ns, or a date of UTC; default: that of the folder; for a new "
                "folder, that of a scene with an observer, otherwise 0");
-    add_choice(&command, "--stamp", stamp_, {"start", "middle", "end"},
+    add_choice(&command, "--stamp", stamp_, {std::begin(kStamps), std::end(kStamps)},
                "point of the exposure to which the time stamps of raw pairs refer; default: that of the folder; "
                "for a new folder, start");
     command
@@ -116,9 +116,8 @@ void SetupOptions::set(toliman_track_options &how, Progress &progress) {
         how.limits.chi_square = chi_limit_of(chi_limit_);
     if (epoch_)
         how.grid.time_offset_ns = epoch_of(*epoch_, leap_seconds_);
-    for (const int32_t stamp : {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_MIDDLE, TOLIMAN_FRAME_STAMP_END})
-        if (stamp_ == stamp_name(stamp))
-            how.frames.stamp = stamp;
+    if (!stamp_.empty())
+        how.frames.stamp = stamp_of(stamp_);
     how.frames.exposure_s = exposure_s_.value_or(how.frames.exposure_s);
     pairs_ = read_clock(clock_, progress);
     how.clock.pairs = pairs_.data();

@@ -97,11 +97,6 @@ constexpr std::pair<const char *, int64_t toliman_track_info::*> kCounts[] = {
 
 } // namespace
 
-const char *stamp_name(int32_t stamp) noexcept {
-    static const char *const names[] = {"start", "middle", "end"};
-    return names[stamp - TOLIMAN_FRAME_STAMP_START];
-}
-
 void add_timing(const toliman_track_options &settings, Json &json) {
     json.set("stamp", stamp_name(settings.frames.stamp), "exposure_s",
              if_known(settings.frames.exposure_s > 0, settings.frames.exposure_s));

@@ -7,6 +7,7 @@
 
 #include "common/json.hpp"
 #include "common/terminal.hpp"
+#include "frames/frame_times.hpp"
 
 namespace cli {
 
@@ -27,9 +28,6 @@ toliman_track_options settings_of(const toliman::tracker &tracker);
 void remove_state(const std::string &folder);
 // The message of the library for a damaged folder, and the remedy.
 std::string damage_text(toliman_status status, const std::string &folder);
-
-// "start", "middle" or "end" of TOLIMAN_FRAME_STAMP_...
-const char *stamp_name(int32_t stamp) noexcept;
 
 void add_timing(const toliman_track_options &settings, Json &json);
 void add_counts(const toliman::tracker &tracker, Json &json);

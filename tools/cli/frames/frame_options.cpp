@@ -6,6 +6,7 @@
 #include "common/input.hpp"
 #include "common/text.hpp"
 #include "frames/frame_files.hpp"
+#include "frames/frame_times.hpp"
 #include "options/command.hpp"
 
 namespace cli {
@@ -34,6 +35,8 @@ void FrameOptions::add_to(CLI::App &command, const char *cadence_text) {
         .add_option("--exposure", exposure_s,
                     "length of an exposure of raw pairs and batches in s, 0 if unknown; default: that of the scene")
         ->check(CLI::Range(0.0, 1e9));
+    add_choice(&command, "--stamp", stamp, {std::begin(kStamps), std::end(kStamps)},
+               "point of the exposure to which the time stamps of raw pairs refer: start (default), middle or end");
     add_option(
         &command, "--hdu", unit, "NAME",
         "name or number of the HDU of FITS files, 0 for the primary one; default: CORE, or the first with pixels");
@@ -67,7 +70,7 @@ std::unique_ptr<FrameFile> FrameOptions::open(const std::string &path, double sc
     if (is_pair(path))
         check_complete(side_of(path));
     if (is_pair(path) || is_batch(path))
-        return open_mission(path, {dtype, roi, exposure_s.value_or(scene_exposure_s)});
+        return open_mission(path, {dtype, roi, exposure_s.value_or(scene_exposure_s), stamp_of(stamp)});
     int64_t rows, cols;
     shape_of(shape, rows, cols);
     return open_frames(path, dtype, static_cast<size_t>(rows), static_cast<size_t>(cols), unit);

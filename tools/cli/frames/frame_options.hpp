@@ -22,6 +22,7 @@ struct FrameOptions {
     std::unique_ptr<FrameFile> open(const std::string &path, double exposure_s) const;
 
     std::string dtype, shape;         // of files without header
+    std::string stamp;                // of raw pairs: one of kStamps; empty: start
     std::string roi;                  // of raw pairs; empty: the only one
     std::optional<double> exposure_s; // of raw pairs and batches; otherwise that of the scene
     std::string unit;                 // of FITS files: name or number of the HDU

@@ -1,8 +1,9 @@
-// Method: a frame is good if all pixels have a value, it has no more rows of zeros than others, its light is from half to
-// twice the median, and no earlier frame has the same pixels and time. Of the good frames of a window, the first in time
-// is chosen, then again and again the one that is farthest from all chosen ones (T. F. Gonzalez, Theor. Comput. Sci. 38,
-// 293, 1985: at most twice the best possible distance) in time and pointing, each over its span: other places of the
-// stars and other dates tell parameters apart. Spans below 1 px count as 1 px.
+// Method: a frame is good if all pixels have a value, it has no more rows of zeros than most, its light is from half to
+// twice the median, and no earlier frame has the same pixels and time. Of the good frames of a window, the first in
+// time is chosen, then again and again the one that is farthest from all chosen ones, in time and pointing, each over
+// its span (at least 1 px): parameters are told apart by other dates and other places of the stars.
+// T. F. Gonzalez, Theor. Comput. Sci. 38, 293 (1985): the largest distance to a chosen one is at most twice the least
+// possible.
 #include "frames/frame_set.hpp"
 
 #include <algorithm>

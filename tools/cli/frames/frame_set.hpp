@@ -19,8 +19,8 @@ struct FrameChoice {
 };
 
 struct FrameSet {
-    // Reads the files twice: first to judge all frames, then those that are chosen. Throws Failure for frames of another
-    // shape than the scene's, and fewer than 2 good frames. Tells what was left out.
+    // Reads the files twice: first to judge all frames, then those that are chosen. Tells what was left out. Throws
+    // Failure for frames of another shape than the scene's, and fewer than 2 good frames.
     FrameSet(const FrameOptions &options, const Scene &scene, const FrameChoice &choice, Progress &progress);
     struct Place {
         std::string file;

@@ -68,6 +68,11 @@ std::vector<int64_t> table_of(FrameFile &file) {
 
 } // namespace
 
+int32_t stamp_of(const std::string &word) noexcept {
+    const auto found = std::find(std::begin(kStamps), std::end(kStamps), word);
+    return found == std::end(kStamps) ? 0 : TOLIMAN_FRAME_STAMP_START + static_cast<int32_t>(found - kStamps);
+}
+
 FrameTimes::FrameTimes(FrameFile &file, int64_t number, const std::optional<double> &cadence,
                        const LeapSeconds &leap_seconds, int64_t time_zero_ns)
     : path_(file.path()), header_(header_time(file, leap_seconds)), steps_(table_of(file)), cadence_(cadence),

@@ -4,12 +4,21 @@
 #include <string>
 #include <vector>
 
+#include <toliman/frame.h>
 #include <toliman/ingest.h>
 
 #include "frames/frames_in.hpp"
 #include "scenes/leap_seconds.hpp"
 
 namespace cli {
+
+// Words of TOLIMAN_FRAME_STAMP_START and those that follow it.
+inline constexpr const char *kStamps[] = {"start", "middle", "end"};
+inline const char *stamp_name(int32_t stamp) noexcept {
+    return kStamps[stamp - TOLIMAN_FRAME_STAMP_START];
+}
+// 0 without a word.
+int32_t stamp_of(const std::string &word) noexcept;
 
 // What a file states of its times goes before the cadence (s):
 // - frame 0 has the TAI of the header's keywords; without keywords its time in the table FRAMES of `toliman simulate`,

@@ -94,6 +94,7 @@ std::unique_ptr<FrameFile> open_fits(const std::string &path, const std::string 
 struct MissionOptions {
     std::string dtype, roi;
     double exposure_s = 0; // 0: unknown
+    int32_t stamp = 0;     // TOLIMAN_FRAME_STAMP_..., 0: start
 };
 std::unique_ptr<FrameFile> open_mission(const std::string &path, const MissionOptions &options);
 

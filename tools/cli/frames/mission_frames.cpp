@@ -24,6 +24,7 @@ toliman_ingest_options ingest_options(const std::string &path, const MissionOpti
         throw Failure(kExitUsage, path + ": raw pairs need --dtype u16le or u32le");
     ingest.pixel = is_pair(path) && options.dtype == "u32le" ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
     ingest.exposure_s = options.exposure_s;
+    ingest.stamp = options.stamp;
     ingest.roi = options.roi.empty() ? nullptr : options.roi.c_str();
     return ingest;
 }
