@@ -5,18 +5,16 @@
  * Data flow (functions toliman_bank_...)
  *
  *   toliman_sim -> plan -> number of networks, bytes, seconds
- *   toliman_fit -> create       bytes, file -> load, load_file
- *                    +---------------+------------+
- *                              toliman_bank <-> train
- *   toliman_fit, frame, time ->    +-> encode                separation, px -> period.h
- *   toliman_fit, time        ->    +-> predict, get_renewal  efficiency to expect, until when to use
- *                                  +-> get_info, get_network properties
- *                                  +-> save, save_file       bytes (formats.md, "TLMB")
+ *   toliman_fit -> create; bytes, file -> load, load_file -> toliman_bank <-> train
+ *   toliman_fit, frame, time -> encode                separation, px -> period.h
+ *   toliman_fit, time        -> predict, get_renewal  efficiency to expect, until when to use
+ *                               get_info, get_network properties
+ *                               save, save_file       bytes (formats.md, "TLMB")
  *                               destroy
  *
  * Estimate for a frame (decisions.md, 29): the separation of the fit is set to its prediction, but within 5e-3 px of
  * the fitted one; the other parameters fit best for it. The network encodes the residual at its own places of the
- * stars; latent/slope is the separation minus that of the model. Slope and efficiency are computed for each frame.
+ * stars; latent/slope is the separation minus that of the model, with slope and efficiency of the frame.
  *
  * Times are days of scene time (toliman_fit_prediction.time_days). */
 #ifndef TOLIMAN_BANK_H
@@ -51,12 +49,12 @@ typedef struct toliman_bank_plan_info {
     uint32_t struct_size;
     uint32_t reserved;
     int64_t dates;  /* 1 for stars that do not move */
-    int64_t places; /* per date: the square of toliman_bank_options.places */
+    int64_t places; /* per date */
     int64_t networks;
     double first_days, last_days;
     uint64_t bytes_float32; /* of the saved weights, before compression */
-    uint64_t bytes_half;    /* the same as bf16 or fp16 */
-    double train_s;         /* estimate for one processor */
+    uint64_t bytes_half;    /* as bf16 or fp16 */
+    double train_s;         /* on one processor */
 } toliman_bank_plan_info;
 #define TOLIMAN_BANK_PLAN_INFO_INIT TOLIMAN_INIT(toliman_bank_plan_info)
 
@@ -66,8 +64,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_plan(const toliman_si
                                                                 const toliman_bank_options *options,
                                                                 toliman_bank_plan_info *out) TOLIMAN_NOEXCEPT;
 
-/* Creates a bank of untrained networks for the scene and the free parameters of a fit. Untrained, it measures with an
- * efficiency of about 0.01: a control.
+/* Creates a bank of untrained networks for the scene and the free parameters of a fit of one scene. Untrained, it
+ * measures with an efficiency of about 0.01: a control.
  * Errors: TOLIMAN_E_ARGUMENT for a last date before the first, dates at which the stars leave the model images
  * (toliman_fit_create), more than 1024 networks; TOLIMAN_E_UNSUPPORTED for frames smaller than 256 x 256 or larger than
  * 4096 x 4096 px. */
@@ -84,17 +82,17 @@ typedef struct toliman_bank_train_options {
     uint32_t threads;
     toliman_progress_fn progress;
     void *progress_data;
-    const char *journal; /* file to which each trained network is appended (formats.md, "TLMJ"); NULL: none. Networks of
-                            an existing one are not trained again. The caller removes it once the bank is saved */
+    const char *journal; /* file to which each trained network is appended (formats.md, "TLMJ"); NULL: none. Networks
+                            of an existing one are not trained again. The caller removes it once the bank is saved */
 } toliman_bank_train_options;
 #define TOLIMAN_BANK_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_bank_train_options)
 
 /* Trains the networks that are not trained yet (TOLIMAN_CAE_MODE_TIED), also after a cancelled call or loading. Weights
  * of a bank do not depend on threads or interruptions (promise: bank-training-resumes). With a journal, a killed
  * process loses at most one network per thread.
- * Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_MISMATCH for any other fit (toliman_fit_info.digest) or the journal of another
- * bank, naming what differs; TOLIMAN_E_FORMAT for another file; TOLIMAN_E_STATE if another process writes to the
- * journal; TOLIMAN_E_WRITE if it cannot be written or read; it remains. */
+ * Errors: TOLIMAN_E_MISMATCH for any other fit (toliman_fit_info.digest) or the journal of another bank, naming what
+ * differs; TOLIMAN_E_FORMAT for another file; TOLIMAN_E_STATE if another process writes to the journal; TOLIMAN_E_WRITE
+ * if it cannot be written or read; it remains. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_train(
     toliman_bank *bank, const toliman_fit *fit, const toliman_bank_train_options *options) TOLIMAN_NOEXCEPT;
 
@@ -110,12 +108,10 @@ typedef struct toliman_bank_info {
     int64_t rows, cols;
     const char *layout; /* "flight" or "paper" */
     uint64_t seed;
-    uint64_t fit_digest; /* of its fit */
-    uint64_t digest;     /* FNV-1a of all that determines results: fit, places, weights */
+    uint64_t fit_digest;
+    uint64_t digest; /* FNV-1a of all that determines results: fit, places, weights */
 } toliman_bank_info;
 #define TOLIMAN_BANK_INFO_INIT TOLIMAN_INIT(toliman_bank_info)
-
-/* Gets the properties of a bank. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_info(const toliman_bank *bank,
                                                                     toliman_bank_info *out) TOLIMAN_NOEXCEPT;
 
@@ -130,12 +126,10 @@ typedef struct toliman_bank_network {
 } toliman_bank_network;
 #define TOLIMAN_BANK_NETWORK_INIT TOLIMAN_INIT(toliman_bank_network)
 
-/* Gets network number `index`, 0 <= index < toliman_bank_info.networks, in the order of date, y, x. TOLIMAN_E_RANGE
- * outside. */
+/* Gets network `index` < toliman_bank_info.networks, in the order of date, y, x. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_network(const toliman_bank *bank, int64_t index,
                                                                        toliman_bank_network *out) TOLIMAN_NOEXCEPT;
 
-/* Flags of a result. */
 #define TOLIMAN_BANK_NOT_FITTED 1u     /* no fit: numbers are NaN, network is -1 */
 #define TOLIMAN_BANK_OUTSIDE 2u        /* time outside the dates of the bank; the result is valid */
 #define TOLIMAN_BANK_LOW_EFFICIENCY 4u /* efficiency below 0.95 */
@@ -143,15 +137,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_network(const tol
 /* Estimate for one frame. */
 typedef struct toliman_bank_result {
     uint32_t struct_size;
-    uint32_t flags;         /* TOLIMAN_BANK_... */
+    uint32_t flags;
     double displacement_px; /* separation_px minus the predicted separation */
     double separation_px;
     double sigma_px;     /* of both, due to the noise of the frame */
     double efficiency;   /* Cramer-Rao bound with the parameters of the fit free / sigma_px */
     double distance_px;  /* between the stars' places in the frame and those of the network: B relative to A, and
                             sub-pixel shift */
-    int64_t network;     /* index, of the smallest distance_px */
-    int32_t goodness;    /* TOLIMAN_GOODNESS_..., of the fit */
+    int64_t network;     /* that of the smallest distance_px */
+    int32_t goodness;    /* of the fit */
     uint32_t bad_pixels; /* of fit and network */
     double chi_square, chi_square_sigma, largest_residual;
 } toliman_bank_result;
@@ -162,10 +156,10 @@ typedef struct toliman_bank_result {
  * on the frame and its prediction only (promise: bank-results-ignore-others).
  *   fit          with the scene, free parameters and capture_px of the bank's fit
  *   image        in the unit of the scene's frames
- *   predictions  [count], times and expected places of the stars; NULL: time 0, no shift
+ *   predictions  [count]; NULL: time 0, no shift
  *   results      [count]
  *   fitted       [count], results of the fits, or NULL
- * Errors: TOLIMAN_E_MISMATCH for any other fit (digest); others as toliman_fit_frame. */
+ * Errors: TOLIMAN_E_MISMATCH for any other fit; others as toliman_fit_frame. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_encode(const toliman_bank *bank, const toliman_fit *fit,
                                                                   const toliman_image *image, size_t count,
                                                                   const toliman_fit_prediction *predictions,
@@ -186,13 +180,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_renewal(const tol
                                                                        double *days) TOLIMAN_NOEXCEPT;
 
 /* Saves a bank, also untrained networks; encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. The same bank
- * always gives the same bytes, also after loading them (promise: banks-save-same-bytes). TOLIMAN_E_CAPACITY if capacity
- * is too small. */
+ * always gives the same bytes, also after loading them (promise: banks-save-same-bytes). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_save(const toliman_bank *bank, int32_t encoding, void *bytes,
                                                                 size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
-/* Loads a bank from exactly `size` bytes; a network takes 0.8 MB. Wrong magic numbers, versions, layouts, sizes,
- * checksums and numbers (subnormal, above 2^100) are TOLIMAN_E_FORMAT (promise: damaged-banks-are-refused). */
+/* Loads a bank; a network takes 0.8 MB. Damaged bytes, other versions and layouts, and numbers that are subnormal or
+ * above 2^100 are TOLIMAN_E_FORMAT (promise: damaged-banks-are-refused). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_load(const void *bytes, size_t size,
                                                                 const toliman_load_options *options,
                                                                 toliman_bank **out) TOLIMAN_NOEXCEPT;

@@ -1,33 +1,30 @@
-/* libtoliman, base: status codes, error messages, callbacks, memory, versions, machine.
+/* libtoliman, base: conventions of all headers, status codes, messages, callbacks, memory, versions, machine.
  *
  * Data flow: one header per module, whose first comment shows its functions; core.h: those for a start.
  *
  *   scene.json -> sim.h -> frames -> cae.h, linear.h -> latent, px -> period.h -> period, false alarm probability
- *                             ^                                           ^
- *                             |                                           |
- *   downlink -> ingest.h -----+-----------------> track.h ----------------+
+ *   downlink -> ingest.h -> frames -> track.h -----------------------> period.h
  *
- *   Failed call -> status -> toliman_constant_name
- *                         -> toliman_last_error, toliman_last_error_field
+ *   Failed call -> status    toliman_constant_name, toliman_last_error, toliman_last_error_field
  *   Version of the library   toliman_version, toliman_abi_version, toliman_get_struct_size
  *   Machine                  toliman_get_machine
  *
- * Conventions of all headers
+ * Conventions of all headers, which their comments do not repeat
  *   - Errors. A function that can fail returns a toliman_status; results are written to pointers after the inputs. A
  *     failed call writes no output and leaves its object unchanged, unless its comment says otherwise
  *     (promise: failed-calls-change-nothing). A message belongs to its thread, and success does not clear it
  *     (promise: messages-belong-to-threads).
- *   - Common errors, which comments do not list: TOLIMAN_E_ARGUMENT (NULL where not allowed, unknown struct_size,
- *     number not finite, option out of range, stride too small), TOLIMAN_E_MEMORY, TOLIMAN_E_STATE (object in use by
- *     another call).
+ *   - Common errors. TOLIMAN_E_ARGUMENT: NULL where not allowed, unknown struct_size, number not finite, option out of
+ *     range, stride too small. TOLIMAN_E_RANGE: index outside. TOLIMAN_E_MEMORY. TOLIMAN_E_STATE: object in use by
+ *     another call. TOLIMAN_E_CANCELLED: stopped by a callback.
  *   - Objects. The caller destroys them by toliman_X_destroy. Destroying NULL does nothing
  *     (promise: destroying-null-does-nothing). Except for trackers, an object does not need those that it was created
  *     from.
  *   - Structs, also those for results, begin with struct_size: initialise them with their _INIT macro or, without C
  *     macros, set all bytes to 0, then struct_size to the size of the struct. In an array, that of the first element
  *     counts. New members are only appended (promise: members-are-only-appended).
- *   - Options. In an options struct, 0 in a member is the default (promise: zero-is-the-default). Callbacks may be
- *     NULL, and so may `options`, except of toliman_ingest_create and toliman_track_create.
+ *   - Options. In an options struct, 0 in a member is the default (promise: zero-is-the-default). Callbacks and
+ *     allocators may be NULL, and so may `options`, except of toliman_ingest_create and toliman_track_create.
  *   - Enumerations are int32_t, flags uint32_t. A constant of the wrong enumeration is refused with TOLIMAN_E_ARGUMENT
  *     (promise: wrong-enumerations-are-refused). A newer library may return others.
  *   - Arrays belong to the caller, in C order. Images are [row][column] with a row stride in elements. Indices begin at
@@ -36,14 +33,14 @@
  *   - Results of unknown number: (..., array, capacity, count), files in memory: (..., bytes, capacity, needed). The
  *     last becomes their number; if capacity is smaller, nothing else is written: TOLIMAN_E_CAPACITY. To ask for the
  *     number, pass NULL and 0: TOLIMAN_E_CAPACITY, or TOLIMAN_OK if there is none.
- *   - Files. toliman_X_save_file replaces its file atomically; after TOLIMAN_E_WRITE the old one remains.
- *     toliman_X_load_file: TOLIMAN_E_NOT_FOUND if it cannot be read.
+ *   - Files. toliman_X_save_file replaces its file atomically; after TOLIMAN_E_WRITE the old one remains. A file that
+ *     cannot be read: TOLIMAN_E_NOT_FOUND. toliman_X_load takes exactly `size` bytes.
  *   - Threads. Different threads may use different objects at the same time. Functions that take a const object may run
  *     on one object from several threads (promise: const-calls-run-together). While another function runs on an object,
  *     every other call on it, also from callbacks, returns TOLIMAN_E_STATE at once and changes nothing
  *     (promise: calls-need-exclusive-use). That function also fails while const calls run.
- *   - Worker threads. `threads` of a function's options or, without it, of those that created or loaded the object;
- *     0 = one per processor. Results do not depend on the number of threads unless a comment says so
+ *   - Worker threads. `threads` of a function's options or, without it, of those that created or loaded the object; 0 =
+ *     one per processor. Results do not depend on the number of threads unless a comment says so
  *     (promise: threads-change-no-bit).
  *   - Invalid handles. A pointer to a destroyed object, or of another type, is refused with TOLIMAN_E_ARGUMENT until
  *     its memory is reused (promise: invalid-handles-are-refused). Destroying an object in use, or of another type,
@@ -59,7 +56,8 @@
  *     round-to-nearest, the default (promise: other-rounding-is-refused).
  *   - Documents (*.md): share/doc/toliman; schemas: share/toliman/schema. "The chapter": Delli Veneri et al., in
  *     Intelligent Astrophysics, Springer (2021).
- *   - Units are SI unless the name states another (_px, _days, _nm). Times and values of a periodogram or tracker have
+ *   - Units are SI unless the name states another (_px, _days, _nm). TAI nanoseconds count from 1970-01-01T00:00:00
+ *     TAI; those of a tracker, from the epoch of its clock table. Times and values of a periodogram or tracker have
  *     those of the caller or of the estimator. */
 #ifndef TOLIMAN_BASE_H
 #define TOLIMAN_BASE_H
@@ -99,16 +97,16 @@ typedef int32_t toliman_status;
  * has failed; never NULL. Valid until the next failed call on this thread. */
 TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
 
-/* Returns the name of the wrong argument, struct member, scene key or file of the last failed call on this thread
- * (promise: errors-name-the-field): "sigma", "options->bin", "frames[3].sigma", "telescope.aperture_m", or a path. ""
- * for failures without one; otherwise as toliman_last_error. */
+/* Returns the wrong argument, struct member, scene key or file of the last failed call on this thread
+ * (promise: errors-name-the-field): "sigma", "options->bin", "frames[3].sigma", "telescope.aperture_m", or a path; ""
+ * if there is none. Otherwise as toliman_last_error. */
 TOLIMAN_API const char *toliman_last_error_field(void) TOLIMAN_NOEXCEPT;
 
 /* Returns the name of a constant in files and messages: "too good" for TOLIMAN_GOODNESS_TOO_GOOD. Named are status
  * codes, TOLIMAN_CALIBRATION_CHANGE_..., TOLIMAN_COADD_..., TOLIMAN_GOODNESS_..., TOLIMAN_INGEST_REASON_...,
  * TOLIMAN_MEASURE_..., TOLIMAN_PERIOD_INTERVAL_..., TOLIMAN_PLANET_REASON_..., TOLIMAN_SIM_IMAGE_...,
- * TOLIMAN_SKY_CAUSE_..., _ELEMENT_..., _OBSERVER_..., TOLIMAN_TRACK_REASON_..., _VERDICT_....
- * Returns "?" for another number or a bit set. */
+ * TOLIMAN_SKY_CAUSE_..., _ELEMENT_..., _OBSERVER_..., TOLIMAN_TRACK_REASON_..., _VERDICT_.... Returns "?" for another
+ * number or a bit set. */
 TOLIMAN_API const char *toliman_constant_name(int32_t constant) TOLIMAN_NOEXCEPT;
 
 /* Callback for the progress of a long call. Return 0 to continue. Any other value stops the call with
@@ -140,7 +138,7 @@ typedef struct toliman_allocator {
     uint32_t reserved;
     toliman_allocate_fn allocate;
     toliman_release_fn release;
-    void *user_data; /* may be NULL */
+    void *user_data;
 } toliman_allocator;
 #define TOLIMAN_ALLOCATOR_INIT TOLIMAN_INIT(toliman_allocator)
 
@@ -156,7 +154,7 @@ typedef struct toliman_load_options {
 TOLIMAN_API const char *toliman_version(void) TOLIMAN_NOEXCEPT;
 
 /* Returns the number of the binary interface: a program can run with this library if it equals the TOLIMAN_ABI_VERSION
- * that it was compiled with. */
+ * of its compilation. */
 TOLIMAN_API int32_t toliman_abi_version(void) TOLIMAN_NOEXCEPT;
 
 /* Returns the size in bytes of a public struct ("toliman_machine") in the running library, 0 for an unknown name. A
@@ -176,8 +174,6 @@ typedef struct toliman_machine {
     const char *fftw;
 } toliman_machine;
 #define TOLIMAN_MACHINE_INIT TOLIMAN_INIT(toliman_machine)
-
-/* Gets the properties of the machine. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_get_machine(toliman_machine *out) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS

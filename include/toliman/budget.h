@@ -20,7 +20,7 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_sim_budget_options {
     uint32_t struct_size;
     uint32_t reserved;
-    const char *free_names; /* list of the free parameters; "" = none; NULL = preprocess.project */
+    const char *free_names; /* the free parameters; "" = none; NULL = preprocess.project */
     int64_t frames;         /* that share the parameters of the instrument, in [1, 2^50]; 0 = 1 */
     double earth_px;        /* displacement due to an Earth, in (0, 100] px; 0 = that of the scene */
 } toliman_sim_budget_options;
@@ -30,9 +30,9 @@ typedef struct toliman_sim_budget_options {
 typedef struct toliman_sim_budget {
     uint32_t struct_size;
     uint32_t reserved;
-    double crb_px;          /* standard deviation of the separation in one frame; infinite if the free parameters leave
-                               nothing of the signal */
-    double crb_shared_px;   /* the same for each of `frames` identical frames that share the parameters of the
+    double crb_px;          /* of the separation in one frame; infinite if the free parameters leave nothing of the
+                               signal */
+    double crb_shared_px;   /* likewise for each of `frames` identical frames that share the parameters of the
                                instrument */
     double uas_per_px;      /* microarcsec */
     double earth_px;        /* displacement due to an Earth; NaN if not known */
@@ -56,13 +56,13 @@ typedef struct toliman_sim_budget_step {
     uint32_t reserved;
     const char *name; /* "alone", "fluxes, shift", "eight" (with roll, scale, focus, background), "eight + jitter",
                          ... */
-    double crb_px;    /* as in toliman_sim_budget, with this set free */
+    double crb_px;    /* as in toliman_sim_budget */
     double crb_shared_px;
 } toliman_sim_budget_step;
 #define TOLIMAN_SIM_BUDGET_STEP_INIT TOLIMAN_INIT(toliman_sim_budget_step)
 
 /* Writes the steps, to which later versions may append some. Of the options, only `frames` counts. A step omits
- * parameters without derivative. TOLIMAN_E_CAPACITY if capacity is too small. */
+ * parameters without derivative. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget_steps(const toliman_sim *sim,
                                                                            const toliman_sim_budget_options *options,
                                                                            toliman_sim_budget_step *steps,
@@ -73,21 +73,20 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget_steps(const
  * depends on others. */
 typedef struct toliman_sim_budget_row {
     uint32_t struct_size;
-    int32_t is_free;         /* 1 if the parameter is free, else 0 */
+    int32_t is_free;         /* 0 or 1 */
     const char *name, *unit; /* "px", "nm", "K", ..., "" for a ratio */
     double bias_px;          /* not free: error of the separation per unit */
     double curvature_px;     /* free: error of the separation per unit squared; not known for jitter, motions of the
                                 mask and PADDED_FFT */
-    double earth_amount;     /* that has the effect of an Earth */
-    double tenth_crb_amount; /* that has the effect of a tenth of crb_px */
+    double earth_amount;     /* with the effect of an Earth */
+    double tenth_crb_amount; /* with the effect of a tenth of crb_px */
     double deviation;        /* free: standard deviation in the fit */
     double correlation;      /* free: with the separation, -1 to 1 */
 } toliman_sim_budget_row;
 #define TOLIMAN_SIM_BUDGET_ROW_INIT TOLIMAN_INIT(toliman_sim_budget_row)
 
 /* Writes the rows: the free parameters in the order of their names, then every other one with a derivative. Propagates
- * the frame twice per free parameter that is not linear. Errors as toliman_sim_get_budget; TOLIMAN_E_CAPACITY if
- * capacity is too small.
+ * the frame twice per free parameter that is not linear. Errors as toliman_sim_get_budget.
  *   correlations  [side][side], or NULL: of the separation and the free parameters; NaN for one that depends on those
  *                 before it
  *   side          toliman_sim_budget.free_count + 1; not used without correlations */

@@ -3,13 +3,11 @@
  *
  * Data flow (functions toliman_calibration_...)
  *
- *   toliman_sim (nominal scene), frames, times -> create -> toliman_calibration
- *                                                                   |
+ *   toliman_sim (nominal scene), frames, times -> create, destroy -> toliman_calibration
  *   values, errors, verdict              get_info, get_value, get_covariance, get_frame
  *   what the model lacks                 get_attempt, get_left_out
  *   images                               get_opd, get_image
  *   fitted scene, for all other uses     save_file, get_window
- *                                        destroy
  *
  * Parameters of the instrument (sim_derivative.h), constant or, with windows, linear in time between the starts of
  * these:
@@ -22,12 +20,11 @@
  *
  * Frames do not determine
  *   - roll of the spacecraft and tilts: position angle and pointing contain them;
- *   - the sign of aberrations of even azimuthal order, for a spiral mask with odd m without struts; separations do not
- *     depend on it;
- *   - the absolute scale, which follows from the priors of the spectra; separations in px do not depend on it.
+ *   - the sign of aberrations of even azimuthal order, for a spiral mask with odd m without struts, and the absolute
+ *     scale, which follows from the priors of the spectra: separations in px depend on neither.
  *
- * The fitted scene has a group `calibration` with the verdict, pupil_samples, step_nm, edges and accuracy. A scene that
- * contradicts its calibration is refused (promise: contradicting-scenes-are-refused).
+ * A scene that contradicts its calibration, its group `calibration`, is refused
+ * (promise: contradicting-scenes-are-refused).
  *
  * A model that lacks an effect gives separations that are wrong by many standard deviations: check flags and lacks of
  * toliman_calibration_info, and try TOLIMAN_CALIBRATION_IMPROVE. */
@@ -42,15 +39,15 @@ TOLIMAN_BEGIN_DECLS
 /* Result of a calibration. */
 typedef struct toliman_calibration toliman_calibration;
 
-/* Flag of options: fit then the OPD of each pupil cell, too. Takes minutes. */
+/* Flag of options: then fit the OPD of each pupil cell, too. Takes minutes. */
 #define TOLIMAN_CALIBRATION_MAP 1u
 
-/* Flag of options: while the model is incomplete, calibrate again with TOLIMAN_CALIBRATION_CHANGE_..., in their order
- * (the map last). Changes that reduce the sum of squared residuals by more than noise explains at 6 standard deviations
- * are kept in the fitted scene. */
+/* Flag of options: while the model is incomplete, calibrate again with TOLIMAN_CALIBRATION_CHANGE_..., in their order.
+ * Changes that reduce the sum of squared residuals by more than noise explains at 6 standard deviations are kept in the
+ * fitted scene. */
 #define TOLIMAN_CALIBRATION_IMPROVE 2u
 
-/* Changes of a model, one bit each.
+/* Changes of a model.
  *   EDGES     telescope.mask.edges = "area", for a spiral mask
  *   SAMPLES   twice as many pupil cells per axis, repeatedly, up to 1024; not with files of the pupil
  *   SPECTRUM  spectrum_a_1, _2, spectrum_b_1, _2 free
@@ -65,16 +62,16 @@ typedef struct toliman_calibration_step {
     uint32_t struct_size;
     int32_t is_map;    /* 1: of the OPD map; 0: of the parameters */
     int32_t iteration; /* from 1 for each change */
-    int32_t accepted;  /* 1: the step was accepted; 0: rejected */
+    int32_t accepted;  /* 0 or 1 */
     double chi_square;
     double largest_step; /* of a parameter, in its standard deviations; of the map: rms, nm */
-    uint32_t change;     /* TOLIMAN_CALIBRATION_CHANGE_... that is tried, or 0 */
+    uint32_t change;     /* TOLIMAN_CALIBRATION_CHANGE_..., or 0 */
     int32_t recalled;    /* 1: from the journal */
 } toliman_calibration_step;
 #define TOLIMAN_CALIBRATION_STEP_INIT TOLIMAN_INIT(toliman_calibration_step)
 
-/* Called after each iteration. so_far has values, no standard deviations, and the flag NOT_CONVERGED; it may be saved,
- * to start a later calibration. It is valid during the call. A nonzero value cancels. */
+/* Called after each iteration. so_far has values, no standard deviations, and the flag NOT_CONVERGED; it is valid
+ * during the call, and may be saved, to start a later calibration. A nonzero value cancels. */
 typedef int32_t (*toliman_calibration_step_fn)(const toliman_calibration *so_far, const toliman_calibration_step *step,
                                                void *user_data);
 
@@ -93,17 +90,17 @@ typedef struct toliman_calibration_options {
     const toliman_sim *start;
     int32_t most_iterations; /* of the parameters, and again of the map, in [1, 1000]; 0 = 30 */
     uint32_t threads;
-    double capture_px;  /* largest shift of both stars from their predicted places in x or y, in [0.1, 64] px; 0 = 6 */
+    double capture_px;  /* as in toliman_fit_options, in [0.1, 64] px; 0 = 6 */
     double window_days; /* length of the windows, in [1e-6, 1e6] days; 0 = constant: no windows */
     double smoothness;  /* standard deviation of changes between windows, in prior_sigma, in [1e-9, 1000]; 0 = 0.01 */
     double map_rms_nm;  /* prior rms of the map over the open pupil, in [1e-3, 1e4] nm; 0 = 10 */
     toliman_calibration_step_fn step;
     void *step_data;
     const toliman_allocator *allocator;
-    /* File to which each iteration is appended (formats.md, "TLMJ"); NULL: none. With an existing journal, the call
-     * continues with the bits of an uninterrupted one (promise: journals-continue-calibrations), also with more
-     * iterations. It takes 4 KiB per frame and iteration, with a map also 8 bytes per cell and step. The caller removes
-     * it once the result is saved. */
+    /* File to which each iteration is appended (formats.md, "TLMJ"), 4 KiB per frame, with a map also 8 bytes per cell
+     * and step; NULL: none. With an existing journal, the call continues with the bits of an uninterrupted one
+     * (promise: journals-continue-calibrations), also with more iterations. The caller removes it once the result is
+     * saved. */
     const char *journal;
 } toliman_calibration_options;
 #define TOLIMAN_CALIBRATION_OPTIONS_INIT TOLIMAN_INIT(toliman_calibration_options)
@@ -112,8 +109,7 @@ typedef struct toliman_calibration_options {
  * TOLIMAN_CALIBRATION_NOT_CONVERGED.
  *   sim          nominal scene
  *   image        in the unit of the scene's frames
- *   predictions  [count], times and expected places of the stars; NULL: times of the scene's frames 0 to count - 1, no
- *                shift
+ *   predictions  [count]; NULL: times of the scene's frames 0 to count - 1, no shift
  * Errors, in addition to image.h:
  *   - TOLIMAN_E_ARGUMENT for a parameter that is unknown, given twice, or always free; a frame without stars within
  *     capture_px; fewer than 2 frames; more than 4096 parameters times windows;
@@ -123,8 +119,7 @@ typedef struct toliman_calibration_options {
  *     the frames; for a journal of other inputs or options, naming the first that differs
  *     (promise: other-journals-are-refused);
  *   - TOLIMAN_E_FORMAT for another file as journal, TOLIMAN_E_STATE if another process writes to it, TOLIMAN_E_WRITE if
- *     it cannot be written or read; it remains;
- *   - TOLIMAN_E_CANCELLED. */
+ *     it cannot be written or read; it remains. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_create(const toliman_sim *sim,
                                                                          const toliman_image *image, size_t count,
                                                                          const toliman_fit_prediction *predictions,
@@ -138,7 +133,7 @@ TOLIMAN_API void toliman_calibration_destroy(toliman_calibration *calibration) T
 #define TOLIMAN_CALIBRATION_NOT_CONVERGED 1u
 
 /* Flag: the frames have an effect that the model lacks (promise: incomplete-models-are-reported): chi_square, of all
- * frames or of those of a window, is POOR, or structure above structure_limit. */
+ * frames or of a window, is POOR, or structure above structure_limit. */
 #define TOLIMAN_CALIBRATION_INCOMPLETE 2u
 
 #define TOLIMAN_CALIBRATION_HELD 4u    /* a parameter is known mostly by its prior */
@@ -158,19 +153,19 @@ typedef struct toliman_calibration_info {
     int64_t windows;    /* the last one may have no frames */
     int32_t iterations; /* of the parameters, rejected ones included */
     int32_t map_iterations;
-    double chi_square; /* per degree of freedom: pixels minus parameters and map_parameters */
+    double chi_square; /* goodness.h: pixels minus parameters and map_parameters */
     double chi_square_sigma;
     double structure;            /* sum of squared correlations of neighbouring residuals over their variances; for
                                     white residuals chi-square distributed with 6 degrees of freedom */
     double structure_limit;      /* 50, which white residuals exceed once in 2e8; more with a map */
     double separation_sigma_px;  /* in a frame (median), the instrument known */
-    double calibration_sigma_px; /* in a frame (median), due to errors of the instrument without the map */
+    double calibration_sigma_px; /* likewise, due to errors of the instrument without the map */
     double map_rms_nm;           /* over the open pupil; 0 without a map */
-    double map_parameters;       /* effective number in one step */
+    double map_parameters;       /* effective number */
     double largest_residual;
-    int32_t goodness; /* TOLIMAN_GOODNESS_..., of chi_square; with a map, the limit of TOO_GOOD is lower */
+    int32_t goodness; /* with a map, the limit of TOO_GOOD is lower */
     uint32_t lacks;   /* with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that may help */
-    uint32_t changes; /* TOLIMAN_CALIBRATION_CHANGE_... that were kept */
+    uint32_t changes; /* those kept */
     int32_t reserved;
     int64_t attempts;
     int64_t left_out;   /* default parameters that the scene does not have */
@@ -178,17 +173,15 @@ typedef struct toliman_calibration_info {
     double peak_noise;  /* relative photon noise of the brightest pixel in all frames */
 } toliman_calibration_info;
 #define TOLIMAN_CALIBRATION_INFO_INIT TOLIMAN_INIT(toliman_calibration_info)
-
-/* Gets the summary of a calibration. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_calibration_get_info(const toliman_calibration *calibration, toliman_calibration_info *out) TOLIMAN_NOEXCEPT;
 
 /* A change of the model that was tried. */
 typedef struct toliman_calibration_attempt {
     uint32_t struct_size;
-    uint32_t change; /* TOLIMAN_CALIBRATION_CHANGE_... */
-    int32_t kept;    /* 1: kept, and later ones build on it */
-    uint32_t flags;  /* TOLIMAN_CALIBRATION_..., with this change */
+    uint32_t change;
+    int32_t kept;   /* 1: kept, and later ones build on it */
+    uint32_t flags; /* with this change */
     int64_t cells;
     double chi_square;
     double chi_square_sigma, largest_residual;
@@ -197,7 +190,7 @@ typedef struct toliman_calibration_attempt {
 } toliman_calibration_attempt;
 #define TOLIMAN_CALIBRATION_ATTEMPT_INIT TOLIMAN_INIT(toliman_calibration_attempt)
 
-/* Gets attempt number `index`; TOLIMAN_E_RANGE unless index < attempts. */
+/* Gets attempt `index` < attempts. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_attempt(
     const toliman_calibration *calibration, int64_t index, toliman_calibration_attempt *out) TOLIMAN_NOEXCEPT;
 
@@ -210,15 +203,15 @@ typedef struct toliman_calibration_left_out {
 } toliman_calibration_left_out;
 #define TOLIMAN_CALIBRATION_LEFT_OUT_INIT TOLIMAN_INIT(toliman_calibration_left_out)
 
-/* Gets a parameter that was left out; TOLIMAN_E_RANGE unless index < left_out. */
+/* Gets parameter `index` < left_out that was left out. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_left_out(
     const toliman_calibration *calibration, int64_t index, toliman_calibration_left_out *out) TOLIMAN_NOEXCEPT;
 
 /* Fitted parameter of the instrument. */
 typedef struct toliman_calibration_value {
     uint32_t struct_size;
-    uint32_t flags; /* TOLIMAN_CALIBRATION_HELD: sigma is above 0.7 prior_sigma; _NO_SIGN: the sign of all such values
-                       together is undetermined, the first one >= 0 */
+    uint32_t flags; /* TOLIMAN_CALIBRATION_HELD: sigma is above 0.7 prior_sigma; _NO_SIGN: the sign of all such
+                       values together is undetermined, the first one >= 0 */
     const char *name;
     const char *unit; /* "nm"; "" if relative */
     double value;     /* against the nominal scene, without the map */
@@ -227,41 +220,39 @@ typedef struct toliman_calibration_value {
 } toliman_calibration_value;
 #define TOLIMAN_CALIBRATION_VALUE_INIT TOLIMAN_INIT(toliman_calibration_value)
 
-/* Gets parameter `index` at the start of a window; TOLIMAN_E_RANGE unless index < parameters and window < windows. */
+/* Gets parameter `index` < parameters at the start of a window. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_calibration_get_value(const toliman_calibration *calibration, int64_t window, int64_t index,
                               toliman_calibration_value *out) TOLIMAN_NOEXCEPT;
 
-/* Writes the covariance [n][n] of the parameters at the start of a window, those of the frames free. TOLIMAN_E_RANGE
- * for another window. */
+/* Writes the covariance [n][n] of the parameters at the start of a window, those of the frames free. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_covariance(const toliman_calibration *calibration,
                                                                                  int64_t window,
                                                                                  double *covariance) TOLIMAN_NOEXCEPT;
 
-/* Gets the result of frame number `index` < frames; TOLIMAN_E_RANGE for any other index. It is that of a fit with the
- * fitted scene; standard deviations include the uncertainty of the instrument. With peak_photons, fluxes are relative
- * to the nominal scene. */
+/* Gets the result of frame `index` < frames: that of a fit with the fitted scene; standard deviations include the
+ * uncertainty of the instrument. With peak_photons, fluxes are relative to the nominal scene. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_frame(const toliman_calibration *calibration,
                                                                             int64_t index,
                                                                             toliman_fit_result *out) TOLIMAN_NOEXCEPT;
 
-/* Window of a calibration, to first_days of the next one. */
+/* Window of a calibration. */
 typedef struct toliman_calibration_window {
     uint32_t struct_size;
-    int32_t goodness;  /* TOLIMAN_GOODNESS_..., of chi_square */
-    int64_t frames;    /* number; without any, the other members are those of the window before */
+    int32_t goodness;  /* of chi_square */
+    int64_t frames;    /* without any, the other members are those of the window before */
     double first_days; /* start, days of scene time, where its parameters hold */
     double chi_square;
     double chi_square_sigma, largest_residual;
 } toliman_calibration_window;
 #define TOLIMAN_CALIBRATION_WINDOW_INIT TOLIMAN_INIT(toliman_calibration_window)
 
-/* Gets number `window` of the windows; TOLIMAN_E_RANGE outside. */
+/* Gets window `window` < windows. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_window(
     const toliman_calibration *calibration, int64_t window, toliman_calibration_window *out) TOLIMAN_NOEXCEPT;
 
-/* Writes the change of the OPD (m), map included, at the start of a window to opd[N][N]; 0 where the pupil is closed.
- * TOLIMAN_E_RANGE for another window. */
+/* Writes the change of the OPD (m), map included, at the start of a window to opd[N][N]; 0 where the pupil is
+ * closed. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_opd(const toliman_calibration *calibration,
                                                                           int64_t window, double *opd) TOLIMAN_NOEXCEPT;
 
@@ -275,8 +266,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_image(cons
                                                                             int32_t kind, double *image,
                                                                             size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Saves the fitted scene at the start of a window as `path`, NAME.json, and its map as NAME.opd.npy next to it;
- * relative file names are adapted. TOLIMAN_E_UNSUPPORTED without convergence; TOLIMAN_E_RANGE for another window. */
+/* Saves the fitted scene at the start of a window as `path`, NAME.json, with the verdict in its group `calibration`,
+ * and its map as NAME.opd.npy next to it; relative file names are adapted. TOLIMAN_E_UNSUPPORTED without
+ * convergence. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_save_file(const toliman_calibration *calibration,
                                                                             int64_t window,
                                                                             const char *path) TOLIMAN_NOEXCEPT;

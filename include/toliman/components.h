@@ -4,10 +4,8 @@
  * Data flow (functions toliman_components_...)
  *
  *   toliman_sim -> create -> toliman_components <- push <- frames
- *                                  |
- *                                train -> get_series -> one value per frame -> period.h
- *                                get_info
- *                                destroy */
+ *                  train -> get_series -> one value per frame -> period.h
+ *                  get_info, destroy */
 #ifndef TOLIMAN_COMPONENTS_H
 #define TOLIMAN_COMPONENTS_H
 
@@ -16,7 +14,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Frames of a scene and their components: one value per frame, in the order of the pushes. */
+/* Frames of a scene and their components, in the order of the pushes. */
 typedef struct toliman_components toliman_components;
 
 /* Options of a collection. */
@@ -60,7 +58,7 @@ typedef struct toliman_components_train_options {
     uint32_t iterations; /* dictionary: largest number; 0 = 200 */
     uint32_t reserved;
     double lambda; /* dictionary: in (0, 1e6]; 0 = 1 */
-    uint64_t seed; /* dictionary: of the initial atoms */
+    uint64_t seed; /* likewise, of the initial atoms */
     toliman_progress_fn progress;
     void *progress_data;
 } toliman_components_train_options;
@@ -70,8 +68,8 @@ typedef struct toliman_components_train_options {
 typedef struct toliman_components_training {
     uint32_t struct_size;
     uint32_t iterations;
-    int32_t converged; /* 1: the last iteration improved the objective by less than 1e-5 of the total; 0: stopped by the
-                          limit */
+    int32_t converged; /* 1: the last iteration improved the objective by less than 1e-5 of the total; 0: stopped by
+                          the limit */
     uint32_t reserved;
     double objective; /* dictionary: over that without atoms, 0 to 1 */
 } toliman_components_training;
@@ -84,8 +82,8 @@ typedef struct toliman_components_training {
  * The largest element of a series is positive. The same frames, options and seed give the same bits
  * (promise: components-repeat-their-bits); the last bits of PCA depend on the threads of OpenBLAS. The inner products
  * of the frames, 8 bytes per pair, are kept until the next push.
- * Errors: TOLIMAN_E_STATE for fewer than components + 1 frames; TOLIMAN_E_CANCELLED. Components of an earlier training
- * then remain (promise: cancelled-components-remain). */
+ * Errors: TOLIMAN_E_STATE for fewer than components + 1 frames. After a cancelled call, components of an earlier
+ * training remain (promise: cancelled-components-remain). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_components_train(toliman_components *components, const toliman_components_train_options *options,
                          toliman_components_training *report) TOLIMAN_NOEXCEPT;
@@ -116,8 +114,6 @@ typedef struct toliman_components_info {
     double threshold_px;
 } toliman_components_info;
 #define TOLIMAN_COMPONENTS_INFO_INIT TOLIMAN_INIT(toliman_components_info)
-
-/* Gets the properties of a collection. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_components_get_info(const toliman_components *components, toliman_components_info *out) TOLIMAN_NOEXCEPT;
 

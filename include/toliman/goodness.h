@@ -9,8 +9,8 @@
  *   chi_square        sum of squared residuals over their variances, per degree of freedom; 1 if the model is right
  *   chi_square_sigma  its standard deviation, if model and variances are right
  *   largest_residual  largest |residual| over its standard deviation
- *   goodness          verdict: POOR or TOO_GOOD beyond the quantiles of 6 (frames, calibrations) or 4 (series) Gaussian
- *                     standard deviations */
+ *   goodness          TOLIMAN_GOODNESS_... of chi_square: POOR or TOO_GOOD beyond the quantiles of 6 (frames,
+ *                     calibrations) or 4 (series) Gaussian standard deviations */
 #ifndef TOLIMAN_GOODNESS_H
 #define TOLIMAN_GOODNESS_H
 
@@ -21,9 +21,8 @@ TOLIMAN_BEGIN_DECLS
 /* Verdicts.
  *   UNKNOWN   no chi_square
  *   GOOD      the noise explains the residuals
- *   POOR      the data are damaged, the model lacks an effect, or the standard deviations are too small: results may be
- *             wrong
- *   TOO_GOOD  the standard deviations are too large, for instance in a unit with fewer counts than photons */
+ *   POOR      damaged data, an effect missing in the model, or too small standard deviations: results may be wrong
+ *   TOO_GOOD  too large standard deviations, for instance in a unit with fewer counts than photons */
 #define TOLIMAN_GOODNESS_UNKNOWN 801
 #define TOLIMAN_GOODNESS_GOOD 802
 #define TOLIMAN_GOODNESS_POOR 803
@@ -37,7 +36,7 @@ TOLIMAN_BEGIN_DECLS
  * goodness is POOR (promise: wrong-models-are-not-cleaned). */
 typedef struct toliman_frame_goodness {
     uint32_t struct_size;
-    int32_t goodness;  /* TOLIMAN_GOODNESS_... */
+    int32_t goodness;
     double chi_square; /* +infinity if it overflows */
     double chi_square_sigma;
     double largest_residual;

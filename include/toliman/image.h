@@ -14,8 +14,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Pixel types: unsigned, signed, floating-point. BE is big-endian, as telemetry; others little-endian, as the
- * machine. */
+/* Pixel types. BE is big-endian, as telemetry; others little-endian. */
 #define TOLIMAN_PIXEL_U8 31
 #define TOLIMAN_PIXEL_U16 32
 #define TOLIMAN_PIXEL_U32 33
@@ -29,9 +28,7 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_PIXEL_F32BE 41
 
 /* View of frames: pixel (row, column) of frame k is pixels[k * frame_stride + row * stride + column]. Doubles without
- * gaps, in C:
- *
- *     &(toliman_image){.struct_size = sizeof(toliman_image), .pixels = counts} */
+ * gaps, in C: &(toliman_image){.struct_size = sizeof(toliman_image), .pixels = counts} */
 typedef struct toliman_image {
     uint32_t struct_size;
     int32_t pixel;        /* TOLIMAN_PIXEL_..., 0 = F64 */

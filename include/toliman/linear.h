@@ -3,9 +3,8 @@
  *
  * Data flow (functions toliman_linear_...)
  *
- *   toliman_sim -> create -> toliman_linear -> encode -> value, px -> period.h
- *                                 |   get_sigma -> standard deviation of a value, px
- *                              destroy */
+ *   toliman_sim -> create, destroy -> toliman_linear -> encode -> value, px -> period.h
+ *                                                    get_sigma -> standard deviation of a value, px */
 #ifndef TOLIMAN_LINEAR_H
 #define TOLIMAN_LINEAR_H
 
@@ -16,14 +15,14 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Template estimator: weighted least-squares estimate of the displacement (the change of the separation) from one
- * frame, with the nuisances of preprocess.project free. */
+/* Weighted least-squares estimator of the displacement (the change of the separation) in one frame, with the nuisances
+ * of preprocess.project free. */
 typedef struct toliman_linear toliman_linear;
 
 /* Options of an estimator. */
 typedef struct toliman_linear_options {
     uint32_t struct_size;
-    uint32_t threads; /* of toliman_linear_encode */
+    uint32_t threads;
     const toliman_allocator *allocator;
     toliman_log_fn log; /* receives warnings about preprocess.project */
     void *log_data;
@@ -41,12 +40,10 @@ TOLIMAN_API void toliman_linear_destroy(toliman_linear *linear) TOLIMAN_NOEXCEPT
 /* Estimates the displacements of `count` frames of image; one frame on the calling thread. A value does not depend on
  * the other frames. Errors: image.h.
  *   values_px  [count]
- *   goodness   [count], or NULL. chi_square is, with r = (counts - reference)/sigma per pixel,
- *
- *     |r - sum_k <u_k, r> u_k - value w|^2 / (pixels - K - 1)
- *
- * u_k are the K images of preprocess.project over sigma, orthonormalised; w is the derivative over sigma, orthogonal to
- * them. If both fluxes are projected out, an empty frame is TOO_GOOD. */
+ *   goodness   [count], or NULL. chi_square is, with r = (counts - reference)/sigma per pixel, |r - sum_k <u_k, r>
+ *              u_k - value w|^2 / (pixels - K - 1); u_k: K images of preprocess.project over sigma, orthonormalised;
+ *              w: derivative over sigma, orthogonal to them. If both fluxes are projected out, an empty frame is
+ *              TOO_GOOD */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode(const toliman_linear *linear,
                                                                     const toliman_image *image, size_t count,
                                                                     double *values_px,

@@ -2,9 +2,10 @@
  *
  * Data flow (functions toliman_mask_...)
  *
- *   toliman_sim -> create -> toliman_mask -> get_info, get_place   scores of the designed mask and of the scene's own
- *                                 |       -> get_cells, get_json   the mask, for a scene file -> sim.h
- *                              destroy    -> get_descent           the bound in each iteration
+ *   toliman_sim -> create, destroy -> toliman_mask
+ *   scores of the designed mask and of the scene's own   get_info, get_place
+ *   the mask, for a scene file -> sim.h                  get_cells, get_json
+ *   the bound in each iteration                          get_descent
  *
  * A mask is better if, at every place of the stars, its bound is smaller and its peak-to-mean ratio
  * (toliman_sim_bounds) within the limit. */
@@ -15,7 +16,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Designed mask with its scores. Any number of threads may use it. */
+/* Designed mask with its scores. */
 typedef struct toliman_mask toliman_mask;
 
 /* Symmetry of a mask under a rotation of the pupil by 180 degrees. */
@@ -28,8 +29,8 @@ typedef struct toliman_mask_options {
     uint32_t struct_size;
     uint32_t threads;
     uint64_t seed;    /* of the random spirals at the start */
-    const char *free; /* list of the parameters fitted with the separation, of flux_a, flux_b, shift_x, shift_y, roll,
-                         scale, focus and background; "" = none; NULL = all of the scene */
+    const char *free; /* list of the parameters fitted with the separation, of flux_a, flux_b, shift_x, shift_y,
+                         roll, scale, focus and background; "" = none; NULL = all of the scene */
     /* Places of the stars: at most one of the two lists; neither: that of the scene. */
     const double *dates;               /* [date_count] Julian years, with binary.orbit */
     size_t date_count;                 /* in [0, 64] */
@@ -37,24 +38,24 @@ typedef struct toliman_mask_options {
     size_t position_angle_count;       /* in [0, 64] */
     double peak_to_mean;               /* limit of the ratio at each place, in (1, inf); 0 = that of the scene's mask
                                           there */
-    double light_in_frame;             /* smallest fraction, in (0, 1); 0 = 0.875 (no limit in a scene that gives
+    double light_in_frame;             /* least fraction, in (0, 1); 0 = 0.875 (no limit in a scene that gives
                                           peak_photons). Most designs meet it to 1 % */
-    uint32_t feature_cells;            /* smallest feature in cells of the pupil, in [1, 16]; 0 = 2 */
+    uint32_t feature_cells;            /* smallest feature in cells, in [1, 16]; 0 = 2 */
     int32_t symmetry;                  /* TOLIMAN_MASK_SYMMETRY_..., 0 = NONE */
-    uint32_t iterations;               /* of the first descent, in [1, 100000]; 0 = 250. All descents take about twice
-                                          as many */
+    uint32_t iterations;               /* of the first descent, in [1, 100000]; 0 = 250. All descents take about
+                                          twice as many */
     uint32_t reserved;
-    toliman_progress_fn progress; /* stages such as "polish: bound 1.8e-06 px". A nonzero value ends the design */
+    toliman_progress_fn progress; /* stages such as "polish: bound 1.8e-06 px" */
     void *progress_data;
 } toliman_mask_options;
 #define TOLIMAN_MASK_OPTIONS_INIT TOLIMAN_INIT(toliman_mask_options)
 
 /* Designs a mask: cells with the step of the scene's mask or, without one, an OPD of half the middle wavelength. Takes
  * minutes, and reads the files of the scene again. A mask depends on the scene and options only
- * (promise: masks-ignore-threads). If it is not better (improved 0), try another seed.
+ * (promise: masks-ignore-threads). If it is not better, try another seed.
  * Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one given twice; TOLIMAN_E_SCENE if the separation has no
  * bound, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED with PADDED_FFT; those of
- * toliman_sim_create_file for the files of the scene. */
+ * toliman_sim_create_file. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_create(const toliman_sim *sim,
                                                                   const toliman_mask_options *options,
                                                                   toliman_mask **out) TOLIMAN_NOEXCEPT;
@@ -66,11 +67,11 @@ TOLIMAN_API void toliman_mask_destroy(toliman_mask *mask) TOLIMAN_NOEXCEPT;
  * infinite. */
 typedef struct toliman_mask_info {
     uint32_t struct_size;
-    int32_t improved; /* 1 if the mask is better, else 0 */
-    int32_t stopped;  /* 1 if the progress callback ended the design, else 0 */
+    int32_t improved; /* 1: the mask is better */
+    int32_t stopped;  /* 1: the progress callback ended the design */
     uint32_t reserved;
     uint64_t iterations;  /* in all */
-    double crb_before_px; /* bound with `free` of the options free */
+    double crb_before_px; /* with `free` of the options free */
     double crb_px;
     double peak_to_mean_before;
     double peak_to_mean;
@@ -86,8 +87,8 @@ typedef struct toliman_mask_info {
     double radius_50_px;
     double radius_80_before_px; /* with 80 % */
     double radius_80_px;
-    double quantum_px;            /* smallest crb_alone_px of this pupil with any phase mask and photon noise only
-                                     (quantum bound) */
+    double quantum_px;            /* quantum bound: smallest crb_alone_px of this pupil with any phase mask and
+                                     photon noise only */
     double quantum_flux_shift_px; /* likewise; infinite for a single star */
     double small_features;        /* fraction of the open cells below feature_cells */
 } toliman_mask_info;
@@ -97,8 +98,7 @@ typedef struct toliman_mask_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_info(const toliman_mask *mask,
                                                                     toliman_mask_info *out) TOLIMAN_NOEXCEPT;
 
-/* Gets the scores at place number `place`; improved, stopped, iterations and small_features are those of all places.
- * TOLIMAN_E_RANGE outside. */
+/* Gets the scores at place number `place`; improved, stopped, iterations and small_features are those of all places. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_place(const toliman_mask *mask, int64_t place,
                                                                      toliman_mask_info *out) TOLIMAN_NOEXCEPT;
 
@@ -107,7 +107,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_place(const tolim
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_cells(const toliman_mask *mask, size_t side,
                                                                      double *cells) TOLIMAN_NOEXCEPT;
 
-/* Writes the bound in each iteration, with coarse images, px, to bounds_px[count]; count must be
+/* Writes the bound in each iteration, with coarse images, px, to bounds_px[count]; count is
  * toliman_mask_info.iterations. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_descent(const toliman_mask *mask, size_t count,
                                                                        double *bounds_px) TOLIMAN_NOEXCEPT;

@@ -3,12 +3,11 @@
  *
  * Data flow (functions toliman_measure_...)
  *
- *   file, state folder -> load_file --+-> toliman_measure -> toliman_sky_reduce, _refit, _diagnose (sky.h)
- *   bytes of a file ----> load -------+       |              toliman_planet_create (planet.h)
- *   arrays -------------> create -----+       |              toliman_measure_query_noise (period_noise.h)
- *   toliman_track_get_measure --------+       |              query_instruments
- *                                             +-> get_info, get_function, get_values, get_times; destroy
- *                                             +<- set_trend, add_column, set_instruments, set_prior: functions
+ *   file, state folder -> load_file; its bytes -> load; arrays -> create; toliman_track_get_measure -> toliman_measure
+ *   functions     set_trend, add_column, set_instruments, set_prior
+ *   properties    get_info, get_function, get_values, get_times; query_instruments; destroy
+ *   toliman_measure -> toliman_sky_reduce, _refit, _diagnose (sky.h)
+ *                      toliman_planet_create (planet.h), toliman_measure_query_noise (period_noise.h)
  *
  * Kind         toliman_sky_reduce reduces separations to the orbit, before periods and planets are searched. Reduced
  *              frames of a state folder need none.
@@ -17,8 +16,7 @@
  * Functions    Fitted with the mean, as in period_nuisance.h: T_1 ... of a trend, then columns. At most 32.
  * Frames       Of a state folder, in order of arrival: the values of accepted frames, with its functions and priors;
  *              with TOLIMAN_MEASURE_SEPARATION the measured separations of accepted and unreduced frames whose
- *              on-target time is known.
- */
+ *              on-target time is known. */
 #ifndef TOLIMAN_MEASURE_H
 #define TOLIMAN_MEASURE_H
 
@@ -42,15 +40,15 @@ typedef struct toliman_measure_data {
     size_t n;
     const double *t;                  /* [n], times, in any order; NULL with intervals: Modified Julian Days of TAI
                                          of the middle between the first start and the last end */
-    const double *y;                  /* [n], values */
-    const double *sigma;              /* [n], absolute standard deviations */
+    const double *y;                  /* [n] */
+    const double *sigma;              /* [n], absolute */
     const int64_t *intervals;         /* [sum of interval_counts][2], on-target intervals, start and end, TAI ns */
     const size_t *interval_counts;    /* [n], intervals of each; NULL: one each, start and end of an exposure whose
                                          on-target intervals are not known */
     const double *position_angle_deg; /* [n], of B from A on the orbit, for planets */
     double unit;                      /* arcsec (velocities: m/s) per unit of y and sigma; 0: 1 for separations */
     double time_unit_days;            /* days per unit of t; 0 = 1 */
-    double frame_chi_square;          /* median chi_square of the measured frames */
+    double frame_chi_square;          /* median of the measured frames */
 } toliman_measure_data;
 #define TOLIMAN_MEASURE_DATA_INIT TOLIMAN_INIT(toliman_measure_data)
 
@@ -60,12 +58,12 @@ typedef struct toliman_measure_data {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_create(const toliman_measure_data *data,
                                                                      toliman_measure **out) TOLIMAN_NOEXCEPT;
 
-/* How to read a file or a state folder. (f): files only. */
+/* How to read a file or a state folder. (f): files only, as toliman_series_options. */
 typedef struct toliman_measure_options {
     uint32_t struct_size;
     int32_t kind;        /* TOLIMAN_MEASURE_...; 0 = VELOCITY if the file states a unit of velocity, REDUCED for a
-                               state folder of reduced frames, otherwise VALUE */
-    const char *columns; /* (f) as toliman_series_options, like the next four */
+                            state folder of reduced frames, otherwise VALUE */
+    const char *columns; /* (f), like the next four */
     int32_t time_format;
     int32_t time_scale;
     const toliman_leap_second *leap_seconds;
@@ -74,28 +72,27 @@ typedef struct toliman_measure_options {
     uint32_t reserved;
     double unit;            /* as toliman_measure_data, in (0, 1e100]; 0 = that which the file states, if any. Of a
                                state folder: arcsec per px instead of its own plate scale, not for reduced frames */
-    double exposure_s;      /* (f) length of each exposure, whose middle is the date t, in (0, 34560000] s;
-                               0 = unknown */
-    const char *instrument; /* (f) as toliman_series_options, for toliman_measure_set_instruments */
+    double exposure_s;      /* files only: length of each exposure, whose middle is the date t, in (0, 34560000] s; 0
+                               = unknown */
+    const char *instrument; /* (f), for toliman_measure_set_instruments */
     toliman_log_fn log;     /* receives warnings */
     void *log_data;
 } toliman_measure_options;
 #define TOLIMAN_MEASURE_OPTIONS_INIT TOLIMAN_INIT(toliman_measure_options)
 
 /* Reads a series from a file, or from a state folder of a tracker.
- *   path     table or JSON Lines (series.h), JSON array of objects, .npy (float64 [n][2 or 3]: t, y, sigma), or folder
- *   options  may be NULL
+ *   path  table or JSON Lines (series.h), JSON array of objects, .npy (float64 [n][2 or 3]: t, y, sigma), or folder
  * A number that seems to mark a missing value (-9999) is an error (promise: missing-marks-are-no-values). Warnings:
  * rows without a value, a column of instruments, a last line without newline; those of series.h.
- * Errors: as toliman_measure_create; folders as toliman_track_create; TOLIMAN_E_NOT_FOUND no file, or no such frames
- * in the folder; TOLIMAN_E_FORMAT, with file and line: malformed line, no samples; TOLIMAN_E_MISMATCH no such
- * columns, or units that cannot be converted. */
+ * Errors: as toliman_measure_create; folders as toliman_track_create; TOLIMAN_E_NOT_FOUND also without such frames in
+ * the folder; TOLIMAN_E_FORMAT, with file and line: malformed line, no samples; TOLIMAN_E_MISMATCH no such columns, or
+ * units that cannot be converted. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_load_file(const char *path,
                                                                         const toliman_measure_options *options,
                                                                         toliman_measure **out) TOLIMAN_NOEXCEPT;
 
-/* Reads the same series from the bytes of such a file (promise: sources-give-same-numbers). name, in messages, may
- * be NULL. */
+/* Reads the same series from the bytes of such a file (promise: sources-give-same-numbers). name, in messages, may be
+ * NULL. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_load(const void *bytes, size_t size, const char *name,
                                                                    const toliman_measure_options *options,
                                                                    toliman_measure **out) TOLIMAN_NOEXCEPT;
@@ -129,22 +126,21 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_set_instruments(to
                                                                               const int64_t *instrument,
                                                                               size_t n) TOLIMAN_NOEXCEPT;
 
-/* Sets the standard deviation of the prior of a coefficient, in units of y per unit of the function; 0: no prior.
- * Errors: TOLIMAN_E_RANGE if `function` is not in [0, functions). */
+/* Sets the standard deviation of the prior of a coefficient, units of y per unit of the function; 0: no prior. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_set_prior(toliman_measure *measure, int64_t function,
                                                                         double sigma) TOLIMAN_NOEXCEPT;
 
 /* Properties of a series. 0: not known. */
 typedef struct toliman_measure_info {
     uint32_t struct_size;
-    int32_t kind; /* TOLIMAN_MEASURE_... */
+    int32_t kind;
     int64_t n;
     int64_t left_out;  /* of the source, such as rows without a value */
     int64_t functions; /* without the mean: trend + columns */
     int32_t trend, columns;
     int32_t time_format;   /* TOLIMAN_INGEST_FORMAT_... of the dates given; 0: plain numbers */
     int32_t time_scale;    /* TOLIMAN_INGEST_SCALE_... of t; 0: plain numbers */
-    int32_t is_weighted;   /* 1: has sigmas */
+    int32_t is_weighted;   /* 1: sigmas are known */
     int32_t has_exposures; /* 1: exposures are known */
     int64_t instruments;
     const char *instrument_names; /* list; valid until the series is changed or destroyed */
@@ -154,8 +150,6 @@ typedef struct toliman_measure_info {
     char unit_name[16];                            /* of y, as in toliman_series_info */
 } toliman_measure_info;
 #define TOLIMAN_MEASURE_INFO_INIT TOLIMAN_INIT(toliman_measure_info)
-
-/* Returns the properties of a series. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_get_info(const toliman_measure *measure,
                                                                        toliman_measure_info *out) TOLIMAN_NOEXCEPT;
 
@@ -168,14 +162,14 @@ typedef struct toliman_measure_instrument {
     double jitter[3];            /* 16, 50 and 84 % points, units of y; 0 without one */
     /* goodness.h, without the jitter; NaN without sigmas */
     double chi_square, chi_square_sigma, largest_residual;
-    int32_t goodness; /* TOLIMAN_GOODNESS_... of chi_square */
+    int32_t goodness;
     uint32_t reserved;
     char name[64]; /* "" for the only one of a source */
 } toliman_measure_instrument;
 #define TOLIMAN_MEASURE_INSTRUMENT_INIT TOLIMAN_INIT(toliman_measure_instrument)
 
-/* Fits mean, functions and a jitter of each instrument (planet.h), without a planet, and writes the instruments, one
- * at least, to instruments[capacity]. Errors: TOLIMAN_E_CAPACITY; as toliman_planet_create. */
+/* Fits mean, functions and a jitter of each instrument (planet.h), without a planet, and writes the instruments, one at
+ * least. Errors: as toliman_planet_create. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_query_instruments(const toliman_measure *measure,
                                                                                 toliman_measure_instrument *instruments,
                                                                                 size_t capacity,
@@ -185,14 +179,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_query_instruments(
 typedef struct toliman_measure_function {
     uint32_t struct_size;
     uint32_t reserved;
-    double sigma;  /* standard deviation of the prior of its coefficient; 0: no prior */
+    double sigma;  /* of the prior of its coefficient; 0: no prior */
     double unit;   /* factor from the coefficient to the error of an element, in the unit of its name; otherwise 1 */
     double bound;  /* largest |value| of a column; 1 for a polynomial */
     char name[64]; /* "T1" ..., or the name of the column */
 } toliman_measure_function;
 #define TOLIMAN_MEASURE_FUNCTION_INIT TOLIMAN_INIT(toliman_measure_function)
 
-/* Writes function `index`. Errors: TOLIMAN_E_RANGE if index is not in [0, functions). */
+/* Writes function `index`. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_get_function(
     const toliman_measure *measure, int64_t index, toliman_measure_function *out) TOLIMAN_NOEXCEPT;
 

@@ -2,18 +2,16 @@
  *
  * Data flow (functions toliman_period_...)
  *
- *   suggest -> f0, df, nf -> create      state bytes -> load, load_file
- *                               +-----------+------------+
- *                                           v
+ *   suggest -> f0, df, nf -> create    state bytes -> load, load_file
+ *                               +-----------+
+ *                                     v
  *   samples -> push, push_many, push_samples -> toliman_period -> save, save_file -> state bytes
- *   retract_samples, merge, copy, destroy       |
- *                                               +-> query_power, query_model, get_info
+ *   retract_samples, merge, copy, destroy       +-> query_power, query_model, get_info
  *                                               +-> query_peak, query_peaks, query_fit    period and its error
- *                                               +-> period_fap.h                          false alarm probability
- *                                               +-> period_sampling.h                     sampling, aliases
+ *                                               +-> period_fap.h, period_sampling.h
  *
- * See also: period_nuisance.h (a trend and other functions), period_batch.h (an archive in one call), track.h (for
- * frames that may arrive more than once: here every push counts).
+ * See also: period_nuisance.h (trend, other functions), period_batch.h (an archive in one call), track.h (frames that
+ * may arrive more than once: here every push counts).
  *
  * Model        y = c + a cos(2 pi f t) + b sin(2 pi f t), with weights 1/sigma^2. The mean c is fitted at each
  *              frequency ("floating mean"), or subtracted once (TOLIMAN_PERIOD_FIXED_MEAN).
@@ -24,17 +22,15 @@
  *                2e-15 + 4e-15 (1 + m) N/(W l)                   single-limb
  *                1e-13 + 6e-16/sqrt(l) + 1e-28 (1 + m) N/(W l)   double-limb
  *              N samples; W = sum (sigma_floor/sigma)^2; m = |mean - value_offset| in standard deviations of the
- *              values; l: smaller eigenvalue of the covariance matrix of cosine and sine, usually near its maximum 1/2.
- *              Double-limb accumulators are for small l: samples that cover less than half a cycle, l about (f T)^4, or
- *              few of its phases (toliman_period_query_sampling). Where l vanishes, cosine and sine "coincide": one is
- *              fitted.
+ *              values; l: smaller eigenvalue of the covariance matrix of cosine and sine, at most 1/2, small for
+ *              samples that cover less than half a cycle, l about (f T)^4, or few of its phases. Where l vanishes,
+ *              cosine and sine "coincide": one is fitted.
  *              Powers with a bound above 1e-3 are flagged TOLIMAN_PERIOD_INACCURATE
  *              (promise: inaccurate-powers-are-flagged). Queries return TOLIMAN_E_RANGE if value_bound leaves the
  *              variance of the values fewer than 12 correct digits (promise: lost-digits-are-refused).
- * Time span    T: from the first to the last sample, plus the median step between different times. Without the times,
- *              T = sqrt(12 variance of t).
- * Source       Zechmeister and Kuerster (2009), A&A 496, 577.
- */
+ * Time span    T: from the first to the last sample, plus the median step between different times. Without the times, T
+ *              = sqrt(12 variance of t).
+ * Source       Zechmeister and Kuerster (2009), A&A 496, 577. */
 #ifndef TOLIMAN_PERIOD_H
 #define TOLIMAN_PERIOD_H
 
@@ -45,32 +41,30 @@ TOLIMAN_BEGIN_DECLS
 /* Streaming periodogram. */
 typedef struct toliman_period toliman_period;
 
-/* Flags of toliman_period_options. */
 #define TOLIMAN_PERIOD_FIXED_MEAN 1u  /* subtract the weighted mean once */
-#define TOLIMAN_PERIOD_DOUBLE_LIMB 2u /* double-limb accumulators: see Accuracy */
+#define TOLIMAN_PERIOD_DOUBLE_LIMB 2u /* see Accuracy: for small l */
 
 /* Options fixed at creation. */
 typedef struct toliman_period_options {
     uint32_t struct_size;
-    uint32_t flags;      /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB */
+    uint32_t flags;      /* TOLIMAN_PERIOD_FIXED_MEAN, _DOUBLE_LIMB */
     double time_offset;  /* subtracted exactly from t, such as the first time */
     double value_offset; /* subtracted exactly from y, such as a typical value */
     double value_bound;  /* largest |y - value_offset| accepted, in [1e-100, 1e100]; 0 = 2^20 */
     double sigma_floor;  /* smallest sigma accepted, in [1e-100, 1e100]; 0 = 1 */
-    /* Largest sigma accepted, up to 1e8 sigma_floor (else TOLIMAN_E_RANGE); 0 = 32 sigma_floor. Above 32
-     * sigma_floor the accumulators are double-limb. */
+    /* Largest sigma accepted, up to 1e8 sigma_floor (else TOLIMAN_E_RANGE); 0 = 32 sigma_floor. Above 32 sigma_floor
+     * the accumulators are double-limb. */
     double sigma_ceiling;
     int64_t time_offset_ns; /* t_ns of the instant t = time_offset */
     double unit_ns;         /* nanoseconds per unit of t, in [1, 1e30]; 0 = 1e9, seconds; 86400e9 = days */
     const toliman_allocator *allocator;
-    /* Nuisance functions (period_nuisance.h): with any, accumulators are double-limb; not with
-     * TOLIMAN_PERIOD_FIXED_MEAN. */
-    int32_t trend;                 /* highest order of T_j(x), x from -1 at trend_start to 1 at trend_end, in [0, 8] */
-    int32_t columns;               /* values that come with each sample, in [0, 32], together with trend at most 32 */
+    /* Nuisance functions (period_nuisance.h); with double-limb accumulators, not with TOLIMAN_PERIOD_FIXED_MEAN. */
+    int32_t trend;                 /* order of T_j(x), x from -1 at trend_start to 1 at trend_end, in [0, 8] */
+    int32_t columns;               /* values of each sample, in [0, 32], together with trend at most 32 */
     double trend_start, trend_end; /* in units of t; no time may be outside */
-    double column_bound[32];       /* largest |value| of each column, in [1e-100, 1e100]; 0 = as 1 */
-    /* 1/s_j^2 for the mean (about value_offset), T_1 ... and the columns; s_j in units of y per unit of the
-     * function; in [1e-200, 1e200]; 0 = no prior */
+    double column_bound[32];       /* largest |value|, in [1e-100, 1e100]; 0 = as 1 */
+    /* 1/s_j^2 for the mean (about value_offset), T_1 ... and the columns; s_j in units of y per unit of the function;
+     * in [1e-200, 1e200]; 0 = no prior */
     double prior_precision[33];
 } toliman_period_options;
 #define TOLIMAN_PERIOD_OPTIONS_INIT TOLIMAN_INIT(toliman_period_options)
@@ -88,10 +82,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_suggest(const doubl
                                                                      double *f0, double *df, int64_t *nf,
                                                                      toliman_period_options *options) TOLIMAN_NOEXCEPT;
 
-/* Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26, not frequency 0
- * alone. options may be NULL. Allocates 129 bytes per frequency (double-limb: 225, and 64 per nuisance function).
- * Pushes and queries allocate nothing (promise: pushes-allocate-nothing), except query_bootstrap, query_fit,
- * query_sampling with times, and the saves. */
+/* Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26, not frequency 0 alone.
+ * Allocates 129 bytes per frequency (double-limb: 225, and 64 per nuisance function). Pushes and queries allocate
+ * nothing (promise: pushes-allocate-nothing), except query_bootstrap, query_fit, query_sampling with times, and the
+ * saves. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, double df, int64_t nf,
                                                                     const toliman_period_options *options,
                                                                     toliman_period **out) TOLIMAN_NOEXCEPT;
@@ -105,30 +99,30 @@ TOLIMAN_API void toliman_period_destroy(toliman_period *period) TOLIMAN_NOEXCEPT
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push(toliman_period *period, double t, double y,
                                                                   double sigma) TOLIMAN_NOEXCEPT;
 
-/* Adds n samples, or none if one is refused (promise: pushes-take-all-or-none). sigma NULL: unweighted samples,
- * which count as sigma_floor. Errors: as toliman_period_push; TOLIMAN_E_STATE if unweighted samples would mix with a
- * sigma other than sigma_floor (not detected if all samples come from a loaded state). */
+/* Adds n samples, or none if one is refused (promise: pushes-take-all-or-none). sigma NULL: unweighted samples, which
+ * count as sigma_floor. Errors: as toliman_period_push; TOLIMAN_E_STATE if unweighted samples would mix with a sigma
+ * other than sigma_floor (not detected if all samples come from a loaded state). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_many(toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma,
                                                                        size_t n) TOLIMAN_NOEXCEPT;
 
-/* Flag of toliman_period_sample: the time is t_ns. */
 #define TOLIMAN_PERIOD_TIME_NS 256u
 
-/* Sample whose time has more digits than a double. */
+/* Sample whose time has more digits than a double. With the flag the time is t_ns, otherwise t + t_low; the members of
+ * the other kind are 0. */
 typedef struct toliman_period_sample {
     uint32_t struct_size;
-    uint32_t flags;  /* 0 or TOLIMAN_PERIOD_TIME_NS. The members of the other kind of time are 0 */
-    double t, t_low; /* time t + t_low; t_low is the small one */
-    int64_t t_ns;    /* time t = time_offset + (t_ns - time_offset_ns)/unit_ns */
+    uint32_t flags;  /* 0 or TOLIMAN_PERIOD_TIME_NS */
+    double t, t_low; /* t_low is the small one */
+    int64_t t_ns;    /* t = time_offset + (t_ns - time_offset_ns)/unit_ns */
     double y;
     double sigma; /* 0 = unweighted */
 } toliman_period_sample;
 #define TOLIMAN_PERIOD_SAMPLE_INIT TOLIMAN_INIT(toliman_period_sample)
 
 /* Adds n samples, whose kinds of time may differ.
- *   rows  [n][columns of the options], values of the columns; NULL if there are none. With columns, functions without
- *         `rows` return TOLIMAN_E_ARGUMENT
+ *   rows  [n][columns], values of the columns; NULL without. With columns, functions without `rows` return
+ *         TOLIMAN_E_ARGUMENT
  * Errors: as toliman_period_push_many; TOLIMAN_E_RANGE for a value above its column_bound. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_samples(toliman_period *period,
                                                                           const toliman_period_sample *samples,
@@ -138,21 +132,21 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_samples(tolima
 /* Removes n samples pushed with exactly these values and rows, or none if one is refused. A retraction, in any order,
  * leaves the bits of never having pushed these samples (promise: retractions-are-exact). That they were pushed is not
  * checked; where a wrong retract leaves a power above 1, queries return TOLIMAN_E_STATE
- * (promise: wrong-retracts-find-nothing). Sliding window: push the newest sample, retract the oldest, and multiply the
- * FAP of one query by the number of queries.
+ * (promise: wrong-retracts-find-nothing). Sliding window: push the newest sample, retract the oldest; multiply the FAP
+ * by the number of queries.
  * Errors: as toliman_period_push_samples; TOLIMAN_E_STATE if no samples can have the remaining count and sums. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_samples(toliman_period *period,
                                                                              const toliman_period_sample *samples,
                                                                              const double *rows,
                                                                              size_t n) TOLIMAN_NOEXCEPT;
 
-/* Adds all samples of `other`, which does not change. With equal digests (same grid and options), merged shards have
- * the bits of one periodogram of all samples (promise: merged-shards-give-same-bits). Otherwise its accumulators are
- * converted to this time_offset and value_offset: the power of shards with other references is as accurate, but not
- * bit-identical (promise: other-references-merge).
+/* Adds all samples of `other`, which does not change. With equal digests, merged shards have the bits of one
+ * periodogram of all samples (promise: merged-shards-give-same-bits). Otherwise its accumulators are converted to this
+ * time_offset and value_offset: the power of shards with other references is as accurate, but not bit-identical
+ * (promise: other-references-merge).
  * Errors: TOLIMAN_E_MISMATCH other grid, kind of mean, time_offset_ns or unit_ns; single-limb into double-limb
- * accumulators; mix of weighted and unweighted samples; another digest with nuisance functions. TOLIMAN_E_RANGE its
- * rms about value_offset, or mean 1/sigma^2, is outside the bounds. */
+ * accumulators; mix of weighted and unweighted samples; another digest with nuisance functions. TOLIMAN_E_RANGE its rms
+ * about value_offset, or mean 1/sigma^2, is outside the bounds. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_merge(toliman_period *period,
                                                                    const toliman_period *other) TOLIMAN_NOEXCEPT;
 
@@ -160,7 +154,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_merge(toliman_perio
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_copy(const toliman_period *period,
                                                                   toliman_period **out) TOLIMAN_NOEXCEPT;
 
-/* Properties of a periodogram; its options in force. */
+/* Properties of a periodogram: options in force and counts. */
 typedef struct toliman_period_info {
     uint32_t struct_size;
     uint32_t flags;
@@ -178,29 +172,27 @@ typedef struct toliman_period_info {
     double trend_start, trend_end;
     double column_bound[32];
     double prior_precision[33];
-    int32_t functions;      /* functions in use, with the mean */
-    int32_t free_functions; /* those without a prior */
+    int32_t functions;      /* in use, with the mean */
+    int32_t free_functions; /* of these, without a prior */
 } toliman_period_info;
 #define TOLIMAN_PERIOD_INFO_INIT TOLIMAN_INIT(toliman_period_info)
-
-/* Returns the properties of a periodogram. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toliman_period *period,
                                                                       toliman_period_info *out) TOLIMAN_NOEXCEPT;
 
-/* Normalisations of the power, as in astropy. R: residual sum of squares of the model; R0: of the mean alone. MODEL
+/* Normalisations of the power, as in astropy. R, R0: residual sums of squares of the model and of the mean alone. MODEL
  * and LOG are finite: they use 1 - P >= 1e-15. */
 #define TOLIMAN_PERIOD_POWER_STANDARD 101 /* P = 1 - R/R0, in [0, 1] */
 #define TOLIMAN_PERIOD_POWER_MODEL 102    /* R0/R - 1 */
 #define TOLIMAN_PERIOD_POWER_LOG 103      /* -ln(R/R0) */
 #define TOLIMAN_PERIOD_POWER_PSD 104      /* (R0 - R)/2 with weights 1/sigma^2; in units of y^2 if every sigma is 1 */
 
-/* Flag of a result: the error bound of the power exceeds 1e-3 at its grid point; of toliman_period_sampling:
- * anywhere, except at 0 and multiples of 1/(2 step), where cosine and sine of regular samples coincide. */
+/* Flag: the error bound of the power exceeds 1e-3 at its grid point; of toliman_period_sampling: anywhere, except at 0
+ * and multiples of 1/(2 step), where cosine and sine of regular samples coincide. */
 #define TOLIMAN_PERIOD_INACCURATE 16u
 
 /* Writes the power at frequencies first ... first + count - 1 to power[count]. It is never NaN
  * (promise: power-is-never-nan): 0 with fewer than two distinct values, P = 1 with as many free parameters as samples.
- *   normalisation  TOLIMAN_PERIOD_POWER_...
+ * normalisation  TOLIMAN_PERIOD_POWER_...
  * Errors: TOLIMAN_E_RANGE outside the grid, or lost digits (see Accuracy); TOLIMAN_E_STATE after a wrong retract. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period,
                                                                          int32_t normalisation, int64_t first,
@@ -209,7 +201,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const t
 /* Sinusoid fitted at one frequency: y = offset + amplitude sin(2 pi f (t - time_offset) + phase). */
 typedef struct toliman_period_model {
     uint32_t struct_size;
-    uint32_t rank; /* functions fitted, 2; 1 if cosine and sine coincide */
+    uint32_t rank; /* 2; 1 if cosine and sine coincide */
     double frequency;
     double power; /* P */
     double amplitude;
@@ -223,19 +215,19 @@ typedef struct toliman_period_model {
 #define TOLIMAN_PERIOD_MODEL_INIT TOLIMAN_INIT(toliman_period_model)
 
 /* Fits the sinusoid at grid frequency k, from the accumulators.
- * Errors: as toliman_period_query_power; TOLIMAN_E_RANGE if k is outside the grid; TOLIMAN_E_STATE for fewer than
- * five samples (free_functions + 4), or values that mean and nuisance functions describe. */
+ * Errors: as toliman_period_query_power; TOLIMAN_E_STATE for fewer than five samples (free_functions + 4), or values
+ * that mean and nuisance functions describe. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const toliman_period *period, int64_t k,
                                                                          toliman_period_model *out) TOLIMAN_NOEXCEPT;
 
-/* Flag of a peak at the first or last frequency of the grid; outside, the power may be higher. */
+/* Flag: at the first or last frequency of the grid; outside, the power may be higher. */
 #define TOLIMAN_PERIOD_AT_EDGE 4u
 
-/* Flag of a peak that may be an alias of a higher one: it is closer than 2.5/T, or the window function at the
- * difference or sum of their frequencies explains at least half of its power. */
+/* Flag: may be an alias of a higher peak: closer than 2.5/T, or the window function at the difference or sum of their
+ * frequencies explains at least half of its power. */
 #define TOLIMAN_PERIOD_ALIAS 8u
 
-/* Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. */
+/* Flag: df > 1/(5 T): peaks may fall between two grid frequencies. */
 #define TOLIMAN_PERIOD_COARSE 32u
 
 /* Flag: the grid exceeds `nyquist` of toliman_period_sampling, above which regular samples repeat the power. */
@@ -247,26 +239,26 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
 #define TOLIMAN_PERIOD_LONG 2048u
 #define TOLIMAN_PERIOD_ANNUAL 4096u
 
-/* Peak of the periodogram. Members marked "fit" are NaN except from toliman_period_query_fit. Standard errors are
- * scaled by the residual, and +infinity if not determined. */
+/* Peak of the periodogram. "fit": NaN except from toliman_period_query_fit. Standard errors are scaled by the residual,
+ * and +infinity if not determined. */
 typedef struct toliman_period_peak {
     uint32_t struct_size;
-    uint32_t flags;   /* TOLIMAN_PERIOD_AT_EDGE, _ALIAS (query_peaks only), _INACCURATE, _COARSE,
-                                 _ABOVE_NYQUIST (query_fit only), _LONG, _ANNUAL */
+    uint32_t flags;   /* TOLIMAN_PERIOD_AT_EDGE, _ALIAS (query_peaks only), _INACCURATE, _COARSE, _ABOVE_NYQUIST
+                         (query_fit only), _LONG, _ANNUAL */
     double frequency; /* interpolated */
     double period;
-    double power;             /* P, in [0, 1] */
-    double log10_residual;    /* log10(1 - power), at least -4900; meaningful down to -14, from query_fit to -31 */
-    double fwhm;              /* full width at half maximum, may be +infinity */
-    double fwhm_period;       /* fwhm/f^2: not a standard error */
-    double half_width_period; /* half of fwhm_period */
-    double frequency_error;   /* fit */
-    double amplitude;         /* fit */
-    double amplitude_error;   /* fit */
-    double phase;             /* fit: as in toliman_period_model */
-    double offset;            /* fit */
-    double log10_fap;         /* false alarm probability, TOLIMAN_PERIOD_FAP_BALUEV */
-    double period_error;      /* fit */
+    double power;          /* P */
+    double log10_residual; /* log10(1 - P), at least -4900; meaningful down to -14, from query_fit to -31 */
+    double fwhm;           /* at half maximum, may be +infinity */
+    double fwhm_period;    /* fwhm/f^2: not a standard error */
+    double half_width_period;
+    double frequency_error; /* fit */
+    double amplitude;       /* fit */
+    double amplitude_error; /* fit */
+    double phase;           /* fit: as in toliman_period_model */
+    double offset;          /* fit */
+    double log10_fap;       /* TOLIMAN_PERIOD_FAP_BALUEV */
+    double period_error;    /* fit */
     /* fit: goodness.h; NaN without absolute sigmas */
     double chi_square, chi_square_sigma, largest_residual;
     int32_t goodness;  /* fit: TOLIMAN_GOODNESS_... of chi_square */
@@ -281,8 +273,8 @@ typedef struct toliman_period_peak {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peak(const toliman_period *period,
                                                                         toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
-/* Writes the peak of toliman_period_query_peak, then the highest other local maxima, to peaks[capacity], without the
- * lower ones; capacity is 1 to 64. Power and FAP of lower peaks contain the scatter of higher ones. Errors: as
+/* Writes the peak of toliman_period_query_peak, then the highest other local maxima; capacity is 1 to 64, and more
+ * peaks are not an error. Power and FAP of lower peaks contain the scatter of higher ones. Errors: as
  * toliman_period_query_peak. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const toliman_period *period,
                                                                          toliman_period_peak *peaks, size_t capacity,
@@ -293,7 +285,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const t
  * TOLIMAN_PERIOD_INACCURATE refers.
  *   t, y, sigma  [n], the samples pushed (only n and the bounds are checked); sigma may be NULL; t from t_ns as in
  *                toliman_period_sample
- *   rows         [n][columns]; NULL if there are none
+ *   rows         [n][columns]; NULL without
  * Errors: as toliman_period_query_peak; TOLIMAN_E_RANGE for samples outside the bounds. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma,
@@ -301,24 +293,23 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
 /* Saves a periodogram as state bytes (formats.md, "TLMP").
- * Errors: TOLIMAN_E_CAPACITY; TOLIMAN_E_STATE if no samples can have these accumulators
- * (promise: unloadable-states-are-not-saved): after a wrong retract, also of a sample that was merged from other
- * offsets. */
+ * Errors: TOLIMAN_E_STATE if no samples can have these accumulators (promise: unloadable-states-are-not-saved): after a
+ * wrong retract, also of a sample that was merged from other offsets. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_period *period, void *bytes,
                                                                   size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
-/* Loads a periodogram from exactly `size` state bytes. options may be NULL.
+/* Loads a periodogram.
  * Errors: TOLIMAN_E_FORMAT for a damaged state or one of another version (promise: damaged-states-are-refused). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load(const void *bytes, size_t size,
                                                                   const toliman_load_options *options,
                                                                   toliman_period **out) TOLIMAN_NOEXCEPT;
 
-/* Saves a periodogram to a file. Files are replaced atomically: on failure (TOLIMAN_E_WRITE) the old one remains
+/* Saves a periodogram to a file. Files are replaced atomically: on failure the old one remains
  * (promise: files-are-replaced-atomically). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save_file(const toliman_period *period,
                                                                        const char *path) TOLIMAN_NOEXCEPT;
 
-/* Loads a periodogram from a file of exactly the size in its header. Otherwise as toliman_period_load. */
+/* Loads a periodogram from a file of exactly the size in its header. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load_file(const char *path,
                                                                        const toliman_load_options *options,
                                                                        toliman_period **out) TOLIMAN_NOEXCEPT;

@@ -11,13 +11,13 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Flag of toliman_period_batch_options: direct sums only, with an error of 1e-13 whatever the tolerance. */
+/* Flag: direct sums only, with an error of 1e-13 whatever the tolerance. */
 #define TOLIMAN_PERIOD_DIRECT 512u
 
-/* Options of toliman_period_batch. */
+/* Options of a batch. */
 typedef struct toliman_period_batch_options {
     uint32_t struct_size;
-    uint32_t flags;   /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DIRECT */
+    uint32_t flags;   /* TOLIMAN_PERIOD_FIXED_MEAN, _DIRECT */
     double tolerance; /* largest error of a power, in (0, 0.01]; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT */
     uint32_t threads;
     uint32_t reserved;
@@ -33,17 +33,17 @@ typedef struct toliman_period_batch_options {
 #define TOLIMAN_PERIOD_BATCH_OPTIONS_INIT TOLIMAN_INIT(toliman_period_batch_options)
 
 /* Computes the power of n samples at frequencies f0 + k df, k < nf, to power[nf]; model, weights and grid as in
- * period.h. sigma and options may be NULL; n may be 0.
+ * period.h. sigma may be NULL, n may be 0.
  *
  * Accuracy  The error of every power of a batch is at most the tolerance, or 1e-13 if that is larger
  *           (promise: batches-meet-their-tolerance); with nuisance functions that of period_nuisance.h, if larger.
- *           Special cases as toliman_period_query_power.
  * Memory    A batch takes 35 bytes per sample and 170 bytes per frequency (promise: batch-memory-is-stated); per
  *           frequency 20 more for each of the second to sixth threads, 225 if exact sums are needed; per nuisance
  *           function 16 per sample and 50 per frequency.
- * Bits      The same on CPUs of the same kind; FFTW's last bits differ between kinds.
+ * Bits      The same on CPUs of the same kind.
  * Errors    TOLIMAN_E_RANGE |t| > 1e100, |y| > 1e300, phases above 2^50 cycles, too many samples, times outside the
- *           trend, exact sums needed and sigmas that differ by a factor above 1e8. */
+ *           trend, exact sums needed and sigmas that differ by a factor above 1e8.
+ * Special cases as toliman_period_query_power. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t,
                                                                    const double *y, const double *sigma, size_t n,
                                                                    const toliman_period_batch_options *options,

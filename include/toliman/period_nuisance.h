@@ -1,15 +1,12 @@
-/* libtoliman, periodogram: nuisance functions, fitted with the mean at each frequency.
- *
- * They describe slow variations, and effects known up to a factor: a trend (polynomial in time), and columns, values
- * that come with each sample, such as the derivative of the separation by an element of the orbit
- * (toliman_sky_set_columns). They are declared in toliman_period_options.
+/* libtoliman, periodogram: nuisance functions, fitted with the mean at each frequency: a trend (polynomial in time),
+ * and columns, values that come with each sample, such as the derivative of the separation by an element of the orbit
+ * (toliman_sky_set_columns). toliman_period_options declares them.
  *
  * Data flow (functions toliman_period_...)
  *
  *   options.trend, .columns -> create -> toliman_period <- push, push_many                 <- samples (trend only)
- *                                           |           <- push_samples, retract_samples   <- samples, rows[n][columns]
- *                                           +-> all queries of period.h and period_fap.h
- *                                           +-> query_coefficients          coefficients of the functions
+ *                                                       <- push_samples, retract_samples   <- samples, rows[n][columns]
+ *                                        query_coefficients; all queries of period.h and period_fap.h
  *
  * Model        y = c_0 + sum over j of c_j b_j + a cos(2 pi f t) + b sin(2 pi f t), with K - 1 <= 32 functions b_j: the
  *              Chebyshev polynomials T_1 ... T_trend, then the columns.
@@ -24,9 +21,8 @@
  * Accuracy     The power with a trend has an error of 1e-12 if the samples cover its span
  *              (promise: trend-power-has-twelve-digits) and 0.3 cycles (K up to 8), or a tenth of the span (K up to 6);
  *              1e-9 for 3 % of the span.
- * In use       A function that the samples do not determine (the others leave less than 2^-40 of it) is left out
- *              until they do, the highest order of the trend first: see functions of toliman_period_info.
- */
+ * In use       A function that the samples do not determine (the others leave less than 2^-40 of it) is left out until
+ *              they do, the highest order of the trend first: see toliman_period_info.functions. */
 #ifndef TOLIMAN_PERIOD_NUISANCE_H
 #define TOLIMAN_PERIOD_NUISANCE_H
 

@@ -2,12 +2,13 @@
  *
  * Data flow (functions toliman_planet_...)
  *
- *   series, options -> create -> toliman_planet -> get_info                       number of planets, residuals, priors
- *   (measure.h)                                -> get_candidate, get_samples     orbit, mass, odds; posterior
- *                                              -> get_signal, get_residuals      for figures
- *                                              -> get_outliers, get_instruments  outliers; offsets, jitters
- *                                              -> get_limits, inject             upper limits; rate of detection
- *                                              destroy
+ *   series (measure.h) -> create -> toliman_planet -> get_info                       number of planets, residuals,
+ *   priors
+ *                                                     get_candidate, get_samples     orbit, mass, odds; posterior
+ *                                                     get_signal, get_residuals      for figures
+ *                                                     get_outliers, get_instruments  outliers; offsets, jitters
+ *                                                     get_limits, inject             upper limits; rate of detection
+ *                                   destroy
  *
  * Series       Reduced separations of a binary (toliman_sky_reduce, or a state folder), radial velocities of a star, or
  *              other values, without masses; no prior for the mean. Noise must be white: toliman_measure_query_noise.
@@ -19,31 +20,30 @@
  *              for B add 180 deg.
  *              Velocity: amplitude (cos(nu + periastron) + e cos(periastron)); periastron of the star.
  * Axis         With position angles, the axis A -> B is that of the date, with two more amplitudes across the mean
- *              axis. Its rotation adds to the frequency of a face-on orbit: without position angles, the period is
- *              wrong by the rotation in one period over 360 deg (alpha Centauri: 0.8 % at 479 d).
+ *              axis. Without, the period of a face-on orbit is wrong by the rotation of the axis in one period over 360
+ *              deg (alpha Centauri: 0.8 % at 479 d).
  * Velocities   Of one star or both, fitted together with separations: two more amplitudes, along the line of sight.
  *              Orbits of all directions and of both stars have equal prior probability. Inclination, node and true
  *              masses follow, except for the mirror image of the orbit in the plane of axis and line of sight.
  * Instruments  Each has an offset without a prior, and a jitter.
- * Mass         One series measures mass times g, or of velocities times sin i; g is 0.985 to 0.997 in the plane of
- *              alpha Centauri, 0.785 on average over all directions. Separations do not show which star has the planet:
- *              the mass is given for both.
+ * Mass         One series measures mass times g (0.985 to 0.997 in the plane of alpha Centauri, on average 0.785), or
+ *              of velocities times sin i. Separations do not show which star has the planet: the mass is given for
+ *              both.
  * Priors       log period: uniform. Eccentricity: Beta(0.867, 3.03). Mean anomaly: uniform. Amplitudes: Gaussian of
- *              mean 0, with a log-uniform standard deviation. Jitter s, added in quadrature to all sigmas: density
- *              1/(s + s0), s0 a tenth of the median sigma, or a thousandth of jitter_max without sigmas; fitted if
+ *              mean 0, with a log-uniform standard deviation. Jitter s, added in quadrature to all sigmas: density 1/(s
+ *              + s0), s0 a tenth of the median sigma, or a thousandth of jitter_max without sigmas; fitted if
  *              chi_square is poor or there are no sigmas.
  * Odds         log10_bayes: log10 of the Bayes factor of one additional planet, without prior odds. Of series without a
  *              planet, at most 0.6 % (95 %) reach the threshold (promise: false-planets-are-rare).
- * Candidates   Each is searched in the residuals of those before it. The search ends with the first below `threshold`,
- *              or with a reason other than SAMPLES and FRAMES. All are then fitted together, and each posterior is
- *              computed again; one that falls below the threshold becomes the last.
+ * Candidates   Each is searched in the residuals of those before it, up to the first below `threshold`, or with a
+ *              reason other than SAMPLES and FRAMES. All are then fitted together, and each posterior is computed
+ *              again; one that falls below the threshold becomes the last.
  * Verdict      A candidate is a planet only if no reason of TOLIMAN_PLANET_REASON_... speaks against it
  *              (promise: one-reason-forbids-a-planet).
  * Outliers     Samples farther than 6 robust standard deviations (at least 6 sigmas) from a sinusoid with functions,
  *              and from the joint fit. The search ignores them. With one outlier or more no candidate is a planet,
  *              except with TOLIMAN_PLANET_CLIP (promise: outliers-forbid-a-planet).
- * Source       Price-Whelan et al. (2017), ApJ 837, 20.
- */
+ * Source       Price-Whelan et al. (2017), ApJ 837, 20. */
 #ifndef TOLIMAN_PLANET_H
 #define TOLIMAN_PLANET_H
 
@@ -55,7 +55,6 @@ TOLIMAN_BEGIN_DECLS
 /* Result of a search. */
 typedef struct toliman_planet toliman_planet;
 
-/* Flags of toliman_planet_options. */
 #define TOLIMAN_PLANET_NO_JITTER 2u /* the sigmas are exact */
 #define TOLIMAN_PLANET_CLIP 4u      /* leave out outliers: planets are those of the other samples */
 
@@ -69,9 +68,9 @@ typedef struct toliman_planet toliman_planet;
 typedef struct toliman_planet_prior {
     double period_min, period_max; /* in units of t, in (0, 1e100]; 0 = 60 d and 1000 d */
     double eccentricity_max;       /* in [0.001, 0.99]; 0 = 0.99 */
-    /* Scale of the amplitudes, in units of y, in (0, 1e100]; set both or none; 0 = the default: separations of
-     * known unit: 0.05 uas to 5 uas or the rms if larger; otherwise 0.1 s to 3 rms, of the series without the
-     * planets before, with s the standard error of an amplitude in this noise */
+    /* Scale of the amplitudes, in units of y, in (0, 1e100]; set both or none; 0 = the default: separations of known
+     * unit: 0.05 uas to 5 uas or the rms if larger; otherwise 0.1 s to 3 rms, of the series without the planets before,
+     * with s the standard error of an amplitude in this noise */
     double amplitude_min, amplitude_max;
     double jitter_max; /* in units of y, in (0, 1e100]; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER */
 } toliman_planet_prior;
@@ -86,10 +85,10 @@ typedef struct toliman_planet_options {
     double parallax_arcsec; /* in (0, 0.77] arcsec; 0 = that of the series; 0 for velocities */
     double star_mass[2];    /* of A and B, in [0.01, 500] solar masses; 0 = that of the series. Velocities: of A */
     toliman_planet_prior prior;
-    /* Velocities of A and of B, of kind TOLIMAN_MEASURE_VELOCITY, with sigmas and a known unit; NULL: none. The
-     * series must then be separations of known unit and parallax; all times are dates, or all plain numbers. */
+    /* Velocities of A and of B, TOLIMAN_MEASURE_VELOCITY, with sigmas and a known unit; NULL: none. The series must
+     * then be separations of known unit and parallax; all times are dates, or all plain numbers. */
     const toliman_measure *velocity_a, *velocity_b;
-    double threshold;     /* log10 of the Bayes factor that a planet needs, in [-100, 1e6]; 0 = 2 */
+    double threshold;     /* least log10_bayes of a planet, in [-100, 1e6]; 0 = 2 */
     double detection_fap; /* largest FAP of a planet, also in limits and injections, in [1e-300, 0.5]; 0 = 0.001 */
     uint32_t samples;     /* of each posterior, in [100, 1e6]; 0 = 4096 */
     uint32_t reserved;
@@ -99,11 +98,11 @@ typedef struct toliman_planet_options {
 } toliman_planet_options;
 #define TOLIMAN_PLANET_OPTIONS_INIT TOLIMAN_INIT(toliman_planet_options)
 
-/* Searches a series, which is copied, for planets. options may be NULL. Takes 1 to 15 s of processor time per planet
- * and 1,000 samples, twice that with instruments or with velocities and separations; 300 MB at most.
+/* Searches a series, which is copied, for planets. Takes 1 to 15 s of processor time per planet and 1,000 samples,
+ * twice that with instruments or with velocities and separations; 300 MB at most.
  * Errors: TOLIMAN_E_ARGUMENT separations that are not reduced, equal times, a function without a prior that is a
- * combination of those before it, velocities other than described; TOLIMAN_E_STATE n below the number of
- * functions + 6; TOLIMAN_E_RANGE more than 2e6 steps of 0.2/(last - first time) from period_min. */
+ * combination of those before it, velocities other than described; TOLIMAN_E_STATE n below the number of functions + 6;
+ * TOLIMAN_E_RANGE more than 2e6 steps of 0.2/(last - first time) from period_min. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_create(const toliman_measure *series,
                                                                     const toliman_planet_options *options,
                                                                     toliman_planet **out) TOLIMAN_NOEXCEPT;
@@ -114,10 +113,10 @@ TOLIMAN_API void toliman_planet_destroy(toliman_planet *planets) TOLIMAN_NOEXCEP
 /* Properties of a result. */
 typedef struct toliman_planet_info {
     uint32_t struct_size;
-    uint32_t planets;      /* candidates without a reason against a planet */
-    uint32_t candidates;   /* those whose log10_bayes reaches the threshold, and at most one more */
+    uint32_t planets;      /* candidates without a reason against them */
+    uint32_t candidates;   /* with log10_bayes of the threshold or more, and at most one more */
     uint32_t functions;    /* with the mean */
-    double rms;            /* weighted, of the residuals of the joint fit, in units of y */
+    double rms;            /* weighted, of the residuals of the joint fit, units of y */
     double chi_square;     /* goodness.h: of the joint fit without jitter, and of outliers except with _CLIP; NaN
                               without sigmas */
     double jitter[3];      /* 16, 50, 84 % points for the last planet, or the candidate; 0 without. With instruments:
@@ -125,24 +124,22 @@ typedef struct toliman_planet_info {
     double time_reference; /* weighted mean time */
     double axis_deg;       /* position angle of the mean axis, -180 to 180; NaN if the axis is fixed */
     double axis_turn_deg;  /* rotation of the axis in the series; 0 if it is fixed */
-    /* Of the priors, in units of t and y */
+    /* Of the priors, units of t and y */
     double period_min, period_max, amplitude_min, amplitude_max;
-    double chi_square_sigma, largest_residual; /* goodness.h */
-    double chi_square_with_jitter;             /* of the samples in use */
-    int32_t goodness;                          /* TOLIMAN_GOODNESS_... of chi_square */
+    double chi_square_sigma, largest_residual;
+    double chi_square_with_jitter; /* of the samples in use */
+    int32_t goodness;
     uint32_t outliers;
 } toliman_planet_info;
 #define TOLIMAN_PLANET_INFO_INIT TOLIMAN_INIT(toliman_planet_info)
-
-/* Returns the properties of a result. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toliman_planet *planets,
                                                                       toliman_planet_info *out) TOLIMAN_NOEXCEPT;
 
-/* Flag of toliman_planet_candidate: more than 1 % of the posterior is within 1 % of period_min, period_max or
- * eccentricity_max, or the best fit is outside the range of periods. */
+/* Flag: more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max, or the best fit is
+ * outside the range of periods. */
 #define TOLIMAN_PLANET_AT_EDGE 1u
 
-/* Reasons against a planet, one bit each.
+/* Reasons against a planet.
  *   ODDS        log10_bayes is below the threshold. A candidate has no other reason then
  *   CHI_SQUARE  chi_square_with_jitter is not good: poor without a jitter, or too good
  *   JITTER      separations: chi_square of the samples in use is above 3: frame model, times, unit or sigmas are wrong
@@ -153,8 +150,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
  *   MASS        the mass is not below that of the star, for each star of known mass
  *   CROSSING    the orbit crosses that of a planet with larger odds, if both orbit the same star
  *   FRAMES      frame_chi_square of the series is above 2
- *   SAMPLES     there are outliers, and TOLIMAN_PLANET_CLIP is not set
- *   EVIDENCE    log10_bayes has not converged: it is below the threshold within its error */
+ *   SAMPLES     there are outliers, without TOLIMAN_PLANET_CLIP
+ *   EVIDENCE    log10_bayes is below the threshold within its error */
 #define TOLIMAN_PLANET_REASON_ODDS 65536u
 #define TOLIMAN_PLANET_REASON_CHI_SQUARE 131072u
 #define TOLIMAN_PLANET_REASON_JITTER 262144u
@@ -173,55 +170,52 @@ typedef struct toliman_planet_candidate {
     uint32_t struct_size;
     uint32_t flags;   /* TOLIMAN_PLANET_AT_EDGE */
     uint32_t reasons; /* TOLIMAN_PLANET_REASON_...; 0: a planet */
-    int32_t star;     /* likelier star, 0 = A, 1 = B; -1: not known (without velocities) */
+    int32_t star;     /* likelier star, 0 = A, 1 = B; -1 without velocities */
     double log10_bayes;
     double log10_bayes_error; /* of the quadrature; infinite if not converged */
     double log10_fap;         /* Baluev's bound for the strongest sinusoid */
     double log10_fap_orbit;   /* of the joint fit: log10 of 20 z times the FAP of a sinusoid of its power; z: half
-                                  its gain */
+                                 its gain */
     double period[3];         /* units of t */
     double eccentricity[3];
-    double periastron_deg[3];  /* see Signal */
-    double epoch[3];           /* time of a passage through periastron */
+    double periastron_deg[3];
+    double epoch[3];           /* of a passage through periastron */
     double amplitude[3];       /* units of y */
     double mass_a[3];          /* Earth masses, times g or sin i, if the planet orbits A. With velocities: true
                                   masses, NaN if `star` is not A */
-    double mass_b[3];          /* the same for B */
+    double mass_b[3];          /* likewise for B */
     double best[5];            /* joint fit: period (may leave its prior), eccentricity, periastron_deg (-180 to
                                   180), epoch (nearest to time_reference), amplitude */
-    double best_error[5];      /* standard errors of the joint fit */
-    double correlation[25];    /* [5][5], of the posterior of the same five */
+    double best_error[5];      /* standard errors */
+    double correlation[25];    /* [5][5], posterior of the same five */
     double power_left;         /* share of the squared signal that functions and other planets leave */
-    double log10_star;         /* log10 of the odds of star A against star B; NaN without velocities */
-    double inclination_deg[3]; /* of the orbit or its mirror image, 0 to 90; NaN without velocities */
+    double log10_star;         /* log10 of the odds of star A; NaN without velocities */
+    double inclination_deg[3]; /* of the orbit or its mirror image, 0 to 90; likewise */
     double node_deg[3];        /* ascending node from the mean axis, to either side; likewise */
 } toliman_planet_candidate;
 #define TOLIMAN_PLANET_CANDIDATE_INIT TOLIMAN_INIT(toliman_planet_candidate)
 
-/* Writes candidate `index`, in the order in which they were found. Errors: TOLIMAN_E_RANGE if index is not in
- * [0, info.candidates). */
+/* Writes candidate `index`, in the order in which they were found. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_candidate(
     const toliman_planet *planets, int64_t index, toliman_planet_candidate *out) TOLIMAN_NOEXCEPT;
 
 /* Writes samples of the posterior of a candidate, of equal weight and in random order.
  *   count    at most `samples` of the options
  *   samples  [count][TOLIMAN_PLANET_COLUMNS]: period, eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b,
- *            jitter, inclination_deg, node_deg
- * Errors: as toliman_planet_get_candidate. */
+ *            jitter, inclination_deg, node_deg */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_samples(const toliman_planet *planets, int64_t index,
                                                                          size_t count,
                                                                          double *samples) TOLIMAN_NOEXCEPT;
 
 /* Writes the signal of a candidate's joint fit at times t[n] to signal[n].
- *   position_angle_deg  [n], as in the series; NULL = the mean axis, and if the axis is fixed
- * Errors: as toliman_planet_get_candidate. */
+ *   position_angle_deg  [n], as in the series; NULL = the mean axis, and if the axis is fixed */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_signal(const toliman_planet *planets, int64_t index,
                                                                         const double *t,
                                                                         const double *position_angle_deg, size_t n,
                                                                         double *signal) TOLIMAN_NOEXCEPT;
 
-/* Writes the residuals of the joint fit of functions and all candidates that reach the threshold to residuals[n]:
- * the series, then velocities of A and of B; n is the number of all samples. */
+/* Writes the residuals of functions and all candidates that reach the threshold to residuals[n]: the series, then
+ * velocities of A and of B; n is the number of all samples. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_residuals(const toliman_planet *planets, size_t n,
                                                                            double *residuals) TOLIMAN_NOEXCEPT;
 
@@ -229,8 +223,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_residuals(const
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_outliers(const toliman_planet *planets, size_t count,
                                                                           int64_t *indices) TOLIMAN_NOEXCEPT;
 
-/* Writes the instruments of the series, then those of the velocities of A and of B, in the joint fit, to
- * instruments[capacity]. Errors: TOLIMAN_E_CAPACITY. */
+/* Writes the instruments in the joint fit: those of the series, then of the velocities of A and of B. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_instruments(const toliman_planet *planets,
                                                                              toliman_measure_instrument *instruments,
                                                                              size_t capacity,
@@ -241,8 +234,7 @@ typedef struct toliman_planet_limit {
     uint32_t struct_size;
     uint32_t reserved;
     double period;
-    double upper;      /* amplitude that the residuals exclude, units of y; +infinity if the functions leave nothing
-                          of this period */
+    double upper;      /* excluded amplitude, units of y; +infinity if the functions leave nothing of this period */
     double detectable; /* amplitude that a search detects with `probability`; +infinity if there is none */
     /* Earth masses, times g or sin i */
     double upper_mass_a, upper_mass_b, detectable_mass_a, detectable_mass_b;
@@ -250,7 +242,7 @@ typedef struct toliman_planet_limit {
 #define TOLIMAN_PLANET_LIMIT_INIT TOLIMAN_INIT(toliman_planet_limit)
 
 /* Computes limits of one additional planet, from the separations alone, with amplitudes along the mean axis.
- *   periods      [count], in units of t, within the prior
+ *   periods      [count], within the prior
  *   probability  in (0, 1), for example 0.95
  *   limits       [count]
  * upper       A sinusoid reduces chi-square more than in this series, with `probability`, for planets of this amplitude
@@ -260,7 +252,7 @@ typedef struct toliman_planet_limit {
  *             log10_fap that of detection_fap, and the posterior is not at the edges of the prior; the period may
  *             differ. It agrees with toliman_planet_inject within 0.03 in probability
  *             (promise: detectable-planets-are-found).
- * Takes 0.02 to 0.1 s per period, in the threads of the search. */
+ * Takes 0.02 to 0.1 s per period. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_limits(const toliman_planet *planets,
                                                                         const double *periods, size_t count,
                                                                         double probability,
@@ -271,7 +263,7 @@ typedef struct toliman_planet_cell {
     uint32_t struct_size;
     int32_t star;                  /* 0, 1: a planet of A, B; sizes are Earth masses, times g or sin i. -1: sizes are
                                       amplitudes, units of y */
-    double period_min, period_max; /* in units of t, within the prior; log-uniform, or equal */
+    double period_min, period_max; /* within the prior; log-uniform, or equal */
     double size_min, size_max;     /* log-uniform, or equal */
     int32_t is_circular;           /* 1: eccentricity 0. 0: drawn from its prior */
     uint32_t count;                /* injections, at most 1,000,000 */
@@ -281,9 +273,8 @@ typedef struct toliman_planet_cell {
 
 /* Counts the detections (toliman_planet_get_limits) among planets injected into white noise of the sigmas and the
  * jitter of the series, with random coefficients of the functions that have a prior, planets included. Periastron and
- * epoch are uniform; the amplitude across the mean axis is 0. The same `planets` and `cell` give the same number.
- * One thread, 0.1 ms per injection. *planets keeps 16 n bytes (32 n if the axis rotates) per step 1/(10 T) of
- * frequency.
+ * epoch are uniform; the amplitude across the mean axis is 0. The same `planets` and `cell` give the same number. One
+ * thread, 0.1 ms per injection. *planets keeps 16 n bytes (32 n if the axis rotates) per step 1/(10 T) of frequency.
  * Errors: TOLIMAN_E_ARGUMENT masses without a known unit, parallax or mass of the star. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_inject(const toliman_planet *planets,
                                                                     const toliman_planet_cell *cell,

@@ -2,15 +2,11 @@
  *
  * Data flow (functions toliman_series_...)
  *
- *                   create <- name of the input, names of its columns, format and scale of its times
- *                     |
- *     a line ----> parse -> sample: t, y, sigma -> toliman_period_push
- *                     +---> none: a comment, an empty line, a line of the header, or a row without a value
- *                     |
- *                  get_info, destroy
+ *   name of the input, its columns, format and scale of its times -> create, destroy -> toliman_series -> get_info
+ *   a line -> parse -> sample: t, y, sigma -> toliman_period_push
+ *                   -> none: a comment, an empty line, a line of the header, or a row without a value
  *
- * The first lines determine the format of all (formats, names, units, missing values: formats.md, "Series that toliman
- * period reads"):
+ * The first lines determine the format of all (formats.md, "Series that toliman period reads"):
  *
  *   1.5,0.25,0.1            columns t, y or t, y, sigma. More columns: the first three, with a warning; with GROWING an
  *                           error, as the line may be damaged
@@ -22,9 +18,8 @@
  * Units    Sigmas are converted to the unit of y.
  * Missing  Rows without a value are skipped and counted. A number far from all others, such as -9999, causes a warning.
  * Range    t and y in [-1e98, 1e98], sigmas in [1e-98, 1e98].
- * Times    Plain numbers, dates, Modified or Julian Days. Dates and days become Modified Julian Days, of TAI if they
- *          are in UTC, otherwise of their own scale; resolution 0.6 us.
- */
+ * Times    Plain numbers, or dates, Modified or Julian Days: these become Modified Julian Days, of TAI if they are in
+ *          UTC, otherwise of their own scale; resolution 0.6 us. */
 #ifndef TOLIMAN_SERIES_H
 #define TOLIMAN_SERIES_H
 
@@ -35,8 +30,7 @@ TOLIMAN_BEGIN_DECLS
 /* Parser of the lines of one series. */
 typedef struct toliman_series toliman_series;
 
-/* Flags of toliman_series_options. */
-#define TOLIMAN_SERIES_GROWING 1u     /* a line without newline at its end may be truncated and is malformed */
+#define TOLIMAN_SERIES_GROWING 1u     /* a last line without newline is malformed: it may be truncated */
 #define TOLIMAN_SERIES_PLAIN_TIMES 2u /* times are plain numbers, also in a column named mjd or jd */
 
 /* Options of a parser. */
@@ -52,48 +46,46 @@ typedef struct toliman_series_options {
     const char *name;                        /* of the input, for messages; may be NULL */
     const char *columns;                     /* names, or numbers from 1, of t, y and perhaps sigma; NULL = the usual
                                                 names */
-    const toliman_leap_second *leap_seconds; /* [leap_second_count], as in toliman_ingest_parse_time */
-    size_t leap_second_count;                /* 0 = the leap seconds of ERFA */
+    const toliman_leap_second *leap_seconds; /* [leap_second_count] */
+    size_t leap_second_count;                /* 0 = those of ERFA */
     const char *instrument;                  /* name, or number from 1, of the column of instruments; NULL = none */
-    toliman_log_fn log;                      /* receives each warning once; may be NULL */
+    toliman_log_fn log;                      /* receives each warning once */
     void *log_data;
 } toliman_series_options;
 #define TOLIMAN_SERIES_OPTIONS_INIT TOLIMAN_INIT(toliman_series_options)
 
-/* Creates a parser. options may be NULL; its texts and leap seconds are copied. */
+/* Creates a parser. Texts and leap seconds of its options are copied. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_series_create(const toliman_series_options *options,
                                                                     toliman_series **out) TOLIMAN_NOEXCEPT;
 
 /* Destroys a parser. */
 TOLIMAN_API void toliman_series_destroy(toliman_series *series) TOLIMAN_NOEXCEPT;
 
-/* Result of a line. */
 typedef struct toliman_series_sample {
     uint32_t struct_size;
     int32_t found;      /* 1: a sample */
-    double t, y, sigma; /* sigma is 0 if the series has none */
-    int64_t instrument; /* index, in order of first appearance; -1: not known */
+    double t, y, sigma; /* sigma is 0 if there is none */
+    int64_t instrument; /* in order of first appearance; -1: not known */
 } toliman_series_sample;
 #define TOLIMAN_SERIES_SAMPLE_INIT TOLIMAN_INIT(toliman_series_sample)
 
 /* Parses the next line.
- *   line  [length] bytes, with the newline at its end if the input has it; at most 65,536 bytes without it (of a longer
- *         line, pass 65,537). NULL if length is 0
+ *   line  [length] bytes, with its newline if the input has it; at most 65,536 without it (of a longer line, pass
+ *         65,537). NULL if length is 0
  * Errors: TOLIMAN_E_FORMAT for a malformed line; it counts as a line, and the next one can be parsed
  * (promise: bad-lines-end-no-series). TOLIMAN_E_MISMATCH no such columns. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_series_parse(toliman_series *series, const char *line,
                                                                    size_t length,
                                                                    toliman_series_sample *sample) TOLIMAN_NOEXCEPT;
 
-/* Properties of the lines that were parsed. */
+/* Properties of the lines parsed so far. */
 typedef struct toliman_series_info {
     uint32_t struct_size;
     int32_t time_format; /* TOLIMAN_INGEST_FORMAT_...; 0 for plain numbers and before the first time */
-    int32_t time_scale;  /* TOLIMAN_INGEST_SCALE_... of the samples' Modified Julian Days, never UTC; 0 if
-                                   time_format is 0 */
+    int32_t time_scale;  /* TOLIMAN_INGEST_SCALE_... of the samples, never UTC; 0 if time_format is 0 */
     int32_t truncated;   /* 1 if the last sample has no newline: its last number may be truncated */
     int64_t lines;       /* with empty and malformed ones */
-    int64_t missing;     /* rows skipped without t, y or sigma */
+    int64_t missing;     /* rows skipped without a value */
     int64_t instruments;
     char unit_name[16];         /* of y: "m/s", "km/s", "cm/s", "mas", "uas", "arcsec", "deg", "px" or as in the
                                    input; "": none */
@@ -101,8 +93,6 @@ typedef struct toliman_series_info {
                                    none */
 } toliman_series_info;
 #define TOLIMAN_SERIES_INFO_INIT TOLIMAN_INIT(toliman_series_info)
-
-/* Returns the properties of the lines parsed so far. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_series_get_info(const toliman_series *series,
                                                                       toliman_series_info *out) TOLIMAN_NOEXCEPT;
 

@@ -2,14 +2,12 @@
  *
  * Data flow
  *
- *   toliman_sky (sky.h), measured separations (measure.h) -> diagnose -> toliman_sky_diagnosis
- *                                                               +-> toliman_sky_hypothesis [7]
+ *   toliman_sky (sky.h), measured separations (measure.h) -> diagnose -> toliman_sky_diagnosis, toliman_sky_hypothesis
+ *   [7]
  *
- * The velocity of an observer in a low orbit changes the separation in each orbit, so that wrong times or axes leave
- * residuals of a known shape; planets leave another one, and other residuals count as noise. A cause is named only
- * if it explains the residuals by at least 7 standard deviations of what it leaves
- * (promise: causes-need-seven-sigmas).
- */
+ * In a low orbit, wrong times or axes leave residuals of a known shape; planets leave another one, and other residuals
+ * count as noise. A cause is named only if it explains the residuals by at least 7 standard deviations of what it
+ * leaves (promise: causes-need-seven-sigmas). */
 #ifndef TOLIMAN_SKY_DIAGNOSIS_H
 #define TOLIMAN_SKY_DIAGNOSIS_H
 
@@ -40,19 +38,19 @@ TOLIMAN_BEGIN_DECLS
 
 /* A hypothesis, fitted alone with the errors of the elements and, except for SCALE, a mean and two harmonics of a year.
  *
- * Sign of times: given minus true time. TAI read as UTC: +37 s; starts of 60 s exposures taken for their middles:
- * -30 s. Errors of the times in the observer file have the opposite sign. */
+ * Sign of times: given minus true time. TAI read as UTC: +37 s; starts of 60 s exposures taken for their middles: -30
+ * s. Errors of the times in the observer file have the opposite sign. */
 typedef struct toliman_sky_hypothesis {
     uint32_t struct_size;
-    int32_t cause;       /* TOLIMAN_SKY_CAUSE_... */
+    int32_t cause;
     double value;        /* s, deg or relative; NaN for AXES and CENTRE */
-    double sigma;        /* standard deviation of value, from the residuals; NaN likewise */
+    double sigma;        /* of value, from the residuals; NaN likewise */
     double chi_square;   /* per degree of freedom, if the hypothesis is true; NaN if not tested */
     double gain;         /* reduction of the sum of squared residuals and priors */
     double significance; /* sqrt(gain/max(1, chi_square)); 0 if not tested */
     int32_t is_decisive; /* 1 if significance is at least 7, and at least 5 measurements share the gain */
     int32_t reserved;
-    char text[160]; /* "times are late by 37.0 +- 0.2 s: TAI taken for UTC?" */
+    char text[160];
 } toliman_sky_hypothesis;
 #define TOLIMAN_SKY_HYPOTHESIS_INIT TOLIMAN_INIT(toliman_sky_hypothesis)
 

@@ -2,9 +2,7 @@
  *
  * Data flow
  *
- *   coadd.h -> toliman_spread -> toliman_frame -> track.h
- *                             -> toliman_fit_prediction -> fit.h
- */
+ *   coadd.h -> toliman_spread -> toliman_frame -> track.h; toliman_fit_prediction -> fit.h */
 #ifndef TOLIMAN_SPREAD_H
 #define TOLIMAN_SPREAD_H
 
@@ -16,18 +14,18 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_SPREAD_CUMULANTS 22u
 
 /* Number of the short frames, and distribution of the stars' places in them: both stars by the same x and y (px), about
- * their mean, weighted by the light of the frames. A long exposure with known pointing jitter is 1 frame with a spread.
- * The jitter of the scene is that within a short frame, and is in addition to it.
- * With cumulants, the expected sum is exact to order 6: to 1e-6 of its peak for jitter of 0.3 px rms with a normal
- * distribution, and to 1e-3 for any other. Without cumulants (all 0), a normal distribution is assumed. Even 10^5
- * places that are drawn from one have others by chance, which the photon noise of their sum does not hide. */
+ * their mean, weighted by the light of the frames, in addition to the scene's jitter, which is that within a short
+ * frame. A long exposure with known pointing jitter is 1 frame with a spread. With cumulants, the expected sum is exact
+ * to order 6: to 1e-6 of its peak for jitter of 0.3 px rms with a normal distribution, and to 1e-3 for any other.
+ * Without (all 0), a normal distribution is assumed; the cumulants that 10^5 places drawn from it have by chance are
+ * not below the photon noise of their sum. */
 typedef struct toliman_spread {
-    uint32_t struct_size; /* sizeof(toliman_spread) */
-    uint32_t reserved;    /* 0 */
-    double frames;        /* number of frames, 1 to 1e12; 0 = 1. Light, bias, dark current, the variance of the read
-                             noise and saturation are those of the scene's frame times this number */
-    double xx_px2, yy_px2, xy_px2; /* covariance of the places, xx and yy at most 4 px^2, xy^2 at most xx yy */
-    double cumulants[22];          /* of order 3 to 6, px^3 to px^6: xxx, xxy, xyy, yyy, xxxx, xxxy ... yyyyyy */
+    uint32_t struct_size;
+    uint32_t reserved;
+    double frames;                 /* 1 to 1e12; 0 = 1. Light, bias, dark current, the variance of the read noise and
+                                      saturation are those of the scene's frame times this number */
+    double xx_px2, yy_px2, xy_px2; /* covariance of the places, xx and yy at most 4, xy^2 at most xx yy */
+    double cumulants[22];          /* px^3 to px^6: xxx, xxy, xyy, yyy, xxxx, xxxy ... yyyyyy */
 } toliman_spread;
 #define TOLIMAN_SPREAD_INIT TOLIMAN_INIT(toliman_spread)
 

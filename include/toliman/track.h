@@ -4,17 +4,14 @@
  *
  * Data flow (functions toliman_track_...)
  *
- *                 load_options -> create <- folder (ledger, setup, checkpoint)
- *                                    |
+ *   load_options -> create <- folder (ledger, setup, checkpoint)
  *   frames[count] -> push -> toliman_track -> outcomes[count]; get_period -> period.h
- *   other folders -> merge ----------+
- *                                    +-> query_fit, get_info, get_options
- *                                    |   records, sessions: track_records.h
- *                                    +-> commit, save -> folder
- *                                 destroy
+ *   other folders -> merge                    query_fit, get_info, get_options
+ *                                             records, sessions: track_records.h
+ *                                             commit, save -> folder; destroy
  *
- * Frames may arrive in any order, repeatedly or damaged. The key of a frame is session, frame id and region of
- * interest. A frame is checked, measured by an estimator, assigned a time, and added to a periodogram. Its verdict:
+ * Frames may arrive in any order, repeatedly or damaged. The key of a frame is session, restarts, region of interest
+ * and frame id. A frame is checked, measured by an estimator, assigned a time, and added to a periodogram. Its verdict:
  *
  *   accepted     the first valid frame with its key
  *   duplicate    same key and content (frame.h) as an earlier valid frame; ignored
@@ -62,8 +59,7 @@ typedef struct toliman_track toliman_track;
  * estimator, frames, grid (nf = 0 and stamp = 0 if the setup file is lost), limits, plate_scale_arcsec (0: no system),
  * scale_sigma, TOLIMAN_TRACK_ALLOW_ZERO_RUNS, a capacity of twice the records, 2^20 to 2^28; others are defaults.
  * Errors:
- *   - TOLIMAN_E_NOT_FOUND for a file that cannot be read; its field is the folder if that has no ledger:
- *     toliman_track_create may begin one;
+ *   - TOLIMAN_E_NOT_FOUND; its field is the folder if that has no ledger: toliman_track_create may begin one;
  *   - TOLIMAN_E_FORMAT if the ledger is damaged, or missing next to other files. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
@@ -107,10 +103,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *
 
 /* Adds the records of another folder, which may be in use, as if its frames had been pushed here, and commits. Folders
  * may be merged in any order, and again as they grow: only new records count (promise: folders-merge-in-any-order).
- * Grid and clock table remain; counts become those of both. Of a frame in several folders, the value that was added
- * first remains.
- *   flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records. All others count as new arrivals
- *   lost   may be NULL: damaged records that were skipped, plus records that the checkpoint counts and the ledger lacks
+ * Grid and clock table remain. Of a frame in several folders, the value that was added first remains.
+ *   flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records; all others count as new arrivals
+ *   lost   may be NULL: damaged records, plus records that the checkpoint counts and the ledger lacks
  *          (promise: salvage-counts-what-is-lost)
  * Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH also for another system or plate scale, another clock
  * table if frames are reduced, or a column that this ledger lacks; TOLIMAN_E_ARGUMENT for the tracker's own folder.
@@ -123,7 +118,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track 
  * frames only (promise: counts-survive-crashes). */
 typedef struct toliman_track_info {
     uint32_t struct_size;
-    uint32_t flags; /* TOLIMAN_TRACK_..., as given */
+    uint32_t flags; /* as given */
     int64_t received;
     int64_t accepted;
     int64_t outlier;
@@ -147,13 +142,11 @@ typedef struct toliman_track_info {
     uint32_t elements;         /* bit j: a column of the periodogram is the error of element j (sky.h) */
     uint32_t reserved;
     int64_t misfit;
-    double chi_limit;         /* of chi-square, in force */
+    double chi_limit;         /* in force */
     double chi_median;        /* of valid frames, to 0.2 % */
     int64_t rejected_for[16]; /* [reason - TOLIMAN_TRACK_REASON_NONE] */
 } toliman_track_info;
 #define TOLIMAN_TRACK_INFO_INIT TOLIMAN_INIT(toliman_track_info)
-
-/* Gets the counts and properties of a tracker. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const toliman_track *track,
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
 
@@ -167,9 +160,8 @@ toliman_track_get_options(const toliman_track *track, toliman_track_options *opt
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_period(const toliman_track *track,
                                                                        const toliman_period **out) TOLIMAN_NOEXCEPT;
 
-/* Refines the highest peak, as toliman_period_query_fit; the phase is at TAI time_offset_ns. Reads all records and
- * temporarily takes 100 bytes per frame. Errors as toliman_period_query_fit; TOLIMAN_E_FORMAT if the ledger has been
- * damaged. */
+/* Refines the highest peak, as toliman_period_query_fit; the phase is at TAI time_offset_ns. Reads all records; takes
+ * 100 bytes per frame. Errors as toliman_period_query_fit; TOLIMAN_E_FORMAT if the ledger has been damaged. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_query_fit(const toliman_track *track,
                                                                       toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 

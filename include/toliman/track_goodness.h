@@ -21,12 +21,12 @@ typedef struct toliman_track_goodness {
     double years;                /* from first to last, of 365.25 days */
     double trend_per_year;       /* of chi-square, least squares; NaN for fewer than 3 frames */
     double trend_sigma_per_year; /* from the scatter of the frames */
-    int64_t poor, too_good;      /* numbers of these verdicts */
-    int64_t misfit;              /* frames above the limit, not among these */
-    int64_t bad_pixels;          /* left out of these frames */
-    int64_t cleaned;             /* of these frames, with a bad pixel */
+    int64_t poor, too_good;
+    int64_t misfit;     /* frames above the limit, not among these */
+    int64_t bad_pixels; /* of these frames */
+    int64_t cleaned;    /* of these frames, with a bad pixel */
     double chi_limit;
-    int32_t is_calibrated; /* 1 if the scene of the frames is that of a calibration */
+    int32_t is_calibrated; /* 1 if the scene is that of a calibration */
     int32_t is_complete;   /* 0: TOLIMAN_CALIBRATION_INCOMPLETE */
     double calibration_chi_square, calibration_chi_square_sigma;
     int32_t calibration_goodness;

@@ -2,12 +2,11 @@
  *
  * Data flow (functions toliman_track_...)
  *
- *   toliman_track -> get_records -> verdicts, times, values
- *                 -> get_columns -> get_column -> further data of the same records
- *                 -> get_intervals -> on-target intervals of a frame
- *                 -> get_streams -> sessions and regions, ids that are missing
- *                 -> get_measure -> the frames as a series (measure.h)
- */
+ *   toliman_track -> get_records              verdicts, times, values
+ *                    get_columns, get_column  further data of the same records
+ *                    get_intervals            on-target intervals of a frame
+ *                    get_streams              sessions and regions, ids that are missing
+ *                    get_measure              the frames as a series (measure.h) */
 #ifndef TOLIMAN_TRACK_RECORDS_H
 #define TOLIMAN_TRACK_RECORDS_H
 
@@ -20,10 +19,10 @@ TOLIMAN_BEGIN_DECLS
  * VERDICT_INTERVALS: on-target intervals of a later frame. */
 typedef struct toliman_track_record {
     uint32_t struct_size;
-    int32_t verdict;  /* TOLIMAN_TRACK_VERDICT_... */
-    int32_t reason;   /* TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame */
+    int32_t verdict;
+    int32_t reason;   /* as in the outcome */
     uint32_t content; /* CRC32 of the frame */
-    uint64_t stream;  /* FNV-1a hash of session, region and restarts */
+    uint64_t stream;  /* hash of session, region and restarts */
     int64_t frame_id;
     int64_t camera_ns, tai_ns;
     int64_t dropped;
@@ -35,13 +34,12 @@ typedef struct toliman_track_record {
 #define TOLIMAN_TRACK_RECORD_INIT TOLIMAN_INIT(toliman_track_record)
 
 /* Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. There are none
- * of duplicates and, in memory, of invalid frames. TOLIMAN_E_RANGE if first < 0; TOLIMAN_E_FORMAT if the ledger has
- * been damaged; some may be written then. */
+ * of duplicates and, in memory, of invalid frames. Errors: TOLIMAN_E_FORMAT if the ledger has been damaged; some may be
+ * written then. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const toliman_track *track, int64_t first,
                                                                         size_t count, toliman_track_record *records,
                                                                         size_t *done) TOLIMAN_NOEXCEPT;
 
-/* Types of a column. */
 #define TOLIMAN_TRACK_COLUMN_F64 531
 #define TOLIMAN_TRACK_COLUMN_I64 532
 
@@ -60,12 +58,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const to
  * Then toliman_track_estimator.values, and cov_A_B, the covariance of A and B; the first value is named "value". */
 typedef struct toliman_track_column {
     uint32_t struct_size;
-    int32_t type; /* TOLIMAN_TRACK_COLUMN_... */
+    int32_t type;
     char name[64];
 } toliman_track_column;
 #define TOLIMAN_TRACK_COLUMN_INIT TOLIMAN_INIT(toliman_track_column)
 
-/* Writes the columns, in the order of the ledger. TOLIMAN_E_CAPACITY if capacity is too small. */
+/* Writes the columns, in the order of the ledger. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_columns(const toliman_track *track,
                                                                         toliman_track_column *columns, size_t capacity,
                                                                         size_t *count) TOLIMAN_NOEXCEPT;
@@ -76,9 +74,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_column(const tol
                                                                        int64_t first, size_t count, double *values,
                                                                        size_t *done) TOLIMAN_NOEXCEPT;
 
-/* Writes the on-target intervals of record number `record` to intervals[capacity][2]: start and end in s from the start
- * of the exposure by the camera clock. Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_RANGE for another
- * record; TOLIMAN_E_STATE in memory; TOLIMAN_E_LOST if damage has lost them. */
+/* Writes the on-target intervals of a record to intervals[capacity][2]: start and end in s from the start of the
+ * exposure by the camera clock. Errors: TOLIMAN_E_STATE in memory; TOLIMAN_E_LOST if damage has lost them. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_intervals(const toliman_track *track, int64_t record,
                                                                           double *intervals, size_t capacity,
                                                                           size_t *count) TOLIMAN_NOEXCEPT;
@@ -87,7 +84,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_intervals(const 
 typedef struct toliman_track_stream {
     uint32_t struct_size;
     uint32_t reserved;
-    uint64_t stream; /* as in toliman_track_record */
+    uint64_t stream;
     int64_t first_id, last_id;
     int64_t frames;  /* keys with a valid frame */
     int64_t missing; /* other ids between first_id and last_id */
@@ -96,7 +93,7 @@ typedef struct toliman_track_stream {
 } toliman_track_stream;
 #define TOLIMAN_TRACK_STREAM_INIT TOLIMAN_INIT(toliman_track_stream)
 
-/* Writes the sessions and regions, sorted by name and restarts. TOLIMAN_E_CAPACITY if capacity is too small. */
+/* Writes the sessions and regions, sorted by name and restarts. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_streams(const toliman_track *track,
                                                                         toliman_track_stream *streams, size_t capacity,
                                                                         size_t *count) TOLIMAN_NOEXCEPT;

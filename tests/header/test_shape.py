@@ -19,19 +19,16 @@ CHANGES = [
     ("measure.h", "int64_t index,", "int32_t index,", "has the index index of type int32_t: must be int64_t"),
     ("bank.h", "int64_t networks;\n    int64_t trained", "uint64_t networks;\n    int64_t trained",
      "has an index below toliman_bank_info.networks, which must be int64_t"),
-    ("calibrate.h", "TOLIMAN_E_RANGE for any other index", "Fails for any other index",
-     "does not say that index out of range is TOLIMAN_E_RANGE"),
     ("ingest.h", "size_t *count,\n", "size_t *points,\n", "must have the arguments (..., array, capacity, count)"),
     ("cae.h", "size_t *needed)", "size_t *size)", "must have the arguments (..., array, capacity, needed)"),
-    ("budget.h", "TOLIMAN_E_CAPACITY if capacity is too small.", "", "does not say that a capacity which is too small"),
     ("mask.h", "size_t count,\n", "size_t *count,\n", "writes count, which must follow array and capacity"),
     ("cae.h", "int32_t trained; ", "uint32_t trained;", "has the truth value trained of type uint32_t: must be int32_t"),
-    ("fit.h", "uint32_t flags;            /* 0 */", "int32_t flags;             /* 0 */",
+    ("fit.h", "uint32_t flags;\n", "int32_t flags;\n",
      "has flags of type int32_t: must be uint32_t"),
     ("linear.h", "double *values_px,", "uint32_t threads, double *values_px,",
      "has threads: must be a member of options"),
     ("mask.h", "list of the parameters", "list, separated by commas, of the parameters", "describes how names are separated"),
-    ("base.h", 'Returns "?" for another number', "Returns NULL for another number", 'the name of an unknown value is "?"'),
+    ("base.h", 'Returns "?" for', "Returns NULL for", 'the name of an unknown value is "?"'),
 ]
 
 
