@@ -2,19 +2,17 @@
  * for which it was trained: a bank has networks for dates of an orbit and, at each date, for sub-pixel places of the
  * scene's centre. Each frame is fitted (fit.h) and encoded by the nearest network.
  *
- * Data flow (functions toliman_bank_...)
+ * Data flow (toliman_bank_...)
  *
  *   toliman_sim -> plan -> number of networks, bytes, seconds
- *   toliman_fit -> create; bytes, file -> load, load_file -> toliman_bank <-> train
+ *   toliman_fit -> create; load, load_file -> toliman_bank <-> train; save, save_file (formats.md, "TLMB"); destroy
  *   toliman_fit, frame, time -> encode                separation, px -> period.h
  *   toliman_fit, time        -> predict, get_renewal  efficiency to expect, until when to use
  *                               get_info, get_network properties
- *                               save, save_file       bytes (formats.md, "TLMB")
- *                               destroy
  *
  * Estimate for a frame (decisions.md, 29): the separation of the fit is set to its prediction, but within 5e-3 px of
- * the fitted one; the other parameters fit best for it. The network encodes the residual at its own places of the
- * stars; latent/slope is the separation minus that of the model, with slope and efficiency of the frame.
+ * the fitted one. The network encodes the residual at its own places of the stars; latent/slope is the separation minus
+ * that of the model, with slope and efficiency of the frame.
  *
  * Times are days of scene time (toliman_fit_prediction.time_days). */
 #ifndef TOLIMAN_BANK_H
@@ -66,9 +64,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_plan(const toliman_si
 
 /* Creates a bank of untrained networks for the scene and the free parameters of a fit of one scene. Untrained, it
  * measures with an efficiency of about 0.01: a control.
- * Errors: TOLIMAN_E_ARGUMENT for a last date before the first, dates at which the stars leave the model images
- * (toliman_fit_create), more than 1024 networks; TOLIMAN_E_UNSUPPORTED for frames smaller than 256 x 256 or larger than
- * 4096 x 4096 px. */
+ * Errors: TOLIMAN_E_ARGUMENT for dates at which the stars leave the model images (toliman_fit_create), more than 1024
+ * networks; TOLIMAN_E_UNSUPPORTED for frames smaller than 256 x 256 or larger than 4096 x 4096 px. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_create(const toliman_fit *fit,
                                                                   const toliman_bank_options *options,
                                                                   toliman_bank **out) TOLIMAN_NOEXCEPT;
@@ -91,15 +88,14 @@ typedef struct toliman_bank_train_options {
  * of a bank do not depend on threads or interruptions (promise: bank-training-resumes). With a journal, a killed
  * process loses at most one network per thread.
  * Errors: TOLIMAN_E_MISMATCH for any other fit (toliman_fit_info.digest) or the journal of another bank, naming what
- * differs; TOLIMAN_E_FORMAT for another file; TOLIMAN_E_STATE if another process writes to the journal; TOLIMAN_E_WRITE
- * if it cannot be written or read; it remains. */
+ * differs; of the journal as toliman_calibration_create. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_train(
     toliman_bank *bank, const toliman_fit *fit, const toliman_bank_train_options *options) TOLIMAN_NOEXCEPT;
 
 /* Properties of a bank. */
 typedef struct toliman_bank_info {
     uint32_t struct_size;
-    uint32_t steps; /* of each training */
+    uint32_t steps;
     int64_t networks;
     int64_t trained_networks;
     int64_t dates, places;
@@ -109,7 +105,7 @@ typedef struct toliman_bank_info {
     const char *layout; /* "flight" or "paper" */
     uint64_t seed;
     uint64_t fit_digest;
-    uint64_t digest; /* FNV-1a of all that determines results: fit, places, weights */
+    uint64_t digest; /* FNV-1a of all that determines results */
 } toliman_bank_info;
 #define TOLIMAN_BANK_INFO_INIT TOLIMAN_INIT(toliman_bank_info)
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_info(const toliman_bank *bank,
@@ -118,7 +114,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_info(const tolima
 /* One network of a bank. */
 typedef struct toliman_bank_network {
     uint32_t struct_size;
-    int32_t trained; /* 1: trained; 0: initial weights */
+    int32_t trained; /* 0: initial weights */
     double days;
     double first_days, last_days; /* times to which no other date is nearer */
     double x_px, y_px;            /* shift of the scene's centre, in [-0.5, 0.5) */
@@ -190,11 +186,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_load(const void *byte
                                                                 const toliman_load_options *options,
                                                                 toliman_bank **out) TOLIMAN_NOEXCEPT;
 
-/* Saves a bank to a file, as toliman_bank_save. */
+/* As toliman_bank_save and _load, with a file. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_save_file(const toliman_bank *bank, int32_t encoding,
                                                                      const char *path) TOLIMAN_NOEXCEPT;
-
-/* Loads a bank from a file. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_load_file(const char *path,
                                                                      const toliman_load_options *options,
                                                                      toliman_bank **out) TOLIMAN_NOEXCEPT;

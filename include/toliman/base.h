@@ -14,9 +14,11 @@
  *     failed call writes no output and leaves its object unchanged, unless its comment says otherwise
  *     (promise: failed-calls-change-nothing). A message belongs to its thread, and success does not clear it
  *     (promise: messages-belong-to-threads).
- *   - Common errors. TOLIMAN_E_ARGUMENT: NULL where not allowed, unknown struct_size, number not finite, option out of
- *     range, stride too small. TOLIMAN_E_RANGE: index outside. TOLIMAN_E_MEMORY. TOLIMAN_E_STATE: object in use by
- *     another call. TOLIMAN_E_CANCELLED: stopped by a callback.
+ *   - Common errors. TOLIMAN_E_ARGUMENT: NULL where not allowed, unknown struct_size, number not finite, option or
+ *     argument out of its range, name unknown or given twice, stride too small. TOLIMAN_E_RANGE: index outside.
+ *     TOLIMAN_E_NOT_FOUND: file cannot be read. TOLIMAN_E_FORMAT: file or bytes malformed or damaged; the message has
+ *     file and line. TOLIMAN_E_WRITE, TOLIMAN_E_MEMORY. TOLIMAN_E_CANCELLED: by a callback. TOLIMAN_E_STATE: object in
+ *     use by another call.
  *   - Objects. The caller destroys them by toliman_X_destroy. Destroying NULL does nothing
  *     (promise: destroying-null-does-nothing). Except for trackers, an object does not need those that it was created
  *     from.
@@ -33,8 +35,8 @@
  *   - Results of unknown number: (..., array, capacity, count), files in memory: (..., bytes, capacity, needed). The
  *     last becomes their number; if capacity is smaller, nothing else is written: TOLIMAN_E_CAPACITY. To ask for the
  *     number, pass NULL and 0: TOLIMAN_E_CAPACITY, or TOLIMAN_OK if there is none.
- *   - Files. toliman_X_save_file replaces its file atomically; after TOLIMAN_E_WRITE the old one remains. A file that
- *     cannot be read: TOLIMAN_E_NOT_FOUND. toliman_X_load takes exactly `size` bytes.
+ *   - Files. toliman_X_save_file replaces its file atomically; after TOLIMAN_E_WRITE the old one remains.
+ *     toliman_X_load takes exactly `size` bytes.
  *   - Threads. Different threads may use different objects at the same time. Functions that take a const object may run
  *     on one object from several threads (promise: const-calls-run-together). While another function runs on an object,
  *     every other call on it, also from callbacks, returns TOLIMAN_E_STATE at once and changes nothing

@@ -1,6 +1,6 @@
 /* libtoliman, error budget: which unknown parameters of the forward model limit the separation, and by how much.
  *
- * Data flow (functions toliman_sim_...)
+ * Data flow (toliman_sim_...)
  *
  *   toliman_sim -> get_budget               bound with chosen parameters free; displacement due to an Earth
  *                  get_budget_steps         bounds with more and more parameters free
@@ -30,12 +30,12 @@ typedef struct toliman_sim_budget_options {
 typedef struct toliman_sim_budget {
     uint32_t struct_size;
     uint32_t reserved;
-    double crb_px;          /* of the separation in one frame; infinite if the free parameters leave nothing of the
-                               signal */
-    double crb_shared_px;   /* likewise for each of `frames` identical frames that share the parameters of the
-                               instrument */
-    double uas_per_px;      /* microarcsec */
-    double earth_px;        /* displacement due to an Earth; NaN if not known */
+    double crb_px;        /* of the separation in one frame; infinite if the free parameters leave nothing of the
+                             signal */
+    double crb_shared_px; /* likewise for each of `frames` identical frames that share the parameters of the
+                             instrument */
+    double uas_per_px;
+    double earth_px;        /* NaN if not known */
     const char *earth_from; /* its source, such as "an Earth at 1.23 au of star A" (0.71 au of B), "not known" */
     size_t free_count;
     size_t steps;
@@ -43,9 +43,8 @@ typedef struct toliman_sim_budget {
 } toliman_sim_budget;
 #define TOLIMAN_SIM_BUDGET_INIT TOLIMAN_INIT(toliman_sim_budget)
 
-/* Gets the summary of a budget. Errors: TOLIMAN_E_ARGUMENT for an unknown name or one given twice;
- * TOLIMAN_E_UNSUPPORTED for one without derivative (toliman_sim_get_derivative); TOLIMAN_E_SCENE if the signal changes
- * no pixel. */
+/* Gets the summary of a budget. Errors: TOLIMAN_E_UNSUPPORTED for a name without derivative
+ * (toliman_sim_get_derivative); TOLIMAN_E_SCENE if the signal changes no pixel. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget(const toliman_sim *sim,
                                                                      const toliman_sim_budget_options *options,
                                                                      toliman_sim_budget *out) TOLIMAN_NOEXCEPT;

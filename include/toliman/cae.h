@@ -2,7 +2,7 @@
  * displacement (the separation of the stars minus that of the undisturbed scene), in px. For frames of a downlink use
  * track.h.
  *
- * Data flow (functions toliman_cae_...)
+ * Data flow (toliman_cae_...)
  *
  *   toliman_sim -> create      weights blob -> load, load_file
  *                     |                     |

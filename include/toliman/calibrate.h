@@ -1,7 +1,6 @@
-/* libtoliman, calibrate: parameters of the telescope, learned from frames of the binary itself. A separation of fit.h
- * is only as accurate as its model of the optics: 20 nm of unknown aberrations change it by 1e-3 px.
+/* libtoliman, calibrate: parameters of the telescope, learned from frames of the binary itself.
  *
- * Data flow (functions toliman_calibration_...)
+ * Data flow (toliman_calibration_...)
  *
  *   toliman_sim (nominal scene), frames, times -> create, destroy -> toliman_calibration
  *   values, errors, verdict              get_info, get_value, get_covariance, get_frame
@@ -10,21 +9,17 @@
  *   fitted scene, for all other uses     save_file, get_window
  *
  * Parameters of the instrument (sim_derivative.h), constant or, with windows, linear in time between the starts of
- * these:
- *
- *   scale, anisotropy, shear   focus, zernike_5 ... _36   mask_rotation, mask_shift_x, _y   jitter_xx, _yy, _xy
- *   temperature_a, _b   spectrum_a_1 ... _11, spectrum_b_1 ... _11
- *
- * Values are changes against the nominal scene, each with a normal prior around 0. They are fitted together with the
- * parameters of each frame (fit.h), by maximum likelihood.
+ * these: scale, anisotropy, shear, focus, zernike_5 ... _36, mask_rotation, mask_shift_x, _y, jitter_xx, _yy, _xy,
+ * temperature_a, _b, spectrum_a_1 ... _11, spectrum_b_1 ... _11. Values are changes against the nominal scene, each
+ * with a normal prior around 0. They are fitted together with the parameters of each frame (fit.h), by maximum
+ * likelihood.
  *
  * Frames do not determine
  *   - roll of the spacecraft and tilts: position angle and pointing contain them;
  *   - the sign of aberrations of even azimuthal order, for a spiral mask with odd m without struts, and the absolute
  *     scale, which follows from the priors of the spectra: separations in px depend on neither.
  *
- * A scene that contradicts its calibration, its group `calibration`, is refused
- * (promise: contradicting-scenes-are-refused).
+ * A scene that contradicts its calibration is refused (promise: contradicting-scenes-are-refused).
  *
  * A model that lacks an effect gives separations that are wrong by many standard deviations: check flags and lacks of
  * toliman_calibration_info, and try TOLIMAN_CALIBRATION_IMPROVE. */
@@ -111,15 +106,15 @@ typedef struct toliman_calibration_options {
  *   image        in the unit of the scene's frames
  *   predictions  [count]; NULL: times of the scene's frames 0 to count - 1, no shift
  * Errors, in addition to image.h:
- *   - TOLIMAN_E_ARGUMENT for a parameter that is unknown, given twice, or always free; a frame without stars within
- *     capture_px; fewer than 2 frames; more than 4096 parameters times windows;
+ *   - TOLIMAN_E_ARGUMENT for a frame without stars within capture_px; fewer than 2 frames; more than 4096 parameters
+ *     times windows; a parameter that is always free;
  *   - TOLIMAN_E_UNSUPPORTED for a single star; PADDED_FFT; a named parameter that the scene does not have;
  *     position_angle, roll and wavelength;
  *   - TOLIMAN_E_MISMATCH if options->start has other pupil cells, aperture, step of the mask, wavelengths, or shape of
  *     the frames; for a journal of other inputs or options, naming the first that differs
  *     (promise: other-journals-are-refused);
- *   - TOLIMAN_E_FORMAT for another file as journal, TOLIMAN_E_STATE if another process writes to it, TOLIMAN_E_WRITE if
- *     it cannot be written or read; it remains. */
+ *   - of a journal, which remains: TOLIMAN_E_FORMAT for another file, TOLIMAN_E_STATE if another process writes to it,
+ *     TOLIMAN_E_WRITE if it cannot be written or read. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_create(const toliman_sim *sim,
                                                                          const toliman_image *image, size_t count,
                                                                          const toliman_fit_prediction *predictions,
@@ -157,7 +152,7 @@ typedef struct toliman_calibration_info {
     double chi_square_sigma;
     double structure;            /* sum of squared correlations of neighbouring residuals over their variances; for
                                     white residuals chi-square distributed with 6 degrees of freedom */
-    double structure_limit;      /* 50, which white residuals exceed once in 2e8; more with a map */
+    double structure_limit;      /* limit of structure: 50, which white residuals exceed once in 2e8; more with a map */
     double separation_sigma_px;  /* in a frame (median), the instrument known */
     double calibration_sigma_px; /* likewise, due to errors of the instrument without the map */
     double map_rms_nm;           /* over the open pupil; 0 without a map */
@@ -180,7 +175,7 @@ toliman_calibration_get_info(const toliman_calibration *calibration, toliman_cal
 typedef struct toliman_calibration_attempt {
     uint32_t struct_size;
     uint32_t change;
-    int32_t kept;   /* 1: kept, and later ones build on it */
+    int32_t kept;   /* 1: later ones build on it */
     uint32_t flags; /* with this change */
     int64_t cells;
     double chi_square;
@@ -259,7 +254,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_opd(const 
 /* Images of a calibration. */
 #define TOLIMAN_CALIBRATION_IMAGE_CHI 851    /* mean over frames of the squared residual over its variance */
 #define TOLIMAN_CALIBRATION_IMAGE_BEFORE 852 /* residual of the first frame over its standard deviation, at the start */
-#define TOLIMAN_CALIBRATION_IMAGE_AFTER 853  /* the same at the end */
+#define TOLIMAN_CALIBRATION_IMAGE_AFTER 853  /* at the end */
 
 /* Writes TOLIMAN_CALIBRATION_IMAGE_... to image[rows][stride]. Pixels excluded in all frames are 0. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_image(const toliman_calibration *calibration,

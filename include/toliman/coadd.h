@@ -1,7 +1,7 @@
 /* libtoliman, coadd: adds short frames, 100 per second, to one frame per hour or day. Each frame is registered on the
  * forward model and tested; its counts are added where it lies, without resampling.
  *
- * Data flow (functions toliman_coadd_...)
+ * Data flow (toliman_coadd_...)
  *
  *   toliman_fit, prediction -> create
  *                                |        full: the frame belongs to the next sum

@@ -1,7 +1,7 @@
 /* libtoliman, components: principal components and sparse dictionaries of frames, baselines without knowledge of the
  * signal.
  *
- * Data flow (functions toliman_components_...)
+ * Data flow (toliman_components_...)
  *
  *   toliman_sim -> create -> toliman_components <- push <- frames
  *                  train -> get_series -> one value per frame -> period.h

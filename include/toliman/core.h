@@ -1,7 +1,7 @@
 /* libtoliman, core: the functions that take a scene, or the frames of a camera, to a period. These functions change
  * last.
  *
- * Data flow (functions toliman_...)
+ * Data flow (toliman_...)
  *
  *   scene -> sim_create_file -> toliman_sim -> sim_frame -> images                    simulated frames
  *                                   |

@@ -1,7 +1,7 @@
 /* libtoliman, fit: maximum-likelihood fit of the forward model to each frame, which follows the stars wherever orbit,
  * pointing and roll move them.
  *
- * Data flow (functions toliman_fit_...)
+ * Data flow (toliman_fit_...)
  *
  *   toliman_sim [count] -> create, destroy -> toliman_fit -> get_parameters, get_info
  *   frames, times, pointing (toliman_fit_prediction), spread -> frame -> toliman_fit_result -> displacement -> period.h

@@ -1,22 +1,20 @@
 /* libtoliman, ingest: reads the mission's raw frames, clock tables, leap seconds and dates.
  *
- * Data flow (functions toliman_ingest_...)
+ * Data flow (toliman_ingest_...)
  *
- *   X_frames.bin and X_meta.jsonl, complete or still growing, or X.nc -> create, destroy, get_info, netcdf_version
+ *   X_frames.bin and X_meta.jsonl, or X.nc -> create, destroy, get_info, netcdf_version
  *   next, finish -> event -> frame -> track.h, cae.h, linear.h
  *                        -> damage, warning, or nothing yet
  *   find_frame, set_shift    frames after lost bytes
  *
- *   clock table           read_clock -> toliman_track_clock
- *   on-target windows     read_on_target -> TAI nanoseconds, for toliman_frame.intervals and sky.h
- *   dates, Julian days    parse_time, convert_times -> TAI nanoseconds
- *   FITS keywords         read_header -> TAI nanoseconds of the first frame
- *   leap-seconds.list     read_leap_seconds -> parse_time, convert_times, read_header, read_on_target; last_utc_day
+ *   clock table, on-target windows   read_clock, read_on_target -> track_options.h, toliman_frame.intervals, sky.h
+ *   dates, Julian days, FITS header  parse_time, convert_times, read_header -> TAI nanoseconds
+ *   leap-seconds.list                read_leap_seconds -> these; last_utc_day
  *
- * The mission writes a session as a pair of files, which grow during the downlink: X_frames.bin holds the pixels,
- * X_meta.jsonl, the side file, one JSON object per frame (formats.md, "The mission's pair of files"). A damaged line or
- * a missing frame is an event and does not end the reading (promise: damaged-lines-are-events). Batches of frames are
- * compressed to netCDF files (formats.md, "Batches of frames"). */
+ * The mission writes a session as a pair of files: X_frames.bin holds the pixels, X_meta.jsonl, the side file, one JSON
+ * object per frame (formats.md, "The mission's pair of files"). A damaged line or a missing frame is an event and does
+ * not end the reading (promise: damaged-lines-are-events). Batches of frames are netCDF files (formats.md, "Batches of
+ * frames"). */
 #ifndef TOLIMAN_INGEST_H
 #define TOLIMAN_INGEST_H
 
@@ -36,8 +34,8 @@ typedef struct toliman_ingest_options {
     int32_t pixel;      /* of a pair: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32, without a default; of a batch U16 */
     int32_t stamp;      /* meaning of timestamp_ns: TOLIMAN_FRAME_STAMP_..., 0 = START, as the mission writes it */
     double exposure_s;  /* in (0, 1e9] s; 0 = unknown */
-    int64_t rows, cols; /* expected shape, in [1, 65536]; both 0 = that of the first valid line. Next to damaged
-                           lines, it locates the frames */
+    int64_t rows, cols; /* expected shape, in [1, 65536]; both 0 = that of the first valid line. With damaged lines,
+                           it locates the frames */
     int64_t first_id;   /* smaller ids are skipped */
     int64_t end_id;     /* this and larger ids are skipped; both 0 = all frames. Malformed lines are reported unless
                            their id is readable and skipped */
@@ -61,10 +59,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_create(const char *
 TOLIMAN_API void toliman_ingest_destroy(toliman_ingest *ingest) TOLIMAN_NOEXCEPT;
 
 /* Events. */
-#define TOLIMAN_INGEST_EVENT_NOTHING 611 /* GROWING: nothing new at present; otherwise: end of the files */
+#define TOLIMAN_INGEST_EVENT_NOTHING 611 /* with GROWING: nothing new; without: end of the files */
 #define TOLIMAN_INGEST_EVENT_FRAME 612   /* valid frame */
 #define TOLIMAN_INGEST_EVENT_DAMAGE 613  /* line whose frame cannot be read */
-#define TOLIMAN_INGEST_EVENT_WARNING 614 /* suspicious time stamp, whose frame follows; or extra bytes */
+#define TOLIMAN_INGEST_EVENT_WARNING 614 /* suspicious time stamp, before its frame; or extra bytes */
 
 /* Reasons, of DAMAGE up to PLACE_UNKNOWN, then of WARNING. */
 #define TOLIMAN_INGEST_REASON_NONE 621
@@ -74,40 +72,38 @@ TOLIMAN_API void toliman_ingest_destroy(toliman_ingest *ingest) TOLIMAN_NOEXCEPT
 #define TOLIMAN_INGEST_REASON_CLOCK_JUMP                                                                               \
     625                                         /* time stops, skips 1000 median steps, or goes back while the frame
                                                    id does not */
-#define TOLIMAN_INGEST_REASON_CLOCKS_DIFFER 626 /* camera clock and host clock drift apart; only once */
+#define TOLIMAN_INGEST_REASON_CLOCKS_DIFFER 626 /* camera clock and host clock drift apart; once */
 #define TOLIMAN_INGEST_REASON_EXTRA_BYTES 627   /* pixels without a line, after the last frame */
-#define TOLIMAN_INGEST_REASON_OVERLAP 628       /* exposures of successive frames overlap; only once */
-#define TOLIMAN_INGEST_REASON_RESTART 629       /* the camera has restarted before this frame */
-#define TOLIMAN_INGEST_REASON_UNKNOWN_KEY 630   /* a line has a key that is not read; only once */
+#define TOLIMAN_INGEST_REASON_OVERLAP 628       /* exposures of successive frames overlap; once */
+#define TOLIMAN_INGEST_REASON_RESTART 629       /* of the camera, before this frame */
+#define TOLIMAN_INGEST_REASON_UNKNOWN_KEY 630   /* a line has a key that is not read; once */
 
 /* Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. */
 typedef struct toliman_ingest_event {
     uint32_t struct_size;
-    int32_t event;    /* TOLIMAN_INGEST_EVENT_... */
-    int32_t reason;   /* TOLIMAN_INGEST_REASON_... */
+    int32_t event;
+    int32_t reason;
     int32_t has_key;  /* 1 for FRAME, and for DAMAGE with known session, roi and frame_id; else 0 */
     const char *file; /* the side file; EXTRA_BYTES: the file of pixels; a batch: itself */
-    int64_t line;     /* of the side file, or frame of the batch, from 1; 0 for NOTHING and EXTRA_BYTES */
-    const char *text; /* what is wrong, without file and line; "" for FRAME and NOTHING */
+    int64_t line;     /* of the side file, or frame of the batch, from 1; else 0 */
+    const char *text; /* what is wrong; "" for FRAME and NOTHING */
     int64_t stamp_ns; /* timestamp_ns as written, for FRAME, SHORT_FILE and PLACE_UNKNOWN; else 0 */
     double host_s;    /* host_time in s, likewise */
-    int64_t offset;   /* byte of the file of pixels at which a FRAME begins by the lines before it, without
-                         toliman_ingest_set_shift; 0 in a batch */
+    int64_t offset;   /* byte of the file of pixels at which a FRAME begins by the lines before it, without the
+                         shift; 0 in a batch */
 } toliman_ingest_event;
 #define TOLIMAN_INGEST_EVENT_INIT TOLIMAN_INIT(toliman_ingest_event)
 
 /* Reads the next event. Frames come in the order of their lines, warnings about a line before its frame.
- *   frame  the frame of a FRAME. DAMAGE with has_key: session, roi and frame_id, and unless BAD_LINE also camera_ns,
- *          dropped, rows and cols. All else is 0
- *   event  the event
+ *   frame  of a FRAME; of DAMAGE with has_key: session, roi and frame_id, and unless BAD_LINE also camera_ns, dropped,
+ *          rows and cols. All else is 0
  *
  * Time: camera_ns is the middle of the exposure by the camera clock: timestamp_ns, plus half of exposure_s for START,
  * minus half of it for END, rounded to 1 ns. If the exposure is unknown, it is timestamp_ns.
  *
- * Restarts: after a reconnection of the camera frame_id begins again, and often its clock, while host_time continues.
- * restarts counts this, so that such frames have keys of their own (promise: restarted-counters-lose-no-frame). Times
- * of a clock that begins again are moved to continue those before as host_time does: one clock table holds for the
- * session, within the delay of host_time. The same file gives the same restarts again.
+ * Restarts (formats.md): after a reconnection of the camera frame_id begins again. restarts counts this, so that such
+ * frames have keys of their own (promise: restarted-counters-lose-no-frame). Times of a clock that begins again are
+ * moved to continue those before as host_time does: one clock table holds for the session.
  *
  * Intervals: those of on_target_s in the line, at most 64; NULL without. They need a known exposure (otherwise DAMAGE).
  *
@@ -130,15 +126,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_next(toliman_ingest
                                                                   toliman_ingest_event *event) TOLIMAN_NOEXCEPT;
 
 /* Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it. A tracker sees
- * such a frame as a misfit (track.h).
+ * it as a misfit (track.h).
  *   offset     of the frame's FRAME event
  *   reference  an undamaged frame of the same scene, shape and pixel type
- *   pixels     [rows][cols], receives the frame from where it looks most like the reference
+ *   pixels     [rows][cols], receives the frame from where it looks most like the reference; let the estimator confirm
+ *              it
  *   size       of pixels, in bytes
- *   shift      receives the bytes from the frame's place to there; 0 if not found: pixels is unchanged
- * Whether bytes were lost or gained is known from the size of the file: with GROWING, and in a batch, no frame is
- * found. Let the estimator confirm the frame: the likeness is that of images.
- * Errors: TOLIMAN_E_CAPACITY if size is too small; TOLIMAN_E_NOT_FOUND. */
+ *   shift      receives the bytes from the frame's place to there; 0 if not found, always with GROWING and in a batch:
+ *              pixels is unchanged
+ * Errors: TOLIMAN_E_CAPACITY if size is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t offset,
                                                                         const toliman_frame *reference, void *pixels,
                                                                         size_t size, int64_t *shift) TOLIMAN_NOEXCEPT;
@@ -150,23 +146,22 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_set_shift(toliman_i
 
 /* Declares that the files no longer grow; no effect without GROWING. The following calls of next report what was found
  * before and end with NOTHING. Lines without pixels become DAMAGE, and pixels without line EXTRA_BYTES, unless the
- * files changed between their last two examinations or since: then they may still be growing. Therefore call next until
- * it has returned NOTHING twice, with a pause between both calls, then finish. A last line without newline is not
- * reported. Cannot be undone. */
+ * files changed between their last two examinations or since: call next until it has returned NOTHING twice, with a
+ * pause between both calls, then finish. A last line without newline is not reported. Cannot be undone. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_finish(toliman_ingest *ingest) TOLIMAN_NOEXCEPT;
 
-/* Returns the version of netCDF, which reads batches ("4.9.0"); "" if the library was built without it. */
+/* Returns the version of netCDF, which reads batches ("4.9.0"); "" without. */
 TOLIMAN_API const char *toliman_ingest_netcdf_version(void) TOLIMAN_NOEXCEPT;
 
-/* Properties and counts of a reader. */
+/* Properties of a reader, and numbers of its events. */
 typedef struct toliman_ingest_info {
     uint32_t struct_size;
     int32_t stamp;
     double exposure_s;
-    int64_t lines;                      /* read from the side file since it was last replaced */
-    int64_t frames;                     /* FRAME events */
-    int64_t damaged;                    /* DAMAGE events */
-    int64_t warnings;                   /* WARNING events */
+    int64_t lines; /* read from the side file since it was last replaced */
+    int64_t frames;
+    int64_t damaged;
+    int64_t warnings;
     int64_t skipped;                    /* by first_id, end_id and roi */
     uint64_t bytes;                     /* of the file of pixels at the last examination; 0 before */
     const char *side_file, *pixel_file; /* paths, valid until the reader is destroyed; both that of a batch */
@@ -177,8 +172,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_get_info(const toli
 
 /* Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table").
  *   clock  [capacity][2], pairs for toliman_track_clock
- *   log    receives one warning, also if capacity is too small, if a rate differs from 1 by more than 1 %: other units,
- *          or columns in the wrong order
+ *   log    receives a warning if a rate differs from 1 by more than 1 %: other units, or columns in the wrong order
  * Errors: TOLIMAN_E_FORMAT, with file and line, for a malformed file or one without a pair. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_clock(const char *path, int64_t *clock,
                                                                         size_t capacity, size_t *count,
@@ -194,11 +188,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_clock(const ch
 
 /* Formats of a time in text. */
 #define TOLIMAN_INGEST_FORMAT_ISO 641 /* 2028-03-01, 2028-03-01T12:00:00.5, 2028-061 12:00:00; see parse_time */
-#define TOLIMAN_INGEST_FORMAT_MJD 642 /* Modified Julian Day, decimal ("61831.5") */
-#define TOLIMAN_INGEST_FORMAT_JD 643  /* Julian Day, decimal ("2461832.0") */
+#define TOLIMAN_INGEST_FORMAT_MJD 642 /* Modified Julian Day: "61831.5" */
+#define TOLIMAN_INGEST_FORMAT_JD 643  /* Julian Day: "2461832.0" */
 
 /* Row of a table of leap seconds. The first is 10 s on MJD 41317 (1972-01-01), each further one a later day and 1 s
- * more or less. In arguments `table` [count], NULL and 0: those of ERFA; TOLIMAN_E_ARGUMENT for a wrong table. */
+ * more or less; else TOLIMAN_E_ARGUMENT. Arguments `table` [count] may be NULL with 0: those of ERFA. */
 typedef struct toliman_leap_second {
     uint32_t struct_size;
     int32_t tai_utc_s; /* TAI - UTC in s, from `mjd` on */
@@ -208,27 +202,25 @@ typedef struct toliman_leap_second {
 
 /* Reads a table of leap seconds.
  *   path     a leap-seconds.list of the IERS; NULL = the table of the ERFA library
- *   table    [capacity]
  *   expires  becomes the day (MJD) from which on leap seconds may be missing: the expiry of the file, or 1 January of
  *            the first year that ERFA calls dubious; may be NULL
  * A list of leap seconds is refused if it is damaged, truncated or not that of ERFA
- * (promise: leap-seconds-are-verified), with TOLIMAN_E_FORMAT, file and line: if the SHA-1 in its line #h is not that
- * of its numbers, if it has a date (#$) but no #h, and if it differs from ERFA up to the last row or release of
- * ERFA. */
+ * (promise: leap-seconds-are-verified), with TOLIMAN_E_FORMAT, file and line: if its SHA-1 (line #h) is missing or
+ * wrong, or if it differs from ERFA up to the last row or release of ERFA. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(const char *path,
                                                                                toliman_leap_second *table,
                                                                                size_t capacity, size_t *count,
                                                                                int64_t *expires) TOLIMAN_NOEXCEPT;
 
-/* Returns the latest day (MJD) of UTC that any function has converted on this thread, 0 for none. A program compares it
- * with `expires` of toliman_ingest_read_leap_seconds at its end, and warns. */
+/* Returns the latest day (MJD) of UTC that any function has converted on this thread, 0 for none: to compare with
+ * `expires` of toliman_ingest_read_leap_seconds at the end of a program. */
 TOLIMAN_API int64_t toliman_ingest_last_utc_day(void) TOLIMAN_NOEXCEPT;
 
 /* Converts text to TAI nanoseconds.
  *   text    a time from 1958-01-01 to 2099-12-31 of its scale, in UTC from 1972-01-01 on. A date is YYYY-MM-DD or
- *           YYYY-DDD (day of the year), alone (0 h) or with T or one blank and hh:mm:ss[.s...]. In UTC the time may end
- *           with Z or an offset of 0, +00:00. All readers of dates accept these forms; those of FITS headers, observer
- *           files and on-target windows refuse a date without time
+ *           YYYY-DDD (day of the year), alone (0 h) or with T or one blank and hh:mm:ss[.s...]; in UTC also with Z or
+ *           +00:00. All readers of dates accept these forms; FITS headers, observer files and on-target windows need a
+ *           time
  *   format  TOLIMAN_INGEST_FORMAT_...
  *   scale   TOLIMAN_INGEST_SCALE_...
  * Conversions of times are exact (promise: dates-are-exact): a date is truncated to the nanosecond, a decimal day
@@ -239,7 +231,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_parse_time(const ch
                                                                         const toliman_leap_second *table, size_t count,
                                                                         int64_t *tai_ns) TOLIMAN_NOEXCEPT;
 
-/* Reads on-target windows, in which the telescope points at the stars (formats.md, "On-target windows").
+/* Reads on-target windows (formats.md, "On-target windows").
  *   leap_seconds  [leap_second_count], as `table`
  *   intervals     [capacity][2], start and end of each window, TAI nanoseconds, increasing; a window may begin where
  *                 the one before it ends
@@ -250,8 +242,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_on_target(cons
                                                                             int64_t *intervals, size_t capacity,
                                                                             size_t *count) TOLIMAN_NOEXCEPT;
 
-/* Keywords of a FITS header that give the time of its first frame. Each is the text of the header, strings with or
- * without their quotes; NULL = missing or without a value. */
+/* Keywords of a FITS header that give the time of its first frame: texts of the header, with or without quotes; NULL =
+ * missing or without a value. */
 typedef struct toliman_ingest_header {
     uint32_t struct_size;
     uint32_t reserved;
@@ -268,12 +260,12 @@ typedef struct toliman_ingest_header {
 #define TOLIMAN_INGEST_HEADER_INIT TOLIMAN_INIT(toliman_ingest_header)
 
 #define TOLIMAN_INGEST_ASSUMED 1u /* TIMESYS or the length is missing: UTC or mid-exposure is assumed */
-#define TOLIMAN_INGEST_EXPIRED 2u /* UTC on the day `expires` or later, whose leap seconds may be unknown */
+#define TOLIMAN_INGEST_EXPIRED 2u /* UTC on the day `expires` or later */
 
 /* Time of a header. */
 typedef struct toliman_ingest_header_time {
     uint32_t struct_size;
-    uint32_t flags;    /* TOLIMAN_INGEST_ASSUMED, TOLIMAN_INGEST_EXPIRED */
+    uint32_t flags;    /* TOLIMAN_INGEST_ASSUMED, _EXPIRED */
     int64_t tai_ns;    /* middle of the first exposure */
     char rule[120];    /* for messages: "MJD-OBS + EXPTIME/2 in TAI" */
     double exposure_s; /* from start to end; 0 = unknown */
@@ -287,8 +279,8 @@ typedef struct toliman_ingest_header_time {
  * The middle is used if given, otherwise the start plus half of the length, otherwise the end; of several keywords, the
  * one with finer digits. A start without length is taken as mid-exposure. All other times of a header must agree with
  * the result within half an exposure and their last digit (promise: contradicting-headers-are-refused); only TELAPSE
- * may exceed the other lengths, by pauses.
- *   expires  day (MJD) from toliman_ingest_read_leap_seconds; ignored if count is 0
+ * may exceed the other lengths.
+ *   expires  of toliman_ingest_read_leap_seconds; ignored if count is 0
  * Errors: TOLIMAN_E_NOT_FOUND if the header has none of these times; with the keyword, TOLIMAN_E_FORMAT and
  * TOLIMAN_E_RANGE as toliman_ingest_parse_time, for contradictions (both keywords are named), a date without time, an
  * unknown TIMESYS, a bad length, and a TREFPOS outside the Earth. */
@@ -297,9 +289,8 @@ toliman_ingest_read_header(const toliman_ingest_header *header, const toliman_le
                            int64_t expires, toliman_ingest_header_time *time) TOLIMAN_NOEXCEPT;
 
 /* Converts times[count], nanoseconds since 1970-01-01T00:00:00 of their scale, to TAI nanoseconds. In UTC every day
- * counts 86,400 s, as in POSIX and NumPy's datetime64: a time within a leap second is converted as the time 1 s later,
- * which has the same number.
- *   scale   TOLIMAN_INGEST_SCALE_... of the times
+ * counts 86,400 s, as in POSIX and NumPy's datetime64: a time within a leap second is converted as the time 1 s later.
+ *   scale   TOLIMAN_INGEST_SCALE_...
  *   table   [rows]
  *   tai_ns  [count]; may be `times`, must not overlap it otherwise
  * Errors: TOLIMAN_E_RANGE outside the years of toliman_ingest_parse_time, naming the element. */

@@ -1,7 +1,7 @@
 /* libtoliman, template estimator: a linear least-squares fit that reaches the Cramer-Rao bound, reference for the
  * autoencoder.
  *
- * Data flow (functions toliman_linear_...)
+ * Data flow (toliman_linear_...)
  *
  *   toliman_sim -> create, destroy -> toliman_linear -> encode -> value, px -> period.h
  *                                                    get_sigma -> standard deviation of a value, px */

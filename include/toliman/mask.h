@@ -1,6 +1,6 @@
 /* libtoliman, mask: designs a phase mask with a smaller Cramer-Rao bound of the separation.
  *
- * Data flow (functions toliman_mask_...)
+ * Data flow (toliman_mask_...)
  *
  *   toliman_sim -> create, destroy -> toliman_mask
  *   scores of the designed mask and of the scene's own   get_info, get_place
@@ -53,9 +53,8 @@ typedef struct toliman_mask_options {
 /* Designs a mask: cells with the step of the scene's mask or, without one, an OPD of half the middle wavelength. Takes
  * minutes, and reads the files of the scene again. A mask depends on the scene and options only
  * (promise: masks-ignore-threads). If it is not better, try another seed.
- * Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one given twice; TOLIMAN_E_SCENE if the separation has no
- * bound, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED with PADDED_FFT; those of
- * toliman_sim_create_file. */
+ * Errors: TOLIMAN_E_SCENE if the separation has no bound, and for places that the scene cannot have;
+ * TOLIMAN_E_UNSUPPORTED with PADDED_FFT; those of toliman_sim_create_file. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_create(const toliman_sim *sim,
                                                                   const toliman_mask_options *options,
                                                                   toliman_mask **out) TOLIMAN_NOEXCEPT;
@@ -70,7 +69,7 @@ typedef struct toliman_mask_info {
     int32_t improved; /* 1: the mask is better */
     int32_t stopped;  /* 1: the progress callback ended the design */
     uint32_t reserved;
-    uint64_t iterations;  /* in all */
+    uint64_t iterations;
     double crb_before_px; /* with `free` of the options free */
     double crb_px;
     double peak_to_mean_before;
@@ -94,11 +93,10 @@ typedef struct toliman_mask_info {
 } toliman_mask_info;
 #define TOLIMAN_MASK_INFO_INIT TOLIMAN_INIT(toliman_mask_info)
 
-/* Gets the scores at the first place. */
+/* Gets the scores at the first place, or at place number `place`; improved, stopped, iterations and small_features are
+ * those of all places. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_info(const toliman_mask *mask,
                                                                     toliman_mask_info *out) TOLIMAN_NOEXCEPT;
-
-/* Gets the scores at place number `place`; improved, stopped, iterations and small_features are those of all places. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_place(const toliman_mask *mask, int64_t place,
                                                                      toliman_mask_info *out) TOLIMAN_NOEXCEPT;
 

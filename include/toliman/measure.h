@@ -1,19 +1,17 @@
 /* libtoliman, measurements: one series of separations, or of other values, for every step from the frames to the
  * planets.
  *
- * Data flow (functions toliman_measure_...)
+ * Data flow (toliman_measure_...)
  *
  *   file, state folder -> load_file; its bytes -> load; arrays -> create; toliman_track_get_measure -> toliman_measure
  *   functions     set_trend, add_column, set_instruments, set_prior
  *   properties    get_info, get_function, get_values, get_times; query_instruments; destroy
- *   toliman_measure -> toliman_sky_reduce, _refit, _diagnose (sky.h)
- *                      toliman_planet_create (planet.h), toliman_measure_query_noise (period_noise.h)
+ *   toliman_measure -> sky.h, planet.h, period_noise.h
  *
- * Kind         toliman_sky_reduce reduces separations to the orbit, before periods and planets are searched. Reduced
- *              frames of a state folder need none.
  * Times        Plain numbers, or dates: Modified Julian Days of TAI, or of their own scale if they were not in UTC.
  * Exposures    On-target intervals, or start and end if these are not known; for toliman_sky_reduce and _refit.
- * Functions    Fitted with the mean, as in period_nuisance.h: T_1 ... of a trend, then columns. At most 32.
+ * Functions    Fitted with the mean, as in period_nuisance.h: T_1 ... of a trend, then columns. At most 32 (else
+ *              TOLIMAN_E_ARGUMENT).
  * Frames       Of a state folder, in order of arrival: the values of accepted frames, with its functions and priors;
  *              with TOLIMAN_MEASURE_SEPARATION the measured separations of accepted and unreduced frames whose
  *              on-target time is known. */
@@ -27,16 +25,17 @@ TOLIMAN_BEGIN_DECLS
 /* Series of measurements. */
 typedef struct toliman_measure toliman_measure;
 
-/* Kinds of values. */
-#define TOLIMAN_MEASURE_VALUE 901      /* any, such as latents */
-#define TOLIMAN_MEASURE_SEPARATION 902 /* apparent separations, as measured */
-#define TOLIMAN_MEASURE_REDUCED 903    /* separations reduced to the orbit of the binary */
-#define TOLIMAN_MEASURE_VELOCITY 904   /* radial velocities of a star */
+#define TOLIMAN_MEASURE_VALUE 901 /* any, such as latents */
+#define TOLIMAN_MEASURE_SEPARATION                                                                                     \
+    902                              /* apparent separations, as measured; periods and planets need
+                                          toliman_sky_reduce */
+#define TOLIMAN_MEASURE_REDUCED 903  /* reduced to the orbit of the binary, also frames of a state folder */
+#define TOLIMAN_MEASURE_VELOCITY 904 /* radial velocities of a star */
 
 /* Measurements as arrays. NULL or 0: not known. */
 typedef struct toliman_measure_data {
     uint32_t struct_size;
-    int32_t kind; /* TOLIMAN_MEASURE_...; 0 = TOLIMAN_MEASURE_VALUE */
+    int32_t kind; /* TOLIMAN_MEASURE_...; 0 = VALUE */
     size_t n;
     const double *t;                  /* [n], times, in any order; NULL with intervals: Modified Julian Days of TAI
                                          of the middle between the first start and the last end */
@@ -85,8 +84,8 @@ typedef struct toliman_measure_options {
  * A number that seems to mark a missing value (-9999) is an error (promise: missing-marks-are-no-values). Warnings:
  * rows without a value, a column of instruments, a last line without newline; those of series.h.
  * Errors: as toliman_measure_create; folders as toliman_track_create; TOLIMAN_E_NOT_FOUND also without such frames in
- * the folder; TOLIMAN_E_FORMAT, with file and line: malformed line, no samples; TOLIMAN_E_MISMATCH no such columns, or
- * units that cannot be converted. */
+ * the folder; TOLIMAN_E_FORMAT also without samples; TOLIMAN_E_MISMATCH no such columns, or units that cannot be
+ * converted. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_load_file(const char *path,
                                                                         const toliman_measure_options *options,
                                                                         toliman_measure **out) TOLIMAN_NOEXCEPT;
@@ -102,16 +101,14 @@ TOLIMAN_API void toliman_measure_destroy(toliman_measure *measure) TOLIMAN_NOEXC
 
 /* Fits Chebyshev polynomials T_1 ... T_order of the time with the mean, in place of an earlier trend and its priors.
  *   order       0 (none) to 8
- *   start, end  the span, in units of t; both 0: first to last time
- * Errors: TOLIMAN_E_ARGUMENT more than 32 functions. */
+ *   start, end  the span, in units of t; both 0: first to last time */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_set_trend(toliman_measure *measure, int32_t order,
                                                                         double start, double end) TOLIMAN_NOEXCEPT;
 
 /* Fits a column with the mean.
  *   name    up to 63 characters
  *   values  [n], copied
- *   sigma   standard deviation of the prior of its coefficient, units of y per unit of the column; 0: no prior
- * Errors: TOLIMAN_E_ARGUMENT a name in use, or more than 32 functions. */
+ *   sigma   standard deviation of the prior of its coefficient, units of y per unit of the column; 0: no prior */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_add_column(toliman_measure *measure, const char *name,
                                                                          const double *values, size_t n,
                                                                          double sigma) TOLIMAN_NOEXCEPT;
@@ -119,8 +116,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_add_column(toliman
 /* Sets the instruments of the samples, instead of earlier ones. Each has an offset (columns "offset NAME" of all but
  * the first), and a jitter in searches for planets.
  *   names       list of names, up to 56 characters each; "" removes all
- *   instrument  [n], index of the instrument of each sample; each is used
- * Errors: as toliman_measure_add_column. */
+ *   instrument  [n], index of the instrument of each sample; each is used */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_set_instruments(toliman_measure *measure,
                                                                               const char *names,
                                                                               const int64_t *instrument,
@@ -138,10 +134,10 @@ typedef struct toliman_measure_info {
     int64_t left_out;  /* of the source, such as rows without a value */
     int64_t functions; /* without the mean: trend + columns */
     int32_t trend, columns;
-    int32_t time_format;   /* TOLIMAN_INGEST_FORMAT_... of the dates given; 0: plain numbers */
-    int32_t time_scale;    /* TOLIMAN_INGEST_SCALE_... of t; 0: plain numbers */
-    int32_t is_weighted;   /* 1: sigmas are known */
-    int32_t has_exposures; /* 1: exposures are known */
+    int32_t time_format; /* TOLIMAN_INGEST_FORMAT_... of the dates given; 0: plain numbers */
+    int32_t time_scale;  /* TOLIMAN_INGEST_SCALE_... of t; 0: plain numbers */
+    int32_t is_weighted;
+    int32_t has_exposures;
     int64_t instruments;
     const char *instrument_names; /* list; valid until the series is changed or destroyed */
     double trend_start, trend_end;
@@ -175,11 +171,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_query_instruments(
                                                                                 size_t capacity,
                                                                                 size_t *count) TOLIMAN_NOEXCEPT;
 
-/* Function that is fitted with the mean. */
+/* Function fitted with the mean. */
 typedef struct toliman_measure_function {
     uint32_t struct_size;
     uint32_t reserved;
-    double sigma;  /* of the prior of its coefficient; 0: no prior */
+    double sigma;  /* of the prior; 0: no prior */
     double unit;   /* factor from the coefficient to the error of an element, in the unit of its name; otherwise 1 */
     double bound;  /* largest |value| of a column; 1 for a polynomial */
     char name[64]; /* "T1" ..., or the name of the column */
@@ -198,7 +194,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_get_values(const t
                                                                          const char *name, double *values,
                                                                          size_t n) TOLIMAN_NOEXCEPT;
 
-/* Writes the times to tai_ns[n], ns since 1970-01-01T00:00:00 TAI. Errors: TOLIMAN_E_ARGUMENT plain numbers. */
+/* Writes the times to tai_ns[n]. Errors: TOLIMAN_E_ARGUMENT plain numbers. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_get_times(const toliman_measure *measure, int64_t *tai_ns,
                                                                         size_t n) TOLIMAN_NOEXCEPT;
 

@@ -1,17 +1,15 @@
 /* libtoliman, periodogram: Lomb-Scargle power from exact sums, updated one sample at a time.
  *
- * Data flow (functions toliman_period_...)
+ * Data flow (toliman_period_...)
  *
- *   suggest -> f0, df, nf -> create    state bytes -> load, load_file
- *                               +-----------+
- *                                     v
- *   samples -> push, push_many, push_samples -> toliman_period -> save, save_file -> state bytes
- *   retract_samples, merge, copy, destroy       +-> query_power, query_model, get_info
- *                                               +-> query_peak, query_peaks, query_fit    period and its error
- *                                               +-> period_fap.h, period_sampling.h
+ *   suggest -> f0, df, nf -> create; state bytes -> load, load_file -> toliman_period -> save, save_file
+ *   samples -> push, push_many, push_samples, retract_samples; merge, copy, destroy
+ *   query_power, query_model, get_info
+ *   query_peak, query_peaks, query_fit    period and its error
  *
- * See also: period_nuisance.h (trend, other functions), period_batch.h (an archive in one call), track.h (frames that
- * may arrive more than once: here every push counts).
+ * See also: period_fap.h (false alarm probability), period_sampling.h (sampling, aliases), period_nuisance.h (trend,
+ * other functions), period_batch.h (an archive in one call), track.h (frames that may arrive more than once: here every
+ * push counts).
  *
  * Model        y = c + a cos(2 pi f t) + b sin(2 pi f t), with weights 1/sigma^2. The mean c is fitted at each
  *              frequency ("floating mean"), or subtracted once (TOLIMAN_PERIOD_FIXED_MEAN).
@@ -23,8 +21,8 @@
  *                1e-13 + 6e-16/sqrt(l) + 1e-28 (1 + m) N/(W l)   double-limb
  *              N samples; W = sum (sigma_floor/sigma)^2; m = |mean - value_offset| in standard deviations of the
  *              values; l: smaller eigenvalue of the covariance matrix of cosine and sine, at most 1/2, small for
- *              samples that cover less than half a cycle, l about (f T)^4, or few of its phases. Where l vanishes,
- *              cosine and sine "coincide": one is fitted.
+ *              samples that cover less than half a cycle or few of its phases. Where l vanishes, they "coincide": one
+ *              is fitted.
  *              Powers with a bound above 1e-3 are flagged TOLIMAN_PERIOD_INACCURATE
  *              (promise: inaccurate-powers-are-flagged). Queries return TOLIMAN_E_RANGE if value_bound leaves the
  *              variance of the values fewer than 12 correct digits (promise: lost-digits-are-refused).
@@ -48,17 +46,17 @@ typedef struct toliman_period toliman_period;
 typedef struct toliman_period_options {
     uint32_t struct_size;
     uint32_t flags;      /* TOLIMAN_PERIOD_FIXED_MEAN, _DOUBLE_LIMB */
-    double time_offset;  /* subtracted exactly from t, such as the first time */
-    double value_offset; /* subtracted exactly from y, such as a typical value */
-    double value_bound;  /* largest |y - value_offset| accepted, in [1e-100, 1e100]; 0 = 2^20 */
-    double sigma_floor;  /* smallest sigma accepted, in [1e-100, 1e100]; 0 = 1 */
-    /* Largest sigma accepted, up to 1e8 sigma_floor (else TOLIMAN_E_RANGE); 0 = 32 sigma_floor. Above 32 sigma_floor
-     * the accumulators are double-limb. */
+    double time_offset;  /* subtracted exactly from t */
+    double value_offset; /* subtracted exactly from y */
+    double value_bound;  /* largest |y - value_offset|, in [1e-100, 1e100]; 0 = 2^20 */
+    double sigma_floor;  /* smallest sigma, in [1e-100, 1e100]; 0 = 1 */
+    /* Largest sigma, up to 1e8 sigma_floor (else TOLIMAN_E_RANGE); 0 = 32 sigma_floor. Above, the accumulators are
+     * double-limb. */
     double sigma_ceiling;
-    int64_t time_offset_ns; /* t_ns of the instant t = time_offset */
+    int64_t time_offset_ns; /* t_ns of t = time_offset */
     double unit_ns;         /* nanoseconds per unit of t, in [1, 1e30]; 0 = 1e9, seconds; 86400e9 = days */
     const toliman_allocator *allocator;
-    /* Nuisance functions (period_nuisance.h); with double-limb accumulators, not with TOLIMAN_PERIOD_FIXED_MEAN. */
+    /* Nuisance functions (period_nuisance.h); double-limb, not with TOLIMAN_PERIOD_FIXED_MEAN. */
     int32_t trend;                 /* order of T_j(x), x from -1 at trend_start to 1 at trend_end, in [0, 8] */
     int32_t columns;               /* values of each sample, in [0, 32], together with trend at most 32 */
     double trend_start, trend_end; /* in units of t; no time may be outside */
@@ -83,7 +81,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_suggest(const doubl
                                                                      toliman_period_options *options) TOLIMAN_NOEXCEPT;
 
 /* Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26, not frequency 0 alone.
- * Allocates 129 bytes per frequency (double-limb: 225, and 64 per nuisance function). Pushes and queries allocate
+ * It takes 129 bytes per frequency (double-limb: 225, and 64 per nuisance function). Pushes and queries allocate
  * nothing (promise: pushes-allocate-nothing), except query_bootstrap, query_fit, query_sampling with times, and the
  * saves. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, double df, int64_t nf,
@@ -101,20 +99,20 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push(toliman_period
 
 /* Adds n samples, or none if one is refused (promise: pushes-take-all-or-none). sigma NULL: unweighted samples, which
  * count as sigma_floor. Errors: as toliman_period_push; TOLIMAN_E_STATE if unweighted samples would mix with a sigma
- * other than sigma_floor (not detected if all samples come from a loaded state). */
+ * other than sigma_floor (not detected after loading). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_many(toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma,
                                                                        size_t n) TOLIMAN_NOEXCEPT;
 
 #define TOLIMAN_PERIOD_TIME_NS 256u
 
-/* Sample whose time has more digits than a double. With the flag the time is t_ns, otherwise t + t_low; the members of
- * the other kind are 0. */
+/* Sample whose time has more digits than a double: t_ns with the flag, otherwise t + t_low. Members of the other kind
+ * are 0. */
 typedef struct toliman_period_sample {
     uint32_t struct_size;
-    uint32_t flags;  /* 0 or TOLIMAN_PERIOD_TIME_NS */
-    double t, t_low; /* t_low is the small one */
-    int64_t t_ns;    /* t = time_offset + (t_ns - time_offset_ns)/unit_ns */
+    uint32_t flags; /* 0 or TOLIMAN_PERIOD_TIME_NS */
+    double t, t_low;
+    int64_t t_ns; /* t = time_offset + (t_ns - time_offset_ns)/unit_ns */
     double y;
     double sigma; /* 0 = unweighted */
 } toliman_period_sample;
@@ -132,8 +130,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_samples(tolima
 /* Removes n samples pushed with exactly these values and rows, or none if one is refused. A retraction, in any order,
  * leaves the bits of never having pushed these samples (promise: retractions-are-exact). That they were pushed is not
  * checked; where a wrong retract leaves a power above 1, queries return TOLIMAN_E_STATE
- * (promise: wrong-retracts-find-nothing). Sliding window: push the newest sample, retract the oldest; multiply the FAP
- * by the number of queries.
+ * (promise: wrong-retracts-find-nothing). In a sliding window, multiply the FAP by the number of queries.
  * Errors: as toliman_period_push_samples; TOLIMAN_E_STATE if no samples can have the remaining count and sums. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_samples(toliman_period *period,
                                                                              const toliman_period_sample *samples,
@@ -141,12 +138,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_samples(tol
                                                                              size_t n) TOLIMAN_NOEXCEPT;
 
 /* Adds all samples of `other`, which does not change. With equal digests, merged shards have the bits of one
- * periodogram of all samples (promise: merged-shards-give-same-bits). Otherwise its accumulators are converted to this
- * time_offset and value_offset: the power of shards with other references is as accurate, but not bit-identical
+ * periodogram of all samples (promise: merged-shards-give-same-bits). Otherwise sums are converted to this time_offset
+ * and value_offset: the power of shards with other references is as accurate, but not bit-identical
  * (promise: other-references-merge).
- * Errors: TOLIMAN_E_MISMATCH other grid, kind of mean, time_offset_ns or unit_ns; single-limb into double-limb
- * accumulators; mix of weighted and unweighted samples; another digest with nuisance functions. TOLIMAN_E_RANGE its rms
- * about value_offset, or mean 1/sigma^2, is outside the bounds. */
+ * Errors: TOLIMAN_E_MISMATCH other grid, kind of mean, time_offset_ns or unit_ns; single-limb into double-limb;
+ * weighted and unweighted samples; another digest with nuisance functions. TOLIMAN_E_RANGE rms about value_offset, or
+ * mean 1/sigma^2, outside the bounds. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_merge(toliman_period *period,
                                                                    const toliman_period *other) TOLIMAN_NOEXCEPT;
 
@@ -154,14 +151,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_merge(toliman_perio
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_copy(const toliman_period *period,
                                                                   toliman_period **out) TOLIMAN_NOEXCEPT;
 
-/* Properties of a periodogram: options in force and counts. */
+/* Options in force, and counts. */
 typedef struct toliman_period_info {
     uint32_t struct_size;
     uint32_t flags;
     int64_t nf;
     double f0, df;
     double time_offset, value_offset, value_bound, sigma_floor;
-    int64_t count;   /* samples */
+    int64_t count;
     uint64_t digest; /* hash of grid and options */
     double sigma_ceiling;
     int64_t time_offset_ns;
@@ -181,7 +178,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
 
 /* Normalisations of the power, as in astropy. R, R0: residual sums of squares of the model and of the mean alone. MODEL
  * and LOG are finite: they use 1 - P >= 1e-15. */
-#define TOLIMAN_PERIOD_POWER_STANDARD 101 /* P = 1 - R/R0, in [0, 1] */
+#define TOLIMAN_PERIOD_POWER_STANDARD 101 /* P = 1 - R/R0 */
 #define TOLIMAN_PERIOD_POWER_MODEL 102    /* R0/R - 1 */
 #define TOLIMAN_PERIOD_POWER_LOG 103      /* -ln(R/R0) */
 #define TOLIMAN_PERIOD_POWER_PSD 104      /* (R0 - R)/2 with weights 1/sigma^2; in units of y^2 if every sigma is 1 */
@@ -193,7 +190,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
 /* Writes the power at frequencies first ... first + count - 1 to power[count]. It is never NaN
  * (promise: power-is-never-nan): 0 with fewer than two distinct values, P = 1 with as many free parameters as samples.
  * normalisation  TOLIMAN_PERIOD_POWER_...
- * Errors: TOLIMAN_E_RANGE outside the grid, or lost digits (see Accuracy); TOLIMAN_E_STATE after a wrong retract. */
+ * Errors: TOLIMAN_E_RANGE lost digits (see Accuracy); TOLIMAN_E_STATE after a wrong retract. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period,
                                                                          int32_t normalisation, int64_t first,
                                                                          size_t count, double *power) TOLIMAN_NOEXCEPT;
@@ -203,7 +200,7 @@ typedef struct toliman_period_model {
     uint32_t struct_size;
     uint32_t rank; /* 2; 1 if cosine and sine coincide */
     double frequency;
-    double power; /* P */
+    double power;
     double amplitude;
     double phase; /* rad */
     double offset;
@@ -214,13 +211,13 @@ typedef struct toliman_period_model {
 } toliman_period_model;
 #define TOLIMAN_PERIOD_MODEL_INIT TOLIMAN_INIT(toliman_period_model)
 
-/* Fits the sinusoid at grid frequency k, from the accumulators.
+/* Fits the sinusoid at grid frequency k.
  * Errors: as toliman_period_query_power; TOLIMAN_E_STATE for fewer than five samples (free_functions + 4), or values
  * that mean and nuisance functions describe. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const toliman_period *period, int64_t k,
                                                                          toliman_period_model *out) TOLIMAN_NOEXCEPT;
 
-/* Flag: at the first or last frequency of the grid; outside, the power may be higher. */
+/* Flag: at the first or last frequency; outside the grid, the power may be higher. */
 #define TOLIMAN_PERIOD_AT_EDGE 4u
 
 /* Flag: may be an alias of a higher peak: closer than 2.5/T, or the window function at the difference or sum of their
@@ -230,7 +227,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
 /* Flag: df > 1/(5 T): peaks may fall between two grid frequencies. */
 #define TOLIMAN_PERIOD_COARSE 32u
 
-/* Flag: the grid exceeds `nyquist` of toliman_period_sampling, above which regular samples repeat the power. */
+/* Flag: the grid exceeds `nyquist` of toliman_period_sampling: powers repeat. */
 #define TOLIMAN_PERIOD_ABOVE_NYQUIST 64u
 
 /* Flags of a peak that often has another cause than a planet.
@@ -247,7 +244,7 @@ typedef struct toliman_period_peak {
                          (query_fit only), _LONG, _ANNUAL */
     double frequency; /* interpolated */
     double period;
-    double power;          /* P */
+    double power;
     double log10_residual; /* log10(1 - P), at least -4900; meaningful down to -14, from query_fit to -31 */
     double fwhm;           /* at half maximum, may be +infinity */
     double fwhm_period;    /* fwhm/f^2: not a standard error */
@@ -261,20 +258,20 @@ typedef struct toliman_period_peak {
     double period_error;    /* fit */
     /* fit: goodness.h; NaN without absolute sigmas */
     double chi_square, chi_square_sigma, largest_residual;
-    int32_t goodness;  /* fit: TOLIMAN_GOODNESS_... of chi_square */
+    int32_t goodness;  /* fit */
     uint32_t outliers; /* fit: samples farther than 6 robust sigmas from it; not left out */
 } toliman_period_peak;
 #define TOLIMAN_PERIOD_PEAK_INIT TOLIMAN_INIT(toliman_period_peak)
 
 /* Writes the highest peak of the grid, or a longer period whose alias it is and which is as probable
- * (promise: longest-alias-is-shown); see toliman_period_query_aliases. Power and FAP of a peak are never overstated
- * (promise: peaks-are-not-overstated): they are those of the grid point, at df = 0.1/T up to 1 % low.
+ * (promise: longest-alias-is-shown). Power and FAP of a peak are never overstated (promise: peaks-are-not-overstated):
+ * they are those of the grid point, at df = 0.1/T up to 1 % low.
  * Errors: as toliman_period_query_power; TOLIMAN_E_STATE for fewer than five samples or constant values. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peak(const toliman_period *period,
                                                                         toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
-/* Writes the peak of toliman_period_query_peak, then the highest other local maxima; capacity is 1 to 64, and more
- * peaks are not an error. Power and FAP of lower peaks contain the scatter of higher ones. Errors: as
+/* Writes the peak of toliman_period_query_peak, then the highest other local maxima; capacity is 1 to 64, lower
+ * peaks are omitted. Power and FAP of lower peaks contain the scatter of higher ones. Errors: as
  * toliman_period_query_peak. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const toliman_period *period,
                                                                          toliman_period_peak *peaks, size_t capacity,

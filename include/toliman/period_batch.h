@@ -1,6 +1,6 @@
 /* libtoliman, periodogram of an archive: the power at every frequency in one call, without a streaming object.
  *
- * Data flow (functions toliman_period_...)
+ * Data flow (toliman_period_...)
  *
  *   t, y, sigma -> batch -> power[nf]
  */

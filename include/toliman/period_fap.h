@@ -1,6 +1,6 @@
 /* libtoliman, false alarm probability (FAP): the probability that noise alone gives a peak of this power or more.
  *
- * Data flow (functions toliman_period_...)
+ * Data flow (toliman_period_...)
  *
  *   toliman_period, log10(1 - power) -> query_fap -> log10 FAP -> query_threshold -> log10(1 - power)
  *   toliman_period, samples -> query_bootstrap -> log10(1 - power) of the highest peak of each resampling

@@ -1,7 +1,7 @@
 /* libtoliman, periodogram with correlated noise: power and false alarm probability of a series whose neighbouring
  * errors are correlated.
  *
- * Data flow (functions toliman_measure_...)
+ * Data flow (toliman_measure_...)
  *
  *   toliman_measure -> query_noise -> power[nf], toliman_period_noise
  *                      query_noise_bootstrap <- rho; -> log10(1 - power) of the highest peak of each resampling

@@ -2,7 +2,7 @@
  * and columns, values that come with each sample, such as the derivative of the separation by an element of the orbit
  * (toliman_sky_set_columns). toliman_period_options declares them.
  *
- * Data flow (functions toliman_period_...)
+ * Data flow (toliman_period_...)
  *
  *   options.trend, .columns -> create -> toliman_period <- push, push_many                 <- samples (trend only)
  *                                                       <- push_samples, retract_samples   <- samples, rows[n][columns]

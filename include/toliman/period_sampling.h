@@ -1,6 +1,6 @@
 /* libtoliman, periodogram: whether the grid suits the times of the samples, and the aliases of a peak.
  *
- * Data flow (functions toliman_period_...)
+ * Data flow (toliman_period_...)
  *
  *   toliman_period, times -> query_sampling -> time span, Nyquist frequency, flags
  *   toliman_period, frequency of a peak -> query_aliases -> aliases

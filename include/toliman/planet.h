@@ -1,18 +1,18 @@
 /* libtoliman, planets: orbit, mass and odds of the planets of a series, and the planets that it excludes.
  *
- * Data flow (functions toliman_planet_...)
+ * Data flow (toliman_planet_...)
  *
- *   series (measure.h) -> create -> toliman_planet -> get_info                       number of planets, residuals,
- *   priors
- *                                                     get_candidate, get_samples     orbit, mass, odds; posterior
- *                                                     get_signal, get_residuals      for figures
- *                                                     get_outliers, get_instruments  outliers; offsets, jitters
- *                                                     get_limits, inject             upper limits; rate of detection
- *                                   destroy
+ *   series (measure.h) -> create, destroy -> toliman_planet
+ *   number of planets, residuals, priors   get_info
+ *   orbit, mass, odds; posterior           get_candidate, get_samples
+ *   for figures                            get_signal, get_residuals
+ *   outliers; offsets, jitters             get_outliers, get_instruments
+ *   upper limits; rate of detection        get_limits, inject
  *
  * Series       Reduced separations of a binary (toliman_sky_reduce, or a state folder), radial velocities of a star, or
  *              other values, without masses; no prior for the mean. Noise must be white: toliman_measure_query_noise.
  * Model        y = c_0 + sum over j of c_j b_j + one signal per planet + noise; functions b_j of period_nuisance.h.
+ *              Each instrument has an offset without a prior, and a jitter.
  * Signal       Separation: amplitude (r/a) cos(nu + periastron); nu, r, a: true anomaly of the planet, distance from
  *              its star, semi-major axis. amplitude: semi-major axis of the star's orbit times g, the sine of the angle
  *              between the axis A -> B and the pole of the planet's orbit. periastron: angle, in the direction of
@@ -20,19 +20,16 @@
  *              for B add 180 deg.
  *              Velocity: amplitude (cos(nu + periastron) + e cos(periastron)); periastron of the star.
  * Axis         With position angles, the axis A -> B is that of the date, with two more amplitudes across the mean
- *              axis. Without, the period of a face-on orbit is wrong by the rotation of the axis in one period over 360
- *              deg (alpha Centauri: 0.8 % at 479 d).
+ *              axis; without, it is fixed, and periods of face-on orbits are wrong by its rotation.
  * Velocities   Of one star or both, fitted together with separations: two more amplitudes, along the line of sight.
- *              Orbits of all directions and of both stars have equal prior probability. Inclination, node and true
- *              masses follow, except for the mirror image of the orbit in the plane of axis and line of sight.
- * Instruments  Each has an offset without a prior, and a jitter.
- * Mass         One series measures mass times g (0.985 to 0.997 in the plane of alpha Centauri, on average 0.785), or
- *              of velocities times sin i. Separations do not show which star has the planet: the mass is given for
- *              both.
- * Priors       log period: uniform. Eccentricity: Beta(0.867, 3.03). Mean anomaly: uniform. Amplitudes: Gaussian of
- *              mean 0, with a log-uniform standard deviation. Jitter s, added in quadrature to all sigmas: density 1/(s
- *              + s0), s0 a tenth of the median sigma, or a thousandth of jitter_max without sigmas; fitted if
- *              chi_square is poor or there are no sigmas.
+ *              Inclination, node and true masses follow, except for the mirror image of the orbit in the plane of axis
+ *              and line of sight.
+ * Mass         One series measures mass times g, or of velocities times sin i. Separations do not show which star has
+ *              the planet: the mass is given for both.
+ * Priors       log period, mean anomaly, direction of the orbit and star: uniform. Eccentricity: Beta(0.867, 3.03).
+ *              Amplitudes: Gaussian of mean 0, with a log-uniform standard deviation. Jitter, added in quadrature to
+ *              all sigmas, fitted if chi_square is poor or there are no sigmas: density 1/(s + s0), s0 a
+ *              tenth of the median sigma, or a thousandth of jitter_max.
  * Odds         log10_bayes: log10 of the Bayes factor of one additional planet, without prior odds. Of series without a
  *              planet, at most 0.6 % (95 %) reach the threshold (promise: false-planets-are-rare).
  * Candidates   Each is searched in the residuals of those before it, up to the first below `threshold`, or with a
@@ -56,7 +53,7 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_planet toliman_planet;
 
 #define TOLIMAN_PLANET_NO_JITTER 2u /* the sigmas are exact */
-#define TOLIMAN_PLANET_CLIP 4u      /* leave out outliers: planets are those of the other samples */
+#define TOLIMAN_PLANET_CLIP 4u      /* leave out outliers */
 
 /* Largest number of planets. */
 #define TOLIMAN_PLANET_MOST 4u
@@ -69,8 +66,8 @@ typedef struct toliman_planet_prior {
     double period_min, period_max; /* in units of t, in (0, 1e100]; 0 = 60 d and 1000 d */
     double eccentricity_max;       /* in [0.001, 0.99]; 0 = 0.99 */
     /* Scale of the amplitudes, in units of y, in (0, 1e100]; set both or none; 0 = the default: separations of known
-     * unit: 0.05 uas to 5 uas or the rms if larger; otherwise 0.1 s to 3 rms, of the series without the planets before,
-     * with s the standard error of an amplitude in this noise */
+     * unit: 0.05 uas to 5 uas or the rms if larger; otherwise 0.1 s to 3 rms, without the planets before, s: standard
+     * error of an amplitude */
     double amplitude_min, amplitude_max;
     double jitter_max; /* in units of y, in (0, 1e100]; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER */
 } toliman_planet_prior;
@@ -85,8 +82,8 @@ typedef struct toliman_planet_options {
     double parallax_arcsec; /* in (0, 0.77] arcsec; 0 = that of the series; 0 for velocities */
     double star_mass[2];    /* of A and B, in [0.01, 500] solar masses; 0 = that of the series. Velocities: of A */
     toliman_planet_prior prior;
-    /* Velocities of A and of B, TOLIMAN_MEASURE_VELOCITY, with sigmas and a known unit; NULL: none. The series must
-     * then be separations of known unit and parallax; all times are dates, or all plain numbers. */
+    /* Velocities of A and of B, TOLIMAN_MEASURE_VELOCITY, with sigmas and a known unit. The series must then be
+     * separations of known unit and parallax; all times are dates, or all plain numbers. */
     const toliman_measure *velocity_a, *velocity_b;
     double threshold;     /* least log10_bayes of a planet, in [-100, 1e6]; 0 = 2 */
     double detection_fap; /* largest FAP of a planet, also in limits and injections, in [1e-300, 0.5]; 0 = 0.001 */
@@ -98,8 +95,8 @@ typedef struct toliman_planet_options {
 } toliman_planet_options;
 #define TOLIMAN_PLANET_OPTIONS_INIT TOLIMAN_INIT(toliman_planet_options)
 
-/* Searches a series, which is copied, for planets. Takes 1 to 15 s of processor time per planet and 1,000 samples,
- * twice that with instruments or with velocities and separations; 300 MB at most.
+/* Searches a series, which is copied, for planets. Takes 1 to 15 s of processor time per planet and 1,000 samples, at
+ * most 300 MB.
  * Errors: TOLIMAN_E_ARGUMENT separations that are not reduced, equal times, a function without a prior that is a
  * combination of those before it, velocities other than described; TOLIMAN_E_STATE n below the number of functions + 6;
  * TOLIMAN_E_RANGE more than 2e6 steps of 0.2/(last - first time) from period_min. */
@@ -119,11 +116,11 @@ typedef struct toliman_planet_info {
     double rms;            /* weighted, of the residuals of the joint fit, units of y */
     double chi_square;     /* goodness.h: of the joint fit without jitter, and of outliers except with _CLIP; NaN
                               without sigmas */
-    double jitter[3];      /* 16, 50, 84 % points for the last planet, or the candidate; 0 without. With instruments:
-                              the largest */
+    double jitter[3];      /* 16, 50, 84 % points for the last planet, or the candidate; 0 without; the largest
+                              instrument's */
     double time_reference; /* weighted mean time */
-    double axis_deg;       /* position angle of the mean axis, -180 to 180; NaN if the axis is fixed */
-    double axis_turn_deg;  /* rotation of the axis in the series; 0 if it is fixed */
+    double axis_deg;       /* position angle of the mean axis; NaN if it is fixed */
+    double axis_turn_deg;  /* its rotation in the series; 0 if it is fixed */
     /* Of the priors, units of t and y */
     double period_min, period_max, amplitude_min, amplitude_max;
     double chi_square_sigma, largest_residual;
@@ -168,7 +165,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
  * period of best. */
 typedef struct toliman_planet_candidate {
     uint32_t struct_size;
-    uint32_t flags;   /* TOLIMAN_PLANET_AT_EDGE */
+    uint32_t flags;
     uint32_t reasons; /* TOLIMAN_PLANET_REASON_...; 0: a planet */
     int32_t star;     /* likelier star, 0 = A, 1 = B; -1 without velocities */
     double log10_bayes;
@@ -176,11 +173,11 @@ typedef struct toliman_planet_candidate {
     double log10_fap;         /* Baluev's bound for the strongest sinusoid */
     double log10_fap_orbit;   /* of the joint fit: log10 of 20 z times the FAP of a sinusoid of its power; z: half
                                  its gain */
-    double period[3];         /* units of t */
+    double period[3];
     double eccentricity[3];
     double periastron_deg[3];
-    double epoch[3];           /* of a passage through periastron */
-    double amplitude[3];       /* units of y */
+    double epoch[3]; /* of a passage through periastron */
+    double amplitude[3];
     double mass_a[3];          /* Earth masses, times g or sin i, if the planet orbits A. With velocities: true
                                   masses, NaN if `star` is not A */
     double mass_b[3];          /* likewise for B */
@@ -219,7 +216,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_signal(const to
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_residuals(const toliman_planet *planets, size_t n,
                                                                            double *residuals) TOLIMAN_NOEXCEPT;
 
-/* Writes the indices of the outliers in the residuals to indices[count]; count is info.outliers. */
+/* Writes the indices of the outliers in the residuals to indices[count], count = info.outliers. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_outliers(const toliman_planet *planets, size_t count,
                                                                           int64_t *indices) TOLIMAN_NOEXCEPT;
 
@@ -246,13 +243,12 @@ typedef struct toliman_planet_limit {
  *   probability  in (0, 1), for example 0.95
  *   limits       [count]
  * upper       A sinusoid reduces chi-square more than in this series, with `probability`, for planets of this amplitude
- *             and random phase; a reduction below the 16 % point of noise counts as that point. A planet that is there
- *             is excluded with a probability of 1 - probability, at all periods (promise: upper-limits-hold).
+ *             and random phase; at least the 16 % point of noise. A planet that is there is excluded with a probability
+ *             of 1 - probability, at all periods (promise: upper-limits-hold).
  * detectable  From 400 simulated series, within 5 %. Detected: log10_bayes of circular orbits reaches the threshold,
  *             log10_fap that of detection_fap, and the posterior is not at the edges of the prior; the period may
  *             differ. It agrees with toliman_planet_inject within 0.03 in probability
- *             (promise: detectable-planets-are-found).
- * Takes 0.02 to 0.1 s per period. */
+ *             (promise: detectable-planets-are-found). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_limits(const toliman_planet *planets,
                                                                         const double *periods, size_t count,
                                                                         double probability,
@@ -273,8 +269,8 @@ typedef struct toliman_planet_cell {
 
 /* Counts the detections (toliman_planet_get_limits) among planets injected into white noise of the sigmas and the
  * jitter of the series, with random coefficients of the functions that have a prior, planets included. Periastron and
- * epoch are uniform; the amplitude across the mean axis is 0. The same `planets` and `cell` give the same number. One
- * thread, 0.1 ms per injection. *planets keeps 16 n bytes (32 n if the axis rotates) per step 1/(10 T) of frequency.
+ * epoch are uniform; the amplitude across the mean axis is 0. The same `planets` and `cell` give the same number. Keeps
+ * 16 n bytes (32 n if the axis rotates) per step 1/(10 T) of frequency.
  * Errors: TOLIMAN_E_ARGUMENT masses without a known unit, parallax or mass of the star. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_inject(const toliman_planet *planets,
                                                                     const toliman_planet_cell *cell,

@@ -1,6 +1,6 @@
 /* libtoliman, series: parses the lines of a time series, text or JSON Lines, to samples for period.h.
  *
- * Data flow (functions toliman_series_...)
+ * Data flow (toliman_series_...)
  *
  *   name of the input, its columns, format and scale of its times -> create, destroy -> toliman_series -> get_info
  *   a line -> parse -> sample: t, y, sigma -> toliman_period_push

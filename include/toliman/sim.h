@@ -1,6 +1,6 @@
 /* libtoliman, simulator: from a scene file to expected images, noisy frames and their Cramer-Rao bounds.
  *
- * Data flow (functions toliman_sim_...)
+ * Data flow (toliman_sim_...)
  *
  *   scene.json -> plan_file, plan_json                               requirements and cost, without images
  *   scene.json -> create_file, create_json -> toliman_sim -> frame -> counts[count][rows][cols]

@@ -1,6 +1,6 @@
 /* libtoliman, derivatives of a simulator's images by the parameters of its forward model.
  *
- * Data flow (functions toliman_sim_...)
+ * Data flow (toliman_sim_...)
  *
  *   get_parameters                                  names, units and scopes of the parameters
  *   toliman_sim, name -> get_derivative -> image[rows][cols]

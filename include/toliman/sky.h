@@ -1,6 +1,6 @@
 /* libtoliman, sky: the separation of a binary as an observer sees it.
  *
- * Data flow (functions toliman_sky_...)
+ * Data flow (toliman_sky_...)
  *
  *   system file or "alpha-cen", observer file -> create -> toliman_sky -> get_info, get_element, destroy
  *   TAI times, exposures -> predict, predict_mean -> toliman_sky_prediction
@@ -15,8 +15,7 @@
  * System       Elements of the orbit of B about A, with the ascending node, at which B recedes; place, parallax and
  *              motion of the barycentre on the axes of the ICRS; masses. Dates are Julian years of TDB at the
  *              barycentre of the solar system, without the light time to it.
- * Time         TAI nanoseconds of the years 1900 to 2100. TAI is 37 s ahead of UTC and Unix time: 10 uas in a low
- *              orbit.
+ * Time         TAI nanoseconds of the years 1900 to 2100. UTC instead of TAI, 37 s: 10 uas in a low orbit.
  * Apparent     Angle between A and B, each where its light left it, from the observer's place, bent by the Sun, with
  *              the aberration of the observer's velocity.
  * Geometric    Length of the projection of the orbit on the tangential plane, at the barycentric time.
@@ -64,7 +63,7 @@ typedef struct toliman_sky_options {
     double node_hours;                       /* local mean time at the ascending node, in (0, 24] h; 0 = 18 h, a
                                                 dawn-dusk orbit */
     const toliman_leap_second *leap_seconds; /* [leap_second_count], for observer files in UTC */
-    size_t leap_second_count;                /* 0 = the table of ERFA */
+    size_t leap_second_count;                /* 0 = those of ERFA */
     toliman_log_fn log;                      /* receives warnings */
     void *log_data;
 } toliman_sky_options;
@@ -73,8 +72,7 @@ typedef struct toliman_sky_options {
 /* Creates the predictor of a system.
  *   system  "alpha-cen" (Akeson et al. 2021), path of a system file (schema toliman-system/1), or JSON text of a
  *           system, which begins with "{"
- * Errors: TOLIMAN_E_SCENE, with file and key: bad system; TOLIMAN_E_FORMAT, with file, line and reason: bad observer
- * file, or a system that is not JSON. */
+ * Errors: TOLIMAN_E_SCENE, with file and key: bad system. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_create(const char *system, const toliman_sky_options *options,
                                                                  toliman_sky **out) TOLIMAN_NOEXCEPT;
 
@@ -100,8 +98,8 @@ typedef struct toliman_sky_prediction {
 
 /* Predicts the separation at times tai_ns[count].
  * Errors: TOLIMAN_E_RANGE, naming time and covered times: no state in the observer file, or outside 1900 to 2100.
- * TOLIMAN_E_ARGUMENT: all times are within 50 days after 1970-01-01, and one is not a whole second. So times in s, ms,
- * us or days are refused by all functions (promise: time-units-are-checked). */
+ * TOLIMAN_E_ARGUMENT: all times are within 50 days after 1970-01-01, and one is not a whole second: times in s, ms, us
+ * or days are refused by all functions (promise: time-units-are-checked). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns,
                                                                   size_t count,
                                                                   toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
@@ -124,7 +122,7 @@ toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *intervals, const
 /* Options of a reduction. */
 typedef struct toliman_sky_reduce_options {
     uint32_t struct_size;
-    uint32_t flags;     /* TOLIMAN_SKY_NO_FUNCTIONS */
+    uint32_t flags;
     double scale_sigma; /* of the relative error of the plate scale, in [0, 1) */
     toliman_log_fn log; /* receives warnings */
     void *log_data;
@@ -149,7 +147,6 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_reduce(const toliman_s
                                                                  const toliman_sky_reduce_options *options,
                                                                  toliman_measure **out) TOLIMAN_NOEXCEPT;
 
-/* Observers. */
 #define TOLIMAN_SKY_OBSERVER_EARTH 701 /* centre of the Earth */
 #define TOLIMAN_SKY_OBSERVER_CIRCULAR 702
 #define TOLIMAN_SKY_OBSERVER_FILE 703
@@ -158,7 +155,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_reduce(const toliman_s
 typedef struct toliman_sky_info {
     uint32_t struct_size;
     uint32_t without;
-    int32_t observer;          /* TOLIMAN_SKY_OBSERVER_... */
+    int32_t observer;
     int32_t segments;          /* of the observer file; else 0 */
     int64_t first_ns, last_ns; /* usable times of the observer file; else 0 */
     uint64_t orbit_digest;     /* hash of the elements */
@@ -195,8 +192,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toli
  * per element with a standard deviation, its prior, a column with partials[element] of each sample's prediction, whose
  * coefficient is the error of the element. Sigmas must be absolute.
  *   unit_arcsec  arcsec per unit of the values: 1, or the plate scale for px
- *   scale_sigma  standard deviation of the relative error of the plate scale, in [0, 1); increases that of the
- *                semi-major axis
+ *   scale_sigma  as toliman_sky_reduce_options; increases that of the semi-major axis
  *   options      receives columns, column_bound and, after mean and trend, prior_precision
  *   elements     [7], index in partials of each column; -1 after the last one */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_set_columns(const toliman_sky *sky, double unit_arcsec,
@@ -220,7 +216,7 @@ typedef struct toliman_sky_refit_result {
     double chi_square_sigma, largest_residual;
     double jitter_arcsec; /* white noise added to the sigmas if chi_square is poor; else 0 */
     int32_t goodness;
-    uint32_t flags;    /* TOLIMAN_SKY_UNUSABLE */
+    uint32_t flags;
     uint32_t left_out; /* uncovered */
     uint32_t outliers; /* farther than 6 robust standard deviations, at least their sigmas, from the fit */
 } toliman_sky_refit_result;
@@ -230,7 +226,7 @@ typedef struct toliman_sky_refit_result {
  * priors. Elements without one, parallax, motion and masses are fixed. To add measurements, refit the original system
  * to all of them: a saved file lacks the correlations.
  *   measured     as for toliman_sky_reduce, with sigmas
- *   scale_sigma  as for toliman_sky_set_columns; only priors distinguish this error from one of the semi-major axis
+ *   scale_sigma  as toliman_sky_reduce_options; only priors distinguish this error from one of the semi-major axis
  *   out          predictor of the new orbit, with the errors after the fit
  * Errors: TOLIMAN_E_RANGE no measurement is left; TOLIMAN_E_ARGUMENT measurements that toliman_sky_reduce refuses, no
  * sigmas, no standard deviation of an element, or a fit that is singular, does not converge, moves an element by more

@@ -2,19 +2,18 @@
  * often it arrives (promise: frames-count-once). Committed frames are not lost if the process is killed
  * (promise: committed-frames-survive-kills).
  *
- * Data flow (functions toliman_track_...)
+ * Data flow (toliman_track_...)
  *
  *   load_options -> create <- folder (ledger, setup, checkpoint)
  *   frames[count] -> push -> toliman_track -> outcomes[count]; get_period -> period.h
- *   other folders -> merge                    query_fit, get_info, get_options
- *                                             records, sessions: track_records.h
+ *   other folders -> merge                    query_fit, get_info, get_options; track_records.h
  *                                             commit, save -> folder; destroy
  *
- * Frames may arrive in any order, repeatedly or damaged. The key of a frame is session, restarts, region of interest
- * and frame id. A frame is checked, measured by an estimator, assigned a time, and added to a periodogram. Its verdict:
+ * Frames may arrive in any order, repeatedly or damaged. A frame (key and content: frame.h) is checked, measured by an
+ * estimator, assigned a time, and added to a periodogram. Its verdict:
  *
  *   accepted     the first valid frame with its key
- *   duplicate    same key and content (frame.h) as an earlier valid frame; ignored
+ *   duplicate    same key and content as an earlier valid frame; ignored
  *   quarantined  same key as an earlier valid frame, other content. The value of the earlier frame is retracted exactly
  *                (promise: quarantines-retract-exactly); later valid copies are quarantined, too
  *   misfit       its chi-square exceeds the limit of the folder, which may follow the median
@@ -71,9 +70,8 @@ toliman_track_load_options(const char *folder, toliman_track_options *options) T
  *     system, plate scale or limit of chi-square; for the bank of another fit;
  *   - TOLIMAN_E_STATE if another tracker writes to the folder (promise: folders-have-one-writer);
  *   - TOLIMAN_E_LOST if the ledger has lost records (toliman_track_merge with SALVAGE recovers the others),
- *     TOLIMAN_E_FORMAT if it is damaged otherwise, missing next to other files, or not a regular file;
- *   - TOLIMAN_E_CAPACITY if the folder holds more frames than capacity;
- *   - TOLIMAN_E_NOT_FOUND for a folder to be read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL without random numbers. */
+ *     TOLIMAN_E_FORMAT also if it is missing next to other files;
+ *   - TOLIMAN_E_CAPACITY if the folder holds more frames than capacity; TOLIMAN_E_INTERNAL without random numbers. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_create(const toliman_track_options *options,
                                                                    toliman_track **out) TOLIMAN_NOEXCEPT;
 
@@ -118,17 +116,17 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track 
  * frames only (promise: counts-survive-crashes). */
 typedef struct toliman_track_info {
     uint32_t struct_size;
-    uint32_t flags; /* as given */
+    uint32_t flags;
     int64_t received;
     int64_t accepted;
     int64_t outlier;
-    int64_t quarantined; /* keys */
-    int64_t repeated;    /* later arrivals of known keys */
+    int64_t quarantined;
+    int64_t repeated; /* later arrivals of known keys */
     int64_t rejected;
     int64_t expected; /* ids from first to last, of each session and region */
     int64_t missing;  /* of these, without a valid frame */
     int64_t dropped;  /* by the camera, as valid frames report */
-    int64_t sessions; /* pairs of session and region */
+    int64_t sessions; /* of session and region */
     int64_t records;  /* of the ledger; in memory, of valid frames */
     int64_t committed;
     int64_t capacity;
@@ -142,7 +140,7 @@ typedef struct toliman_track_info {
     uint32_t elements;         /* bit j: a column of the periodogram is the error of element j (sky.h) */
     uint32_t reserved;
     int64_t misfit;
-    double chi_limit;         /* in force */
+    double chi_limit;
     double chi_median;        /* of valid frames, to 0.2 % */
     int64_t rejected_for[16]; /* [reason - TOLIMAN_TRACK_REASON_NONE] */
 } toliman_track_info;

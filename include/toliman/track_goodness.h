@@ -1,6 +1,6 @@
 /* libtoliman, goodness of fit of a tracker's frames: whether the model that measures them is right, and stays right.
  *
- * Data flow (functions toliman_track_...)
+ * Data flow (toliman_track_...)
  *
  *   toliman_track -> query_goodness -> median and trend of chi-square, counts, verdict of the calibration */
 #ifndef TOLIMAN_TRACK_GOODNESS_H

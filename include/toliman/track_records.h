@@ -1,6 +1,6 @@
 /* libtoliman, records of a tracker: what became of each frame.
  *
- * Data flow (functions toliman_track_...)
+ * Data flow (toliman_track_...)
  *
  *   toliman_track -> get_records              verdicts, times, values
  *                    get_columns, get_column  further data of the same records
