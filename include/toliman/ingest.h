@@ -172,8 +172,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_get_info(const toli
 
 /* Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table").
  *   clock  [capacity][2], pairs for toliman_track_clock
- *   log    receives a warning if a rate differs from 1 by more than 1 %: other units, or columns in the wrong order
- * Errors: TOLIMAN_E_FORMAT, with file and line, for a malformed file or one without a pair. */
+ *   log    receives a warning if a rate differs from 1 by more than 1 %: other units, or columns in the wrong order */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_clock(const char *path, int64_t *clock,
                                                                         size_t capacity, size_t *count,
                                                                         toliman_log_fn log,
@@ -191,8 +190,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_clock(const ch
 #define TOLIMAN_INGEST_FORMAT_MJD 642 /* Modified Julian Day: "61831.5" */
 #define TOLIMAN_INGEST_FORMAT_JD 643  /* Julian Day: "2461832.0" */
 
-/* Row of a table of leap seconds. The first is 10 s on MJD 41317 (1972-01-01), each further one a later day and 1 s
- * more or less; else TOLIMAN_E_ARGUMENT. Arguments `table` [count] may be NULL with 0: those of ERFA. */
+/* Row of a table of leap seconds, 10 s on MJD 41317 (1972-01-01) in the first one; each further one is a later day and
+ * 1 s more or less. Arguments `table` [count] may be NULL with 0: those of ERFA. */
 typedef struct toliman_leap_second {
     uint32_t struct_size;
     int32_t tai_utc_s; /* TAI - UTC in s, from `mjd` on */
@@ -205,8 +204,7 @@ typedef struct toliman_leap_second {
  *   expires  becomes the day (MJD) from which on leap seconds may be missing: the expiry of the file, or 1 January of
  *            the first year that ERFA calls dubious; may be NULL
  * A list of leap seconds is refused if it is damaged, truncated or not that of ERFA
- * (promise: leap-seconds-are-verified), with TOLIMAN_E_FORMAT, file and line: if its SHA-1 (line #h) is missing or
- * wrong, or if it differs from ERFA up to the last row or release of ERFA. */
+ * (promise: leap-seconds-are-verified): TOLIMAN_E_FORMAT (formats.md, "Dates and time scales"). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(const char *path,
                                                                                toliman_leap_second *table,
                                                                                size_t capacity, size_t *count,
@@ -216,11 +214,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(c
  * `expires` of toliman_ingest_read_leap_seconds at the end of a program. */
 TOLIMAN_API int64_t toliman_ingest_last_utc_day(void) TOLIMAN_NOEXCEPT;
 
-/* Converts text to TAI nanoseconds.
- *   text    a time from 1958-01-01 to 2099-12-31 of its scale, in UTC from 1972-01-01 on. A date is YYYY-MM-DD or
- *           YYYY-DDD (day of the year), alone (0 h) or with T or one blank and hh:mm:ss[.s...]; in UTC also with Z or
- *           +00:00. All readers of dates accept these forms; FITS headers, observer files and on-target windows need a
- *           time
+/* Converts text to TAI nanoseconds (formats.md, "Dates and time scales").
+ *   text    a time from 1958-01-01 to 2099-12-31 of its scale, in UTC from 1972-01-01 on: YYYY-MM-DD or YYYY-DDD, alone
+ *           (0 h) or with T or one blank and hh:mm:ss[.s...], in UTC also with Z or +00:00
  *   format  TOLIMAN_INGEST_FORMAT_...
  *   scale   TOLIMAN_INGEST_SCALE_...
  * Conversions of times are exact (promise: dates-are-exact): a date is truncated to the nanosecond, a decimal day
@@ -234,8 +230,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_parse_time(const ch
 /* Reads on-target windows (formats.md, "On-target windows").
  *   leap_seconds  [leap_second_count], as `table`
  *   intervals     [capacity][2], start and end of each window, TAI nanoseconds, increasing; a window may begin where
- *                 the one before it ends
- * Errors: TOLIMAN_E_FORMAT, with file and line, for a malformed file or one without a window. */
+ *                 the one before it ends */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_on_target(const char *path,
                                                                             const toliman_leap_second *leap_seconds,
                                                                             size_t leap_second_count,
@@ -272,14 +267,10 @@ typedef struct toliman_ingest_header_time {
 } toliman_ingest_header_time;
 #define TOLIMAN_INGEST_HEADER_TIME_INIT TOLIMAN_INIT(toliman_ingest_header_time)
 
-/* Reads the time of the first frame from the keywords of a FITS header (FITS Standard 4.0, section 9).
- *   Start    MJD-BEG, DATE-BEG, MJD-OBS or DATE-OBS; a DATE-... without time needs TIME-..., UTC-OBS or UT
- *   Middle   MJD-AVG or DATE-AVG. End: MJD-END or DATE-END
- *   Length   TELAPSE, otherwise XPOSURE, EXPTIME or EXPOSURE, otherwise from start to end
- * The middle is used if given, otherwise the start plus half of the length, otherwise the end; of several keywords, the
- * one with finer digits. A start without length is taken as mid-exposure. All other times of a header must agree with
- * the result within half an exposure and their last digit (promise: contradicting-headers-are-refused); only TELAPSE
- * may exceed the other lengths.
+/* Reads the time of the first frame from the keywords of a FITS header (formats.md, "FITS files that toliman track
+ * reads"): the middle of the exposure if given, otherwise the start plus half of the length, otherwise the end minus
+ * it. A start without length is taken as mid-exposure. All other times of a header must agree with the result within
+ * half an exposure and their last digit (promise: contradicting-headers-are-refused).
  *   expires  of toliman_ingest_read_leap_seconds; ignored if count is 0
  * Errors: TOLIMAN_E_NOT_FOUND if the header has none of these times; with the keyword, TOLIMAN_E_FORMAT and
  * TOLIMAN_E_RANGE as toliman_ingest_parse_time, for contradictions (both keywords are named), a date without time, an

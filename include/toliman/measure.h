@@ -90,8 +90,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_load_file(const ch
                                                                         const toliman_measure_options *options,
                                                                         toliman_measure **out) TOLIMAN_NOEXCEPT;
 
-/* Reads the same series from the bytes of such a file (promise: sources-give-same-numbers). name, in messages, may be
- * NULL. */
+/* Reads the same series from the bytes of such a file (promise: sources-give-same-numbers). name, in messages, may
+ * be NULL. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_load(const void *bytes, size_t size, const char *name,
                                                                    const toliman_measure_options *options,
                                                                    toliman_measure **out) TOLIMAN_NOEXCEPT;

@@ -2,24 +2,21 @@
  *
  * Data flow (toliman_series_...)
  *
- *   name of the input, its columns, format and scale of its times -> create, destroy -> toliman_series -> get_info
+ *   options -> create, destroy -> toliman_series -> get_info
  *   a line -> parse -> sample: t, y, sigma -> toliman_period_push
  *                   -> none: a comment, an empty line, a line of the header, or a row without a value
  *
- * The first lines determine the format of all (formats.md, "Series that toliman period reads"):
+ * The first lines determine the format of all (formats.md, "Series that toliman period reads": formats, names, units,
+ * missing values):
  *
  *   1.5,0.25,0.1            columns t, y or t, y, sigma. More columns: the first three, with a warning; with GROWING an
  *                           error, as the line may be damaged
  *   t,latent,sigma          names of columns, in any order and among others, then such lines. Also in a comment
  *   {"t": 1.5, "y": 0.25}   objects with these keys among others
  *
- * Names    Without `columns`: t, y and sigma; otherwise usual names, such as mjd, rv, e_rv. Ambiguous columns are an
- *          error.
- * Units    Sigmas are converted to the unit of y.
- * Missing  Rows without a value are skipped and counted. A number far from all others, such as -9999, causes a warning.
- * Range    t and y in [-1e98, 1e98], sigmas in [1e-98, 1e98].
- * Times    Plain numbers, or dates, Modified or Julian Days: these become Modified Julian Days, of TAI if they are in
- *          UTC, otherwise of their own scale; resolution 0.6 us. */
+ * Sigmas are converted to the unit of y. Rows without a value are skipped and counted. t and y are in [-1e98, 1e98],
+ * sigmas in [1e-98, 1e98]. Times are plain numbers, or dates, Modified or Julian Days: these become Modified Julian
+ * Days, of TAI if they are in UTC, otherwise of their own scale; resolution 0.6 us. */
 #ifndef TOLIMAN_SERIES_H
 #define TOLIMAN_SERIES_H
 
@@ -37,10 +34,8 @@ typedef struct toliman_series toliman_series;
 typedef struct toliman_series_options {
     uint32_t struct_size;
     uint32_t flags;                          /* TOLIMAN_SERIES_GROWING, _PLAIN_TIMES */
-    int32_t time_format;                     /* TOLIMAN_INGEST_FORMAT_...; 0 = dates if the first time begins as
-                                                YYYY-MM-DD; Modified or Julian Days if the column is named mjd, jd,
-                                                bjd, rjd or alike; otherwise numbers. Julian Days near 59000 are
-                                                taken as JD - 2400000 */
+    int32_t time_format;                     /* TOLIMAN_INGEST_FORMAT_...; 0 = by the first time and the name of the
+                                                column (formats.md) */
     int32_t time_scale;                      /* TOLIMAN_INGEST_SCALE_... of dates and days; 0 = that of a column
                                                 named bjd_tdb or alike, otherwise UTC */
     const char *name;                        /* of the input, for messages; may be NULL */

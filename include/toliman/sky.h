@@ -122,8 +122,8 @@ toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *intervals, const
 /* Options of a reduction. */
 typedef struct toliman_sky_reduce_options {
     uint32_t struct_size;
-    uint32_t flags;
-    double scale_sigma; /* of the relative error of the plate scale, in [0, 1) */
+    uint32_t flags;     /* TOLIMAN_SKY_NO_FUNCTIONS */
+    double scale_sigma; /* standard deviation of the relative error of the plate scale, in [0, 1) */
     toliman_log_fn log; /* receives warnings */
     void *log_data;
 } toliman_sky_reduce_options;
