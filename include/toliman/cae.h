@@ -91,8 +91,8 @@ typedef toliman_status (*toliman_frames_fn)(size_t first, size_t count, double *
 /* Training result. UNSUPERVISED: epochs, validation_loss, mmse, mssim, photon_floor; TIED: cosine; otherwise 0. */
 typedef struct toliman_cae_training {
     uint32_t struct_size;
-    uint32_t steps;  /* in all */
-    uint32_t epochs; /* in all */
+    uint32_t steps; /* in all, also epochs */
+    uint32_t epochs;
     uint32_t reserved;
     double loss;            /* TIED: squared distance of the unit target from the decoder output, 0.02 when well
                                trained. UNSUPERVISED: mean squared error of the last epoch, in units of the input */
@@ -113,8 +113,8 @@ typedef struct toliman_cae_train_options {
     uint32_t struct_size;
     int32_t mode;         /* TOLIMAN_CAE_MODE_..., 0 = TIED */
     uint32_t steps;       /* UNSUPERVISED: epochs in all; 0 = 300 */
-    double learning_rate; /* in (0, 1]; 0 = 0.08 (TIED), 1e-3 (UNSUPERVISED). TIED: largest rotation of a weight tensor
-                             per step in rad, decreasing linearly to 0. UNSUPERVISED: constant, of Adam */
+    double learning_rate; /* in (0, 1]; 0 = 0.08 (TIED), 1e-3 (UNSUPERVISED). TIED: largest rotation of a weight
+                             tensor per step in rad, decreasing linearly to 0. UNSUPERVISED: constant, of Adam */
     toliman_progress_fn progress;
     void *progress_data;
     toliman_frames_fn frames; /* required; inputs are kept in memory, 256 KiB each */
@@ -137,9 +137,9 @@ typedef struct toliman_cae_train_options {
  * a finished one, UNSUPERVISED continues for more epochs; with the same options its result is returned. Other options
  * start again from the network's seed. If a training fails, the network keeps its weights
  * (promise: failed-training-keeps-weights).
- * Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_RANGE if UNSUPERVISED diverges, or the target of a loaded network leads to
- * weights out of range; TOLIMAN_E_UNSUPPORTED for TIED with another layout or input; TOLIMAN_E_STATE if the target of a
- * loaded network is 0. */
+ * Errors: TOLIMAN_E_RANGE if UNSUPERVISED diverges, or the target of a loaded network leads to weights out of range;
+ * TOLIMAN_E_UNSUPPORTED for TIED with another layout or input; TOLIMAN_E_STATE if the target of a loaded network is
+ * 0. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_train(toliman_cae *cae,
                                                                 const toliman_cae_train_options *options,
                                                                 toliman_cae_training *report) TOLIMAN_NOEXCEPT;
@@ -154,7 +154,7 @@ typedef struct toliman_cae_info {
     uint64_t parameters;
     int64_t rows, cols;
     int64_t crop_row, crop_col; /* of the crop in the scene's image */
-    uint32_t projected;         /* nuisance images that are projected out */
+    uint32_t projected;         /* that are projected out */
     int32_t input;              /* TOLIMAN_CAE_INPUT_... */
     double crb_px;              /* Cramer-Rao bound with these unknown */
     double cosine;              /* as in toliman_cae_training; 0 before training */
@@ -230,25 +230,22 @@ typedef struct toliman_cae_save_options {
 #define TOLIMAN_CAE_SAVE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_save_options)
 
 /* Saves a network as a weights blob (formats.md, "TLMW"). The same network always gives the same bytes, also after
- * loading them (promise: networks-save-same-bytes). TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_RANGE for
- * numbers above 2^100. */
+ * loading them (promise: networks-save-same-bytes). TOLIMAN_E_RANGE for numbers above 2^100. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save(const toliman_cae *cae,
                                                                const toliman_cae_save_options *options, void *bytes,
                                                                size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
-/* Loads a network from exactly `size` bytes. Loading never allocates more than the layout implies
- * (promise: weights-have-bounded-memory). A wrong version, layout, size, checksum or number (subnormal, above 2^100,
- * NaN) is TOLIMAN_E_FORMAT (promise: damaged-weights-are-refused). */
+/* Loads a network. Loading never allocates more than the layout implies (promise: weights-have-bounded-memory). Damaged
+ * bytes, other versions and layouts, and numbers that are subnormal or above 2^100 are TOLIMAN_E_FORMAT
+ * (promise: damaged-weights-are-refused). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load(const void *bytes, size_t size,
                                                                const toliman_load_options *options,
                                                                toliman_cae **out) TOLIMAN_NOEXCEPT;
 
-/* Saves a network to a file. */
+/* As toliman_cae_save and _load, with a file. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save_file(const toliman_cae *cae,
                                                                     const toliman_cae_save_options *options,
                                                                     const char *path) TOLIMAN_NOEXCEPT;
-
-/* Loads a network from a file. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load_file(const char *path,
                                                                     const toliman_load_options *options,
                                                                     toliman_cae **out) TOLIMAN_NOEXCEPT;

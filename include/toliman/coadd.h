@@ -36,46 +36,44 @@ TOLIMAN_BEGIN_DECLS
 /* Adds frames of one scene. */
 typedef struct toliman_coadd toliman_coadd;
 
-/* Flags of toliman_coadd_options. */
 #define TOLIMAN_COADD_ALIGNED 1u /* sums end at multiples of duration_s of the camera time */
 
 /* Options of sums. */
 typedef struct toliman_coadd_options {
     uint32_t struct_size;
-    uint32_t flags;    /* TOLIMAN_COADD_ALIGNED */
-    uint32_t threads;  /* worker threads of create, 0 = one per processor */
-    uint32_t range_px; /* largest shift of the stars from their predicted places along x or y, in [1, 16] px; 0 = 4 */
+    uint32_t flags;        /* TOLIMAN_COADD_ALIGNED */
+    uint32_t threads;      /* of create */
+    uint32_t range_px;     /* largest shift of the stars from their predicted places along x or y, in [1, 16] px; 0 =
+                              4 */
     double chi_square_max; /* largest chi-square per degree of freedom of a frame, in (1, inf); 0 = 1.5 */
-    double duration_s; /* longest sum, from the start of its first exposure to the end of its last one, in (0, 1e9] s;
-                       0 = no limit */
-    double gap_s;      /* longest pause between exposures of a sum, in (0, 1e9] s; 0 = no limit */
-    double motion_px;  /* largest distance of the mean of the last 128 places from that of the first 128 of a sum, in
-                      (0, 16] px; 0 = no limit. The end of such a sum depends on the order of frames */
-    double pause_s;    /* exposures with shorter pauses are in one interval of the sum, in (0, 1e6] s; 0 = 10 */
-    const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    toliman_progress_fn progress;       /* called while the model images are prepared; may be NULL */
+    double duration_s;     /* longest sum, from the start of its first exposure to the end of its last one, in (0,
+                              1e9] s; 0 = no limit */
+    double gap_s;          /* longest pause between exposures of a sum, in (0, 1e9] s; 0 = no limit */
+    double motion_px;      /* largest distance of the mean of the last 128 places from that of the first 128 of a
+                              sum, in (0, 16] px; 0 = no limit. The end of such a sum depends on the order of frames */
+    double pause_s;        /* exposures with shorter pauses are in one interval of the sum, in (0, 1e6] s; 0 = 10 */
+    const toliman_allocator *allocator;
+    toliman_progress_fn progress; /* while the model images are prepared */
     void *progress_data;
 } toliman_coadd_options;
 #define TOLIMAN_COADD_OPTIONS_INIT TOLIMAN_INIT(toliman_coadd_options)
 
-/* Creates an object with an empty sum. The caller destroys *out.
+/* Creates an object with an empty sum.
  *   fit         of the scene of one short frame; not needed afterwards
  *   prediction  time and expected places of the stars, without spread; NULL: time 0, no shift
- *   options     may be NULL
- * Model images take 400 bytes per pixel of a frame. Errors: TOLIMAN_E_ARGUMENT for options out of range, and if
- * range_px + 1 is beyond capture_px of the fit or half a side of the frame; TOLIMAN_E_UNSUPPORTED for frames of more
- * than 2^22 pixels; TOLIMAN_E_SCENE if the light of the frame does not move with the stars; TOLIMAN_E_CANCELLED if
- * progress returned a nonzero value. */
+ * Model images take 400 bytes per pixel of a frame. Errors: TOLIMAN_E_ARGUMENT if range_px + 1 is beyond capture_px of
+ * the fit or half a side of the frame; TOLIMAN_E_UNSUPPORTED for frames of more than 2^22 pixels; TOLIMAN_E_SCENE if
+ * the light of the frame does not move with the stars. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_coadd_create(const toliman_fit *fit,
                                                                    const toliman_fit_prediction *prediction,
                                                                    const toliman_coadd_options *options,
                                                                    toliman_coadd **out) TOLIMAN_NOEXCEPT;
 
-/* Destroys an object. NULL is allowed. */
+/* Destroys an object. */
 TOLIMAN_API void toliman_coadd_destroy(toliman_coadd *coadd) TOLIMAN_NOEXCEPT;
 
 /* Verdicts on a frame. */
-#define TOLIMAN_COADD_VERDICT_ADDED 951     /* it is in the sum */
+#define TOLIMAN_COADD_VERDICT_ADDED 951
 #define TOLIMAN_COADD_VERDICT_NEXT 952      /* it belongs to the next sum: take this one, then add the frame again */
 #define TOLIMAN_COADD_VERDICT_LOST 953      /* rows of zeros: a part of the frame is lost */
 #define TOLIMAN_COADD_VERDICT_FAINT 954     /* less than a fifth of the expected light, or more than 5 times as much */
@@ -93,43 +91,48 @@ TOLIMAN_API void toliman_coadd_destroy(toliman_coadd *coadd) TOLIMAN_NOEXCEPT;
 
 /* Outcome of a frame. */
 typedef struct toliman_coadd_outcome {
-    uint32_t struct_size; /* in: sizeof(toliman_coadd_outcome) */
-    int32_t verdict;      /* TOLIMAN_COADD_VERDICT_... */
-    int32_t reason;       /* TOLIMAN_COADD_REASON_... of NEXT */
-    int32_t left_out;     /* pixels, of ADDED */
-    int32_t saturated;    /* those of them that are saturated; the others are cosmic rays and the like */
+    uint32_t struct_size;
+    int32_t verdict;
+    int32_t reason;    /* of NEXT */
+    int32_t left_out;  /* pixels, of ADDED */
+    int32_t saturated; /* of these; the others are cosmic rays and the like */
     int32_t reserved;
     double flux;                               /* relative to the scene; of ADDED and MISFIT */
-    double x_px, y_px, x_sigma_px, y_sigma_px; /* shift from the places of the scene, as in toliman_fit_result */
+    double x_px, y_px, x_sigma_px, y_sigma_px; /* as in toliman_fit_result */
     double chi_square;                         /* per degree of freedom, without the pixels left out */
 } toliman_coadd_outcome;
 #define TOLIMAN_COADD_OUTCOME_INIT TOLIMAN_INIT(toliman_coadd_outcome)
 
 /* Registers and tests a frame, and adds it to the sum.
- *   frame    with pixels of an unsigned type; counts above 65534 are saturated. camera_ns is the middle of the
- *            exposure, exposure_s its length. Without spread. frame_id and sigma are not used
- *   outcome  struct_size must be set
+ *   frame  with pixels of an unsigned type; counts above 65534 are saturated. camera_ns is the middle of the exposure,
+ *          exposure_s its length. Without spread. frame_id and sigma are not used
  * Errors: TOLIMAN_E_ARGUMENT for another shape or a pixel type with sign, and for members that a tracker refuses. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_coadd_add(toliman_coadd *coadd, const toliman_frame *frame,
                                                                 toliman_coadd_outcome *outcome) TOLIMAN_NOEXCEPT;
 
 /* Properties of a sum. */
 typedef struct toliman_coadd_sum {
-    uint32_t struct_size; /* in: sizeof(toliman_coadd_sum) */
+    uint32_t struct_size;
     uint32_t reserved;
-    int64_t frames;                                  /* frames that were added */
-    int64_t lost, faint, not_found, outside, misfit; /* frames with these verdicts */
-    int64_t cosmic_rays, saturated;                  /* pixels that were left out of added frames */
-    int64_t filled_pixels;                           /* pixels that were left out of most frames */
-    int64_t first_ns, last_ns;                       /* start of the first and end of the last exposure */
-    int64_t mean_ns;                                 /* photon-weighted mean of the middles of the exposures */
-    double photons;                                  /* of the stars in all frames */
-    double flux;                                     /* mean, relative to the scene */
-    double x_px, y_px;                               /* photon-weighted mean shift, as of an outcome */
+    int64_t frames;                                                       /* added */
+    int64_t lost, faint, not_found, outside, misfit;                      /* frames with these verdicts */
+    int64_t cosmic_rays, saturated;                                       /* pixels that were left out of added
+                                                                             frames */
+    int64_t filled_pixels;                                                /* pixels that were left out of most frames */
+    int64_t first_ns, last_ns;                                            /* start of the first and end of the last
+                                                                             exposure */
+    int64_t mean_ns;                                                      /* photon-weighted mean of the middles of
+                                                                             the exposures */
+    double photons;                                                       /* of the stars in all frames */
+    double flux;                                                          /* mean, relative to the scene */
+    double x_px, y_px;                                                    /* photon-weighted mean shift, as of an
+                                                                             outcome */
     double registration_xx_px2, registration_yy_px2, registration_xy_px2; /* mean covariance of the registration's
-                                                              errors, which was subtracted from that of the places */
+                                                                             errors, which was subtracted from that
+                                                                             of the places */
     double chi_square;                                                    /* mean of the added frames */
-    const uint32_t *left_out; /* [rows][cols]: frames in which a pixel was left out. Belongs to the object */
+    const uint32_t *left_out;                                             /* [rows][cols]: frames in which a pixel
+                                                                             was left out. Belongs to the object */
 } toliman_coadd_sum;
 #define TOLIMAN_COADD_SUM_INIT TOLIMAN_INIT(toliman_coadd_sum)
 
@@ -137,38 +140,34 @@ typedef struct toliman_coadd_sum {
  *   frame  becomes the sum: counts of U32 [rows][cols], number of the sum (frame_id), spread, intervals of exposures,
  *          session, region and window. camera_ns is sum->mean_ns. exposure_s is the length of the shortest interval of
  *          time around it that includes all exposures, so that intervals are relative to its start
- *   sum    becomes the other properties
- * The struct_size of both must be set. What they point to belongs to the object and is valid until the next call of
- * take. Error: TOLIMAN_E_STATE if no frame was added; verdicts of other frames then remain those of the next sum. */
+ * What frame and sum point to belongs to the object and is valid until the next take. Error: TOLIMAN_E_STATE if no
+ * frame was added; verdicts of other frames then remain those of the next sum. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_coadd_take(toliman_coadd *coadd, toliman_frame *frame,
                                                                  toliman_coadd_sum *sum) TOLIMAN_NOEXCEPT;
 
-/* Properties of an object. */
+/* Options in force, and counts. */
 typedef struct toliman_coadd_info {
-    uint32_t struct_size;      /* in: sizeof(toliman_coadd_info) */
-    uint32_t range_px;         /* as in the options, default resolved */
-    int64_t rows, cols;        /* shape of the frames */
+    uint32_t struct_size;
+    uint32_t range_px;
+    int64_t rows, cols;
     int64_t frames;            /* in the present sum */
     int64_t rejected;          /* frames with other verdicts since it began */
     int64_t number;            /* of the present sum, from 0 */
     int64_t first_ns, last_ns; /* of its exposures; 0 without frames */
     double photons;            /* expected of the stars in one frame, at the predicted place */
     uint64_t bytes;            /* of memory */
-    uint64_t digest; /* FNV-1a of all that determines the sums: fit, prediction, range, chi_square_max, pause */
+    uint64_t digest;           /* FNV-1a of all that determines the sums */
 } toliman_coadd_info;
 #define TOLIMAN_COADD_INFO_INIT TOLIMAN_INIT(toliman_coadd_info)
-
-/* Writes the properties of an object to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_coadd_get_info(const toliman_coadd *coadd,
                                                                      toliman_coadd_info *out) TOLIMAN_NOEXCEPT;
 
-/* Writes the present sum as bytes (formats.md, "TLMA") to bytes[capacity] and their number to *needed. Equal sums give
- * equal bytes. TOLIMAN_E_CAPACITY if capacity is too small. */
+/* Saves the present sum as bytes (formats.md, "TLMA"). Equal sums give equal bytes. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_coadd_save(const toliman_coadd *coadd, void *bytes,
                                                                  size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
-/* Continues the sum that was saved as bytes[size], in place of the present one. Errors: TOLIMAN_E_FORMAT for bytes that
- * are damaged or no such sum; TOLIMAN_E_MISMATCH for that of another digest. */
+/* Continues the sum that was saved as bytes[size], in place of the present one. Errors: TOLIMAN_E_FORMAT for damaged
+ * bytes; TOLIMAN_E_MISMATCH for another digest. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_coadd_load(toliman_coadd *coadd, const void *bytes,
                                                                  size_t size) TOLIMAN_NOEXCEPT;
 

@@ -93,8 +93,8 @@ typedef struct toliman_sim_options {
 
 /* Creates a simulator from the scene file at path (schema toliman-scene/1). File names in it are relative to its
  * folder.
- * Errors: TOLIMAN_E_NOT_FOUND and _FORMAT for the scene file or one that it names, _SCENE for impossible values,
- * _UNSUPPORTED, _CANCELLED. */
+ * Errors, of the scene file or one that it names: TOLIMAN_E_NOT_FOUND, _FORMAT, _UNSUPPORTED, _SCENE for impossible
+ * values. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_create_file(const char *path,
                                                                       const toliman_sim_options *options,
                                                                       toliman_sim **out) TOLIMAN_NOEXCEPT;
@@ -132,26 +132,24 @@ typedef struct toliman_sim_info {
     double peak_photons;                             /* brightest pixel before the detector */
     double total_photons;                            /* of the frame, before the detector */
     double min_displacement_px, max_displacement_px; /* of the signal over the cadence */
-    double amplitude_uas;                            /* the same in microarcsec */
+    double amplitude_uas;                            /* of the signal */
     double aperture_m;
     double pixel_scale_arcsec;
     uint64_t scene_digest; /* FNV-1a of the scene text, also in weights */
-    int32_t whole_counts;  /* 1 if counts are integers (photon noise only, or a bit depth), else 0 */
+    int32_t whole_counts;  /* 1 if counts are integers (photon noise only, or a bit depth) */
     int32_t reserved;
-    double peak_counts;           /* brightest pixel, in the unit of the frame */
-    int32_t unit;                 /* TOLIMAN_SIM_UNIT_... */
-    int32_t bit_depth;            /* 0 = counts are not rounded */
-    double exposure_s;            /* 0 with peak_photons */
-    int64_t time_zero_ns;         /* TAI of binary.date, ns since 1970-01-01 TAI; 0 unless stars move */
-    int32_t calibration;          /* TOLIMAN_SIM_CALIBRATION_... */
-    int32_t calibration_goodness; /* TOLIMAN_GOODNESS_... */
+    double peak_counts; /* brightest pixel, in the unit of the frame */
+    int32_t unit;
+    int32_t bit_depth;    /* 0 = counts are not rounded */
+    double exposure_s;    /* 0 with peak_photons */
+    int64_t time_zero_ns; /* TAI of binary.date; 0 unless stars move */
+    int32_t calibration;  /* TOLIMAN_SIM_CALIBRATION_... */
+    int32_t calibration_goodness;
     double calibration_chi_square, calibration_chi_square_sigma;
     int64_t bad_pixels; /* of the detector, which no estimator uses */
     const char *name;   /* valid until the simulator is destroyed */
 } toliman_sim_info;
 #define TOLIMAN_SIM_INFO_INIT TOLIMAN_INIT(toliman_sim_info)
-
-/* Gets the properties of the scene. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_info(const toliman_sim *sim,
                                                                    toliman_sim_info *out) TOLIMAN_NOEXCEPT;
 
@@ -170,31 +168,31 @@ typedef struct toliman_sim_bounds {
 } toliman_sim_bounds;
 #define TOLIMAN_SIM_BOUNDS_INIT TOLIMAN_INIT(toliman_sim_bounds)
 
-/* Gets the bounds of a scene. The first call takes a few times as long as toliman_sim_create_file. */
+/* Gets the bounds of a scene. The first call computes them. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_bounds(const toliman_sim *sim,
                                                                      toliman_sim_bounds *out) TOLIMAN_NOEXCEPT;
 
 /* Plan of a scene: what is computed to reach its accuracy. Errors are relative to the peak of the expected image. */
 typedef struct toliman_sim_plan_info {
     uint32_t struct_size;
-    int32_t engine; /* TOLIMAN_SIM_ENGINE_... */
+    int32_t engine;
     int32_t scene_wavelengths;
     int32_t wavelengths;  /* propagated: all, or fewer Chebyshev nodes in 1/lambda */
     int32_t order;        /* of the Taylor expansion */
-    int32_t exact_frames; /* 1: every frame is propagated */
+    int32_t exact_frames; /* 0 or 1 */
     int32_t oversampling;
     int32_t filter_taps;   /* of the filter over pixels; 0 = none */
     int64_t pupil_samples; /* N */
-    int64_t stages;        /* for toliman_sim_get_stages */
-    double accuracy;       /* of the scene */
-    double pupil_error;    /* of N samples, whatever the accuracy */
+    int64_t stages;
+    double accuracy;
+    double pupil_error; /* of N samples, whatever the accuracy */
     double spectrum_error;
     double series_error; /* as toliman_sim_bounds.truncation */
     double pixel_error;
     double plate_scale_error; /* of the padded FFT, relative */
     double rounding_error;
-    double setup_flops;         /* of all images, once */
-    double frame_flops;         /* of an expected frame, without noise */
+    double setup_flops;         /* all images, once */
+    double frame_flops;         /* an expected frame, without noise */
     double bytes;               /* with one frame per worker thread; bounds may take 1.5 times this */
     double setup_s, frame_s;    /* rough guide, on one core, with noise */
     int64_t atlas_taps;         /* samples per axis that interpolate a pixel of a moving star; 0 = none */
@@ -208,13 +206,13 @@ typedef struct toliman_sim_plan_info {
 } toliman_sim_plan_info;
 #define TOLIMAN_SIM_PLAN_INFO_INIT TOLIMAN_INIT(toliman_sim_plan_info)
 
-/* Gets the plan of a scene file, without images. Arguments, errors and log as toliman_sim_create_file; pixels above
- * full well or bit depth are counted in a coarse image. */
+/* Gets the plan of a scene file, without images, as toliman_sim_create_file; pixels above full well or bit depth are
+ * counted in a coarse image. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_file(const char *path,
                                                                     const toliman_sim_options *options,
                                                                     toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
-/* Gets the plan of JSON text; arguments as toliman_sim_create_json. */
+/* Gets the plan of JSON text, as toliman_sim_create_json. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_json(const char *json, size_t size, const char *folder,
                                                                     const toliman_sim_options *options,
                                                                     toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
@@ -222,12 +220,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_json(const char *
 /* Physical effect that a scene may include. */
 typedef struct toliman_sim_stage {
     uint32_t struct_size;
-    int32_t modelled; /* 1 if modelled, else 0 */
+    int32_t modelled; /* 0 or 1 */
     const char *name;
 } toliman_sim_stage;
 #define TOLIMAN_SIM_STAGE_INIT TOLIMAN_INIT(toliman_sim_stage)
 
-/* Writes the stages, to which later versions may append some. TOLIMAN_E_CAPACITY if capacity is too small. */
+/* Writes the stages, to which later versions may append some. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_stages(const toliman_sim_plan_info *plan,
                                                                      toliman_sim_stage *stages, size_t capacity,
                                                                      size_t *count) TOLIMAN_NOEXCEPT;
@@ -236,8 +234,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_stages(const tolim
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_plan(const toliman_sim *sim,
                                                                    toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
-/* Writes times and true displacements of frames first ... first + count - 1 to arrays [count]; either may be NULL.
- * TOLIMAN_E_RANGE outside the cadence. */
+/* Writes times and true displacements of frames first ... first + count - 1 to arrays [count]; either may be NULL. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const toliman_sim *sim, int64_t first,
                                                                      size_t count, double *times_days,
                                                                      double *displacements_px) TOLIMAN_NOEXCEPT;
@@ -267,8 +264,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const tolima
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_pupil(const toliman_sim *sim, double *amplitude,
                                                                     double *opd_m) TOLIMAN_NOEXCEPT;
 
-/* Copies the spectrum to arrays [count]; each may be NULL. TOLIMAN_E_ARGUMENT unless count is
- * toliman_sim_info.wavelengths.
+/* Copies the spectrum to arrays [count], count = toliman_sim_info.wavelengths; each may be NULL.
  *   weight_a, weight_b  photons per frame of A and B over an infinite image; 0 for an absent star
  *   plate_scale_error   factor by which the padded FFT enlarges the image, minus 1 */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count,
@@ -284,8 +280,6 @@ typedef struct toliman_sim_offsets {
     double b_x_px, b_y_px;
 } toliman_sim_offsets;
 #define TOLIMAN_SIM_OFFSETS_INIT TOLIMAN_INIT(toliman_sim_offsets)
-
-/* Gets the positions of the stars. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_offsets(const toliman_sim *sim,
                                                                       toliman_sim_offsets *out) TOLIMAN_NOEXCEPT;
 
