@@ -150,9 +150,9 @@ typedef struct toliman_calibration_info {
     int32_t map_iterations;
     double chi_square; /* goodness.h: pixels minus parameters and map_parameters */
     double chi_square_sigma;
-    double structure;            /* sum of squared correlations of neighbouring residuals over their variances; for
-                                    white residuals chi-square distributed with 6 degrees of freedom */
-    double structure_limit;      /* limit of structure: 50, which white residuals exceed once in 2e8; more with a map */
+    double structure;            /* sum of squared correlations of neighbouring residuals over their variances;
+                                    chi-square distributed with 6 degrees of freedom for white residuals */
+    double structure_limit;      /* 50, which white residuals exceed once in 2e8; more with a map */
     double separation_sigma_px;  /* in a frame (median), the instrument known */
     double calibration_sigma_px; /* likewise, due to errors of the instrument without the map */
     double map_rms_nm;           /* over the open pupil; 0 without a map */
@@ -184,8 +184,6 @@ typedef struct toliman_calibration_attempt {
     int32_t reserved;
 } toliman_calibration_attempt;
 #define TOLIMAN_CALIBRATION_ATTEMPT_INIT TOLIMAN_INIT(toliman_calibration_attempt)
-
-/* Gets attempt `index` < attempts. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_attempt(
     const toliman_calibration *calibration, int64_t index, toliman_calibration_attempt *out) TOLIMAN_NOEXCEPT;
 
@@ -197,8 +195,6 @@ typedef struct toliman_calibration_left_out {
     const char *reason; /* "needs a spiral mask with mask.edges = "area"" */
 } toliman_calibration_left_out;
 #define TOLIMAN_CALIBRATION_LEFT_OUT_INIT TOLIMAN_INIT(toliman_calibration_left_out)
-
-/* Gets parameter `index` < left_out that was left out. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_left_out(
     const toliman_calibration *calibration, int64_t index, toliman_calibration_left_out *out) TOLIMAN_NOEXCEPT;
 
@@ -215,7 +211,7 @@ typedef struct toliman_calibration_value {
 } toliman_calibration_value;
 #define TOLIMAN_CALIBRATION_VALUE_INIT TOLIMAN_INIT(toliman_calibration_value)
 
-/* Gets parameter `index` < parameters at the start of a window. */
+/* Gets a parameter at the start of a window. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_calibration_get_value(const toliman_calibration *calibration, int64_t window, int64_t index,
                               toliman_calibration_value *out) TOLIMAN_NOEXCEPT;
@@ -231,7 +227,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_frame(cons
                                                                             int64_t index,
                                                                             toliman_fit_result *out) TOLIMAN_NOEXCEPT;
 
-/* Window of a calibration. */
+/* Window of a calibration, to the start of the next one. */
 typedef struct toliman_calibration_window {
     uint32_t struct_size;
     int32_t goodness;  /* of chi_square */
@@ -241,8 +237,6 @@ typedef struct toliman_calibration_window {
     double chi_square_sigma, largest_residual;
 } toliman_calibration_window;
 #define TOLIMAN_CALIBRATION_WINDOW_INIT TOLIMAN_INIT(toliman_calibration_window)
-
-/* Gets window `window` < windows. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_window(
     const toliman_calibration *calibration, int64_t window, toliman_calibration_window *out) TOLIMAN_NOEXCEPT;
 

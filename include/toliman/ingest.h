@@ -7,14 +7,13 @@
  *                        -> damage, warning, or nothing yet
  *   find_frame, set_shift    frames after lost bytes
  *
- *   clock table, on-target windows   read_clock, read_on_target -> track_options.h, toliman_frame.intervals, sky.h
+ *   clock table, on-target windows   read_clock, read_on_target -> track_options.h, frame.h, sky.h
  *   dates, Julian days, FITS header  parse_time, convert_times, read_header -> TAI nanoseconds
  *   leap-seconds.list                read_leap_seconds -> these; last_utc_day
  *
  * The mission writes a session as a pair of files: X_frames.bin holds the pixels, X_meta.jsonl, the side file, one JSON
- * object per frame (formats.md, "The mission's pair of files"). A damaged line or a missing frame is an event and does
- * not end the reading (promise: damaged-lines-are-events). Batches of frames are netCDF files (formats.md, "Batches of
- * frames"). */
+ * object per frame (formats.md, "The mission's pair of files"); or in batches, netCDF files ("Batches of frames"). A
+ * damaged line or a missing frame is an event and does not end the reading (promise: damaged-lines-are-events). */
 #ifndef TOLIMAN_INGEST_H
 #define TOLIMAN_INGEST_H
 
@@ -22,7 +21,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Reader of one pair or batch. No file is open after NOTHING, so that one process can follow thousands of pairs. */
+/* Reader of one pair or batch. No file is open after NOTHING. */
 typedef struct toliman_ingest toliman_ingest;
 
 #define TOLIMAN_INGEST_GROWING 1u /* the files may still grow; see toliman_ingest_next */
@@ -34,23 +33,22 @@ typedef struct toliman_ingest_options {
     int32_t pixel;      /* of a pair: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32, without a default; of a batch U16 */
     int32_t stamp;      /* meaning of timestamp_ns: TOLIMAN_FRAME_STAMP_..., 0 = START, as the mission writes it */
     double exposure_s;  /* in (0, 1e9] s; 0 = unknown */
-    int64_t rows, cols; /* expected shape, in [1, 65536]; both 0 = that of the first valid line. With damaged lines,
-                           it locates the frames */
+    int64_t rows, cols; /* expected shape, in [1, 65536]; both 0 = that of the first valid line. It locates the
+                           frames after damaged lines */
     int64_t first_id;   /* smaller ids are skipped */
     int64_t end_id;     /* this and larger ids are skipped; both 0 = all frames. Malformed lines are reported unless
                            their id is readable and skipped */
     uint32_t buffers;   /* frames whose memory is valid at the same time, in [1, 4096]; 0 = 1 */
     uint32_t reserved;
-    const toliman_allocator *allocator; /* of the pixels */
-    const char *roi;                    /* frames of other regions of interest are skipped; NULL = all */
+    const toliman_allocator *allocator;
+    const char *roi; /* region of interest whose frames are reported; NULL = all */
 } toliman_ingest_options;
 #define TOLIMAN_INGEST_OPTIONS_INIT TOLIMAN_INIT(toliman_ingest_options)
 
-/* Creates a reader. The files must exist.
- *   path  one of the two files, or X, the path without _frames.bin and _meta.jsonl; or a batch, X.nc, which must be
- *         complete: GROWING is ignored
- * Errors: TOLIMAN_E_NOT_FOUND also for what is not a regular file; of a batch, TOLIMAN_E_FORMAT for damage or other
- * contents, TOLIMAN_E_UNSUPPORTED if the library was built without netCDF. */
+/* Creates a reader.
+ *   path  one of the two files, or X; or a batch, X.nc, which must be complete: GROWING is ignored
+ * Errors: TOLIMAN_E_NOT_FOUND also for what is not a regular file; TOLIMAN_E_UNSUPPORTED for a batch if the library was
+ * built without netCDF. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_create(const char *path,
                                                                     const toliman_ingest_options *options,
                                                                     toliman_ingest **out) TOLIMAN_NOEXCEPT;
@@ -75,7 +73,7 @@ TOLIMAN_API void toliman_ingest_destroy(toliman_ingest *ingest) TOLIMAN_NOEXCEPT
 #define TOLIMAN_INGEST_REASON_CLOCKS_DIFFER 626 /* camera clock and host clock drift apart; once */
 #define TOLIMAN_INGEST_REASON_EXTRA_BYTES 627   /* pixels without a line, after the last frame */
 #define TOLIMAN_INGEST_REASON_OVERLAP 628       /* exposures of successive frames overlap; once */
-#define TOLIMAN_INGEST_REASON_RESTART 629       /* of the camera, before this frame */
+#define TOLIMAN_INGEST_REASON_RESTART 629       /* restart of the camera before this frame */
 #define TOLIMAN_INGEST_REASON_UNKNOWN_KEY 630   /* a line has a key that is not read; once */
 
 /* Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. */
@@ -98,8 +96,8 @@ typedef struct toliman_ingest_event {
  *   frame  of a FRAME; of DAMAGE with has_key: session, roi and frame_id, and unless BAD_LINE also camera_ns, dropped,
  *          rows and cols. All else is 0
  *
- * Time: camera_ns is the middle of the exposure by the camera clock: timestamp_ns, plus half of exposure_s for START,
- * minus half of it for END, rounded to 1 ns. If the exposure is unknown, it is timestamp_ns.
+ * Time: camera_ns is the middle of the exposure by the camera clock, rounded to 1 ns: timestamp_ns, plus half of
+ * exposure_s for START, minus half of it for END; timestamp_ns if the exposure is unknown.
  *
  * Restarts (formats.md): after a reconnection of the camera frame_id begins again. restarts counts this, so that such
  * frames have keys of their own (promise: restarted-counters-lose-no-frame). Times of a clock that begins again are
@@ -119,35 +117,34 @@ typedef struct toliman_ingest_event {
  * Errors, after which next may be called again; it then examines the files, and starts again if they were replaced or
  * truncated:
  *   - TOLIMAN_E_NOT_FOUND also if a file is truncated while it is read;
- *   - TOLIMAN_E_FORMAT if the file of pixels has twice or half the size of the frames of all lines, as with the other
- *     pixel type, and no line has been reported; with GROWING, if two examinations in a row find this;
+ *   - TOLIMAN_E_FORMAT if the file of pixels has twice or half the size of all frames, as with the other pixel type,
+ *     and no line has been reported; with GROWING, if two examinations in a row find this;
  *   - TOLIMAN_E_FORMAT if a side file of n bytes has more than 1024 + n/120 lines. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_next(toliman_ingest *ingest, toliman_frame *frame,
                                                                   toliman_ingest_event *event) TOLIMAN_NOEXCEPT;
 
-/* Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it. A tracker sees
- * it as a misfit (track.h).
+/* Finds a frame that is not at its place, a misfit of a tracker, because the file of pixels has lost or gained bytes
+ * before it.
  *   offset     of the frame's FRAME event
  *   reference  an undamaged frame of the same scene, shape and pixel type
  *   pixels     [rows][cols], receives the frame from where it looks most like the reference; let the estimator confirm
  *              it
- *   size       of pixels, in bytes
+ *   size       of pixels, in bytes; TOLIMAN_E_CAPACITY if too small
  *   shift      receives the bytes from the frame's place to there; 0 if not found, always with GROWING and in a batch:
- *              pixels is unchanged
- * Errors: TOLIMAN_E_CAPACITY if size is too small. */
+ *              pixels is unchanged */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t offset,
                                                                         const toliman_frame *reference, void *pixels,
                                                                         size_t size, int64_t *shift) TOLIMAN_NOEXCEPT;
 
 /* Sets the shift, in bytes, at which the following frames are read; 0 at creation. No effect on a file of exactly the
- * size of the frames of all lines. */
+ * size of all frames. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_set_shift(toliman_ingest *ingest,
                                                                        int64_t shift) TOLIMAN_NOEXCEPT;
 
 /* Declares that the files no longer grow; no effect without GROWING. The following calls of next report what was found
  * before and end with NOTHING. Lines without pixels become DAMAGE, and pixels without line EXTRA_BYTES, unless the
  * files changed between their last two examinations or since: call next until it has returned NOTHING twice, with a
- * pause between both calls, then finish. A last line without newline is not reported. Cannot be undone. */
+ * pause between, then finish. A last line without newline is not reported. Cannot be undone. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_finish(toliman_ingest *ingest) TOLIMAN_NOEXCEPT;
 
 /* Returns the version of netCDF, which reads batches ("4.9.0"); "" without. */
@@ -186,12 +183,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_clock(const ch
 #define TOLIMAN_INGEST_SCALE_GPS 635
 
 /* Formats of a time in text. */
-#define TOLIMAN_INGEST_FORMAT_ISO 641 /* 2028-03-01, 2028-03-01T12:00:00.5, 2028-061 12:00:00; see parse_time */
+#define TOLIMAN_INGEST_FORMAT_ISO 641 /* 2028-03-01, 2028-03-01T12:00:00.5, 2028-061 12:00:00 */
 #define TOLIMAN_INGEST_FORMAT_MJD 642 /* Modified Julian Day: "61831.5" */
 #define TOLIMAN_INGEST_FORMAT_JD 643  /* Julian Day: "2461832.0" */
 
 /* Row of a table of leap seconds, 10 s on MJD 41317 (1972-01-01) in the first one; each further one is a later day and
- * 1 s more or less. Arguments `table` [count] may be NULL with 0: those of ERFA. */
+ * 1 s more or less. Inputs `table` [count] may be NULL with 0: those of ERFA. */
 typedef struct toliman_leap_second {
     uint32_t struct_size;
     int32_t tai_utc_s; /* TAI - UTC in s, from `mjd` on */

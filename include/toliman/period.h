@@ -99,7 +99,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push(toliman_period
 
 /* Adds n samples, or none if one is refused (promise: pushes-take-all-or-none). sigma NULL: unweighted samples, which
  * count as sigma_floor. Errors: as toliman_period_push; TOLIMAN_E_STATE if unweighted samples would mix with a sigma
- * other than sigma_floor (not detected after loading). */
+ * other than sigma_floor (not detected if all come from a loaded state). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_many(toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma,
                                                                        size_t n) TOLIMAN_NOEXCEPT;

@@ -95,11 +95,10 @@ typedef struct toliman_planet_options {
 } toliman_planet_options;
 #define TOLIMAN_PLANET_OPTIONS_INIT TOLIMAN_INIT(toliman_planet_options)
 
-/* Searches a series, which is copied, for planets. Takes 1 to 15 s of processor time per planet and 1,000 samples, at
- * most 300 MB.
+/* Searches a series, which is copied, for planets. Takes 1 to 15 s of processor time per planet and 1,000 samples.
  * Errors: TOLIMAN_E_ARGUMENT separations that are not reduced, equal times, a function without a prior that is a
- * combination of those before it, velocities other than described; TOLIMAN_E_STATE n below the number of functions + 6;
- * TOLIMAN_E_RANGE more than 2e6 steps of 0.2/(last - first time) from period_min. */
+ * combination of those before it; TOLIMAN_E_STATE n below the number of functions + 6; TOLIMAN_E_RANGE more than 2e6
+ * steps of 0.2/(last - first time) from period_min. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_create(const toliman_measure *series,
                                                                     const toliman_planet_options *options,
                                                                     toliman_planet **out) TOLIMAN_NOEXCEPT;
@@ -111,10 +110,10 @@ TOLIMAN_API void toliman_planet_destroy(toliman_planet *planets) TOLIMAN_NOEXCEP
 typedef struct toliman_planet_info {
     uint32_t struct_size;
     uint32_t planets;      /* candidates without a reason against them */
-    uint32_t candidates;   /* with log10_bayes of the threshold or more, and at most one more */
+    uint32_t candidates;   /* those that reach the threshold, and at most one more */
     uint32_t functions;    /* with the mean */
     double rms;            /* weighted, of the residuals of the joint fit, units of y */
-    double chi_square;     /* goodness.h: of the joint fit without jitter, and of outliers except with _CLIP; NaN
+    double chi_square;     /* goodness.h: of the joint fit without jitter, outliers included except with _CLIP; NaN
                               without sigmas */
     double jitter[3];      /* 16, 50, 84 % points for the last planet, or the candidate; 0 without; the largest
                               instrument's */
@@ -161,8 +160,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
 #define TOLIMAN_PLANET_REASON_SAMPLES 33554432u
 #define TOLIMAN_PLANET_REASON_EVIDENCE 67108864u
 
-/* A candidate. Three numbers: 16, 50 and 84 % points of the posterior; angles and epochs are within half a turn or
- * period of best. */
+/* A candidate, in the order in which they were found. Three numbers: 16, 50 and 84 % points of the posterior; angles
+ * and epochs are within half a turn or period of best. */
 typedef struct toliman_planet_candidate {
     uint32_t struct_size;
     uint32_t flags;
@@ -178,12 +177,12 @@ typedef struct toliman_planet_candidate {
     double periastron_deg[3];
     double epoch[3]; /* of a passage through periastron */
     double amplitude[3];
-    double mass_a[3];          /* Earth masses, times g or sin i, if the planet orbits A. With velocities: true
-                                  masses, NaN if `star` is not A */
-    double mass_b[3];          /* likewise for B */
-    double best[5];            /* joint fit: period (may leave its prior), eccentricity, periastron_deg (-180 to
-                                  180), epoch (nearest to time_reference), amplitude */
-    double best_error[5];      /* standard errors */
+    double mass_a[3]; /* Earth masses, times g or sin i, if the planet orbits A. With velocities: true masses, NaN if
+                         `star` is not A */
+    double mass_b[3]; /* likewise for B */
+    double best[5];   /* joint fit: period (may leave its prior), eccentricity, periastron_deg (-180 to 180), epoch
+                         (nearest to time_reference), amplitude */
+    double best_error[5];
     double correlation[25];    /* [5][5], posterior of the same five */
     double power_left;         /* share of the squared signal that functions and other planets leave */
     double log10_star;         /* log10 of the odds of star A; NaN without velocities */
@@ -191,8 +190,6 @@ typedef struct toliman_planet_candidate {
     double node_deg[3];        /* ascending node from the mean axis, to either side; likewise */
 } toliman_planet_candidate;
 #define TOLIMAN_PLANET_CANDIDATE_INIT TOLIMAN_INIT(toliman_planet_candidate)
-
-/* Writes candidate `index`, in the order in which they were found. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_candidate(
     const toliman_planet *planets, int64_t index, toliman_planet_candidate *out) TOLIMAN_NOEXCEPT;
 
@@ -231,8 +228,8 @@ typedef struct toliman_planet_limit {
     uint32_t struct_size;
     uint32_t reserved;
     double period;
-    double upper;      /* excluded amplitude, units of y; +infinity if the functions leave nothing of this period */
-    double detectable; /* amplitude that a search detects with `probability`; +infinity if there is none */
+    double upper;      /* excluded amplitude, units of y; +infinity if the functions leave nothing */
+    double detectable; /* amplitude that a search detects with `probability`; +infinity: none */
     /* Earth masses, times g or sin i */
     double upper_mass_a, upper_mass_b, detectable_mass_a, detectable_mass_b;
 } toliman_planet_limit;
@@ -242,9 +239,9 @@ typedef struct toliman_planet_limit {
  *   periods      [count], within the prior
  *   probability  in (0, 1), for example 0.95
  *   limits       [count]
- * upper       A sinusoid reduces chi-square more than in this series, with `probability`, for planets of this amplitude
- *             and random phase; at least the 16 % point of noise. A planet that is there is excluded with a probability
- *             of 1 - probability, at all periods (promise: upper-limits-hold).
+ * upper       With `probability`, a sinusoid reduces chi-square more than in this series (at least the 16 % point of
+ *             noise) for planets of this amplitude and random phase. A planet that is there is excluded with a
+ *             probability of 1 - probability, at all periods (promise: upper-limits-hold).
  * detectable  From 400 simulated series, within 5 %. Detected: log10_bayes of circular orbits reaches the threshold,
  *             log10_fap that of detection_fap, and the posterior is not at the edges of the prior; the period may
  *             differ. It agrees with toliman_planet_inject within 0.03 in probability

@@ -15,52 +15,39 @@
  *
  * Conventions (the schema describes the keys of a scene)
  *
- *   Detector     The centre of pixel j of n is (j - (n-1)/2) p from the optical axis, with the pixel scale p: +x
- *                towards higher columns, +y towards higher rows. Offsets are in px from the axis.
- *
- *   Pupil        Cell i of N is centred at (i - (N-1)/2) D/N; D is the aperture diameter. Amplitude A = open fraction
- *                of the cell times the transmission t of the amplitude file (1 without). OPD (optical path difference)
- *                = phase mask + Zernike polynomials (Noll's order, rms over the full circle) + OPD file.
- *
- *   Signs        Pupil field E = A exp(+2 pi i OPD/lambda); image field F(u,v) = sum E exp(-2 pi i (x u + y v)/lambda).
- *                A star at (+ox, +oy) px has OPD +(x ox + y oy) p.
- *
- *   Angle        Position angle of B as seen from A, from north through east: from +y to -x, unless the detector is
- *                rotated.
- *
- *   Separation   A positive displacement moves the star named by signal.star away from the other one, a single star
- *                towards higher columns.
- *
- *   Intensity    A pixel receives the fraction |F|^2 (D/N p/lambda)^2 / sum(A t) of the light that passes the pupil;
- *                light outside the frame is lost. Photons of a scene are detected ones, or, with qe, those before the
- *                detector.
- *
- *   Time         The time of a frame is the middle of its exposure. Time 0 is binary.date, a Julian year; images,
- *                bounds and estimators of a scene refer to it. An orbit gives the positions at time 0, or, with
- *                binary.moving, at each frame. With binary.observer (sky.h) these are apparent positions, averaged over
- *                the exposure or cadence.on_target_s, and the date is in TT.
- *
- *   Planet       Moves its star along the axis of the binary. The mean displacement is not 0 if the orbit is eccentric.
- *
- *   Accuracy     `accuracy` of a scene is the largest error of a pixel, relative to the peak of the image
- *                (promise: images-keep-their-accuracy); for the Taylor expansion in the displacement, relative to the
- *                largest change of a pixel by the signal. Below 1e-14, every wavelength is propagated, in every frame
- *                if stars move.
- *
- *   Stages       In this order, each only if the scene names it: expected photons x qe x pixel response + dark current
- *                -> Poisson noise -> full well -> + read noise -> / gain + bias -> rounding to integer DN.
- *
- *   Unit         Of frames and expected images: photons; electrons with qe; DN with gain, bias or bit depth.
- *
- *   Systematics  After the last frame of the cadence, drifts restart. Pointing in x and y shares one drift, and so do
- *                the two fluxes.
- *
- *   Nuisances    Parameters that estimators do not assume to be known (sim_derivative.h). They remove (project out)
- *                those of preprocess.project, at most 32.
- *
- *   Engines      MATRIX_DFT samples exact pixel positions. PADDED_FFT is the baseline of the chapter: N_E = N_out p
- *                D/lambda samples of the pupil, rounded, so that the plate scale differs per wavelength, padded to
- *                N_out, the smallest power of two that is at least 4 times the longer side of the frame. */
+ * Detector     The centre of pixel j of n is (j - (n-1)/2) p from the optical axis, with the pixel scale p: +x towards
+ *              higher columns, +y towards higher rows. Offsets are in px from the axis.
+ * Pupil        Cell i of N is centred at (i - (N-1)/2) D/N; D is the aperture diameter. Amplitude A = open fraction of
+ *              the cell times the transmission t of the amplitude file (1 without). OPD (optical path difference) =
+ *              phase mask + Zernike polynomials (Noll's order, rms over the full circle) + OPD file.
+ * Signs        Pupil field E = A exp(+2 pi i OPD/lambda); image field F(u,v) = sum E exp(-2 pi i (x u + y v)/lambda). A
+ *              star at (+ox, +oy) px has OPD +(x ox + y oy) p.
+ * Angle        Position angle of B as seen from A, from north through east: from +y to -x, unless the detector is
+ *              rotated.
+ * Separation   A positive displacement moves the star named by signal.star away from the other one, a single star
+ *              towards higher columns. A planet moves its star along the axis of the binary; the mean displacement is
+ *              not 0 if its orbit is eccentric.
+ * Intensity    A pixel receives the fraction |F|^2 (D/N p/lambda)^2 / sum(A t) of the light that passes the pupil;
+ *              light outside the frame is lost. Photons of a scene are detected ones, or, with qe, those before the
+ *              detector.
+ * Time         The time of a frame is the middle of its exposure. Time 0 is binary.date, a Julian year; images, bounds
+ *              and estimators of a scene refer to it. An orbit gives the positions at time 0, or, with binary.moving,
+ *              at each frame. With binary.observer (sky.h) these are apparent positions, averaged over the exposure or
+ *              cadence.on_target_s, and the date is in TT.
+ * Accuracy     `accuracy` of a scene is the largest error of a pixel, relative to the peak of the image
+ *              (promise: images-keep-their-accuracy); for the Taylor expansion in the displacement, relative to the
+ *              largest change of a pixel by the signal. Below 1e-14, every wavelength is propagated, in every frame if
+ *              stars move.
+ * Stages       In this order, each only if the scene names it: expected photons x qe x pixel response + dark current ->
+ *              Poisson noise -> full well -> + read noise -> / gain + bias -> rounding to integer DN.
+ * Unit         Of frames and expected images: photons; electrons with qe; DN with gain, bias or bit depth.
+ * Systematics  After the last frame of the cadence, drifts restart. Pointing in x and y shares one drift, and so do the
+ *              two fluxes.
+ * Nuisances    Parameters that estimators do not assume to be known (sim_derivative.h). They remove (project out) those
+ *              of preprocess.project, at most 32.
+ * Engines      MATRIX_DFT samples exact pixel positions. PADDED_FFT is the baseline of the chapter: N_E = N_out p
+ *              D/lambda samples of the pupil, rounded, so that the plate scale differs per wavelength, padded to N_out,
+ *              the smallest power of two that is at least 4 times the longer side of the frame. */
 #ifndef TOLIMAN_SIM_H
 #define TOLIMAN_SIM_H
 

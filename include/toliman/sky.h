@@ -2,11 +2,11 @@
  *
  * Data flow (toliman_sky_...)
  *
- *   system file or "alpha-cen", observer file -> create -> toliman_sky -> get_info, get_element, destroy
+ *   system, observer file -> create -> toliman_sky -> get_info, get_element, destroy
  *   TAI times, exposures -> predict, predict_mean -> toliman_sky_prediction
- *   measured separations -> reduce -> reduced separations (both measure.h)
- *                           refit -> toliman_sky of another orbit -> save_file -> system file
- *                           diagnose (sky_diagnosis.h)
+ *   measured separations (measure.h) -> reduce -> reduced separations
+ *                                       refit -> toliman_sky of another orbit -> save_file -> system file
+ *                                       diagnose (sky_diagnosis.h)
  *   set_columns -> toliman_period_options (period_nuisance.h)
  *
  * A reduced separation, measured/factor - geometric_arcsec, contains planets, the error of the orbit and noise. Do not
@@ -15,16 +15,15 @@
  * System       Elements of the orbit of B about A, with the ascending node, at which B recedes; place, parallax and
  *              motion of the barycentre on the axes of the ICRS; masses. Dates are Julian years of TDB at the
  *              barycentre of the solar system, without the light time to it.
- * Time         TAI nanoseconds of the years 1900 to 2100. UTC instead of TAI, 37 s: 10 uas in a low orbit.
+ * Time         TAI nanoseconds of the years 1900 to 2100.
  * Apparent     Angle between A and B, each where its light left it, from the observer's place, bent by the Sun, with
  *              the aberration of the observer's velocity.
  * Geometric    Length of the projection of the orbit on the tangential plane, at the barycentric time.
  * Accuracy     Predictions are within 1e-4 uas of the same equations in 50 digits
  *              (promise: predictions-keep-their-digits); omitted effects: sky.md.
- * Observer     An observer file has positions and velocities relative to the Earth's centre, on the axes of the ICRS
- *              (GCRF, EME2000), at least 8 states, in a low orbit at most 300 s apart. The axes TEME and ITRF are
- *              refused (promise: other-axes-are-refused). An exposure is "uncovered" if states are missing for a part
- *              of it. */
+ * Observer     States relative to the Earth's centre, on the axes of the ICRS (GCRF, EME2000); in a low orbit at most
+ *              300 s apart. The axes TEME and ITRF are refused (promise: other-axes-are-refused). An exposure is
+ *              "uncovered" if states are missing for a part of it. */
 #ifndef TOLIMAN_SKY_H
 #define TOLIMAN_SKY_H
 
@@ -48,8 +47,8 @@ typedef struct toliman_sky toliman_sky;
 #define TOLIMAN_SKY_PARALLAX 4u              /* annual */
 #define TOLIMAN_SKY_ROEMER 8u                /* light time to the barycentre of the solar system */
 #define TOLIMAN_SKY_LIGHT_TIME 16u           /* between the stars, secular */
-#define TOLIMAN_SKY_RADIAL_MOTION 32u        /* of the barycentre, secular */
-#define TOLIMAN_SKY_TRANSVERSE_MOTION 64u    /* of the barycentre, secular */
+#define TOLIMAN_SKY_RADIAL_MOTION 32u        /* of the barycentre, likewise */
+#define TOLIMAN_SKY_TRANSVERSE_MOTION 64u    /* of the barycentre, likewise */
 #define TOLIMAN_SKY_DEFLECTION 128u          /* of light by the Sun */
 
 /* Options of a predictor. */
@@ -105,8 +104,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_
                                                                   toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
 
 /* Predicts the means over the on-target intervals of exposures, weighted with their lengths.
- *   intervals        [sum of interval_counts][2], start and end, TAI ns; in any order within an exposure; a single one
- *                    of zero length is allowed at the Earth's centre
+ *   intervals        [sum of interval_counts][2], start and end, TAI ns; in any order within an exposure; at the
+ *                    Earth's centre also of zero length
  *   interval_counts  [count], of each exposure; NULL: one each, start and end of an exposure whose on-target intervals
  *                    are not known
  *   predictions      [count]; factor is the ratio of the means. NaN for an uncovered exposure
@@ -130,11 +129,11 @@ typedef struct toliman_sky_reduce_options {
 #define TOLIMAN_SKY_REDUCE_OPTIONS_INIT TOLIMAN_INIT(toliman_sky_reduce_options)
 
 /* Reduces measured separations to the orbit, in the unit of the series, with the factors of toliman_sky_predict_mean.
- *   measured  of kind TOLIMAN_MEASURE_SEPARATION, with exposures; the unit of px is the plate scale
- *   out       the reduced series, of kind TOLIMAN_MEASURE_REDUCED, with position angles
- * Uncovered exposures are left out and counted (promise: uncovered-exposures-are-left-out): left_out of
- * toliman_measure_info. A series without functions, except offsets of instruments, gets those of the errors of the
- * orbit (toliman_sky_set_columns), or, without sigmas or standard deviations of elements, a trend of order 4 with a
+ *   measured  TOLIMAN_MEASURE_SEPARATION, with exposures; the unit of px is the plate scale
+ *   out       TOLIMAN_MEASURE_REDUCED, with position angles
+ * Uncovered exposures are left out and counted (promise: uncovered-exposures-are-left-out) in
+ * toliman_measure_info.left_out. A series without functions, except offsets of instruments, gets those of the errors of
+ * the orbit (toliman_sky_set_columns), or, without sigmas or standard deviations of elements, a trend of order 4 with a
  * warning.
  * Errors: as toliman_sky_predict_mean; TOLIMAN_E_RANGE no measurement is left; TOLIMAN_E_ARGUMENT, naming the
  * measurement:
@@ -183,14 +182,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_info(const toliman
 #define TOLIMAN_SKY_ELEMENT_PERIASTRON 736
 #define TOLIMAN_SKY_ELEMENT_EPOCH 737 /* Julian year */
 
-/* Writes an element, TOLIMAN_SKY_ELEMENT_..., and its standard deviation, 0 if unknown. value and sigma may be NULL.
- * Errors: TOLIMAN_E_RANGE for an unknown element. */
+/* Writes an element, TOLIMAN_SKY_ELEMENT_..., and its standard deviation, 0 if unknown. value and sigma may be NULL. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toliman_sky *sky, int32_t element,
                                                                       double *value, double *sigma) TOLIMAN_NOEXCEPT;
 
-/* Declares the errors of the orbit as nuisance functions of a periodogram of reduced separations (period_nuisance.h):
- * per element with a standard deviation, its prior, a column with partials[element] of each sample's prediction, whose
- * coefficient is the error of the element. Sigmas must be absolute.
+/* Declares the errors of the orbit as nuisance functions of a periodogram of reduced separations (period_nuisance.h): a
+ * column with partials[element] of each sample's prediction per element with a standard deviation, its prior. Sigmas
+ * must be absolute.
  *   unit_arcsec  arcsec per unit of the values: 1, or the plate scale for px
  *   scale_sigma  as toliman_sky_reduce_options; increases that of the semi-major axis
  *   options      receives columns, column_bound and, after mean and trend, prior_precision
@@ -200,8 +198,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_set_columns(const toli
                                                                       toliman_period_options *options,
                                                                       int32_t *elements) TOLIMAN_NOEXCEPT;
 
-/* Flag: chi_square is poor and above 3: times, unit, sigmas or the model of the frames are wrong. Do not use the new
- * orbit. */
+/* Flag: chi_square is poor and above 3. Do not use the new orbit: times, unit, sigmas or the model of the frames are
+ * wrong. */
 #define TOLIMAN_SKY_UNUSABLE 1u
 
 /* Result of a refit. */
@@ -228,9 +226,9 @@ typedef struct toliman_sky_refit_result {
  *   measured     as for toliman_sky_reduce, with sigmas
  *   scale_sigma  as toliman_sky_reduce_options; only priors distinguish this error from one of the semi-major axis
  *   out          predictor of the new orbit, with the errors after the fit
- * Errors: TOLIMAN_E_RANGE no measurement is left; TOLIMAN_E_ARGUMENT measurements that toliman_sky_reduce refuses, no
- * sigmas, no standard deviation of an element, or a fit that is singular, does not converge, moves an element by more
- * than 10 standard deviations or leaves the limits of a system file. */
+ * Errors: as toliman_sky_reduce; TOLIMAN_E_ARGUMENT also for no sigmas, no standard deviation of an element, or a fit
+ * that is singular, does not converge, moves an element by more than 10 standard deviations or leaves the limits of a
+ * system file. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_refit(const toliman_sky *sky, const toliman_measure *measured,
                                                                 double scale_sigma, toliman_sky_refit_result *result,
                                                                 toliman_sky **out) TOLIMAN_NOEXCEPT;

@@ -2,12 +2,11 @@
  *
  * Data flow
  *
- *   toliman_sky (sky.h), measured separations (measure.h) -> diagnose -> toliman_sky_diagnosis, toliman_sky_hypothesis
- *   [7]
+ *   toliman_sky (sky.h), measured separations (measure.h) -> diagnose -> toliman_sky_diagnosis, _hypothesis [7]
  *
- * In a low orbit, wrong times or axes leave residuals of a known shape; planets leave another one, and other residuals
- * count as noise. A cause is named only if it explains the residuals by at least 7 standard deviations of what it
- * leaves (promise: causes-need-seven-sigmas). */
+ * In a low orbit, wrong times or axes leave residuals of a known shape; planets leave another one. A cause is named
+ * only if it explains the residuals by at least 7 standard deviations of what it leaves
+ * (promise: causes-need-seven-sigmas). */
 #ifndef TOLIMAN_SKY_DIAGNOSIS_H
 #define TOLIMAN_SKY_DIAGNOSIS_H
 
@@ -61,19 +60,18 @@ typedef struct toliman_sky_diagnosis {
     double chi_square; /* goodness.h, without a hypothesis; priors included */
     double chi_square_sigma;
     double largest_residual;
-    int32_t goodness; /* TOLIMAN_GOODNESS_... */
+    int32_t goodness;
     int32_t reserved;
-    uint64_t used; /* number of measurements */
+    uint64_t used; /* measurements */
 } toliman_sky_diagnosis;
 #define TOLIMAN_SKY_DIAGNOSIS_INIT TOLIMAN_INIT(toliman_sky_diagnosis)
 
 /* Finds the mistake that explains the residuals of measured separations about their predictions.
  *   measured     as for toliman_sky_refit
- *   scale_sigma  standard deviation of the relative error of the plate scale, in [0, 1); SCALE tests a larger error
+ *   scale_sigma  as toliman_sky_reduce_options; SCALE tests a larger error
  *   hypotheses   [TOLIMAN_SKY_HYPOTHESES]; NULL: goodness only, cause NONE
- * Uses at most 4096 measurements, evenly spread, without those that the observer file does not cover. With fewer than
- * 30, no hypothesis is tested. Shifts of time are tested up to 25 h. Takes 25 us per measurement for the goodness, 1 ms
- * for all.
+ * Uses at most 4096 covered measurements, evenly spread. With fewer than 30, no hypothesis is tested. Shifts of time
+ * are tested up to 25 h. Takes 1 ms per measurement.
  * Errors: as toliman_sky_refit for measured; toliman_sky_predict_mean. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_diagnose(const toliman_sky *sky,
                                                                    const toliman_measure *measured, double scale_sigma,

@@ -75,7 +75,7 @@ toliman_track_load_options(const char *folder, toliman_track_options *options) T
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_create(const toliman_track_options *options,
                                                                    toliman_track **out) TOLIMAN_NOEXCEPT;
 
-/* Destroys a tracker. Uncommitted records are lost, as in a crash. */
+/* Destroys a tracker. Uncommitted records are lost. */
 TOLIMAN_API void toliman_track_destroy(toliman_track *track) TOLIMAN_NOEXCEPT;
 
 /* Processes frames[count] in order and writes outcomes[count]. A rejected frame is an outcome, not an error. On an
@@ -126,7 +126,7 @@ typedef struct toliman_track_info {
     int64_t expected; /* ids from first to last, of each session and region */
     int64_t missing;  /* of these, without a valid frame */
     int64_t dropped;  /* by the camera, as valid frames report */
-    int64_t sessions; /* of session and region */
+    int64_t sessions; /* pairs of session and region */
     int64_t records;  /* of the ledger; in memory, of valid frames */
     int64_t committed;
     int64_t capacity;
@@ -135,8 +135,7 @@ typedef struct toliman_track_info {
     double value_limit;
     int64_t unreduced;
     double plate_scale_arcsec; /* 0 = frames are not reduced */
-    const char *system;        /* for toliman_sky_create, valid until the tracker is destroyed; NULL = frames are not
-                                  reduced */
+    const char *system;        /* for toliman_sky_create, valid until the tracker is destroyed; NULL likewise */
     uint32_t elements;         /* bit j: a column of the periodogram is the error of element j (sky.h) */
     uint32_t reserved;
     int64_t misfit;
@@ -148,13 +147,13 @@ typedef struct toliman_track_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const toliman_track *track,
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
 
-/* Gets the options in force. folder and clock.pairs (NULL if camera time is TAI) point to memory of the tracker;
- * objects, callbacks and allocator are NULL. */
+/* Gets the options in force. folder and clock.pairs (NULL if camera time is TAI) belong to the tracker; objects,
+ * callbacks and allocator are NULL. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_get_options(const toliman_track *track, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
-/* Gets the tracker's periodogram, for all queries of period.h: it belongs to the tracker, and every push updates it.
- * Queries during a push return TOLIMAN_E_STATE. */
+/* Gets the tracker's periodogram, which every push updates, for all queries of period.h. During a push they return
+ * TOLIMAN_E_STATE. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_period(const toliman_track *track,
                                                                        const toliman_period **out) TOLIMAN_NOEXCEPT;
 
