@@ -1,6 +1,6 @@
 /* libtoliman, bank: networks (cae.h) that follow moving stars. A network is accurate only at the places of the stars
  * for which it was trained: a bank has networks for dates of an orbit and, at each date, for sub-pixel places of the
- * scene's centre. Each frame is fitted (fit.h) and encoded by the nearest network.
+ * scene's centre. Each frame is fitted (fit.h) and encoded by the nearest network (decisions.md, 29).
  *
  * Data flow (toliman_bank_...)
  *
@@ -9,10 +9,6 @@
  *   toliman_fit, frame, time -> encode                separation, px -> period.h
  *   toliman_fit, time        -> predict, get_renewal  efficiency to expect, until when to use
  *                               get_info, get_network properties
- *
- * Estimate for a frame (decisions.md, 29): the separation of the fit is set to its prediction, but within 5e-3 px of
- * the fitted one. The network encodes the residual at its own places of the stars; latent/slope is the separation minus
- * that of the model, with slope and efficiency of the frame.
  *
  * Times are days of scene time (toliman_fit_prediction.time_days). */
 #ifndef TOLIMAN_BANK_H

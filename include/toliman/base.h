@@ -6,8 +6,7 @@
  *   downlink -> ingest.h -> frames -> track.h -----------------------> period.h
  *
  *   Failed call -> status    toliman_constant_name, toliman_last_error, toliman_last_error_field
- *   Version of the library   toliman_version, toliman_abi_version, toliman_get_struct_size
- *   Machine                  toliman_get_machine
+ *   Version and machine      toliman_version, toliman_abi_version, toliman_get_struct_size, toliman_get_machine
  *
  * Conventions of all headers, which their comments do not repeat
  *   - Errors. A function that can fail returns a toliman_status; results are written to pointers after the inputs. A
@@ -95,13 +94,13 @@ typedef int32_t toliman_status;
 #define TOLIMAN_E_STATE 13      /* object not ready, such as too few samples, or in use */
 #define TOLIMAN_E_LOST 14       /* data lost from a file, changed by another program or the disk */
 
-/* Returns the message of the last failed call on this thread, one line: field, value and allowed values. "" if no call
- * has failed; never NULL. Valid until the next failed call on this thread. */
+/* Returns the message of the last failed call on this thread, one line: field, value and allowed values; "" if no call
+ * has failed, never NULL. Valid until the next failed call on this thread. */
 TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
 
-/* Returns the wrong argument, struct member, scene key or file of the last failed call on this thread
- * (promise: errors-name-the-field): "sigma", "options->bin", "frames[3].sigma", "telescope.aperture_m", or a path; ""
- * if there is none. Otherwise as toliman_last_error. */
+/* Returns the wrong argument, struct member, scene key or file of this message (promise: errors-name-the-field):
+ * "sigma", "options->bin", "frames[3].sigma", "telescope.aperture_m", or a path; "" if there is none. Otherwise as
+ * toliman_last_error. */
 TOLIMAN_API const char *toliman_last_error_field(void) TOLIMAN_NOEXCEPT;
 
 /* Returns the name of a constant in files and messages: "too good" for TOLIMAN_GOODNESS_TOO_GOOD. Named are status
@@ -133,8 +132,8 @@ typedef void (*toliman_release_fn)(void *memory, size_t size, void *user_data);
 
 /* Allocator for the large arrays of an object; NULL = malloc. Creating, loading or copying the object uses it; its
  * memory is released with the object at the latest (promise: allocators-get-memory-back). Any thread that uses the
- * object may call both functions. user_data must outlive the object; the struct is read during the call only. Small
- * allocations, and those of OpenBLAS, FFTW, cJSON, zlib and C++, use malloc. */
+ * object may call both functions. user_data must outlive the object, not the struct. Small allocations, and those of
+ * OpenBLAS, FFTW, cJSON, zlib and C++, use malloc. */
 typedef struct toliman_allocator {
     uint32_t struct_size;
     uint32_t reserved;

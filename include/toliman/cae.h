@@ -91,7 +91,7 @@ typedef toliman_status (*toliman_frames_fn)(size_t first, size_t count, double *
 /* Training result. UNSUPERVISED: epochs, validation_loss, mmse, mssim, photon_floor; TIED: cosine; otherwise 0. */
 typedef struct toliman_cae_training {
     uint32_t struct_size;
-    uint32_t steps; /* in all, also epochs */
+    uint32_t steps; /* in all, like epochs */
     uint32_t epochs;
     uint32_t reserved;
     double loss;            /* TIED: squared distance of the unit target from the decoder output, 0.02 when well

@@ -16,15 +16,13 @@
  * (spread.h), and the intervals of time with exposures. All sums are integers: frames in any order give the same bits
  * (promise: sums-ignore-the-order). After create, only save and errors allocate memory.
  *
- * Registration: relative flux and shift of both stars, by weighted least squares from the nearest of model images at
- * steps of 1/8 px. The result depends on the frame only. The separation of the stars is that of the prediction; 0.05 px
- * of difference are harmless, as they change the shifts of all frames alike.
+ * Registration: relative flux and shift of both stars, by least squares from model images at steps of 1/8 px. The
+ * result depends on the frame only. The separation is that of the prediction, to 0.05 px.
  *
  * A pixel is left out of a frame if its residual is beyond the limit for bad pixels (toliman_frame_goodness: cosmic
  * rays, 6 standard deviations), or if it saturates or may. The counts that the registered model expects are added in
- * its place. So the expectation of the sum is that of all its frames, up to the error of the model times the share of
- * frames without the pixel. The variance of the pixel is smaller by the same share.
- */
+ * its place: the expectation of the sum is that of all frames, the variance of the pixel smaller by the share of frames
+ * without it. */
 #ifndef TOLIMAN_COADD_H
 #define TOLIMAN_COADD_H
 
@@ -145,7 +143,7 @@ typedef struct toliman_coadd_sum {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_coadd_take(toliman_coadd *coadd, toliman_frame *frame,
                                                                  toliman_coadd_sum *sum) TOLIMAN_NOEXCEPT;
 
-/* Options in force, and counts. */
+/* Properties and counts of an object. */
 typedef struct toliman_coadd_info {
     uint32_t struct_size;
     uint32_t range_px;

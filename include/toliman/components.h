@@ -88,8 +88,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_components_train(toliman_components *components, const toliman_components_train_options *options,
                          toliman_components_training *report) TOLIMAN_NOEXCEPT;
 
-/* Writes the series of a component. Errors: TOLIMAN_E_STATE before training; TOLIMAN_E_RANGE for a component that was
- * not trained.
+/* Writes the series of a component. Errors: TOLIMAN_E_STATE before training.
  *   values  [frames] or NULL, in units of the (binned) residuals; for PCA the mean square is the eigenvalue
  *   share   or NULL: of the component in the sum of squares of the frames about their mean; those of a dictionary need
  *           not add up to 1 */

@@ -59,8 +59,7 @@ typedef struct toliman_fit_options {
  * Images between two windows have an error of second order (promise: windows-err-in-second-order): 1e-5 of the peak if
  * the OPD changes by 1 nm.
  * Errors:
- *   - TOLIMAN_E_ARGUMENT for an unknown parameter, or one that is named twice or always free; count = 0; starts that do
- *     not increase;
+ *   - TOLIMAN_E_ARGUMENT for a parameter that is always free; count = 0; starts that do not increase;
  *   - TOLIMAN_E_SCENE if the scene's frame does not determine the parameters: it has too few pixels, a parameter is a
  *     combination of the others, or one has no first-order effect (focus behind a spiral mask without struts);
  *   - TOLIMAN_E_MISMATCH, naming the scene, unless detector.shape, binary and the times of the cadence are the same;
@@ -130,7 +129,7 @@ typedef struct toliman_fit_result {
     uint32_t flags;         /* TOLIMAN_FIT_... */
     double displacement_px; /* separation_px minus the predicted separation */
     double separation_px;
-    double separation_sigma_px; /* this and others: from the inverse Fisher matrix */
+    double separation_sigma_px; /* standard deviations: from the inverse Fisher matrix */
     double position_angle_deg, position_angle_sigma_deg;
     double x_px, y_px, x_sigma_px, y_sigma_px; /* of the scene's centre */
     double flux_a, flux_b;                     /* relative change of the photons */

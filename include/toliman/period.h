@@ -16,13 +16,9 @@
  * Power        P = 1 - (residual sum of squares of the model)/(that of the mean alone), in [0, 1].
  * Frequencies  f_k = f0 + k df, k = 0 ... nf - 1, not rounded to a double, in cycles per unit of t.
  * Exactness    Any order of pushes gives the same bits on every x86-64 CPU (promise: any-order-gives-same-bits).
- * Accuracy     The power has a known error bound (promise: power-error-is-bounded):
- *                2e-15 + 4e-15 (1 + m) N/(W l)                   single-limb
- *                1e-13 + 6e-16/sqrt(l) + 1e-28 (1 + m) N/(W l)   double-limb
- *              N samples; W = sum (sigma_floor/sigma)^2; m = |mean - value_offset| in standard deviations of the
- *              values; l: smaller eigenvalue of the covariance matrix of cosine and sine, at most 1/2, small for
- *              samples that cover less than half a cycle or few of its phases. Where l vanishes, they "coincide": one
- *              is fitted.
+ * Accuracy     The power has a known error bound (promise: power-error-is-bounded), at best 2e-15 (design.md, 5).
+ *              Double-limb accumulators keep it small for samples that cover less than half a cycle or few of its
+ *              phases (toliman_period_query_sampling). Where cosine and sine "coincide", one is fitted.
  *              Powers with a bound above 1e-3 are flagged TOLIMAN_PERIOD_INACCURATE
  *              (promise: inaccurate-powers-are-flagged). Queries return TOLIMAN_E_RANGE if value_bound leaves the
  *              variance of the values fewer than 12 correct digits (promise: lost-digits-are-refused).
@@ -40,7 +36,7 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_period toliman_period;
 
 #define TOLIMAN_PERIOD_FIXED_MEAN 1u  /* subtract the weighted mean once */
-#define TOLIMAN_PERIOD_DOUBLE_LIMB 2u /* see Accuracy: for small l */
+#define TOLIMAN_PERIOD_DOUBLE_LIMB 2u /* see Accuracy */
 
 /* Options fixed at creation. */
 typedef struct toliman_period_options {
@@ -104,9 +100,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_many(toliman_p
                                                                        const double *y, const double *sigma,
                                                                        size_t n) TOLIMAN_NOEXCEPT;
 
-#define TOLIMAN_PERIOD_TIME_NS 256u
+#define TOLIMAN_PERIOD_TIME_NS 256u /* the time is t_ns */
 
-/* Sample whose time has more digits than a double: t_ns with the flag, otherwise t + t_low. Members of the other kind
+/* Sample whose time has more digits than a double: t_ns, or t + t_low, t_low the small one. Members of the other kind
  * are 0. */
 typedef struct toliman_period_sample {
     uint32_t struct_size;

@@ -10,18 +10,17 @@
  *              the series (measure.h), fitted at each frequency. Priors as in period_nuisance.h; sigmas are marginal
  *              standard deviations.
  * Noise        Covariance s_i s_j exp(-|t_i - t_j|/tau), s_i = sigma_i, or 1 without sigmas: a first-order
- *              autoregression, AR(1), of fitted scale. rho: correlation over one step, the median step between
- *              different times; tau = -step/ln rho.
+ *              autoregression, AR(1), of fitted scale, without a white component. rho: correlation over one step, the
+ *              median step between different times; tau = -step/ln rho.
  * Power        1 - R/R_H, residual sums of squares R of the model and R_H of mean and functions, with the inverse of
  *              the covariance as metric.
  * Correlation  Restricted maximum likelihood, in [0, 0.999], without a sinusoid unless it is significant (FAP below
- *              1e-4 to 1e-8). A signal in white noise loses 3 % of its log10 FAP on average.
+ *              1e-4 to 1e-8).
  * FAP          Baluev's bound with n - K degrees of freedom, K as in period_nuisance.h, for one query. Of series of
  *              AR(1) noise, about 1 % have a FAP of 0.01 (promise: correlated-alarms-are-rare); with white noise
- *              assumed 52 % for rho = 0.5 and n = 200. 1/f noise is not AR(1): 2.1 % (n = 200) and 28 % (n = 847), at
- *              the lowest frequencies; log10_p_white is then below -3.
- * Samples      In any order, at different times. Pairs much closer than tau have great influence: the model has no
- *              white component.
+ *              assumed 52 % for rho = 0.5 and n = 200. 1/f noise is not AR(1): up to 28 % (benchmarks.md);
+ *              log10_p_white is then below -3.
+ * Samples      In any order, at different times.
  * Accuracy     The power with correlated noise has an error of 1e-10 (promise: noise-power-has-ten-digits), if the
  *              functions leave 1e-8 of the squares of cosine and sine. */
 #ifndef TOLIMAN_PERIOD_NOISE_H

@@ -119,7 +119,7 @@ typedef struct toliman_sim_info {
     double peak_photons;                             /* brightest pixel before the detector */
     double total_photons;                            /* of the frame, before the detector */
     double min_displacement_px, max_displacement_px; /* of the signal over the cadence */
-    double amplitude_uas;                            /* of the signal */
+    double amplitude_uas;
     double aperture_m;
     double pixel_scale_arcsec;
     uint64_t scene_digest; /* FNV-1a of the scene text, also in weights */

@@ -55,7 +55,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_parameters(toliman
 
 /* Writes the derivative of the expected frame by a parameter to image[rows][stride], in the unit of the frame per unit
  * of the parameter.
- * Errors: TOLIMAN_E_ARGUMENT for an unknown name; TOLIMAN_E_UNSUPPORTED if the scene has no such derivative:
+ * Errors: TOLIMAN_E_UNSUPPORTED if the scene has no such derivative:
  *   - flux_b, temperature_b, spectrum_b_... and position_angle of a single star;
  *   - mask_... unless the mask is a spiral with edges "area";
  *   - temperature_... and spectrum_... of spectral lines or a single wavelength;

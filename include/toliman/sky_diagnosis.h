@@ -49,7 +49,7 @@ typedef struct toliman_sky_hypothesis {
     double significance; /* sqrt(gain/max(1, chi_square)); 0 if not tested */
     int32_t is_decisive; /* 1 if significance is at least 7, and at least 5 measurements share the gain */
     int32_t reserved;
-    char text[160];
+    char text[160]; /* "times are late by 37.0 +- 0.2 s: TAI taken for UTC?" */
 } toliman_sky_hypothesis;
 #define TOLIMAN_SKY_HYPOTHESIS_INIT TOLIMAN_INIT(toliman_sky_hypothesis)
 

@@ -13,12 +13,12 @@ TOLIMAN_BEGIN_DECLS
 /* Number of cumulants of order 3 to 6. */
 #define TOLIMAN_SPREAD_CUMULANTS 22u
 
-/* Number of the short frames, and distribution of the stars' places in them: both stars by the same x and y (px), about
- * their mean, weighted by the light of the frames, in addition to the scene's jitter, which is that within a short
- * frame. A long exposure with known pointing jitter is 1 frame with a spread. With cumulants, the expected sum is exact
- * to order 6: to 1e-6 of its peak for jitter of 0.3 px rms with a normal distribution, and to 1e-3 for any other.
- * Without (all 0), a normal distribution is assumed; the cumulants that 10^5 places drawn from it have by chance are
- * not below the photon noise of their sum. */
+/* Number of the short frames, and distribution of the stars' places in them: both stars by the same x and y (px),
+ * about their mean, weighted by the light of the frames, in addition to the scene's jitter within a short frame. A
+ * long exposure with known pointing jitter is 1 frame with a spread. With cumulants, the expected sum is exact to
+ * order 6: to 1e-6 of its peak for jitter of 0.3 px rms with a normal distribution, and to 1e-3 for any other.
+ * Without (all 0), a normal distribution is assumed, from which even 10^5 places drawn from it differ by more than
+ * their photon noise. */
 typedef struct toliman_spread {
     uint32_t struct_size;
     uint32_t reserved;
