@@ -52,7 +52,7 @@ typedef struct toliman_bank_plan_info {
 } toliman_bank_plan_info;
 #define TOLIMAN_BANK_PLAN_INFO_INIT TOLIMAN_INIT(toliman_bank_plan_info)
 
-/* Gets the plan of a bank. Errors: as toliman_bank_create, except that dates outside the model images are not detected;
+/* Gets the plan of a bank. Errors: as toliman_bank_create, but dates outside the model images are not detected;
  * TOLIMAN_E_UNSUPPORTED for a single star. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_plan(const toliman_sim *sim,
                                                                 const toliman_bank_options *options,
@@ -75,8 +75,8 @@ typedef struct toliman_bank_train_options {
     uint32_t threads;
     toliman_progress_fn progress;
     void *progress_data;
-    const char *journal; /* file to which each trained network is appended (formats.md, "TLMJ"); NULL: none. Networks
-                            of an existing one are not trained again. The caller removes it once the bank is saved */
+    const char *journal; /* file for each trained network (formats.md, "TLMJ"), which is then not trained again;
+                            NULL: none. The caller removes it once the bank is saved */
 } toliman_bank_train_options;
 #define TOLIMAN_BANK_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_bank_train_options)
 
@@ -114,7 +114,7 @@ typedef struct toliman_bank_network {
     double days;
     double first_days, last_days; /* times to which no other date is nearer */
     double x_px, y_px;            /* shift of the scene's centre, in [-0.5, 0.5) */
-    double cosine;                /* efficiency at its places, without maximum pooling; 0 if untrained */
+    double cosine;                /* efficiency at its places; 0 if untrained */
 } toliman_bank_network;
 #define TOLIMAN_BANK_NETWORK_INIT TOLIMAN_INIT(toliman_bank_network)
 
@@ -158,8 +158,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_encode(const toliman_
                                                                   toliman_bank_result *results,
                                                                   toliman_fit_result *fitted) TOLIMAN_NOEXCEPT;
 
-/* Gets network, efficiency and sigma_px for a noise-free frame with the stars at the places of the prediction (NULL:
- * time 0, no shift). Errors: as toliman_bank_encode. */
+/* Gets network, efficiency and sigma_px for a noise-free frame of this prediction (NULL: time 0, no shift). Errors: as
+ * toliman_bank_encode. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_predict(const toliman_bank *bank, const toliman_fit *fit,
                                                                    const toliman_fit_prediction *prediction,
                                                                    toliman_bank_result *out) TOLIMAN_NOEXCEPT;

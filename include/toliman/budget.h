@@ -75,7 +75,7 @@ typedef struct toliman_sim_budget_row {
     int32_t is_free;         /* 0 or 1 */
     const char *name, *unit; /* "px", "nm", "K", ..., "" for a ratio */
     double bias_px;          /* not free: error of the separation per unit */
-    double curvature_px;     /* free: error of the separation per unit squared; not known for jitter, motions of the
+    double curvature_px;     /* free: error of the separation per unit squared; unknown for jitter, motions of the
                                 mask and PADDED_FFT */
     double earth_amount;     /* with the effect of an Earth */
     double tenth_crb_amount; /* with the effect of a tenth of crb_px */

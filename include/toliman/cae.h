@@ -184,7 +184,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
  *
  * The slope of latent over displacement is 1 for small displacements; latent/displacement is about 0.9996 at 1e-4 px,
  * 0.996 at 1e-3 px and 0.96 at 1e-2 px (promise: latent-slope-is-stated); between trainings, its deviation from 1
- * varies by a third. 0.1 % more light shifts the latent by -6e-6 px in chapter.json unless fluxes are projected out.
+ * varies by a third.
  * Errors: image.h, for counts in the crop; TOLIMAN_E_ARGUMENT with CENTRE_IMAGE for a crop without light;
  * TOLIMAN_E_RANGE if the latent overflows. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const toliman_image *image,

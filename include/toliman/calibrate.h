@@ -246,7 +246,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_opd(const 
                                                                           int64_t window, double *opd) TOLIMAN_NOEXCEPT;
 
 /* Images of a calibration. */
-#define TOLIMAN_CALIBRATION_IMAGE_CHI 851    /* mean over frames of the squared residual over its variance */
+#define TOLIMAN_CALIBRATION_IMAGE_CHI 851    /* mean over frames of squared residual over variance */
 #define TOLIMAN_CALIBRATION_IMAGE_BEFORE 852 /* residual of the first frame over its standard deviation, at the start */
 #define TOLIMAN_CALIBRATION_IMAGE_AFTER 853  /* at the end */
 

@@ -72,11 +72,11 @@ TOLIMAN_API void toliman_coadd_destroy(toliman_coadd *coadd) TOLIMAN_NOEXCEPT;
 
 /* Verdicts on a frame. */
 #define TOLIMAN_COADD_VERDICT_ADDED 951
-#define TOLIMAN_COADD_VERDICT_NEXT 952      /* it belongs to the next sum: take this one, then add the frame again */
-#define TOLIMAN_COADD_VERDICT_LOST 953      /* rows of zeros: a part of the frame is lost */
+#define TOLIMAN_COADD_VERDICT_NEXT 952      /* take this sum, then add the frame again */
+#define TOLIMAN_COADD_VERDICT_LOST 953      /* rows of zeros */
 #define TOLIMAN_COADD_VERDICT_FAINT 954     /* less than a fifth of the expected light, or more than 5 times as much */
-#define TOLIMAN_COADD_VERDICT_NOT_FOUND 955 /* the stars are not in the frame as the model expects them */
-#define TOLIMAN_COADD_VERDICT_OUTSIDE 956   /* they are over range_px from their predicted places */
+#define TOLIMAN_COADD_VERDICT_NOT_FOUND 955 /* no stars as the model expects them */
+#define TOLIMAN_COADD_VERDICT_OUTSIDE 956   /* stars over range_px from their predicted places */
 #define TOLIMAN_COADD_VERDICT_MISFIT 957    /* chi-square above its limit, or more than 256 pixels left out */
 
 /* Why a sum ended. */
@@ -114,9 +114,8 @@ typedef struct toliman_coadd_sum {
     uint32_t reserved;
     int64_t frames;                                                       /* added */
     int64_t lost, faint, not_found, outside, misfit;                      /* frames with these verdicts */
-    int64_t cosmic_rays, saturated;                                       /* pixels that were left out of added
-                                                                             frames */
-    int64_t filled_pixels;                                                /* pixels that were left out of most frames */
+    int64_t cosmic_rays, saturated;                                       /* pixels left out of added frames */
+    int64_t filled_pixels;                                                /* pixels left out of most frames */
     int64_t first_ns, last_ns;                                            /* start of the first and end of the last
                                                                              exposure */
     int64_t mean_ns;                                                      /* photon-weighted mean of the middles of
@@ -126,9 +125,9 @@ typedef struct toliman_coadd_sum {
     double x_px, y_px;                                                    /* photon-weighted mean shift, as of an
                                                                              outcome */
     double registration_xx_px2, registration_yy_px2, registration_xy_px2; /* mean covariance of the registration's
-                                                                             errors, which was subtracted from that
-                                                                             of the places */
-    double chi_square;                                                    /* mean of the added frames */
+                                                                             errors, subtracted from that of the
+                                                                             places */
+    double chi_square;                                                    /* mean */
     const uint32_t *left_out;                                             /* [rows][cols]: frames in which a pixel
                                                                              was left out. Belongs to the object */
 } toliman_coadd_sum;
@@ -152,7 +151,7 @@ typedef struct toliman_coadd_info {
     int64_t rejected;          /* frames with other verdicts since it began */
     int64_t number;            /* of the present sum, from 0 */
     int64_t first_ns, last_ns; /* of its exposures; 0 without frames */
-    double photons;            /* expected of the stars in one frame, at the predicted place */
+    double photons;            /* expected of the stars in one frame */
     uint64_t bytes;            /* of memory */
     uint64_t digest;           /* FNV-1a of all that determines the sums */
 } toliman_coadd_info;

@@ -22,7 +22,7 @@ typedef struct toliman_components_options {
     uint32_t struct_size;
     int32_t raw;       /* 0 or 1; 0: residuals (counts - reference)/sigma with preprocess.project projected out; 1:
                           counts */
-    uint32_t bin;      /* blocks of bin x bin pixels are summed; divides rows and cols; 0 = 1 */
+    uint32_t bin;      /* side of blocks of pixels that are summed; divides rows and cols; 0 = 1 */
     uint32_t capacity; /* in [2, 16384]; 0 = number of frames of the scene's cadence */
     const toliman_allocator *allocator;
     toliman_log_fn log; /* receives warnings about preprocess.project */
@@ -30,7 +30,7 @@ typedef struct toliman_components_options {
 } toliman_components_options;
 #define TOLIMAN_COMPONENTS_OPTIONS_INIT TOLIMAN_INIT(toliman_components_options)
 
-/* Creates an empty collection with the memory of all its frames, 4 bytes per binned pixel. */
+/* Creates an empty collection with the memory of all frames, 4 bytes per binned pixel. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_create(const toliman_sim *sim,
                                                                         const toliman_components_options *options,
                                                                         toliman_components **out) TOLIMAN_NOEXCEPT;
@@ -68,8 +68,7 @@ typedef struct toliman_components_train_options {
 typedef struct toliman_components_training {
     uint32_t struct_size;
     uint32_t iterations;
-    int32_t converged; /* 1: the last iteration improved the objective by less than 1e-5 of the total; 0: stopped by
-                          the limit */
+    int32_t converged; /* 1: the last iteration improved the objective by less than 1e-5 of the total */
     uint32_t reserved;
     double objective; /* dictionary: over that without atoms, 0 to 1 */
 } toliman_components_training;
@@ -80,8 +79,7 @@ typedef struct toliman_components_training {
  *   DICTIONARY  a local minimum of the sum of |x - D a|^2/2 + lambda s |a|_1 over codes a and atoms |D_j| <= 1, s: rms
  *               of all pixels; sorted by energy (Mairal et al. 2009)
  * The largest element of a series is positive. The same frames, options and seed give the same bits
- * (promise: components-repeat-their-bits); the last bits of PCA depend on the threads of OpenBLAS. The inner products
- * of the frames, 8 bytes per pair, are kept until the next push.
+ * (promise: components-repeat-their-bits); the last bits of PCA depend on the threads of OpenBLAS.
  * Errors: TOLIMAN_E_STATE for fewer than components + 1 frames. After a cancelled call, components of an earlier
  * training remain (promise: cancelled-components-remain). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status

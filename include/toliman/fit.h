@@ -89,20 +89,19 @@ typedef struct toliman_fit_info {
     int64_t parameters; /* of a frame: 7 and those of the options */
     double image_error; /* of the interpolation, relative to the peak of the model image */
     double capture_px;
-    uint64_t digest; /* FNV-1a of all that determines results: model images, detector, orbit, parameters, capture,
-                        windows */
+    uint64_t digest; /* FNV-1a of all that determines results */
 } toliman_fit_info;
 #define TOLIMAN_FIT_INFO_INIT TOLIMAN_INIT(toliman_fit_info)
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_info(const toliman_fit *fit,
                                                                    toliman_fit_info *out) TOLIMAN_NOEXCEPT;
 
 /* What is known of a frame before the fit, which starts at the predicted places. displacement_px is measured from the
- * predicted separation. Any start that converges to the same maximum gives the same places to about 1e-7 px. */
+ * predicted separation. */
 typedef struct toliman_fit_prediction {
     uint32_t struct_size;
     uint32_t flags;
-    double time_days;             /* time of the frame: a moving binary is at its place on the scene's orbit, or,
-                                     with binary.observer, where the observer sees it: mean over the scene's exposure */
+    double time_days;             /* time of the frame, for the place of a moving binary on the scene's orbit, or,
+                                     with binary.observer, as the observer sees it, mean over the scene's exposure */
     double x_px, y_px;            /* shift of both stars from their places in the scene */
     double separation_px;         /* 0 = that of the scene at this time */
     double position_angle_deg;    /* with separation_px */
@@ -113,10 +112,9 @@ typedef struct toliman_fit_prediction {
 } toliman_fit_prediction;
 #define TOLIMAN_FIT_PREDICTION_INIT TOLIMAN_INIT(toliman_fit_prediction)
 
-/* Flag: no maximum: the last step moved a place by 1e-6 px or more, a star lost 90 % of its flux, or the stars left
- * the range of the model images. Without a maximum every number of a fit is NaN (promise: unfitted-frames-are-nan),
- * except iterations; excluded is 0. Frequent if photons and read noise together are below about 1 electron^2 in many
- * pixels. */
+/* Flag: no maximum: the last step moved a place by 1e-6 px or more, a star lost 90 % of its flux, or the stars left the
+ * range of the model images. Without a maximum every number of a fit is NaN (promise: unfitted-frames-are-nan), except
+ * iterations; excluded is 0. */
 #define TOLIMAN_FIT_NOT_CONVERGED 1u
 
 #define TOLIMAN_FIT_SATURATED 4u /* pixels at the full well or the largest count were excluded */

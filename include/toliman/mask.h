@@ -39,11 +39,10 @@ typedef struct toliman_mask_options {
     double peak_to_mean;               /* limit of the ratio at each place, in (1, inf); 0 = that of the scene's mask
                                           there */
     double light_in_frame;             /* least fraction, in (0, 1); 0 = 0.875 (no limit in a scene that gives
-                                          peak_photons). Most designs meet it to 1 % */
+                                          peak_photons) */
     uint32_t feature_cells;            /* smallest feature in cells, in [1, 16]; 0 = 2 */
     int32_t symmetry;                  /* TOLIMAN_MASK_SYMMETRY_..., 0 = NONE */
-    uint32_t iterations;               /* of the first descent, in [1, 100000]; 0 = 250. All descents take about
-                                          twice as many */
+    uint32_t iterations;               /* of the first descent, half of all, in [1, 100000]; 0 = 250 */
     uint32_t reserved;
     toliman_progress_fn progress; /* stages such as "polish: bound 1.8e-06 px" */
     void *progress_data;
@@ -51,8 +50,8 @@ typedef struct toliman_mask_options {
 #define TOLIMAN_MASK_OPTIONS_INIT TOLIMAN_INIT(toliman_mask_options)
 
 /* Designs a mask: cells with the step of the scene's mask or, without one, an OPD of half the middle wavelength. Takes
- * minutes, and reads the files of the scene again. A mask depends on the scene and options only
- * (promise: masks-ignore-threads). If it is not better, try another seed.
+ * minutes. A mask depends on the scene and options only (promise: masks-ignore-threads). If it is not better, try
+ * another seed.
  * Errors: TOLIMAN_E_SCENE if the separation has no bound, and for places that the scene cannot have;
  * TOLIMAN_E_UNSUPPORTED with PADDED_FFT; those of toliman_sim_create_file. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_create(const toliman_sim *sim,
@@ -62,8 +61,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_create(const toliman_
 /* Destroys a mask. */
 TOLIMAN_API void toliman_mask_destroy(toliman_mask *mask) TOLIMAN_NOEXCEPT;
 
-/* Scores at one place of the stars, of the designed mask and (_before) the scene's own. Bounds of one frame may be
- * infinite. */
+/* Scores at one place of the stars, of the designed mask and (_before) the scene's own. Bounds may be infinite. */
 typedef struct toliman_mask_info {
     uint32_t struct_size;
     int32_t improved; /* 1: the mask is better */

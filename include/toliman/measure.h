@@ -80,7 +80,7 @@ typedef struct toliman_measure_options {
 /* Reads a series from a file, or from a state folder of a tracker.
  *   path  table or JSON Lines (series.h), JSON array of objects, .npy (float64 [n][2 or 3]: t, y, sigma), or folder
  * A number that seems to mark a missing value (-9999) is an error (promise: missing-marks-are-no-values). Warnings:
- * rows without a value, a column of instruments, a last line without newline; those of series.h.
+ * rows without a value, and those of series.h.
  * Errors: as toliman_measure_create; folders as toliman_track_create; TOLIMAN_E_NOT_FOUND also without such frames in
  * the folder; TOLIMAN_E_FORMAT also without samples; TOLIMAN_E_MISMATCH no such columns, or units that cannot be
  * converted. */

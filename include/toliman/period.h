@@ -172,8 +172,8 @@ typedef struct toliman_period_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toliman_period *period,
                                                                       toliman_period_info *out) TOLIMAN_NOEXCEPT;
 
-/* Normalisations of the power, as in astropy. R, R0: residual sums of squares of the model and of the mean alone. MODEL
- * and LOG are finite: they use 1 - P >= 1e-15. */
+/* Normalisations of the power, as in astropy. R, R0: residual sums of squares of the model and of the mean alone. 1 - P
+ * >= 1e-15 in MODEL and LOG. */
 #define TOLIMAN_PERIOD_POWER_STANDARD 101 /* P = 1 - R/R0 */
 #define TOLIMAN_PERIOD_POWER_MODEL 102    /* R0/R - 1 */
 #define TOLIMAN_PERIOD_POWER_LOG 103      /* -ln(R/R0) */
@@ -185,7 +185,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
 
 /* Writes the power at frequencies first ... first + count - 1 to power[count]. It is never NaN
  * (promise: power-is-never-nan): 0 with fewer than two distinct values, P = 1 with as many free parameters as samples.
- * normalisation  TOLIMAN_PERIOD_POWER_...
+ *   normalisation  TOLIMAN_PERIOD_POWER_...
  * Errors: TOLIMAN_E_RANGE lost digits (see Accuracy); TOLIMAN_E_STATE after a wrong retract. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period,
                                                                          int32_t normalisation, int64_t first,
@@ -226,7 +226,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
 /* Flag: the grid exceeds `nyquist` of toliman_period_sampling: powers repeat. */
 #define TOLIMAN_PERIOD_ABOVE_NYQUIST 64u
 
-/* Flags of a peak that often has another cause than a planet.
+/* Flags: the cause is often not a planet.
  *   LONG    period above T/2
  *   ANNUAL  |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d by unit_ns, for T above half a year */
 #define TOLIMAN_PERIOD_LONG 2048u
@@ -255,27 +255,26 @@ typedef struct toliman_period_peak {
     /* fit: goodness.h; NaN without absolute sigmas */
     double chi_square, chi_square_sigma, largest_residual;
     int32_t goodness;  /* fit */
-    uint32_t outliers; /* fit: samples farther than 6 robust sigmas from it; not left out */
+    uint32_t outliers; /* fit: samples in use farther than 6 robust sigmas from it */
 } toliman_period_peak;
 #define TOLIMAN_PERIOD_PEAK_INIT TOLIMAN_INIT(toliman_period_peak)
 
 /* Writes the highest peak of the grid, or a longer period whose alias it is and which is as probable
  * (promise: longest-alias-is-shown). Power and FAP of a peak are never overstated (promise: peaks-are-not-overstated):
- * they are those of the grid point, at df = 0.1/T up to 1 % low.
+ * at df = 0.1/T they are up to 1 % low.
  * Errors: as toliman_period_query_power; TOLIMAN_E_STATE for fewer than five samples or constant values. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peak(const toliman_period *period,
                                                                         toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
-/* Writes the peak of toliman_period_query_peak, then the highest other local maxima; capacity is 1 to 64, lower
- * peaks are omitted. Power and FAP of lower peaks contain the scatter of higher ones. Errors: as
- * toliman_period_query_peak. */
+/* Writes the peak of toliman_period_query_peak, then the highest other local maxima, up to capacity, 1 to 64; their
+ * power and FAP contain the scatter of higher ones. Errors: as toliman_period_query_peak. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const toliman_period *period,
                                                                          toliman_period_peak *peaks, size_t capacity,
                                                                          size_t *count) TOLIMAN_NOEXCEPT;
 
-/* Refines the peak of toliman_period_query_peak by a least-squares fit of frequency, amplitude, phase, offset and
- * nuisance functions to the samples. A fit is never worse than its grid point (promise: fits-beat-the-grid), to which
- * TOLIMAN_PERIOD_INACCURATE refers.
+/* Refines the peak of toliman_period_query_peak by a least-squares fit of sinusoid and nuisance functions to the
+ * samples. A fit is never worse than its grid point (promise: fits-beat-the-grid), to which TOLIMAN_PERIOD_INACCURATE
+ * refers.
  *   t, y, sigma  [n], the samples pushed (only n and the bounds are checked); sigma may be NULL; t from t_ns as in
  *                toliman_period_sample
  *   rows         [n][columns]; NULL without
@@ -286,18 +285,18 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
 /* Saves a periodogram as state bytes (formats.md, "TLMP").
- * Errors: TOLIMAN_E_STATE if no samples can have these accumulators (promise: unloadable-states-are-not-saved): after a
- * wrong retract, also of a sample that was merged from other offsets. */
+ * Errors: TOLIMAN_E_STATE if no samples can have these accumulators (promise: unloadable-states-are-not-saved), as
+ * after a wrong retract. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_period *period, void *bytes,
                                                                   size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
 /* Loads a periodogram.
- * Errors: TOLIMAN_E_FORMAT for a damaged state or one of another version (promise: damaged-states-are-refused). */
+ * Damaged states and other versions are TOLIMAN_E_FORMAT (promise: damaged-states-are-refused). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load(const void *bytes, size_t size,
                                                                   const toliman_load_options *options,
                                                                   toliman_period **out) TOLIMAN_NOEXCEPT;
 
-/* Saves a periodogram to a file. Files are replaced atomically: on failure the old one remains
+/* Saves a periodogram. Files are replaced atomically: on failure the old one remains
  * (promise: files-are-replaced-atomically). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save_file(const toliman_period *period,
                                                                        const char *path) TOLIMAN_NOEXCEPT;

@@ -2,10 +2,10 @@
  *
  * Data flow (toliman_period_...)
  *
- *   toliman_period, log10(1 - power) -> query_fap -> log10 FAP -> query_threshold -> log10(1 - power)
- *   toliman_period, samples -> query_bootstrap -> log10(1 - power) of the highest peak of each resampling
+ *   toliman_period, log10(1 - power) -> query_fap -> log10 FAP -> query_threshold -> log10(1 - power) toliman_period,
+ *   samples -> query_bootstrap -> log10(1 - power) of the highest peak of each resampling
  *
- * Every method assumes white noise with the given relative sigmas; correlated noise: period_noise.h. N samples with K
+ * Every method assumes white noise (otherwise: period_noise.h) with the given relative sigmas. N samples with K
  * nuisance functions (period_nuisance.h), the mean among them, have N - K degrees of freedom. */
 #ifndef TOLIMAN_PERIOD_FAP_H
 #define TOLIMAN_PERIOD_FAP_H
@@ -53,11 +53,11 @@ typedef struct toliman_period_bootstrap_options {
 
 /* Bootstrap: writes log10(1 - P) of the highest peak of each of `count` resamplings to log10_residuals[count], sorted,
  * strongest peak first. A resampling keeps the times and draws pairs (y, sigma) with replacement; with nuisance
- * functions, of their residuals. It assumes no distribution of the noise.
+ * functions, of their residuals.
  *   t, y, sigma  [n], the pushed samples (only n is checked); sigma may be NULL
  * FAP of a peak of toliman_period_query_peak (not _query_fit): (k + 1)/(count + 1), if k entries are at or below its
- * log10_residual. Threshold of a FAP alpha: log10_residuals[alpha * count - 1]. Each resampling takes the time to push
- * all samples and query once, each thread the memory of a periodogram.
+ * log10_residual. Threshold of a FAP alpha: log10_residuals[alpha * count - 1]. Each thread takes the memory of a
+ * periodogram.
  * Errors: as toliman_period_query_fit. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_bootstrap(
     const toliman_period *period, const double *t, const double *y, const double *sigma, size_t n,

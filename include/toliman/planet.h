@@ -184,7 +184,7 @@ typedef struct toliman_planet_candidate {
                          (nearest to time_reference), amplitude */
     double best_error[5];
     double correlation[25];    /* [5][5], posterior of the same five */
-    double power_left;         /* share of the squared signal that functions and other planets leave */
+    double power_left;         /* share of the squared signal left by functions and other planets */
     double log10_star;         /* log10 of the odds of star A; NaN without velocities */
     double inclination_deg[3]; /* of the orbit or its mirror image, 0 to 90; likewise */
     double node_deg[3];        /* ascending node from the mean axis, to either side; likewise */

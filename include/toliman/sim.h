@@ -148,8 +148,8 @@ typedef struct toliman_sim_bounds {
     double crb_px;            /* all else known */
     double crb_flux_shift_px; /* fluxes and common shift unknown */
     double crb_marginal_px;   /* also roll, scale, focus and background */
-    double crb_projected_px;  /* those of preprocess.project unknown: reference of an efficiency */
-    double truncation;        /* largest error of the Taylor expansion over the largest change by the signal */
+    double crb_projected_px;  /* those of preprocess.project unknown */
+    double truncation;        /* error of the Taylor expansion over the largest change by the signal */
     double peak_to_mean;      /* brightest over mean pixel of the expected frame, before the detector */
     double gradient_energy;   /* mean |gradient|^2 of it over mean^2, px^-2 */
 } toliman_sim_bounds;

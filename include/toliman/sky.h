@@ -57,8 +57,8 @@ typedef struct toliman_sky_options {
     uint32_t without; /* effects TOLIMAN_SKY_... to leave out, in [0, 255] */
     /* Observer: one of observer and altitude_km, or none for the Earth's centre, with a warning */
     const char *observer;                    /* path: OEM, CSV, Horizons (formats.md, "Observer files") */
-    double altitude_km;                      /* circular sun-synchronous orbit of arbitrary phase, for simulations,
-                                                in [200, 2000] km; 0 = none */
+    double altitude_km;                      /* circular sun-synchronous orbit, for simulations, in [200, 2000] km; 0
+                                                = none */
     double node_hours;                       /* local mean time at the ascending node, in (0, 24] h; 0 = 18 h, a
                                                 dawn-dusk orbit */
     const toliman_leap_second *leap_seconds; /* [leap_second_count], for observer files in UTC */
@@ -87,8 +87,8 @@ typedef struct toliman_sky_prediction {
     double geometric_arcsec;     /* on the orbit */
     double geometric_angle_deg;  /* on the orbit */
     double factor;               /* separation_arcsec/geometric_arcsec */
-    double barycentric_offset_s; /* barycentric time (TDB when light of the system's barycentre arrives at that of
-                                    the solar system) minus TAI */
+    double barycentric_offset_s; /* TDB when light of the system's barycentre arrives at that of the solar system,
+                                    minus TAI */
     double approach_m_s;         /* velocity of the observer towards the system, of the effects in use */
     double sun_angle_deg;        /* between system and Sun */
     double partials[7];          /* of separation_arcsec by the elements, over factor; arcsec per unit */
@@ -212,7 +212,7 @@ typedef struct toliman_sky_refit_result {
     double scale_sigma;
     double covariance[49]; /* [7][7], of the elements */
     double chi_square_sigma, largest_residual;
-    double jitter_arcsec; /* white noise added to the sigmas if chi_square is poor; else 0 */
+    double jitter_arcsec; /* white noise added to the sigmas; 0 unless chi_square is poor */
     int32_t goodness;
     uint32_t flags;
     uint32_t left_out; /* uncovered */

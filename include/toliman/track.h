@@ -64,7 +64,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
 /* Creates a tracker, or opens an existing folder (start from toliman_track_load_options). A tracker allocates all
- * memory at creation (promise: trackers-allocate-at-creation), and locks the ledger until it is destroyed. Errors:
+ * memory at creation (promise: trackers-allocate-at-creation), and locks the ledger. Errors:
  *   - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits
  *     (promise: estimators-are-not-mixed), another stamp or exposure_s, or, without REBUILD, another grid, clock table,
  *     system, plate scale or limit of chi-square; for the bank of another fit;
@@ -157,8 +157,8 @@ toliman_track_get_options(const toliman_track *track, toliman_track_options *opt
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_period(const toliman_track *track,
                                                                        const toliman_period **out) TOLIMAN_NOEXCEPT;
 
-/* Refines the highest peak, as toliman_period_query_fit; the phase is at TAI time_offset_ns. Reads all records; takes
- * 100 bytes per frame. Errors as toliman_period_query_fit; TOLIMAN_E_FORMAT if the ledger has been damaged. */
+/* Refines the highest peak, as toliman_period_query_fit; the phase is at TAI time_offset_ns. Takes 100 bytes per frame.
+ * Errors as toliman_period_query_fit; TOLIMAN_E_FORMAT if the ledger has been damaged. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_query_fit(const toliman_track *track,
                                                                       toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 

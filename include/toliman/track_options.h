@@ -35,7 +35,7 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_TRACK_SYNC_FRAME 522
 #define TOLIMAN_TRACK_SYNC_NONE 523 /* a power failure may lose committed records */
 
-/* Estimator: cae, linear, fit or estimate, or none if no frame is pushed. It must outlive the tracker; do not train its
+/* Estimator: cae, linear, fit or estimate; none if no frame is pushed. It must outlive the tracker; do not train its
  * network meanwhile. */
 typedef struct toliman_track_estimator {
     const toliman_cae *cae;
@@ -92,8 +92,8 @@ typedef struct toliman_track_grid {
 } toliman_track_grid;
 
 /* Clock table: camera and TAI nanoseconds, both increasing, linear between and beyond; one pair is a constant
- * difference, (0, 0): camera time is TAI. No pairs: those of the folder, also with REBUILD; in a new folder (0, 0). If
- * the setup file is lost, grid, clock table, stamp and system must be given. */
+ * difference. No pairs: those of the folder, also with REBUILD; in a new folder camera time is TAI, (0, 0). If the
+ * setup file is lost, grid, clock table, stamp and system must be given. */
 typedef struct toliman_track_clock {
     const int64_t *pairs; /* [count][2] */
     size_t count;
@@ -102,9 +102,8 @@ typedef struct toliman_track_clock {
 /* Reduction to the orbit of the binary. */
 typedef struct toliman_track_reduction {
     /* System and observer, with all effects, or NULL; must outlive the tracker. Needs a value separation_px: `fit`, or
-     * `estimate` with this name in `values`. To push frames to a folder with a system, give the same one, and an
-     * observer in orbit if it had one (TOLIMAN_E_ARGUMENT if NULL, TOLIMAN_E_MISMATCH for another); NULL to read or
-     * merge. */
+     * `estimate` with this name in `values`. NULL to read or merge; to push frames to a folder with a system, the same
+     * one (else TOLIMAN_E_MISMATCH), with an observer in orbit if it had one. */
     const toliman_sky *sky;
     double plate_scale_arcsec; /* in (0, 1e6]; 0 = that of the folder, or of the scene of `fit` */
     double scale_sigma;        /* relative error of the plate scale, in [0, 1); 0 = that of the folder; in a new
@@ -150,7 +149,7 @@ typedef struct toliman_track_options {
     uint32_t reserved;
     const toliman_allocator *allocator;
     /* Receives one warning per kind of damage that toliman_track_create repairs or ignores
-     * (promise: damage-is-told-once): checkpoint, incomplete last record, session names. */
+     * (promise: damage-is-told-once). */
     toliman_log_fn log;
     void *log_data;
 } toliman_track_options;

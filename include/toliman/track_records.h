@@ -46,8 +46,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const to
 /* Column of the ledger, in addition to toliman_track_record:
  *   chi_square, flags           of toliman_estimate
  *   exposure_s                  of toliman_frame; 0 = unknown
- *   shift_s                     mean on-target time minus the middle of the exposure; 0 without intervals. Not applied
- *                               to the time
+ *   shift_s                     mean on-target time minus the middle of the exposure, not applied to the time; 0
+ *                               without intervals
  *   window_row, window_col      of toliman_frame
  *   intervals                   number of on-target intervals; -1 = lost
  *   chi_square_sigma, largest_residual, bad_pixels  of the outcome
