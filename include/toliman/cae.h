@@ -4,16 +4,10 @@
  *
  * Data flow (toliman_cae_...)
  *
- *   toliman_sim -> create      weights blob -> load, load_file
- *                     |                     |
- *                     +----------+----------+
- *                                v
- *                           toliman_cae <-> train
- *                                +-> encode                          latent, px -> period.h
- *                                +-> decode, reconstruct, get_target decoder output and training target
- *                                +-> get_info                        properties
- *                                +-> save, save_file                 weights blob
- *                             destroy
+ *   toliman_sim -> create; weights blob -> load, load_file -> toliman_cae <-> train; get_info, destroy
+ *   encode                          latent, px -> period.h
+ *   decode, reconstruct, get_target decoder output and training target
+ *   save, save_file                 weights blob
  *
  * A network contains the preprocessing of its scene: crop, reference image, variance, nuisance images, input scale. */
 #ifndef TOLIMAN_CAE_H
@@ -43,7 +37,7 @@ typedef struct toliman_cae toliman_cae;
 /* Place of the crop: the barycentre of the scene's light, to half a pixel. */
 #define TOLIMAN_CAE_CENTRE_SCENE 241
 /* Moved by whole pixels to the barycentre of the frame's light above the scene's uniform background, for pointing that
- * wanders by pixels. As a fraction remains, project out the shift, or train on such frames. */
+ * wanders. A fraction remains: project out the shift, or train on such frames. */
 #define TOLIMAN_CAE_CENTRE_IMAGE 242
 
 /* Options of a network. */
@@ -66,8 +60,7 @@ typedef struct toliman_cae_options {
  * CENTRE_IMAGE with frames of 256x256; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal.
  *
  * Of preprocess.project, an image is dropped if less than 1e-10 of its norm remains after the projection of those
- * before it. The log warns of it, and of one of which less than 1e-2 remains after that of the others: "scale is nearly
- * a combination of focus (0.71), roll (-0.70): 0.004 of its norm remains". */
+ * before it. The log warns of it, and of one of which less than 1e-2 remains after that of the others. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed,
                                                                  const toliman_cae_options *options,
                                                                  toliman_cae **out) TOLIMAN_NOEXCEPT;

@@ -9,8 +9,8 @@
  *   outliers; offsets, jitters             get_outliers, get_instruments
  *   upper limits; rate of detection        get_limits, inject
  *
- * Series       Reduced separations of a binary (toliman_sky_reduce, or a state folder), radial velocities of a star, or
- *              other values, without masses; no prior for the mean. Noise must be white: toliman_measure_query_noise.
+ * Series       Reduced separations of a binary, radial velocities of a star, or other values, without masses; no prior
+ *              for the mean. Noise must be white: toliman_measure_query_noise.
  * Model        y = c_0 + sum over j of c_j b_j + one signal per planet + noise; functions b_j of period_nuisance.h.
  *              Each instrument has an offset without a prior, and a jitter.
  * Signal       Separation: amplitude (r/a) cos(nu + periastron); nu, r, a: true anomaly of the planet, distance from
@@ -19,27 +19,26 @@
  *              motion, from the projection of the axis on the orbital plane to the planet's periastron, if it orbits A;
  *              for B add 180 deg.
  *              Velocity: amplitude (cos(nu + periastron) + e cos(periastron)); periastron of the star.
- * Axis         With position angles, the axis A -> B is that of the date, with two more amplitudes across the mean
- *              axis; without, it is fixed, and periods of face-on orbits are wrong by its rotation.
+ * Axis         With position angles, that of the date, with two more amplitudes across the mean axis; without, fixed:
+ *              periods of face-on orbits are then wrong by its rotation.
  * Velocities   Of one star or both, fitted together with separations: two more amplitudes, along the line of sight.
  *              Inclination, node and true masses follow, except for the mirror image of the orbit in the plane of axis
  *              and line of sight.
  * Mass         One series measures mass times g, or of velocities times sin i. Separations do not show which star has
  *              the planet: the mass is given for both.
  * Priors       log period, mean anomaly, direction of the orbit and star: uniform. Eccentricity: Beta(0.867, 3.03).
- *              Amplitudes: Gaussian of mean 0, with a log-uniform standard deviation. Jitter, added in quadrature to
- *              all sigmas, fitted if chi_square is poor or there are no sigmas: density 1/(s + s0), s0 a
- *              tenth of the median sigma, or a thousandth of jitter_max.
+ *              Amplitudes: Gaussian, with a log-uniform standard deviation. Jitter s, added in quadrature to all sigmas
+ *              if chi_square is poor or there are no sigmas: 1/(s + s0), s0 a tenth of the median sigma, or a
+ *              thousandth of jitter_max.
  * Odds         log10_bayes: log10 of the Bayes factor of one additional planet, without prior odds. Of series without a
  *              planet, at most 0.6 % (95 %) reach the threshold (promise: false-planets-are-rare).
  * Candidates   Each is searched in the residuals of those before it, up to the first below `threshold`, or with a
- *              reason other than SAMPLES and FRAMES. All are then fitted together, and each posterior is computed
- *              again; one that falls below the threshold becomes the last.
+ *              reason other than SAMPLES and FRAMES. All are then fitted together.
  * Verdict      A candidate is a planet only if no reason of TOLIMAN_PLANET_REASON_... speaks against it
  *              (promise: one-reason-forbids-a-planet).
  * Outliers     Samples farther than 6 robust standard deviations (at least 6 sigmas) from a sinusoid with functions,
- *              and from the joint fit. The search ignores them. With one outlier or more no candidate is a planet,
- *              except with TOLIMAN_PLANET_CLIP (promise: outliers-forbid-a-planet).
+ *              and from the joint fit. The search ignores them. With outliers no candidate is a planet, except with
+ *              TOLIMAN_PLANET_CLIP (promise: outliers-forbid-a-planet).
  * Source       Price-Whelan et al. (2017), ApJ 837, 20. */
 #ifndef TOLIMAN_PLANET_H
 #define TOLIMAN_PLANET_H

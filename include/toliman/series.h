@@ -56,6 +56,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_series_create(const tolima
 /* Destroys a parser. */
 TOLIMAN_API void toliman_series_destroy(toliman_series *series) TOLIMAN_NOEXCEPT;
 
+/* Result of a line. */
 typedef struct toliman_series_sample {
     uint32_t struct_size;
     int32_t found;      /* 1: a sample */

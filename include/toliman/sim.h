@@ -2,8 +2,8 @@
  *
  * Data flow (toliman_sim_...)
  *
- *   scene.json -> plan_file, plan_json                               requirements and cost, without images
- *   scene.json -> create_file, create_json -> toliman_sim -> frame -> counts[count][rows][cols]
+ *   scene.json -> plan_file, plan_json                               requirements and cost, without images scene.json
+ *   -> create_file, create_json -> toliman_sim -> frame -> counts[count][rows][cols]
  *                                             |                   -> cae.h, linear.h, components.h
  *                                             +-> get_info, get_plan, get_stages             properties
  *                                             +-> get_bounds                                 Cramer-Rao bounds
@@ -40,11 +40,11 @@
  *              stars move.
  * Stages       In this order, each only if the scene names it: expected photons x qe x pixel response + dark current ->
  *              Poisson noise -> full well -> + read noise -> / gain + bias -> rounding to integer DN.
- * Unit         Of frames and expected images: photons; electrons with qe; DN with gain, bias or bit depth.
- * Systematics  After the last frame of the cadence, drifts restart. Pointing in x and y shares one drift, and so do the
- *              two fluxes.
- * Nuisances    Parameters that estimators do not assume to be known (sim_derivative.h). They remove (project out) those
- *              of preprocess.project, at most 32.
+ * Unit         Of frames and expected images: photons; electrons with qe; DN with gain, bias or bit depth. Systematics
+ *              Drifts restart after the last frame of the cadence. Pointing in x and y shares one drift, as do the two
+ *              fluxes.
+ * Nuisances    Unknown parameters (sim_derivative.h) that estimators remove (project out): those of preprocess.project,
+ *              at most 32.
  * Engines      MATRIX_DFT samples exact pixel positions. PADDED_FFT is the baseline of the chapter: N_E = N_out p
  *              D/lambda samples of the pupil, rounded, so that the plate scale differs per wavelength, padded to N_out,
  *              the smallest power of two that is at least 4 times the longer side of the frame. */

@@ -9,7 +9,7 @@
  *   other folders -> merge                    query_fit, get_info, get_options; track_records.h
  *                                             commit, save -> folder; destroy
  *
- * Frames may arrive in any order, repeatedly or damaged. A frame (key and content: frame.h) is checked, measured by an
+ * Frames may arrive in any order, repeatedly or damaged. Each (key and content: frame.h) is checked, measured by an
  * estimator, assigned a time, and added to a periodogram. Its verdict:
  *
  *   accepted     the first valid frame with its key
