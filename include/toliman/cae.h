@@ -30,7 +30,7 @@ typedef struct toliman_cae toliman_cae;
 #define TOLIMAN_CAE_LAYOUT_PAPER 202
 
 /* Inputs: scaling of the crop. */
-#define TOLIMAN_CAE_INPUT_WHITENED 211 /* (counts - reference)/sigma per pixel, nuisances projected out */
+#define TOLIMAN_CAE_INPUT_WHITENED 211 /* (counts - reference)/sigma, nuisances projected out */
 #define TOLIMAN_CAE_INPUT_RESIDUAL 212 /* (counts - reference)/mean sigma of the frame */
 #define TOLIMAN_CAE_INPUT_RAW 213      /* counts; the reference image spans 0..1, as in the chapter */
 
@@ -97,8 +97,8 @@ typedef struct toliman_cae_training {
 #define TOLIMAN_CAE_TRAINING_INIT TOLIMAN_INIT(toliman_cae_training)
 
 /* Callback after each epoch of UNSUPERVISED training. so_far has the weights of this epoch; it may encode and be saved
- * with its training state. Both pointers are valid during the callback. Nonzero: the training returns
- * TOLIMAN_E_CANCELLED and can be resumed after this epoch. */
+ * with its training state. Both pointers are valid during the callback. Nonzero cancels the training, which can be
+ * resumed after this epoch. */
 typedef int32_t (*toliman_epoch_fn)(const toliman_cae *so_far, const toliman_cae_training *result, void *user_data);
 
 /* Options of a training; from `frames` to `threads`, and `epoch`: UNSUPERVISED only. */

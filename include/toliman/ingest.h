@@ -175,7 +175,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_clock(const ch
                                                                         toliman_log_fn log,
                                                                         void *user_data) TOLIMAN_NOEXCEPT;
 
-/* Time scales. TT = TAI + 32.184 s, GPS = TAI - 19 s. TDB differs from TT by less than 2 ms and is treated as TT. */
+/* Time scales. TDB is treated as TT, from which it differs by 2 ms at most. */
 #define TOLIMAN_INGEST_SCALE_UTC 631
 #define TOLIMAN_INGEST_SCALE_TAI 632
 #define TOLIMAN_INGEST_SCALE_TT 633
@@ -198,8 +198,8 @@ typedef struct toliman_leap_second {
 
 /* Reads a table of leap seconds.
  *   path     a leap-seconds.list of the IERS; NULL = the table of the ERFA library
- *   expires  becomes the day (MJD) from which on leap seconds may be missing: the expiry of the file, or 1 January of
- *            the first year that ERFA calls dubious; may be NULL
+ *   expires  becomes the day (MJD) from which on leap seconds may be missing: expiry of the file, or of ERFA; may be
+ *            NULL
  * A list of leap seconds is refused if it is damaged, truncated or not that of ERFA
  * (promise: leap-seconds-are-verified): TOLIMAN_E_FORMAT (formats.md, "Dates and time scales"). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(const char *path,

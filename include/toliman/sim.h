@@ -140,8 +140,8 @@ typedef struct toliman_sim_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_info(const toliman_sim *sim,
                                                                    toliman_sim_info *out) TOLIMAN_NOEXCEPT;
 
-/* Cramer-Rao bounds: smallest standard deviations of the separation in one frame that an unbiased estimator can reach,
- * from images of accuracy 1e-9 or better; infinite if the frame does not constrain it. */
+/* Cramer-Rao bounds: smallest standard deviations of the separation in one frame that an unbiased estimator can reach;
+ * infinite if the frame does not constrain it. */
 typedef struct toliman_sim_bounds {
     uint32_t struct_size;
     uint32_t reserved;
@@ -159,7 +159,7 @@ typedef struct toliman_sim_bounds {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_bounds(const toliman_sim *sim,
                                                                      toliman_sim_bounds *out) TOLIMAN_NOEXCEPT;
 
-/* Plan of a scene: what is computed to reach its accuracy. Errors are relative to the peak of the expected image. */
+/* Plan: what is computed to reach the accuracy of a scene. Errors are relative to the peak of the expected image. */
 typedef struct toliman_sim_plan_info {
     uint32_t struct_size;
     int32_t engine;
@@ -235,8 +235,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 #define TOLIMAN_SIM_IMAGE_CURVATURE 315 /* second derivative by the separation, per px^2 */
 #define TOLIMAN_SIM_IMAGE_SHIFT_X 316
 #define TOLIMAN_SIM_IMAGE_SHIFT_Y 317
-/* Variance of the counts: (expected electrons + coadds read_e^2)/gain^2, also without photon noise, + 1/12 DN^2 if
- * rounded. */
+/* Variance of the counts: (expected electrons + coadds read_e^2)/gain^2, + 1/12 DN^2 if rounded; also without photon
+ * noise. */
 #define TOLIMAN_SIM_IMAGE_VARIANCE 318
 #define TOLIMAN_SIM_IMAGE_ROLL 319
 #define TOLIMAN_SIM_IMAGE_SCALE 320
@@ -270,8 +270,8 @@ typedef struct toliman_sim_offsets {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_offsets(const toliman_sim *sim,
                                                                       toliman_sim_offsets *out) TOLIMAN_NOEXCEPT;
 
-/* Computes the expected image for a displacement to image[rows][stride] by propagation: slow, for tests and large
- * displacements. With jitter and no other systematics. TOLIMAN_E_RANGE if |displacement_px| > 100. */
+/* Computes the expected image for a displacement to image[rows][stride] by propagation (slow), with jitter and no other
+ * systematics. TOLIMAN_E_RANGE if |displacement_px| > 100. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_propagate(const toliman_sim *sim, double displacement_px,
                                                                     double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
@@ -284,7 +284,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_s
  *   displacements_px  [count], also beyond the cadence; NULL: the scene's own signal
  * A frame depends only on (scene, displacement, seed, k), not on threads or order
  * (promise: frames-depend-on-seed-alone). Images agree to 1e-14 of their peak between CPU types
- * (promise: images-agree-between-cpus), so that a rare noisy count may differ.
+ * (promise: images-agree-between-cpus): a rare noisy count may differ.
  * Errors, after which images may hold some frames: TOLIMAN_E_RANGE for a frame below 0 or, without displacements,
  * outside the cadence; if |displacement| > 0.1 px (100 px if the plan has atlas_taps or exact_frames); if a pixel
  * expects more than 1e12 electrons (photons, without qe). */

@@ -15,8 +15,8 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Record of the ledger: a frame as it arrived, with its present verdict. VERDICT_MERGED: counts instead;
- * VERDICT_INTERVALS: on-target intervals of a later frame. */
+/* Record of the ledger: a frame as it arrived, with its present verdict; counts (VERDICT_MERGED), or on-target
+ * intervals of a later frame (VERDICT_INTERVALS). */
 typedef struct toliman_track_record {
     uint32_t struct_size;
     int32_t verdict;
