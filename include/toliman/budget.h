@@ -72,7 +72,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget_steps(const
  * depends on others. */
 typedef struct toliman_sim_budget_row {
     uint32_t struct_size;
-    int32_t is_free;         /* 0 or 1 */
+    int32_t is_free;         /* 1: free */
     const char *name, *unit; /* "px", "nm", "K", ..., "" for a ratio */
     double bias_px;          /* not free: error of the separation per unit */
     double curvature_px;     /* free: error of the separation per unit squared; unknown for jitter, motions of the

@@ -57,7 +57,7 @@ typedef struct toliman_calibration_step {
     uint32_t struct_size;
     int32_t is_map;    /* 1: of the OPD map; 0: of the parameters */
     int32_t iteration; /* from 1 for each change */
-    int32_t accepted;  /* 0 or 1 */
+    int32_t accepted;  /* 1: accepted */
     double chi_square;
     double largest_step; /* of a parameter, in its standard deviations; of the map: rms, nm */
     uint32_t change;     /* TOLIMAN_CALIBRATION_CHANGE_..., or 0 */

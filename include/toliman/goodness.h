@@ -22,7 +22,7 @@ TOLIMAN_BEGIN_DECLS
  *   UNKNOWN   no chi_square
  *   GOOD      the noise explains the residuals
  *   POOR      damaged data, an effect missing in the model, or too small standard deviations: results may be wrong
- *             TOO_GOOD  too large standard deviations, as in a unit with fewer counts than photons */
+ *   TOO_GOOD  too large standard deviations, as in a unit with fewer counts than photons */
 #define TOLIMAN_GOODNESS_UNKNOWN 801
 #define TOLIMAN_GOODNESS_GOOD 802
 #define TOLIMAN_GOODNESS_POOR 803

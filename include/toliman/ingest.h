@@ -33,7 +33,7 @@ typedef struct toliman_ingest_options {
     int32_t pixel;      /* of a pair: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32, without a default; of a batch U16 */
     int32_t stamp;      /* meaning of timestamp_ns: TOLIMAN_FRAME_STAMP_..., 0 = START, as the mission writes it */
     double exposure_s;  /* in (0, 1e9] s; 0 = unknown */
-    int64_t rows, cols; /* expected shape, in [1, 65536]; both 0 = that of the first valid line. It locates the
+    int64_t rows, cols; /* expected shape, in [1, 65536]; both 0 = the shape in the first valid line. It locates the
                            frames after damaged lines */
     int64_t first_id;   /* smaller ids are skipped */
     int64_t end_id;     /* this and larger ids are skipped; both 0 = all frames. Malformed lines are reported unless

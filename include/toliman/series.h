@@ -34,8 +34,8 @@ typedef struct toliman_series toliman_series;
 typedef struct toliman_series_options {
     uint32_t struct_size;
     uint32_t flags;                          /* TOLIMAN_SERIES_GROWING, _PLAIN_TIMES */
-    int32_t time_format;                     /* TOLIMAN_INGEST_FORMAT_...; 0 = by the first time and the name of the
-                                                column (formats.md) */
+    int32_t time_format;                     /* TOLIMAN_INGEST_FORMAT_...; 0 = dates if the first time begins as
+                                                YYYY-MM-DD; otherwise by the name of the column (formats.md) */
     int32_t time_scale;                      /* TOLIMAN_INGEST_SCALE_... of dates and days; 0 = that of a column
                                                 named bjd_tdb or alike, otherwise UTC */
     const char *name;                        /* of the input, for messages; may be NULL */

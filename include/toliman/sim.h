@@ -40,8 +40,8 @@
  *              stars move.
  * Stages       In this order, each only if the scene names it: expected photons x qe x pixel response + dark current ->
  *              Poisson noise -> full well -> + read noise -> / gain + bias -> rounding to integer DN.
- * Unit         Of frames and expected images: photons; electrons with qe; DN with gain, bias or bit depth. Systematics
- *              Drifts restart after the last frame of the cadence. Pointing in x and y shares one drift, as do the two
+ * Unit         Of frames and expected images: photons; electrons with qe; DN with gain, bias or bit depth.
+ * Systematics  Drifts restart after the last frame of the cadence. Pointing in x and y shares one drift, as do the two
  *              fluxes.
  * Nuisances    Unknown parameters (sim_derivative.h) that estimators remove (project out): those of preprocess.project,
  *              at most 32.
@@ -166,7 +166,7 @@ typedef struct toliman_sim_plan_info {
     int32_t scene_wavelengths;
     int32_t wavelengths;  /* propagated: all, or fewer Chebyshev nodes in 1/lambda */
     int32_t order;        /* of the Taylor expansion */
-    int32_t exact_frames; /* 0 or 1 */
+    int32_t exact_frames; /* 1: every frame is propagated */
     int32_t oversampling;
     int32_t filter_taps;   /* of the filter over pixels; 0 = none */
     int64_t pupil_samples; /* N */
@@ -207,7 +207,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_json(const char *
 /* Physical effect that a scene may include. */
 typedef struct toliman_sim_stage {
     uint32_t struct_size;
-    int32_t modelled; /* 0 or 1 */
+    int32_t modelled; /* 1: in the scene */
     const char *name;
 } toliman_sim_stage;
 #define TOLIMAN_SIM_STAGE_INIT TOLIMAN_INIT(toliman_sim_stage)
