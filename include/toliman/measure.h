@@ -27,7 +27,7 @@ typedef struct toliman_measure toliman_measure;
 
 #define TOLIMAN_MEASURE_VALUE 901      /* any, such as latents */
 #define TOLIMAN_MEASURE_SEPARATION 902 /* apparent, as measured; periods and planets need REDUCED */
-#define TOLIMAN_MEASURE_REDUCED 903    /* reduced to the orbit of the binary, also frames of a state folder */
+#define TOLIMAN_MEASURE_REDUCED 903    /* reduced to the orbit of the binary, as frames of a state folder */
 #define TOLIMAN_MEASURE_VELOCITY 904   /* radial velocities of a star */
 
 /* Measurements as arrays. NULL or 0: not known. */

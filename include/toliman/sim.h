@@ -2,8 +2,8 @@
  *
  * Data flow (toliman_sim_...)
  *
- *   scene.json -> plan_file, plan_json                               requirements and cost, without images scene.json
- *   -> create_file, create_json -> toliman_sim -> frame -> counts[count][rows][cols]
+ *   scene.json -> plan_file, plan_json                               requirements and cost, without images
+ *   scene.json -> create_file, create_json -> toliman_sim -> frame -> counts[count][rows][cols]
  *                                             |                   -> cae.h, linear.h, components.h
  *                                             +-> get_info, get_plan, get_stages             properties
  *                                             +-> get_bounds                                 Cramer-Rao bounds
@@ -207,7 +207,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_json(const char *
 /* Physical effect that a scene may include. */
 typedef struct toliman_sim_stage {
     uint32_t struct_size;
-    int32_t modelled; /* 1: in the scene */
+    int32_t modelled; /* 1: modelled */
     const char *name;
 } toliman_sim_stage;
 #define TOLIMAN_SIM_STAGE_INIT TOLIMAN_INIT(toliman_sim_stage)

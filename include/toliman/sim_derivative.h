@@ -22,7 +22,7 @@
  *   mask_shift_x, _y    m        of its centre
  *   jitter_xx, _yy, _xy px^2     covariance of the jitter
  *   temperature_a, _b   K        spectrum times the ratio of the black bodies of T + 1 K and T; for a table without
- *                       temperature T = 5790 K (A), 5260 K (B)
+ *                                temperature T = 5790 K (A), 5260 K (B)
  *   spectrum_a_1 ... _11         coefficients of stars.A.spectrum.modes; spectrum_b_... likewise
  *   wavelength          nm       all wavelengths increase
  *
