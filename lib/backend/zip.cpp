@@ -15,7 +15,7 @@ uint32_t crc32(const void *data, size_t size, uint32_t before) noexcept {
 std::vector<uint8_t> deflate(const void *data, size_t size) {
     uLongf packed_size = ::compressBound(size);
     std::vector<uint8_t> packed(packed_size);
-    if (::compress2(packed.data(), &packed_size, static_cast<const Bytef *>(data), size, Z_BEST_COMPRESSION) != Z_OK)
+    if (::compress2(packed.data(), &packed_size, static_cast<const Bytef *>(data), size, Z_DEFAULT_COMPRESSION) != Z_OK)
         fail(Status::memory, "deflate: out of memory");
     packed.resize(packed_size);
     return packed;
