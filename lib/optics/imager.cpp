@@ -72,8 +72,9 @@ void Imager::to_pixels(StarImages &images) const {
         if (image.empty())
             return;
         image = filtered(image, plan_.pixels, filter);
+        const double samples = std::pow(finer, static_cast<double>(2 + order));
         for (double &value : image)
-            value *= std::pow(finer, static_cast<double>(2 + order));
+            value *= samples;
     };
     for (Derivative &derivative : images.derivatives)
         scale(derivative.image, derivative.along + derivative.across);

@@ -16,6 +16,7 @@
 #include "optics/line_filter.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/constants.hpp"
@@ -92,39 +93,67 @@ std::vector<double> odd_taps(const TransferFunction &transfer, double cutoff, si
     return taps;
 }
 
-double error_at(const std::vector<double> &taps, const TransferFunction &transfer, double frequency) {
-    const double turn_x = std::cos(2 * kPi * frequency), turn_y = std::sin(2 * kPi * frequency);
-    double even = taps[0], odd = 0, x = 1, y = 0; // x + i y = exp(2 pi i k f)
-    for (size_t k = 1; k < taps.size(); k++) {
-        const double next = x * turn_x - y * turn_y;
-        y = x * turn_y + y * turn_x;
-        x = next;
-        even += 2 * taps[k] * x;
-        odd += 2 * taps[k] * y;
+// Frequencies of the band at which filters are compared with a transfer function, which is evaluated once.
+class Band {
+  public:
+    Band(const TransferFunction &transfer, double cutoff)
+        : transfer_(&transfer), edge_weight_(transfer.weight(cutoff)) {
+        for (size_t i = 0; i <= kChecks; i++) {
+            const double frequency = cutoff * static_cast<double>(i) / kChecks;
+            turn_x_[i] = std::cos(2 * kPi * frequency);
+            turn_y_[i] = std::sin(2 * kPi * frequency);
+            wanted_[i] = transfer(frequency);
+            weight_[i] = transfer.weight(frequency);
+        }
     }
-    return std::fabs((transfer.odd() ? odd : even) - transfer(frequency)) * transfer.weight(frequency);
-}
 
-// The filter with these taps, its error with the rounding that long filters accumulate.
-LineFilter checked(std::vector<double> taps, const TransferFunction &transfer, double cutoff) {
-    LineFilter line;
-    for (size_t i = 0; i <= kChecks; i++)
-        line.error = std::max(line.error, error_at(taps, transfer, cutoff * static_cast<double>(i) / kChecks));
-    for (size_t k = 0; k < taps.size(); k++)
-        line.gain += (k == 0 ? 1 : 2) * taps[k] * taps[k];
-    line.gain = std::sqrt(line.gain) * transfer.weight(cutoff);
-    line.error = 2 * (line.error + kSampleRounding * line.gain);
-    line.taps = std::move(taps);
-    line.odd = transfer.odd();
-    return line;
-}
+    // The filter with these taps, its error with the rounding that long filters accumulate.
+    LineFilter checked(std::vector<double> taps) const {
+        LineFilter line;
+        for (size_t k = 0; k < taps.size(); k++)
+            line.gain += (k == 0 ? 1 : 2) * taps[k] * taps[k];
+        line.gain = std::sqrt(line.gain) * edge_weight_;
+        line.error = 2 * (largest_error(taps) + kSampleRounding * line.gain);
+        line.taps = std::move(taps);
+        line.odd = transfer_->odd();
+        return line;
+    }
+
+  private:
+    using Values = std::array<double, kChecks + 1>;
+
+    double largest_error(const std::vector<double> &taps) const noexcept {
+        Values sum, x, y; // x + i y = exp(2 pi i k f)
+        sum.fill(transfer_->odd() ? 0 : taps[0]);
+        x.fill(1);
+        y.fill(0);
+        for (size_t k = 1; k < taps.size(); k++) {
+            const Values &part = transfer_->odd() ? y : x;
+            for (size_t i = 0; i <= kChecks; i++) {
+                const double next = x[i] * turn_x_[i] - y[i] * turn_y_[i];
+                y[i] = x[i] * turn_y_[i] + y[i] * turn_x_[i];
+                x[i] = next;
+                sum[i] += 2 * taps[k] * part[i];
+            }
+        }
+        double largest = 0;
+        for (size_t i = 0; i <= kChecks; i++)
+            largest = std::max(largest, std::fabs(sum[i] - wanted_[i]) * weight_[i]);
+        return largest;
+    }
+
+    const TransferFunction *transfer_;
+    double edge_weight_;
+    Values turn_x_, turn_y_, wanted_, weight_;
+};
 
 // The shortest interpolated filter within the accuracy; else the most accurate one.
 LineFilter interpolated(const TransferFunction &transfer, double cutoff, double accuracy) {
+    const Band band(transfer, cutoff);
     LineFilter best;
     for (size_t count = transfer.odd() ? 2 : 1; count <= kMaxTaps; count++) {
-        LineFilter line = checked(
-            transfer.odd() ? odd_taps(transfer, cutoff, count) : even_taps(transfer, cutoff, count), transfer, cutoff);
+        LineFilter line =
+            band.checked(transfer.odd() ? odd_taps(transfer, cutoff, count) : even_taps(transfer, cutoff, count));
         const double error = line.error;
         if (best.taps.empty() || error < best.error)
             best = std::move(line);
@@ -150,6 +179,7 @@ std::vector<double> convolved(const std::vector<double> &first, bool odd, const 
 // pixel and window.
 LineFilter sampled(const TransferFunction &transfer, double cutoff, double accuracy) {
     const LineFilter box = interpolated(transfer.without_jitter(), cutoff, kShare * accuracy);
+    const Band band(transfer, cutoff);
     LineFilter best;
     const double least = std::sqrt(-2 * std::log(std::min(accuracy, kLoosest))) - kCutStep;
     for (double cut = std::min(least, kWidestCut); cut <= kWidestCut; cut += kCutStep) {
@@ -157,7 +187,7 @@ LineFilter sampled(const TransferFunction &transfer, double cutoff, double accur
         std::vector<double> kernel(static_cast<size_t>(std::ceil(width * transfer.jitter())) + 1);
         for (size_t k = 0; k < kernel.size(); k++)
             kernel[k] = transfer.kernel(static_cast<double>(k));
-        LineFilter line = checked(convolved(kernel, transfer.odd(), box.taps), transfer, cutoff);
+        LineFilter line = band.checked(convolved(kernel, transfer.odd(), box.taps));
         const bool better = best.taps.empty() || line.error < kCutGain * best.error;
         if (better)
             best = std::move(line);

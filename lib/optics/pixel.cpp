@@ -28,25 +28,23 @@ constexpr size_t kMaxTerms = 256;         // of the expansion in the covariance
 constexpr size_t kSteps = 200;            // of an integral over the band
 constexpr double kTermShare = 0.25;       // of the accuracy, for each filter of the expansion
 
-// out[i] = sum over k of taps[|k|] in[(i step + k) stride], with the sign of k for an odd filter; added to out unless
-// it is the first.
-void filter_line(const double *in, size_t stride, size_t step, const LineFilter &line, size_t count, double *out,
-                 size_t out_stride, bool first = true) noexcept {
-    const std::vector<double> &taps = line.taps;
-    for (size_t i = 0; i < count; i++) {
-        const double *const middle = in + i * step * stride;
-        double sum = taps[0] * middle[0];
+// out[i] = sum over k of taps[|k|] in[i step + k stride], with the sign of k for an odd filter.
+void filter_line(const double *in, size_t stride, size_t step, const LineFilter &line, size_t count,
+                 double *out) noexcept {
+    for (size_t i = 0; i < count; i++)
+        out[i] = line.taps[0] * in[i * step];
+    for (size_t k = 1; k < line.taps.size(); k++) {
+        const double tap = line.taps[k], *const before = in - k * stride, *const after = in + k * stride;
         if (line.odd)
-            for (size_t k = 1; k < taps.size(); k++)
-                sum += taps[k] * (middle[k * stride] - *(middle - k * stride));
+            for (size_t i = 0; i < count; i++)
+                out[i] += tap * (after[i * step] - before[i * step]);
         else
-            for (size_t k = 1; k < taps.size(); k++)
-                sum += taps[k] * (*(middle - k * stride) + middle[k * stride]);
-        out[i * out_stride] = first ? sum : out[i * out_stride] + sum;
+            for (size_t i = 0; i < count; i++)
+                out[i] += tap * (before[i * step] + after[i * step]);
     }
 }
 
-// The adjoint of filter_line: adds in[i] times the taps to out.
+// The adjoint along a line: adds in[i] times the taps to out.
 void spread_line(const double *in, size_t stride, size_t step, const LineFilter &line, size_t count, double *out,
                  size_t out_stride) noexcept {
     const std::vector<double> &taps = line.taps;
@@ -146,14 +144,17 @@ Grid sampling_grid(const Grid &pixels, const PixelFilter &filter) noexcept {
 Buffer<double> filtered(const Buffer<double> &samples, const Grid &pixels, const PixelFilter &filter) {
     const Grid grid = sampling_grid(pixels, filter);
     const size_t margin = filter.margin(), step = filter.oversampling;
-    Buffer<double> rows(grid.rows * pixels.cols), result(pixels.rows * pixels.cols);
+    Buffer<double> rows(grid.rows * pixels.cols), result(pixels.rows * pixels.cols), sums(pixels.cols);
     for (const auto &[along_x, along_y] : filter.terms) {
         for (size_t row = 0; row < grid.rows; row++)
             filter_line(samples.data() + row * grid.cols + margin, 1, step, along_x, pixels.cols,
-                        rows.data() + row * pixels.cols, 1);
-        for (size_t col = 0; col < pixels.cols; col++)
-            filter_line(rows.data() + margin * pixels.cols + col, pixels.cols, step, along_y, pixels.rows,
-                        result.data() + col, pixels.cols, &along_x == &filter.terms[0][0]);
+                        rows.data() + row * pixels.cols);
+        for (size_t row = 0; row < pixels.rows; row++) {
+            filter_line(rows.data() + (margin + row * step) * pixels.cols, pixels.cols, 1, along_y, pixels.cols,
+                        sums.data());
+            for (size_t col = 0; col < pixels.cols; col++)
+                result[row * pixels.cols + col] += sums[col];
+        }
     }
     return result;
 }
