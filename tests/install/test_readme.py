@@ -123,7 +123,8 @@ class Readme(unittest.TestCase):
         self.assertRegex(self.run_line(command), r"(?m)^period +(9\.9|10\.0)")
 
     def test_keys_of_a_planet(self):
-        for file in (ROOT / "examples" / "scenes").iterdir():
+        small_scene(self.home, "mission.json")
+        for file in (ROOT / "examples" / "scenes").glob("*.csv"):
             shutil.copy(file, self.home)
         scene = json.loads((self.home / "mission.json").read_text())
         scene.update(json.loads("{" + lines_of("json", GUIDE).strip().rstrip(",") + "}"))
@@ -142,6 +143,7 @@ class Readme(unittest.TestCase):
         self.assertEqual(count, 12)
         self.assertTrue((self.home / "chapter.run/result.json").is_file())
 
+    @unittest.skipUnless(os.environ.get("TOLIMAN_LONG"), "trains three networks of the shipped scene: make long")
     def test_first_numbers(self):
         (self.home / "examples").symlink_to(ROOT / "examples")
         numbers = 0
