@@ -10,6 +10,7 @@
  *                                             +-> get_series, get_offsets                    true values
  *                                             +-> get_pupil, get_spectrum                    optics and light
  *                                             +-> expect, propagate, get_image               images, derivatives
+ *                                             |   expected images, of fit.h too -> expose -> counts of moved stars
  *                                             +-> sim_derivative.h                           all derivatives
  *                                          destroy
  *
@@ -291,6 +292,17 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_s
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_sim *sim, const double *displacements_px,
                                                                 uint64_t seed, int64_t first, size_t count,
                                                                 double *images) TOLIMAN_NOEXCEPT;
+
+/* Adds noise and detector to expected images, as to frames first ... first + count - 1 of toliman_sim_frame: the bits
+ * of a frame depend on (expected image, scene, seed, k) only.
+ *   expected  [count][rows][cols], in the unit of frames, as toliman_sim_expect and toliman_fit_predict write it.
+ *             Light or charge of others may have been added
+ *   images    [count][rows][cols], the frames; may be `expected`
+ * Errors, after which images may hold some frames: TOLIMAN_E_ARGUMENT for a pixel that is not finite or expects less
+ * than no light, as without the bias; TOLIMAN_E_RANGE for a frame below 0 and for more than 1e12 electrons. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expose(const toliman_sim *sim, const double *expected,
+                                                                 uint64_t seed, int64_t first, size_t count,
+                                                                 double *images) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

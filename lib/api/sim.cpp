@@ -217,21 +217,29 @@ toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, co
     return info;
 }
 
-// Computes frames on worker threads; worker w computes frames w, w + workers, ... with its own scratch memory. Noise is
-// counter-based, so that the result does not depend on the partition.
-void make_frames(const optics::Simulator &simulator, uint64_t seed, int64_t first, size_t count,
-                 const double *displacements_px, uint32_t threads, double *images) {
-    const size_t pixels = simulator.pixels();
+// Makes frames on worker threads by make(i, scratch [pixels], image); worker w makes frames w, w + workers, ... with its
+// own scratch memory. Noise is counter-based, so that the result does not depend on the partition.
+template <class Make> void make_frames(size_t pixels, size_t count, uint32_t threads, double *images, const Make &make) {
     const size_t workers = std::max<size_t>(1, std::min<size_t>(toliman::worker_count(threads), count));
     std::vector<Buffer<double>> scratch(workers, Buffer<double>(pixels));
     toliman::run_jobs(static_cast<unsigned>(workers), workers, [&](size_t worker) {
-        for (size_t i = worker; i < count; i += workers) {
-            const int64_t k = first + static_cast<int64_t>(i);
-            const double displacement =
-                displacements_px != nullptr ? displacements_px[i] : simulator.displacement_px(k);
-            simulator.frame(displacement, seed, k, scratch[worker].data(), images + i * pixels);
-        }
+        for (size_t i = worker; i < count; i += workers)
+            make(i, scratch[worker].data(), images + i * pixels);
     });
+}
+
+// The electrons of an expected image; rounding alone takes no pixel farther below 0 than kRoundingE.
+void electrons_of(const optics::Simulator &simulator, const double *expected, size_t frame, double *electrons) {
+    constexpr double kRoundingE = 1e-6;
+    const size_t pixels = simulator.pixels(), cols = simulator.scene().detector.cols;
+    for (size_t i = 0; i < pixels; i++) {
+        const double counts = expected[frame * pixels + i];
+        electrons[i] = simulator.detector().electrons_of(counts);
+        if (!std::isfinite(counts) || electrons[i] < -kRoundingE)
+            fail(Status::argument, "{expected}[%zu][%zu][%zu] = %g: must be finite, and at least the bias, %g", frame,
+                 i / cols, i % cols, counts, simulator.detector().bias());
+        electrons[i] = std::max(0.0, electrons[i]);
+    }
 }
 
 optics::Outline outline_of_text(const char *json, size_t size, const char *folder, const optics::Settings &settings) {
@@ -436,6 +444,27 @@ toliman_status toliman_sim_frame(const toliman_sim *sim, const double *displacem
             return;
         api::required_array(images, count, simulator.pixels() * sizeof *images, "images");
         check_displacements(displacements_px, own ? count : 0, simulator.largest_displacement_px());
-        make_frames(simulator, seed, first, count, displacements_px, use->threads, images);
+        make_frames(simulator.pixels(), count, use->threads, images, [&](size_t i, double *scratch, double *image) {
+            const int64_t k = first + static_cast<int64_t>(i);
+            simulator.frame(own ? displacements_px[i] : simulator.displacement_px(k), seed, k, scratch, image);
+        });
+    });
+}
+
+toliman_status toliman_sim_expose(const toliman_sim *sim, const double *expected, uint64_t seed, int64_t first,
+                                  size_t count, double *images) noexcept {
+    return api::guard([&] {
+        const api::Use use(sim, "sim");
+        const optics::Simulator &simulator = use->simulator;
+        check_frames(first, count, std::numeric_limits<int64_t>::max());
+        if (count == 0)
+            return;
+        const size_t size = simulator.pixels() * sizeof *images;
+        api::required_array(expected, count, size, "expected");
+        api::required_array(images, count, size, "images");
+        make_frames(simulator.pixels(), count, use->threads, images, [&](size_t i, double *scratch, double *image) {
+            electrons_of(simulator, expected, i, scratch);
+            simulator.expose(seed, first + static_cast<int64_t>(i), scratch, image);
+        });
     });
 }

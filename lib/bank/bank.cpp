@@ -93,13 +93,13 @@ Bank::Bank(const fit::Fit &fit, const Options &options)
         fit::Prediction end;
         fit::Result unused;
         end.days = days;
-        fit.predict(end, nullptr, work, unused);
+        fit.predict(end, work, unused);
     }
     for (size_t i = 0; i < dates_.size() * places * places; i++) {
         Network network = new_network(i, options, untrained);
         network.response = response;
         fit::Result undisturbed;
-        fit.predict(prediction_of(dates_[network.date], network), nullptr, work, undisturbed);
+        fit.predict(prediction_of(dates_[network.date], network), work, undisturbed);
         const double *const values = undisturbed.state.values;
         std::copy_n(values, 4, &network.star_px[0][0]);
         network.share_b = fit::separation_axis(undisturbed.state, fit.parameters().size()).share_b;
@@ -145,7 +145,7 @@ uint64_t Bank::digest() const noexcept {
 Buffer<double> Bank::target_of(const fit::Fit &fit, const Network &network) const {
     fit::FitWork work = fit.work();
     fit::Result undisturbed;
-    fit.predict(prediction_of(dates_[network.date], network), nullptr, work, undisturbed);
+    fit.predict(prediction_of(dates_[network.date], network), work, undisturbed);
     const fit::SeparationAxis axis = fit::separation_axis(undisturbed.state, fit.parameters().size());
     Buffer<double> image(rows_ * cols_), target(kPixels);
     fit.model().whiten_derivative(undisturbed.state.values, axis.change, image.data(), work.model);
@@ -310,7 +310,7 @@ Estimate Bank::estimate(const fit::Fit &fit, ImageView<const double> counts, con
 Estimate Bank::predict(const fit::Fit &fit, const fit::Prediction &prediction, fit::FitWork &fit_work,
                        BankWork &work) const {
     Estimate estimate;
-    fit.predict(prediction, nullptr, fit_work, work.fitted);
+    fit.predict(prediction, fit_work, work.fitted);
     measure(fit, nullptr, prediction, fit_work, work, estimate);
     return estimate;
 }

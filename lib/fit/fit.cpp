@@ -85,7 +85,7 @@ Fit::Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free,
         centre_[axis] = (1 - share_a_) * offset[0][axis] + share_a_ * offset[1][axis];
     FitWork first = work();
     Result result;
-    predict({}, nullptr, first, result);
+    predict({}, first, result);
     sigma_px_ = std::sqrt(result.covariance[0]);
     digest_ = digest_of_all();
 }
@@ -334,12 +334,14 @@ void Fit::frame(ImageView<const double> counts, const Prediction &prediction, Fi
             result.flags |= edge;
 }
 
-void Fit::predict(const Prediction &prediction, const ImageView<double> *counts, FitWork &work, Result &result) const {
+void Fit::expect(const Prediction &prediction, ImageView<double> counts, FitWork &work) const {
+    model_.expect(start_of(prediction).values, counts, work.model);
+}
+
+void Fit::predict(const Prediction &prediction, FitWork &work, Result &result) const {
     const Start start = start_of(prediction);
     const size_t n = model_.parameters();
     work.model.bad.clear();
-    if (counts != nullptr)
-        model_.expect(start.values, *counts, work.model);
     model_.linearise(nullptr, start.values, 0, work.model);
     if (work.model.used <= n)
         fail(Status::scene, "%s: {detector}: %zu pixels of a frame do not saturate: a fit of %zu parameters needs more",

@@ -67,8 +67,9 @@ class Fit {
     void frame(ImageView<const double> counts, const Prediction &prediction, FitWork &work, Result &result) const;
     // Whether the model images cover the predicted places.
     bool covers(const Prediction &prediction) const { return model_.covers(places_of(prediction).values); }
-    // The expected counts, unless NULL, and the result of their fit: values and covariance.
-    void predict(const Prediction &prediction, const ImageView<double> *counts, FitWork &work, Result &result) const;
+    // The expected counts, and the result of their fit: values and covariance.
+    void expect(const Prediction &prediction, ImageView<double> counts, FitWork &work) const;
+    void predict(const Prediction &prediction, FitWork &work, Result &result) const;
 
     // Where a fit starts: the model's parameters, and the predicted separation.
     struct Start {

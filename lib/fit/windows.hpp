@@ -28,9 +28,6 @@ class Windows {
     void frame(ImageView<const double> counts, const Prediction &prediction, FitWork &work, Result &result) const {
         at(prediction)->frame(counts, prediction, work, result);
     }
-    void predict(const Prediction &prediction, const ImageView<double> *counts, FitWork &work, Result &result) const {
-        at(prediction)->predict(prediction, counts, work, result);
-    }
 
     // What all windows have in common.
     const std::vector<Parameter> &parameters() const noexcept { return first().parameters(); }

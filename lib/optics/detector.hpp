@@ -33,6 +33,7 @@ class DetectorStages {
     void to_counts(Quantity quantity, double *image) const noexcept;
     Buffer<double> in_counts(Buffer<double> image, Quantity quantity) const noexcept;
     double counts_of(double electrons) const noexcept { return electrons / e_per_count_ + bias_; }
+    double electrons_of(double counts) const noexcept { return (counts - bias_) * e_per_count_; }
     double e_per_count() const noexcept { return e_per_count_; }
     double bias() const noexcept { return bias_; }
     double saturation_e() const noexcept; // least electrons of a pixel that saturates; infinite if none does

@@ -185,11 +185,15 @@ void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *
         propagate(displacement_px, scratch);
     else
         moved_.expect(displacement_px, draw(scene_.systematics, seed, number, days), days, scratch);
-    const double most = largest_of(scratch, pixels());
+    expose(seed, k, scratch, image);
+}
+
+void Simulator::expose(uint64_t seed, int64_t k, double *electrons, double *image) const {
+    const double most = largest_of(electrons, pixels());
     if (!(most <= kMostPhotons))
         fail(Status::range, "frame %lld: a pixel expects %g electrons: must be at most %g", static_cast<long long>(k),
              most, kMostPhotons);
-    detector_.detect(seed, number, scratch, image);
+    detector_.detect(seed, static_cast<uint64_t>(k), electrons, image);
 }
 
 } // namespace toliman::optics

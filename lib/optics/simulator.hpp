@@ -79,6 +79,8 @@ class Simulator {
     void expect(double displacement_px, double *image) const;
     // Frame k with its systematics, detector stages and noise; scratch and image hold pixels() values each.
     void frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const;
+    // Frame k of these expected electrons, which are overwritten.
+    void expose(uint64_t seed, int64_t k, double *electrons, double *image) const;
 
   private:
     Buffer<double> star_at(const Light &light, size_t star, double displacement_px) const;

@@ -303,6 +303,16 @@ class Simulator(Handle):
                 watch.step("frames", (start + len(part)) / count)
         return images
 
+    def expose(self, expected: ArrayLike, first: int = 0, *, seed: int | None = None) -> Doubles:
+        """Adds noise and detector to expected images, [frame][row][column] or [row][column], as to frames first,
+        first + 1, ...; Fit.predict() gives such images of moved stars. seed: as above."""
+        one = numpy.ndim(expected) == 2
+        given = shaped("expected", numpy.asarray(expected)[None] if one else expected, (-1, *self.shape))
+        images = numpy.empty(given.shape)
+        check(library.toliman_sim_expose(self._c, pointer(given), self._seed(seed), whole("first", first), len(given),
+                                         pointer(images)))
+        return images[0] if one else images
+
     def _range(self, first: int, count: int | None) -> tuple[int, int]:
         first = whole("first", first)
         return first, whole("count", max(self.info.frames - first, 0) if count is None else count)

@@ -1,6 +1,5 @@
 // toliman coadd: short frames to sums.
 #include <filesystem>
-#include <utility>
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
@@ -11,6 +10,7 @@
 #include "downlink/input_options.hpp"
 #include "frames/scene_fit.hpp"
 #include "options/command.hpp"
+#include "options/duration.hpp"
 
 namespace cli {
 
@@ -23,21 +23,6 @@ struct Options {
     unsigned range = 0, jobs = 0;
     bool strict = false;
 };
-
-// "90", "90s", "10min", "1h" or "1d" in s; 0 for "".
-double seconds_of(const char *option, const std::string &text) {
-    static const std::pair<const char *, double> kUnits[] = {{"min", 60}, {"h", 3600}, {"d", 86400}, {"s", 1}, {"", 1}};
-    for (const auto &[unit, length] : kUnits) {
-        double value;
-        if (ends_with(text, unit) && number_of(text.substr(0, text.size() - std::string(unit).size()), value) &&
-            value > 0)
-            return value * length;
-    }
-    if (!text.empty())
-        throw Failure(kExitUsage,
-                      std::string(option) + " " + text + ": must be a time above 0 such as 90s, 10min, 1h or 1d");
-    return 0;
-}
 
 toliman_fit_prediction prediction_of(const Options &options) {
     auto prediction = toliman::sized<toliman_fit_prediction>();

@@ -1,4 +1,4 @@
-// toliman psf, toliman simulate: images to files.
+// toliman psf, toliman simulate: images and frames to files.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -10,7 +10,9 @@
 #include "common/text.hpp"
 #include "frames/frame_loop.hpp"
 #include "frames/frames_out.hpp"
+#include "frames/stream_frames.hpp"
 #include "options/command.hpp"
+#include "options/duration.hpp"
 #include "scenes/scene.hpp"
 
 namespace cli {
@@ -21,6 +23,8 @@ struct Options {
     std::string scene, out, star = "both", frames, session, dtype;
     int bit_depth = 0; // 0: that of the scene or, if it has none, 12 for u16le and 32 for u32le
     std::optional<uint64_t> seed;
+    StreamOptions stream;
+    std::string duration, jitter, drift, drops, restarts, sessions, format = "pair", roi = kOnlyRegion;
 };
 
 void check_star(const Scene &scene) {
@@ -77,7 +81,81 @@ std::unique_ptr<FrameOutput> output_of(const Options &options, const Simulated &
     return image_output(options.out, {frames.count(), frames.rows(), frames.cols()});
 }
 
+// "A:B" or "A", whose parts are numbers; B is then unchanged.
+void set_pair(const char *option, const std::string &text, const char *form, double &a, double &b) {
+    const size_t colon = text.find(':');
+    const bool has_second = colon != std::string::npos;
+    if (!text.empty() && !(number_of(text.substr(0, colon), a) && (!has_second || number_of(text.substr(colon + 1), b))))
+        throw Failure(kExitUsage, std::string(option) + " " + text + ": must be " + form);
+}
+
+StreamOptions stream_of(const Options &options) {
+    StreamOptions stream = options.stream;
+    const auto require = [](bool is_right, const char *option, const std::string &text, const char *rule) {
+        if (!is_right)
+            throw Failure(kExitUsage, std::string(option) + " " + text + ": " + rule);
+    };
+    stream.duration_s = seconds_of("--duration", options.duration);
+    stream.restart_s = seconds_of("--restarts", options.restarts);
+    stream.session_s = seconds_of("--sessions", options.sessions);
+    const auto is_long = [](double time_s) { return time_s == 0 || time_s >= 3; };
+    require(is_long(stream.restart_s), "--restarts", options.restarts, "must be at least 3 s");
+    require(is_long(stream.session_s), "--sessions", options.sessions, "must be at least 3 s");
+    require(stream.duration_s * stream.rate_hz < 0x1p40, "--duration", options.duration, "is too long");
+    set_pair("--jitter", options.jitter, "RMS or RMS:HZ", stream.jitter_px, stream.corner_hz);
+    require(stream.jitter_px >= 0 && stream.corner_hz > 0, "--jitter", options.jitter, "must be positive numbers");
+    const size_t colon = options.drift.find(':');
+    set_pair("--drift", options.drift.substr(0, colon), "PX or PX:TIME", stream.drift_px, stream.drift_s);
+    if (colon != std::string::npos)
+        stream.drift_s = seconds_of("--drift", options.drift.substr(colon + 1));
+    require(stream.drift_px >= 0 && stream.drift_s > 0, "--drift", options.drift, "must be positive numbers");
+    require(6 * stream.jitter_px + stream.drift_px <= kFarthestPx, "--drift, --jitter:", "the stars",
+            "must move by at most 14 px, the drift and 6 times the jitter");
+    set_pair("--drops", options.drops, "FRACTION or FRACTION:RUN", stream.drops, stream.drop_run);
+    require(stream.drops >= 0 && stream.drops <= 0.5 && stream.drop_run >= 1, "--drops", options.drops,
+            "must be a fraction up to 0.5 and a mean length of at least 1 frame");
+    return stream;
+}
+
+void simulate_stream(const Options &options, Progress &progress) {
+    const StreamOptions how = stream_of(options);
+    if (options.session.empty() || options.bit_depth != 0 || (options.format != "pair" && options.roi != kOnlyRegion))
+        throw Failure(kExitUsage, options.session.empty()    ? "--rate: --session NAME is required"
+                                  : options.bit_depth != 0 ? "--bit-depth: with --rate, set detector.bit_depth"
+                                                           : "--roi: only pairs of files name the region");
+    if (options.dtype == "u32le")
+        throw Failure(kExitUsage, "--dtype u32le: the frames of a stream are u16le");
+    const SceneFit scene(options.scene, "none", "", progress);
+    const toliman_sim_info &info = scene.scene.info;
+    check_stream_scene(scene.scene, how.rate_hz);
+    const uint64_t seed = options.seed.value_or(info.seed);
+    Stream stream(how, seed, info.time_zero_ns);
+    const FrameRange range(options.frames, stream.count());
+    OutputFolder folder(options.out);
+    const StreamLayout layout = {folder,
+                                 options.session,
+                                 options.roi,
+                                 static_cast<size_t>(info.rows),
+                                 static_cast<size_t>(info.cols),
+                                 info.exposure_s,
+                                 static_cast<int>(info.bit_depth)};
+    const auto output = options.format == "netcdf" ? batch_stream(layout)
+                        : options.format == "fits" ? fits_stream(layout)
+                                                   : pair_stream(layout);
+    TruthTable truth(layout);
+    if (options.format == "pair")
+        truth.need_space({static_cast<size_t>(range.end - range.first), layout.pixels()}, sizeof(uint16_t));
+    draw_stream(scene, stream, seed, range, *output, truth, progress);
+    output->commit();
+    truth.commit();
+    folder.keep();
+}
+
 void simulate(const Options &options, Progress &progress) {
+    if (options.stream.rate_hz > 0)
+        return simulate_stream(options, progress);
+    if (!options.session.empty() && options.dtype.empty())
+        throw Failure(kExitUsage, "--session requires --dtype");
     check_out(options);
     const Scene scene(options.scene, progress);
     check_not_input(options.out, {scene.path});
@@ -99,6 +177,31 @@ void simulate(const Options &options, Progress &progress) {
 std::string session_complaint(const std::string &name) {
     return toliman::is_name(name) ? ""
                                   : name + ": must be 1 to 64 characters of A-Z a-z 0-9 . _ - and not begin with a dot";
+}
+
+void add_stream(CLI::App &command, Options &options) {
+    CLI::Option *rate = command.add_option("--rate", options.stream.rate_hz,
+                                           "write the stream of the camera, frames per second, up to 10,000");
+    CLI::Option *duration = add_option(&command, "--duration", options.duration, "TIME",
+                                       "its length: 90s, 10min, 1h, 1d; --frames chooses a part");
+    rate->check(CLI::Range(1e-3, 1e4))->needs(duration);
+    duration->needs(rate);
+    const auto add = [&](const char *name, std::string &value, const char *type, const char *what) {
+        return add_option(&command, name, value, type, what)->needs(rate);
+    };
+    add("--format", options.format, "FORMAT", "files of the stream: pair (default), netcdf or fits")
+        ->check(CLI::IsMember({"pair", "netcdf", "fits"}));
+    add("--roi", options.roi, "LABEL", "region in pairs, default single_roi")
+        ->check(CLI::Validator(session_complaint, "LABEL"));
+    add("--jitter", options.jitter, "RMS[:HZ]",
+        "pointing jitter from frame to frame, rms px along x and y, and corner frequency, default 10 Hz");
+    add("--drift", options.drift, "PX[:TIME]", "drift of the pointing on a circle, radius and period, default 95min");
+    command.add_option("--cosmic-rays", options.stream.hits, "mean number of pixels of a frame that they hit")
+        ->needs(rate)
+        ->check(CLI::Range(0.0, 100.0));
+    add("--drops", options.drops, "FRACTION[:RUN]", "fraction of the frames that are lost, and mean length of a run");
+    add("--restarts", options.restarts, "TIME", "time after which the camera restarts, again and again");
+    add("--sessions", options.sessions, "TIME", "time after which a new session begins, again and again");
 }
 
 } // namespace
@@ -126,13 +229,14 @@ void add_simulate(CLI::App &app, Context &context) {
     CLI::Option *session = command->add_option("--session", options->session,
                                                "write the mission's pair of files, with this session name, into --out");
     CLI::Option *dtype = command->add_option("--dtype", options->dtype, "pixel type of the pair: u16le or u32le");
-    session->needs(dtype)->check(CLI::Validator(session_complaint, "NAME"));
+    session->check(CLI::Validator(session_complaint, "NAME"));
     dtype->needs(session)->check(CLI::IsMember({"u16le", "u32le"}));
     command
         ->add_option("--bit-depth", options->bit_depth,
                      "bits per pixel of the pair; default: the scene's, otherwise 12 for u16le and 32 for u32le")
         ->needs(session)
         ->check(CLI::Range(1, 32));
+    add_stream(*command, *options);
     set_action(*command, context, options, simulate);
 }
 

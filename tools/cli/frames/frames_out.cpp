@@ -106,12 +106,6 @@ std::string on_target_member(const Scene &scene) {
     return ", \"on_target_s\": " + line_of(intervals);
 }
 
-// Existing files of a downlink may be the only copy.
-void check_free(const std::string &path) {
-    if (exists(path))
-        throw Failure(kExitOutput, path + ": exists already: give another --session, or remove it first");
-}
-
 // The mission's pair of files: counts, and one JSON object per frame. Files of a pair are never replaced.
 class SessionOutput : public FrameOutput {
   public:
@@ -127,11 +121,10 @@ class SessionOutput : public FrameOutput {
         for (size_t k = 0; k < count; k++, next_++) {
             const double days = cadence_.times[static_cast<size_t>(next_)];
             const int64_t start_ns = stamp_of(days, scene_);
-            meta_.write(formatted(
-                "{\"frame_id\": %lld, \"timestamp_ns\": %lld, \"host_time\": %.9f, \"nframes_dropped\": 0, "
-                "\"roi_label\": \"single_roi\", \"n_rows\": %zu, \"n_cols\": %zu, \"session_id\": \"%s\"%s}\n",
-                static_cast<long long>(next_), static_cast<long long>(start_ns), static_cast<double>(start_ns) / 1e9,
-                rows_, cols_, session_.c_str(), on_target_.c_str()));
+            meta_.write("{" +
+                        side_members({next_, start_ns, static_cast<double>(start_ns) / 1e9, 0}, kOnlyRegion, rows_,
+                                     cols_, session_) +
+                        on_target_ + "}\n");
         }
     }
 
@@ -161,6 +154,19 @@ std::optional<int64_t> frame_time(double days, int64_t time_zero_ns) {
     const std::optional<int64_t> ns = ns_of_days(days);
     int64_t time = 0;
     return ns && !__builtin_add_overflow(*ns, time_zero_ns, &time) ? std::optional(time) : std::nullopt;
+}
+
+void check_free(const std::string &path) {
+    if (exists(path))
+        throw Failure(kExitOutput, path + ": exists already: give another --session, or remove it first");
+}
+
+std::string side_members(const SideLine &line, const std::string &roi, size_t rows, size_t cols,
+                         const std::string &session) {
+    return formatted("\"frame_id\": %lld, \"timestamp_ns\": %lld, \"host_time\": %.9f, \"nframes_dropped\": %lld, "
+                     "\"roi_label\": \"%s\", \"n_rows\": %zu, \"n_cols\": %zu, \"session_id\": \"%s\"",
+                     static_cast<long long>(line.frame_id), static_cast<long long>(line.stamp_ns), line.host_s,
+                     static_cast<long long>(line.dropped), roi.c_str(), rows, cols, session.c_str());
 }
 
 std::unique_ptr<FrameOutput> image_output(const std::string &path, const std::vector<size_t> &axes,

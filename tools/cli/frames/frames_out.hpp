@@ -53,4 +53,18 @@ std::unique_ptr<FrameOutput> cube_output(const std::string &path, const Simulate
 std::unique_ptr<FrameOutput> session_output(const std::string &folder, const std::string &session,
                                             const CountFormat &format, const Simulated &frames);
 
+// Throws Failure if the file exists: those of a downlink may be the only copy.
+void check_free(const std::string &path);
+
+constexpr char kOnlyRegion[] = "single_roi"; // the mission's name of it
+
+// The members of a line of a side file that each line must have.
+struct SideLine {
+    int64_t frame_id, stamp_ns;
+    double host_s;
+    int64_t dropped;
+};
+std::string side_members(const SideLine &line, const std::string &roi, size_t rows, size_t cols,
+                         const std::string &session);
+
 } // namespace cli

@@ -1,0 +1,106 @@
+// Writes frames as the mission's older image service: frame_proc_CAMTIME.fits.gz with an empty primary unit that has the
+// keywords, and the tile-compressed image CORE. CFITSIO makes the file in memory, zlib compresses it.
+#include <algorithm>
+#include <cstdlib>
+#include <zlib.h>
+
+#include "common/failure.hpp"
+#include "common/text.hpp"
+#include "frames/fits.hpp"
+#include "frames/frames_out.hpp"
+#include "frames/stream_output.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr int kGzip = 15 + 16, kLevel = 1, kMemory = 8; // of deflateInit2
+constexpr int kMiddle = 64; // CENTR_X and CENTR_Y of a core whose first pixel is the first one of the detector
+
+// Memory of a file that CFITSIO makes.
+struct FileMemory {
+    FileMemory() = default;
+    FileMemory(const FileMemory &) = delete;
+    FileMemory &operator=(const FileMemory &) = delete;
+    ~FileMemory() { std::free(data); }
+    void *data = nullptr;
+    size_t size = 0;
+};
+
+std::vector<uint8_t> compressed(const FileMemory &file) {
+    z_stream zip = {};
+    if (deflateInit2(&zip, kLevel, Z_DEFLATED, kGzip, kMemory, Z_DEFAULT_STRATEGY) != Z_OK)
+        throw std::bad_alloc();
+    std::vector<uint8_t> bytes(deflateBound(&zip, static_cast<uLong>(file.size)));
+    zip.next_in = static_cast<Bytef *>(file.data);
+    zip.avail_in = static_cast<uInt>(file.size);
+    zip.next_out = bytes.data();
+    zip.avail_out = static_cast<uInt>(bytes.size());
+    deflate(&zip, Z_FINISH);
+    bytes.resize(zip.total_out);
+    deflateEnd(&zip);
+    return bytes;
+}
+
+class FitsStream : public StreamOutput {
+  public:
+    explicit FitsStream(const StreamLayout &layout) : layout_(layout) {}
+
+    void write(const Exposure &exposure, const uint16_t *counts) override {
+        const std::string path =
+            layout_.folder.file("frame_proc_" + std::to_string(exposure.stamp_ns) + ".fits.gz");
+        check_free(path);
+        FileMemory memory;
+        if (const int status = make(exposure, counts, memory))
+            throw Failure(kExitOutput, path + ": cannot be written: " + fits_reason(status));
+        OutputFile file(path);
+        file.write(compressed(memory));
+        file.commit();
+        layout_.folder.keep();
+    }
+
+    void commit() override {}
+
+  private:
+    int make(const Exposure &exposure, const uint16_t *counts, FileMemory &memory) const {
+        constexpr size_t kBlock = 2880;
+        memory.size = kBlock;
+        memory.data = std::malloc(memory.size);
+        fitsfile *made = nullptr;
+        int status = 0, middle = kMiddle, zero = 0;
+        fits_create_memfile(&made, &memory.data, &memory.size, layout_.pixels(), std::realloc, &status);
+        const Fits file(made);
+        long axes[] = {static_cast<long>(layout_.cols), static_cast<long>(layout_.rows)};
+        long long number = exposure.frame_id;
+        double us = layout_.exposure_s * 1e6;
+        char core[] = "CORE";
+        std::string time = std::to_string(exposure.stamp_ns);
+        fits_create_img(made, BYTE_IMG, 0, nullptr, &status);
+        fits_write_key(made, TLONGLONG, "SEQNUM", &number, "number of the frame", &status);
+        fits_write_key(made, TSTRING, "CAMTIME", time.data(), "[ns] start of the exposure, camera's clock", &status);
+        fits_write_key(made, TDOUBLE, "EXPOSURE", &us, "[us] length of the exposure", &status);
+        for (const char *key : {"XOFF", "YOFF"})
+            fits_write_key(made, TINT, key, &zero, "[pixel] first one of the region", &status);
+        for (const char *key : {"CENTR_X", "CENTR_Y"})
+            fits_write_key(made, TINT, key, &middle, "[pixel] middle of the core", &status);
+        fits_set_compression_type(made, RICE_1, &status);
+        fits_create_img(made, layout_.bit_depth < 16 ? SHORT_IMG : USHORT_IMG, 2, axes, &status);
+        fits_write_key(made, TSTRING, "EXTNAME", core, "", &status);
+        fits_write_img(made, TUSHORT, 1, static_cast<LONGLONG>(layout_.pixels()), const_cast<uint16_t *>(counts),
+                       &status);
+        fits_flush_file(made, &status);
+        if (status == 0)
+            memory.size = static_cast<size_t>(made->Fptr->filesize);
+        return status;
+    }
+
+    const StreamLayout layout_;
+};
+
+} // namespace
+
+std::unique_ptr<StreamOutput> fits_stream(const StreamLayout &layout) {
+    return std::make_unique<FitsStream>(layout);
+}
+
+} // namespace cli

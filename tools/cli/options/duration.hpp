@@ -1,0 +1,10 @@
+// Durations on the command line.
+#pragma once
+#include <string>
+
+namespace cli {
+
+// "90", "90s", "10min", "1h" or "1d" in s; 0 for "". Throws Failure, which names the option, for others.
+double seconds_of(const char *option, const std::string &text);
+
+} // namespace cli
