@@ -83,7 +83,7 @@ class Coadd(ProgramTest):
 
     def test_track_takes_sums(self):
         subprocess.run(self.command("out"), cwd=self.folder, check=True, capture_output=True)
-        self.succeed("track", "--fit", "s.json", "--sigma", "2e-4", "--state", "state", "--dtype", "u32le",
+        self.succeed("track", "--fit", "s.json", "--state", "state", "--dtype", "u32le",
                      "--mission-days", "10", "out")
         series = self.succeed("status", "state", "--series").splitlines()
         status = json.loads(self.succeed("status", "state", "--json"))

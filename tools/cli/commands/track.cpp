@@ -1,9 +1,11 @@
 // toliman track: frames from the spacecraft, in any order, to the period.
 #include <optional>
+#include <poll.h>
 #include <utility>
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
+#include "common/stop.hpp"
 #include "common/text.hpp"
 #include "downlink/downlink.hpp"
 #include "downlink/folder_options.hpp"
@@ -31,6 +33,20 @@ FrameIds frame_ids(const std::string &text) {
     return ids;
 }
 
+// The noise of a new folder is that of its sums: with --follow, waits for the first line.
+void find_sums(Options &options, Progress &progress) {
+    if (!options.folder.needs_sigma() || options.input.inputs.front() == "-")
+        return;
+    KnownSums sums(options.input.inputs);
+    if (options.input.follow && sums.waits)
+        progress.tell("waiting for the first frame");
+    for (; options.input.follow && sums.waits; sums = KnownSums(options.input.inputs)) {
+        ::poll(nullptr, 0, 1000); // a signal ends it
+        stop_if_asked();
+    }
+    options.folder.sums = sums.largest;
+}
+
 void track(Options &options, Progress &progress) {
     InputOptions &input = options.input;
     options.folder.check();
@@ -42,6 +58,7 @@ void track(Options &options, Progress &progress) {
     std::optional<OnTarget> on_target;
     if (!options.on_target.empty())
         on_target.emplace(options.on_target, input.dated.leap_seconds);
+    find_sums(options, progress);
     const std::string &folder = options.folder.folder, unused = exists(folder) ? "" : folder;
     Estimator estimator;
     const size_t jobs = options.folder.jobs == 0 ? 64 : options.folder.jobs;

@@ -1,5 +1,7 @@
 #include "downlink/adding.hpp"
 
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <utility>
 
@@ -86,7 +88,27 @@ void Adding::check_region(const char *roi, const std::string &place) {
     region_ = roi;
 }
 
-void Adding::add(const toliman_frame &frame, const std::string &place) {
+// The pixels of a .npy or FITS file as counts; false, with a report, if they are none.
+bool Adding::to_counts(toliman_frame &frame, const std::string &place) {
+    const auto *const pixels = static_cast<const double *>(frame.pixels);
+    counts_.resize(static_cast<size_t>(frame.rows * frame.cols));
+    for (size_t i = 0; i < counts_.size(); i++) {
+        if (!(pixels[i] >= 0 && pixels[i] <= UINT16_MAX && pixels[i] == std::floor(pixels[i]))) {
+            report(Severity::damage, "no counts", place,
+                   formatted("row %zu, column %zu: %g: must be a whole number from 0 to 65535",
+                             i / static_cast<size_t>(frame.cols), i % static_cast<size_t>(frame.cols), pixels[i]));
+            return false;
+        }
+        counts_[i] = static_cast<uint16_t>(pixels[i]);
+    }
+    frame.pixel = TOLIMAN_PIXEL_U16;
+    frame.pixels = counts_.data();
+    return true;
+}
+
+void Adding::add(toliman_frame frame, const std::string &place) {
+    if (frame.pixel == TOLIMAN_PIXEL_F64 && !to_counts(frame, place))
+        return;
     auto outcome = toliman::sized<toliman_coadd_outcome>();
     check(toliman_coadd_add(adder_.get(), &frame, &outcome));
     if (outcome.verdict == TOLIMAN_COADD_VERDICT_NEXT) {

@@ -32,7 +32,8 @@ class Adding : public FrameSink {
     int64_t damaged() const noexcept { return damaged_; } // frames and inputs of this run, for --strict
 
   private:
-    void add(const toliman_frame &frame, const std::string &place);
+    bool to_counts(toliman_frame &frame, const std::string &place);
+    void add(toliman_frame frame, const std::string &place);
     void check_region(const char *roi, const std::string &place);
     void end_sum(const char *reason);
     int64_t &line_of(const std::string &file);
@@ -44,6 +45,7 @@ class Adding : public FrameSink {
     Warnings warnings_;
     std::map<std::string, std::string> names_; // real paths of the files of events
     std::chrono::steady_clock::time_point saved_;
+    std::vector<uint16_t> counts_;        // of a frame of a file of doubles
     std::string region_;                  // of the first frame
     std::map<int32_t, int64_t> verdicts_; // of this run
     int64_t sums_ = 0, skipped_ = 0, known_ = 0, damaged_ = 0;

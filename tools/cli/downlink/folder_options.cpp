@@ -66,6 +66,14 @@ void set_wide_trend(toliman_track_options &how, int32_t order) {
     how.grid.trend_end = 3 / how.grid.df;
 }
 
+// Of values from sums that are expected to have this standard deviation: others may be of up to 64 times as many
+// frames, or 16 times fewer. An outlier is one for a folder with a reference orbit, too.
+void set_limits_of_sums(toliman_track_options &how, double sigma_px) {
+    constexpr double kShare = 8, kOutlierPx = 0.25;
+    how.estimator.sigma = sigma_px / kShare;
+    how.limits.value = std::max(kOutlierPx, 1e4 * how.estimator.sigma);
+}
+
 // The options given, with the settings of an existing folder as defaults.
 toliman_track_options track_options(FolderOptions &given, const std::string &dtype, const Estimator &estimator,
                                     const Made &made, Progress &progress) {
@@ -89,6 +97,8 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
     how.frames.bit_depth = given.bit_depth.value_or(how.frames.bit_depth);
     how.frames.bin = given.bin.value_or(how.frames.bin);
     how.ledger.capacity = given.capacity.value_or(how.ledger.capacity);
+    if (given.needs_sigma() && given.sums)
+        set_limits_of_sums(how, sigma_of(estimator.fit.get(), *given.sums));
     how.limits.value = given.value_limit.value_or(how.limits.value);
     how.estimator.sigma = given.sigma.value_or(how.estimator.sigma);
     set_two(given.crop, "--crop", ',', 0, how.frames.crop_row, how.frames.crop_col);
@@ -162,6 +172,10 @@ void tell_free(const EstimatorOptions &given, const Estimator &estimator, Progre
 
 } // namespace
 
+bool FolderOptions::needs_sigma() const {
+    return !estimator_options.fit.empty() && !sigma && !made_with(folder);
+}
+
 void FolderOptions::check() const {
     estimator_options.check();
     reference.check();
@@ -229,8 +243,8 @@ void FolderOptions::add_to(CLI::App &command) {
     command
         .add_option("--sigma", sigma,
                     "smallest standard deviation of a value in px, that of a frame may be up to 32 times as large; "
-                    "default that of a frame of the scene or weights, with --fit half of it; for sums of coadd, half "
-                    "of that of a sum")
+                    "default that of a frame of the scene or weights, with --fit half of it; for sums of coadd, an "
+                    "eighth of that of the largest one among the inputs of a new folder")
         ->check(CLI::PositiveNumber);
     command.add_option("--capacity", capacity, "largest number of frames, 24 bytes of memory each, default 2^20")
         ->check(CLI::Range(int64_t{1}, int64_t{1} << 28));

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "downlink/known_sums.hpp"
 #include "downlink/realigner.hpp"
 #include "downlink/reference_options.hpp"
 #include "downlink/setup_options.hpp"
@@ -14,6 +15,8 @@ namespace cli {
 struct FolderOptions {
     void add_to(CLI::App &command);
     void check() const; // of what needs no file
+    // Whether the folder will take the noise of `sums`, if frames are some.
+    bool needs_sigma() const;
     // Makes the estimator, then opens the folder, or creates it, for frames of the pixel type `dtype`, "" if they have
     // a header.
     toliman::tracker open(const std::string &dtype, Estimator &estimator, Progress &progress);
@@ -23,6 +26,7 @@ struct FolderOptions {
     SetupOptions setup;
     ReferenceOptions reference;
     std::optional<double> value_limit, sigma;
+    std::optional<toliman_spread> sums; // of the largest one
     std::optional<uint32_t> bit_depth;
     std::optional<int64_t> bin, capacity;
     unsigned jobs = 1;

@@ -2,6 +2,7 @@
 // keywords, and the tile-compressed image CORE. CFITSIO makes the file in memory, zlib compresses it.
 #include <algorithm>
 #include <cstdlib>
+#include <new>
 #include <zlib.h>
 
 #include "common/failure.hpp"
@@ -65,10 +66,12 @@ class FitsStream : public StreamOutput {
     int make(const Exposure &exposure, const uint16_t *counts, FileMemory &memory) const {
         constexpr size_t kBlock = 2880;
         memory.size = kBlock;
-        memory.data = std::malloc(memory.size);
+        memory.data = std::calloc(1, memory.size);
+        if (memory.data == nullptr)
+            throw std::bad_alloc();
         fitsfile *made = nullptr;
         int status = 0, middle = kMiddle, zero = 0;
-        fits_create_memfile(&made, &memory.data, &memory.size, layout_.pixels(), std::realloc, &status);
+        fits_create_memfile(&made, &memory.data, &memory.size, 0, std::realloc, &status);
         const Fits file(made);
         long axes[] = {static_cast<long>(layout_.cols), static_cast<long>(layout_.rows)};
         long long number = exposure.frame_id;
@@ -84,7 +87,7 @@ class FitsStream : public StreamOutput {
         for (const char *key : {"CENTR_X", "CENTR_Y"})
             fits_write_key(made, TINT, key, &middle, "[pixel] middle of the core", &status);
         fits_set_compression_type(made, RICE_1, &status);
-        fits_create_img(made, layout_.bit_depth < 16 ? SHORT_IMG : USHORT_IMG, 2, axes, &status);
+        fits_create_img(made, USHORT_IMG, 2, axes, &status);
         fits_write_key(made, TSTRING, "EXTNAME", core, "", &status);
         fits_write_img(made, TUSHORT, 1, static_cast<LONGLONG>(layout_.pixels()), const_cast<uint16_t *>(counts),
                        &status);
