@@ -50,7 +50,7 @@ Spread Moments::spread(int64_t photons) const noexcept {
     spread.yy = std::fmax(0, covariance(0, 2, 2));
     const double most = std::sqrt(spread.xx * spread.yy);
     spread.xy = std::fmin(most, std::fmax(-most, covariance(1, 1, 1)));
-    for (size_t i = 0; i < kCumulants; i++)
+    for (size_t i = 0; i < kCumulants && spread.xx + spread.yy > 0; i++) // without motion, those of the registration
         spread.cumulants[i] = static_cast<double>(cumulants[fit::kSpreadTerms - kCumulants + i]);
     return spread;
 }

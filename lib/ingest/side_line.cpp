@@ -125,6 +125,9 @@ std::shared_ptr<const Spread> spread(const Value &object) {
         fail(Status::format,
              "jitter_px2 = [%g, %g, %g]: must be a covariance xx, yy, xy with xx and yy at most %g px^2", made.xx,
              made.yy, made.xy, kMostVariance);
+    const auto is_zero = [](double cumulant) { return cumulant == 0; };
+    if (made.xx + made.yy == 0 && !std::all_of(made.cumulants.begin(), made.cumulants.end(), is_zero))
+        fail(Status::format, "cumulants_px must be 0 if jitter_px2 is");
     return made.any() ? std::make_shared<const Spread>(made) : nullptr;
 }
 

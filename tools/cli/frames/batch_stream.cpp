@@ -133,8 +133,7 @@ class BatchStream : public StreamOutput {
         if (exposures_.empty())
             return;
         const std::string path = layout_.folder.file(formatted("%s_batch%04lld.nc", session_.c_str(), number_++));
-        check_free(path);
-        OutputFile output(path);
+        OutputFile output(free_path(path));
         {
             NetcdfFile file(nc_, output.hand_over());
             write_frames(file);

@@ -50,11 +50,10 @@ class FitsStream : public StreamOutput {
     void write(const Exposure &exposure, const uint16_t *counts) override {
         const std::string path =
             layout_.folder.file("frame_proc_" + std::to_string(exposure.stamp_ns) + ".fits.gz");
-        check_free(path);
         FileMemory memory;
         if (const int status = make(exposure, counts, memory))
             throw Failure(kExitOutput, path + ": cannot be written: " + fits_reason(status));
-        OutputFile file(path);
+        OutputFile file(free_path(path));
         file.write(compressed(memory));
         file.commit();
         layout_.folder.keep();

@@ -156,9 +156,10 @@ std::optional<int64_t> frame_time(double days, int64_t time_zero_ns) {
     return ns && !__builtin_add_overflow(*ns, time_zero_ns, &time) ? std::optional(time) : std::nullopt;
 }
 
-void check_free(const std::string &path) {
+std::string free_path(const std::string &path) {
     if (exists(path))
         throw Failure(kExitOutput, path + ": exists already: give another --session, or remove it first");
+    return path;
 }
 
 std::string side_members(const SideLine &line, const std::string &roi, size_t rows, size_t cols,
@@ -183,7 +184,7 @@ std::unique_ptr<FrameOutput> count_output(const std::string &path, const CountFo
 std::unique_ptr<FrameOutput> session_output(const std::string &folder, const std::string &session,
                                             const CountFormat &format, const Simulated &frames) {
     for (const char *end : {"_frames.bin", "_meta.jsonl"})
-        check_free(plain(folder) + "/" + session + end);
+        free_path(plain(folder) + "/" + session + end);
     return std::make_unique<SessionOutput>(folder, session, format, frames);
 }
 

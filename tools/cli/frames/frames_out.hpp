@@ -53,8 +53,8 @@ std::unique_ptr<FrameOutput> cube_output(const std::string &path, const Simulate
 std::unique_ptr<FrameOutput> session_output(const std::string &folder, const std::string &session,
                                             const CountFormat &format, const Simulated &frames);
 
-// Throws Failure if the file exists: those of a downlink may be the only copy.
-void check_free(const std::string &path);
+// The path, of a file that does not exist: those of a downlink may be the only copy.
+std::string free_path(const std::string &path);
 
 constexpr char kOnlyRegion[] = "single_roi"; // the mission's name of it
 

@@ -40,9 +40,7 @@ class PairStream : public StreamOutput {
 
   private:
     std::unique_ptr<OutputFile> open(const char *end) const {
-        const std::string path = layout_.folder.file(session_ + end);
-        check_free(path);
-        return std::make_unique<OutputFile>(path);
+        return std::make_unique<OutputFile>(free_path(layout_.folder.file(session_ + end)));
     }
 
     const StreamLayout layout_;
@@ -61,7 +59,7 @@ std::unique_ptr<StreamOutput> pair_stream(const StreamLayout &layout) {
 }
 
 TruthTable::TruthTable(const StreamLayout &layout)
-    : layout_(layout), file_(layout.folder.file(layout.session + "_truth.csv")) {
+    : layout_(layout), file_(free_path(layout.folder.file(layout.session + "_truth.csv"))) {
     file_.write(std::string(
         "index,session,restarts,frame_id,timestamp_ns,host_time,dropped,x_px,y_px,separation_px,cosmic_rays\n"));
 }
