@@ -231,23 +231,51 @@ class Sums(StreamTest):
         sigma = sorted({round(float(line.split(",")[2]) / frame * 50**0.5, 1) for line in self.succeed("status", "state", "--series").splitlines()[1:]})
         self.assertEqual(sigma, [0.2, 0.6, 1.0])  # sums of 1500, 150 and 50 frames
 
+    def follow(self, *inputs):
+        run = subprocess.Popen([PROGRAM, "track", "--fit", "s.json", "--state", "state", "--mission-days", "10", "--follow", *inputs],
+                               cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(run.communicate)
+        self.addCleanup(run.kill)
+        return run
+
+    def frames(self, run, count):
+        """The next lines of frames."""
+        found = []
+        while len(found) < count:
+            line = json.loads(run.stdout.readline())
+            found += [line] if line["schema"] == "toliman-frame/2" else []
+        return found
+
     def test_track_waits_for_the_first_sum(self):
         """With --follow, before coadd has written one."""
         self.stream("in", "--jitter", "0.3", duration="4s")
         (self.folder / "sums").mkdir()
-        run = subprocess.Popen([PROGRAM, "track", "--fit", "s.json", "--state", "state", "--dtype", "u32le", "--mission-days", "10", "--follow",
-                                "sums"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(run.communicate)
-        self.addCleanup(run.kill)
+        run = self.follow("sums", "--dtype", "u32le")
         while "waiting" not in run.stderr.readline():
             self.assertIsNone(run.poll())
         self.assertFalse((self.folder / "state").exists())
         self.run_program("coadd", "--fit", "s.json", "--every", "2s", "--dtype", "u16le", "--out", "sums", "in")
-        verdicts = []
-        while len(verdicts) < 2:
-            line = json.loads(run.stdout.readline())
-            verdicts += [line["verdict"]] if line["schema"] == "toliman-frame/2" else []
-        self.assertEqual(verdicts, ["accepted"] * 2)
+        self.assertEqual([frame["verdict"] for frame in self.frames(run, 2)], ["accepted"] * 2)
+
+    def test_batches_are_followed(self):
+        """As they arrive in a folder; one that was cut, again once it is whole."""
+        if "netcdf" not in FORMS:
+            self.skipTest("needs netCDF")
+        self.stream("all", "--format", "netcdf", duration="3s")
+        (self.folder / "in").mkdir()
+        first, second, third = sorted((self.folder / "all").glob("*.nc"))
+        shutil.copy(first, self.folder / "in")
+        run = self.follow("in")
+        ids = [frame["frame_id"] for frame in self.frames(run, 50)]
+        (self.folder / "in" / second.name).write_bytes(second.read_bytes()[:-5000])
+        while "damage" not in run.stdout.readline():
+            self.assertIsNone(run.poll())
+        shutil.copy(second, self.folder / "in")
+        shutil.copy(third, self.folder / "in")
+        ids += [frame["frame_id"] for frame in self.frames(run, 100)]
+        self.assertEqual(sorted(ids), list(range(150)))
+        run.send_signal(signal.SIGTERM)
+        self.assertIn("state saved", run.communicate(timeout=PATIENCE)[1])
 
 
 if __name__ == "__main__":

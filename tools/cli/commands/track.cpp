@@ -11,6 +11,7 @@
 #include "downlink/folder_options.hpp"
 #include "downlink/input_options.hpp"
 #include "downlink/tracking.hpp"
+#include "frames/frame_files.hpp"
 #include "options/command.hpp"
 
 namespace cli {
@@ -58,6 +59,7 @@ void track(Options &options, Progress &progress) {
     std::optional<OnTarget> on_target;
     if (!options.on_target.empty())
         on_target.emplace(options.on_target, input.dated.leap_seconds);
+    options.folder.has_stamps = has_stamps(input.inputs);
     find_sums(options, progress);
     const std::string &folder = options.folder.folder, unused = exists(folder) ? "" : folder;
     Estimator estimator;

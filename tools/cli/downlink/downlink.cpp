@@ -3,6 +3,8 @@
 #include <cerrno>
 #include <cstring>
 #include <poll.h>
+#include <sys/stat.h>
+#include <tuple>
 #include <utility>
 
 #include "common/failure.hpp"
@@ -35,6 +37,11 @@ template <class Work> std::string complaint_of(const std::string &input, Work wo
     }
 }
 
+// A batch, or a folder of batches or FITS files.
+bool has_whole_files(const std::string &input) {
+    return is_batch(input) || (is_folder(input) && !files_of(input).empty() && !has_pairs(input));
+}
+
 } // namespace
 
 void check_inputs(const InputOptions &options) {
@@ -46,13 +53,13 @@ void check_inputs(const InputOptions &options) {
             continue;
         if (!exists(input))
             malformed(input, std::strerror(errno));
-        if ((is_dated_file(input) || is_batch(input)) && options.follow)
-            throw Failure(kExitUsage, input + ": --follow is for folders and for pairs");
+        if (is_dated_file(input) && options.follow)
+            throw Failure(kExitUsage, input + ": --follow is for folders, pairs and batches");
         if (ends_with(input, ".npy") && !options.dated.cadence)
             throw Failure(kExitUsage, input + ": a file without times needs --cadence SECONDS");
         if (!is_folder(input) && !is_pair(input) && !is_dated_file(input) && !is_batch(input))
             throw Failure(kExitUsage, input + ": " + kInputs);
-        if ((has_pairs(input) || options.follow) && options.dtype.empty())
+        if ((has_pairs(input) || (options.follow && !has_whole_files(input))) && options.dtype.empty())
             throw Failure(kExitUsage, input + ": " + kNeedsDtype);
         if (is_pair(input) && !options.follow)
             check_complete(side_of(input));
@@ -156,6 +163,8 @@ void Downlink::read_growing(const std::string &side) {
     }
     pair.at_end = false;
     const std::string why = complaint_of(side, [&] {
+        if (options_.dtype.empty())
+            malformed(side, kNeedsDtype);
         if (!pair.source)
             pair.source = open_pair(side);
         drain(pair.source);
@@ -165,30 +174,46 @@ void Downlink::read_growing(const std::string &side) {
         sink_.report(Severity::damage, kUnreadable, side, why);
 }
 
-// Side files of an input that is followed. Reports once that it cannot be opened, and that it is there again.
-std::vector<std::string> Downlink::sides_of(const std::string &input) {
-    std::vector<std::string> sides;
+// A batch or FITS file that did not change between two checks, and has changed since it was read.
+void Downlink::read_whole(const std::string &file) {
+    struct stat found = {};
+    if (::stat(file.c_str(), &found) != 0)
+        return;
+    const Whole now = {found.st_size, found.st_mtim.tv_sec, found.st_mtim.tv_nsec, false};
+    Whole &known = whole_[file];
+    if (std::tie(known.size, known.seconds, known.ns) != std::tie(now.size, now.seconds, now.ns))
+        known = now;
+    else if (!std::exchange(known.is_read, true))
+        read_input(file);
+}
+
+// Batches, FITS files, and side files of pairs of an input that is followed. Reports once that it cannot be opened, and
+// that it is there again.
+std::vector<std::string> Downlink::files_in(const std::string &input) {
+    std::vector<std::string> files;
     const std::string why = complaint_of(input, [&] {
-        if (!is_pair(input))
-            sides = pairs_of(input);
-        else if (growing_[side_of(input)].source)
+        if (is_batch(input) && !exists(input))
+            malformed(input, std::strerror(ENOENT));
+        if (!is_pair(input) && !is_batch(input))
+            files = files_of(input);
+        else if (is_pair(input) && growing_[side_of(input)].source)
             check_complete(side_of(input));
     });
-    if (is_pair(input) && why.empty())
-        sides = {side_of(input)};
+    if ((is_pair(input) || is_batch(input)) && why.empty())
+        files = {is_pair(input) ? side_of(input) : input};
     if (!why.empty() && gone_.insert(input).second)
         sink_.report(Severity::damage, kUnreadable, input, "has disappeared, waiting for it: " + why);
     if (why.empty() && gone_.erase(input) > 0)
         sink_.report(Severity::note, "back", input, "is there again");
-    return sides;
+    return files;
 }
 
 void Downlink::follow() {
     try {
         for (;;) {
             for (const std::string &input : options_.inputs)
-                for (const std::string &side : sides_of(input))
-                    read_growing(side);
+                for (const std::string &file : files_in(input))
+                    is_pair(file) ? read_growing(file) : read_whole(file);
             sink_.wait();
             ::poll(nullptr, 0, kPollMs); // a signal ends it
             sink_.wait();

@@ -36,6 +36,11 @@ class Downlink {
         bool at_end = false, unreadable = false; // the last check read all there is; was reported
         int halves = 0;                          // checks that found one of the two files only
     };
+    // A batch or FITS file that is followed, as it was at the last check.
+    struct Whole {
+        int64_t size = -1, seconds = 0, ns = 0; // bytes, time of the last change
+        bool is_read = false;
+    };
     void read_names();
     void read_input(const std::string &name);
     void read_folder(const std::string &folder);
@@ -43,7 +48,8 @@ class Downlink {
     std::shared_ptr<PairSource> open_pair(const std::string &path) const;
     void drain(const std::shared_ptr<FrameSource> &source);
     void read_growing(const std::string &side);
-    std::vector<std::string> sides_of(const std::string &input);
+    void read_whole(const std::string &file);
+    std::vector<std::string> files_in(const std::string &input);
     void follow();
     void conclude();
 
@@ -51,6 +57,7 @@ class Downlink {
     FrameSink &sink_;
     DatedFiles dated_;
     std::map<std::string, Growing> growing_; // by their side files
+    std::map<std::string, Whole> whole_;     // by name
     std::set<std::string> gone_;             // inputs that are followed and cannot be opened
     bool stopped_ = false;                   // by a signal
 };

@@ -79,10 +79,10 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
                                     const Made &made, Progress &progress) {
     auto how = made.value_or(toliman::sized<toliman_track_options>());
     how.folder = given.folder.c_str();
-    if (!made && !dtype.empty()) { // pairs, whose stamps are those of the mission
+    if (!made && !dtype.empty())
         how.frames.bit_depth = dtype == "u16le" ? 12 : 32;
-        how.frames.stamp = TOLIMAN_FRAME_STAMP_START;
-    }
+    if (!made && given.has_stamps)
+        how.frames.stamp = TOLIMAN_FRAME_STAMP_START; // as the mission writes them
     if (!made) {
         how.frames.exposure_s = estimator.scene.exposure_s;
         how.grid.time_offset_ns = estimator.time_zero_ns;

@@ -30,6 +30,7 @@ struct FolderOptions {
     std::optional<uint32_t> bit_depth;
     std::optional<int64_t> bin, capacity;
     unsigned jobs = 1;
+    bool has_stamps = false; // pairs or batches, whose frames have stamps of the camera
     // After open():
     bool is_new = false; // the folder
     Notes notes;         // options that differ from the scene

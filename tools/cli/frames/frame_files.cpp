@@ -1,5 +1,6 @@
 #include "frames/frame_files.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -91,6 +92,13 @@ bool has_pairs(const std::string &input) {
     } catch (const Failure &) {
         return false;
     }
+}
+
+bool has_stamps(const std::vector<std::string> &inputs) {
+    return std::any_of(inputs.begin(), inputs.end(), [](const std::string &input) {
+        const std::vector<std::string> files = is_folder(input) ? files_of(input) : std::vector<std::string>{input};
+        return files.empty() || !is_dated_file(files.front());
+    });
 }
 
 void check_one_region(const std::vector<std::string> &inputs) {

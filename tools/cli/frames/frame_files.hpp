@@ -24,6 +24,8 @@ std::vector<std::string> pairs_of(const std::string &folder);
 std::string region_of(const std::string &side);
 // Whether the input is a pair, or a folder with pairs; false for a folder that cannot be read.
 bool has_pairs(const std::string &input);
+// Whether inputs may have other files than .npy and FITS ones.
+bool has_stamps(const std::vector<std::string> &inputs);
 
 // Throws Failure, which lists them, if the pairs among files and folders have several regions of the detector, by the
 // first roi_label of each: frames of two regions must not share a periodogram or a calibration.
