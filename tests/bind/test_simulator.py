@@ -47,6 +47,15 @@ class Frames(unittest.TestCase):
         self.assertTrue((self.simulator.frame(79) == ours[72]).all())
         self.assertFalse((self.simulator.frame(79, seed=2) == ours[72]).all())
 
+    def test_exposures_are_frames(self):
+        expected = numpy.array([self.simulator.expect(step) for step in (0.01, -0.02)])
+        frames = self.simulator.frames(7, displacements=[0.01, -0.02])
+        self.assertTrue((self.simulator.expose(expected, 7) == frames).all())
+        self.assertTrue((self.simulator.expose(expected[1], 8) == frames[1]).all())
+        self.assertFalse((self.simulator.expose(expected, 7, seed=2) == frames).all())
+        with self.assertRaisesRegex(ValueError, "shape"):
+            self.simulator.expose(expected[:, :-1])
+
     def test_all_frames_by_default(self):
         few = toliman.Simulator(scene(cadence={**scene()["cadence"], "frames": 3}))
         frames = few.frames()

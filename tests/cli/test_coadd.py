@@ -1,6 +1,6 @@
 """coadd: sums of simulated frames against numpy, what encode and track make of them, and kills at random moments.
 
-Long version: TOLIMAN_KILLS=200 TOLIMAN_FRAMES=6000."""
+Long version: `make kills`."""
 import json
 import os
 import random

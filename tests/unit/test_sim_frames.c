@@ -88,6 +88,48 @@ TEST(seeds_and_numbers_make_different_frames) {
     free(frames), free(others), toliman_sim_destroy(sim);
 }
 
+/* An exposed expectation is the frame with this number, on any threads, in place or not. */
+/* promise: frames-depend-on-seed-alone */
+TEST(exposures_are_frames) {
+    enum { COUNT = 5 };
+    static double expected[COUNT * PIXELS], frames[COUNT * PIXELS], exposed[COUNT * PIXELS];
+    const double displacements[COUNT] = {0.01, -0.02, 0, 0.03, 0.1};
+    char *const counts = replaced(kBinaryScene, "'pixel_scale_arcsec': 0.2",
+                                  "'gain_e_per_dn': 2, 'bias_dn': 64, 'bit_depth': 20, 'pixel_scale_arcsec': 0.2");
+    const char *const scenes[] = {kBinaryScene, counts};
+    for (int s = 0; s < 2; s++)
+        for (uint32_t threads = 1; threads < 4; threads++) {
+            toliman_sim *const sim = sim_on_threads(scenes[s], threads);
+            for (size_t i = 0; i < COUNT; i++)
+                assert_ok(toliman_sim_expect(sim, displacements[i], expected + i * PIXELS, SIDE));
+            assert_ok(toliman_sim_frame(sim, displacements, 7, 123456789011, COUNT, frames));
+            assert_ok(toliman_sim_expose(sim, expected, 7, 123456789011, COUNT, exposed));
+            assert_memory_equal(exposed, frames, sizeof frames);
+            assert_ok(toliman_sim_expose(sim, expected + PIXELS, 7, 123456789012, 1, expected + PIXELS));
+            assert_memory_equal(expected + PIXELS, frames + PIXELS, PIXELS * sizeof *frames);
+            toliman_sim_destroy(sim);
+        }
+    toliman_sim *const sim = sim_of(counts);
+    assert_ok(toliman_sim_expose(sim, NULL, 7, 0, 0, NULL));
+    assert_refused(toliman_sim_expose(sim, expected, 7, -1, 1, exposed), TOLIMAN_E_RANGE, "first");
+    const struct {
+        double value;
+        toliman_status status;
+        const char *field;
+    } wrong[] = {{NAN, TOLIMAN_E_ARGUMENT, "expected"},
+                 {INFINITY, TOLIMAN_E_ARGUMENT, "expected"},
+                 {63.9, TOLIMAN_E_ARGUMENT, "expected"},
+                 {1e12, TOLIMAN_E_RANGE, ""}};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        expected[4 * PIXELS + 3 * SIDE + 17] = wrong[i].value;
+        assert_refused(toliman_sim_expose(sim, expected, 7, 0, COUNT, exposed), wrong[i].status, wrong[i].field);
+        assert_true(i > 2 || strstr(toliman_last_error(), "expected[4][3][17]") != NULL);
+    }
+    expected[4 * PIXELS + 3 * SIDE + 17] = 64 - 1e-8; /* rounding */
+    assert_ok(toliman_sim_expose(sim, expected, 7, 0, COUNT, exposed));
+    toliman_sim_destroy(sim), free(counts);
+}
+
 /* The image has the same bits with any number of library workers and of BLAS threads. */
 /* promise: threads-change-no-bit */
 TEST(images_do_not_depend_on_threads) {
