@@ -25,7 +25,7 @@ typedef struct toliman_bank toliman_bank;
 /* Options of a bank. */
 typedef struct toliman_bank_options {
     uint32_t struct_size;
-    int32_t layout;               /* TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT */
+    int32_t layout;               /* TOLIMAN_CAE_LAYOUT_..., 0 = as toliman_cae_options */
     double first_days, last_days; /* of the frames' times, in [-1e6, 1e6] days; both 0: 0 to the last frame of the
                                      scene */
     double spacing_px;            /* largest motion of B relative to A between dates, in [0.05, 4] px; 0 = 0.5 */
@@ -61,7 +61,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_plan(const toliman_si
 /* Creates a bank of untrained networks for the scene and the free parameters of a fit of one scene. Untrained, it is a
  * control of efficiency 0.01.
  * Errors: TOLIMAN_E_ARGUMENT for dates at which the stars leave the model images (toliman_fit_create), more than 1024
- * networks; TOLIMAN_E_UNSUPPORTED for frames smaller than 256 x 256 or larger than 4096 x 4096 px. */
+ * networks; TOLIMAN_E_UNSUPPORTED for frames smaller than the crop of the layout or
+ * larger than 4096 x 4096 px. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_create(const toliman_fit *fit,
                                                                   const toliman_bank_options *options,
                                                                   toliman_bank **out) TOLIMAN_NOEXCEPT;
@@ -98,7 +99,7 @@ typedef struct toliman_bank_info {
     double first_days, last_days;
     double spacing_px;
     int64_t rows, cols;
-    const char *layout; /* "flight" or "paper" */
+    const char *layout; /* "flight", "paper" or "core" */
     uint64_t seed;
     uint64_t fit_digest;
     uint64_t digest; /* FNV-1a of all that determines results */
@@ -176,7 +177,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_renewal(const tol
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_save(const toliman_bank *bank, int32_t encoding, void *bytes,
                                                                 size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
-/* Loads a bank; a network takes 0.8 MB. Damaged bytes, other versions and layouts, and numbers that are subnormal or
+/* Loads a bank; a network takes 0.8 MB, of layout CORE 0.4 MB. Damaged bytes, other versions and layouts, and numbers that are subnormal or
  * above 2^100 are TOLIMAN_E_FORMAT (promise: damaged-banks-are-refused). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_load(const void *bytes, size_t size,
                                                                 const toliman_load_options *options,

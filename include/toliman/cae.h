@@ -1,5 +1,4 @@
-/* libtoliman, convolutional autoencoder (CAE): compresses the 256x256 crop of a frame to one number, the latent: the
- * displacement (the separation of the stars minus that of the undisturbed scene), in px. For frames of a downlink use
+/* libtoliman, convolutional autoencoder (CAE): compresses a crop of a frame to one number, the latent: the displacement (the separation of the stars minus that of the undisturbed scene), in px. For frames of a downlink use
  * track.h.
  *
  * Data flow (toliman_cae_...)
@@ -23,11 +22,12 @@ TOLIMAN_BEGIN_DECLS
 /* Network with the preprocessing of its scene. */
 typedef struct toliman_cae toliman_cae;
 
-/* Layouts. */
-#define TOLIMAN_CAE_LAYOUT_FLIGHT 201 /* 2x2 mean pooling before ELU, up-sampling; reaches the photon limit */
-/* Layout of the chapter: 2x2 max pooling, un-pooling at the positions of the maxima in the frame, so that
+/* Layouts: size of the crop and pooling. */
+#define TOLIMAN_CAE_LAYOUT_FLIGHT 201 /* 256x256; 2x2 mean before ELU, up-sampling; reaches the photon limit */
+/* Layout of the chapter, 256x256: 2x2 max pooling, un-pooling at the positions of the maxima in the frame, so that
  * toliman_cae_decode is not available. */
 #define TOLIMAN_CAE_LAYOUT_PAPER 202
+#define TOLIMAN_CAE_LAYOUT_CORE 203 /* FLIGHT for the 128x128 windows of the camera */
 
 /* Inputs: scaling of the crop. */
 #define TOLIMAN_CAE_INPUT_WHITENED 211 /* (counts - reference)/sigma, nuisances projected out */
@@ -43,8 +43,9 @@ typedef struct toliman_cae toliman_cae;
 /* Options of a network. */
 typedef struct toliman_cae_options {
     uint32_t struct_size;
-    int32_t layout; /* TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT */
-    int32_t input;  /* TOLIMAN_CAE_INPUT_..., 0 = WHITENED */
+    int32_t
+        layout;    /* TOLIMAN_CAE_LAYOUT_..., 0 = CORE if the frames have fewer than 256 rows or columns, else FLIGHT */
+    int32_t input; /* TOLIMAN_CAE_INPUT_..., 0 = WHITENED */
     uint32_t threads;
     const toliman_allocator *allocator;
     toliman_log_fn log; /* receives warnings about preprocess.project */
@@ -54,10 +55,10 @@ typedef struct toliman_cae_options {
 } toliman_cae_options;
 #define TOLIMAN_CAE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_options)
 
-/* Creates a network with the preprocessing of a scene and random weights of seed. With the default layout and input its
- * latent is scaled to px (an untrained control), otherwise it has no unit.
- * Errors: TOLIMAN_E_UNSUPPORTED for frames smaller than 256x256, preprocess.project with another input than WHITENED,
- * CENTRE_IMAGE with frames of 256x256; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal.
+/* Creates a network with the preprocessing of a scene and random weights of seed. With mean pooling and input WHITENED
+ * its latent is scaled to px (an untrained control), otherwise it has no unit.
+ * Errors: TOLIMAN_E_UNSUPPORTED for frames smaller than the crop, preprocess.project with another input than WHITENED,
+ * CENTRE_IMAGE with frames of the crop's size; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal.
  *
  * Of preprocess.project, an image is dropped if less than 1e-10 of its norm remains after the projection of those
  * before it. The log warns of it, and of one of which less than 1e-2 remains after that of the others. */
@@ -69,7 +70,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_create(const toliman_s
 TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
 
 /* Training mode TIED: the encoder is the transpose of the decoder, which is fitted to the whitened derivative image.
- * Needs no frames, layout FLIGHT and input WHITENED. Tied training does not diverge at any learning rate
+ * Needs no frames, layout FLIGHT or CORE and input WHITENED. Tied training does not diverge at any learning rate
  * (promise: tied-training-never-diverges). The predicted efficiency (cosine) is 0.99 for the scenes chapter and mission
  * from any seed (promise: tied-efficiency-is-stated). */
 #define TOLIMAN_CAE_MODE_TIED 221
@@ -110,7 +111,7 @@ typedef struct toliman_cae_train_options {
                              tensor per step in rad, decreasing linearly to 0. UNSUPERVISED: constant, of Adam */
     toliman_progress_fn progress;
     void *progress_data;
-    toliman_frames_fn frames; /* required; inputs are kept in memory, 256 KiB each */
+    toliman_frames_fn frames; /* required; inputs are kept in memory, 4 bytes per pixel of the crop */
     void *frames_data;
     size_t frame_count;
     size_t validation; /* frames held out, chosen by the seed; 0 = a tenth, rounded to nearest, or 1 */
@@ -141,7 +142,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_train(toliman_cae *cae
 typedef struct toliman_cae_info {
     uint32_t struct_size;
     int32_t trained;    /* 0 or 1 */
-    const char *layout; /* "flight" or "paper" */
+    const char *layout; /* "flight", "paper" or "core" */
     uint64_t layout_hash;
     uint64_t scene_digest;
     uint64_t parameters;
@@ -154,7 +155,7 @@ typedef struct toliman_cae_info {
     double input_scale;         /* of the first convolution: 1e-3 for TIED, else 1 */
     uint64_t seed;
     int32_t centre; /* TOLIMAN_CAE_CENTRE_... */
-    uint32_t reserved;
+    uint32_t side;  /* rows and columns of the crop */
 } toliman_cae_info;
 #define TOLIMAN_CAE_INFO_INIT TOLIMAN_INIT(toliman_cae_info)
 
@@ -173,7 +174,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
  *   goodness    [count] or NULL, of this fit: with r = (counts - reference)/sigma, K orthonormal nuisance images u_k
  *               and the target t, chi_square is
  *
- *     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1)
+ *     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (pixels of the crop - K - 1)
  *
  * The slope of latent over displacement is 1 for small displacements; latent/displacement is about 0.9996 at 1e-4 px,
  * 0.996 at 1e-3 px and 0.96 at 1e-2 px (promise: latent-slope-is-stated); between trainings, its deviation from 1
@@ -184,19 +185,19 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_c
                                                                  size_t count, double *latents_px,
                                                                  toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
-/* Decodes a latent to image[256][stride]: with input WHITENED the whitened residual, in standard deviations, linear up
+/* Decodes a latent to image[side][stride]: with input WHITENED the whitened residual, in standard deviations, linear up
  * to 1 px, otherwise in the scaling of the input.
  * Errors: TOLIMAN_E_UNSUPPORTED for layout PAPER; TOLIMAN_E_ARGUMENT if |latent_px| > 1e6; TOLIMAN_E_RANGE if the
  * output overflows. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px,
                                                                  double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Writes the training target to image[256][stride], per px: the whitened derivative image with nuisances projected
+/* Writes the training target to image[side][stride], per px: the whitened derivative image with nuisances projected
  * out. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_target(const toliman_cae *cae, double *image,
                                                                      size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Reconstructs a frame: encodes counts[rows][counts_stride] and decodes the latent to image[256][stride], in counts,
+/* Reconstructs a frame: encodes counts[rows][counts_stride] and decodes the latent to image[side][stride], in counts,
  * without nuisances that were projected out. The last three may be NULL.
  *   mmse, mssim   mean squared error and mean structural similarity (Wang et al. 2004, Gaussian window of 1.5 px) of
  *                 crop and reconstruction, scaled to 0..1 by the extremes of the crop

@@ -27,12 +27,13 @@ using namespace toliman::api;
 
 namespace {
 
-constexpr double kStepSeconds = 1.25e-3; // of the training of a network, on one core of a 2020s server
+// Of the training of a network of layout `flight`, on one core of a 2020s server; of others in proportion to the pixels.
+constexpr double kStepSeconds = 1.25e-3;
 
 // last_days: of the scene's frames.
-bank::Options options_of(const toliman_bank_options &given, double last_days) {
+bank::Options options_of(const toliman_bank_options &given, size_t rows, size_t cols, double last_days) {
     bank::Options options;
-    options.layout = &layout_of(given.layout);
+    options.layout = &layout_of(given.layout, rows, cols);
     const bool preset = given.first_days == 0 && given.last_days == 0;
     options.first_days = given.first_days;
     options.last_days = preset ? last_days : given.last_days;
@@ -89,21 +90,24 @@ toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_opti
         const optics::Light &light = use->simulator.light();
         if (scene.stars.size() < 2)
             fail(Status::unsupported, "%s: {stars}: a bank needs two stars", scene.source.c_str());
-        const bank::Options options = options_of(accept(given, "options"), longest_days(scene.cadence));
+        const size_t rows = scene.detector.rows, cols = scene.detector.cols;
+        const bank::Options options = options_of(accept(given, "options"), rows, cols, longest_days(scene.cadence));
+        const cae::Layout &layout = *options.layout;
         const auto dates = bank::dates_of(options.first_days, options.last_days, options.spacing_px, [&](double days) {
             const optics::Offsets place = optics::unobserved_offsets_at(scene, light, days);
             return std::array<double, 2>{place[1][0] - place[0][0], place[1][1] - place[0][1]};
         });
-        bank::check_size(scene.detector.rows, scene.detector.cols, dates.size(), options);
+        bank::check_size(rows, cols, dates.size(), options);
         toliman_bank_plan_info info = {};
         info.dates = static_cast<int64_t>(dates.size());
         info.places = options.places * options.places;
         info.networks = info.dates * info.places;
         info.first_days = options.first_days;
         info.last_days = options.last_days;
-        info.bytes_float32 = static_cast<uint64_t>(info.networks) * bank::weight_bytes(cae::Encoding::float32);
-        info.bytes_half = static_cast<uint64_t>(info.networks) * bank::weight_bytes(cae::Encoding::fp16);
-        info.train_s = kStepSeconds * options.steps * static_cast<double>(info.networks);
+        info.bytes_float32 = static_cast<uint64_t>(info.networks) * bank::weight_bytes(layout, cae::Encoding::float32);
+        info.bytes_half = static_cast<uint64_t>(info.networks) * bank::weight_bytes(layout, cae::Encoding::fp16);
+        const double pixels = static_cast<double>(layout.pixels()) / static_cast<double>(cae::kFlight.pixels());
+        info.train_s = kStepSeconds * pixels * options.steps * static_cast<double>(info.networks);
         deliver(info, out, "out");
     });
 }
@@ -117,8 +121,8 @@ toliman_status toliman_bank_create(const toliman_fit *fit, const toliman_bank_op
         toliman_bank *&made = required(out, "out");
         check_single(*fit, "fit");
         const fit::Fit &single = use->fit.first();
-        made =
-            new toliman_bank{{}, bank::Bank(single, options_of(known, single.last_days())), known.threads, bank_source};
+        const bank::Options known_options = options_of(known, single.rows(), single.cols(), single.last_days());
+        made = new toliman_bank{{}, bank::Bank(single, known_options), known.threads, bank_source};
     });
 }
 

@@ -48,7 +48,7 @@ toliman_cae_train_options known_train_options(const toliman_cae_train_options *g
 template <class Work> void resume_training(toliman_cae &cae, const cae::Course &course, uint32_t until, Work work) {
     std::optional<cae::Training> last;
     if (!cae.training || !(cae.training->course == course) || cae.training->done > until) {
-        last = std::exchange(cae.training, cae::Training());
+        last = std::exchange(cae.training, cae::Training(cae.network.layout()));
         cae.training->course = course;
     }
     try {
@@ -187,14 +187,15 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
         const Use use(sim, "sim");
         const auto &simulator = use->simulator;
         const toliman_cae_options known = accept(options, "options");
-        const cae::Layout &layout = layout_of(known.layout);
+        const Detector &detector = simulator.scene().detector;
+        const cae::Layout &layout = layout_of(known.layout, detector.rows, detector.cols);
         required(out, "out");
         const MemoryScope scope(memory_of(known.allocator));
-        store_network({cae::untrained_network(
-                           layout,
-                           cae::Preprocess::from_model(information::model_of(simulator, {known.log, known.log_data}),
-                                                       kInputs.to_enum(known.input), kCentres.to_enum(known.centre)),
-                           seed),
+        store_network({cae::untrained_network(layout,
+                                              cae::Preprocess::from_model(
+                                                  information::model_of(simulator, {known.log, known.log_data}), layout,
+                                                  kInputs.to_enum(known.input), kCentres.to_enum(known.centre)),
+                                              seed),
                        std::nullopt},
                       known.threads, out);
     });
@@ -230,7 +231,7 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_train_op
         info.layout_hash = cae::layout_hash(network.layout());
         info.input = kInputs.to_constant(preprocess.input);
         info.scene_digest = preprocess.scene_digest;
-        info.parameters = cae::kParameters;
+        info.parameters = network.layout().parameters();
         info.rows = static_cast<int64_t>(preprocess.rows);
         info.cols = static_cast<int64_t>(preprocess.cols);
         info.crop_row = static_cast<int64_t>(preprocess.crop_row);
@@ -241,6 +242,7 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_train_op
         info.input_scale = preprocess.input_scale;
         info.seed = network.seed();
         info.centre = kCentres.to_constant(preprocess.centre);
+        info.side = static_cast<uint32_t>(preprocess.side);
         if (resumable != nullptr)
             check_struct_size("resumable", *resumable);
         deliver(info, out, "out");
@@ -273,10 +275,11 @@ toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px, doub
     return guard([&] {
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
-        required_image(image, stride, cae::kSide, "image");
-        Buffer<double> output(cae::kPixels);
+        const size_t side = network.layout().side;
+        required_image(image, stride, side, "image");
+        Buffer<double> output(side * side);
         network.decode(latent_px, output.data());
-        copy_rows(output.data(), cae::kSide, cae::kSide, image, stride);
+        copy_rows(output.data(), side, side, image, stride);
     });
 }
 
@@ -284,8 +287,8 @@ toliman_status toliman_cae_get_target(const toliman_cae *cae, double *image, siz
     return guard([&] {
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
-        copy_rows(network.preprocess().target.data(), cae::kSide, cae::kSide,
-                  required_image(image, stride, cae::kSide, "image"), stride);
+        const size_t side = network.layout().side;
+        copy_rows(network.preprocess().target.data(), side, side, required_image(image, stride, side, "image"), stride);
     });
 }
 
@@ -298,12 +301,13 @@ toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *cou
         const cae::Preprocess &preprocess = network.preprocess();
         const ImageView<const double> frame = {required_image(counts, counts_stride, preprocess.cols, "counts"),
                                                preprocess.rows, preprocess.cols, counts_stride};
-        required_image(image, stride, cae::kSide, "image");
-        Buffer<double> output(cae::kPixels);
+        const size_t side = preprocess.side;
+        required_image(image, stride, side, "image");
+        Buffer<double> output(side * side);
         network.reconstruct(frame, output.data());
         const bool compare = mmse != nullptr || mssim != nullptr || photon_floor != nullptr;
         const cae::Quality quality = compare ? cae::quality(network, frame, output.data()) : cae::Quality{};
-        copy_rows(output.data(), cae::kSide, cae::kSide, image, stride);
+        copy_rows(output.data(), side, side, image, stride);
         if (mmse != nullptr)
             *mmse = quality.mmse;
         if (mssim != nullptr)

@@ -34,13 +34,10 @@ namespace toliman::bank {
 
 namespace {
 
-using cae::kPixels;
-using cae::kSide;
-
-// First row or column of a crop of kSide centred on the stars, whose middle is at `middle` px from that of the frame.
-uint32_t crop_start(double middle, size_t size) {
-    const double start = std::floor(0.5 * static_cast<double>(size - kSide) + middle + 0.5);
-    return static_cast<uint32_t>(std::clamp(start, 0.0, static_cast<double>(size - kSide)));
+// First row or column of a crop of `side` px centred on the stars, whose middle is at `middle` px from that of the frame.
+uint32_t crop_start(double middle, size_t size, size_t side) {
+    const double start = std::floor(0.5 * static_cast<double>(size - side) + middle + 0.5);
+    return static_cast<uint32_t>(std::clamp(start, 0.0, static_cast<double>(size - side)));
 }
 
 fit::Prediction prediction_of(const Date &date, const Network &network) {
@@ -64,9 +61,10 @@ double square(double x) noexcept {
 } // namespace
 
 void check_size(size_t rows, size_t cols, size_t dates, const Options &options) {
-    if (std::min(rows, cols) < kSide || std::max(rows, cols) > kLargestFrame)
-        fail(Status::unsupported, "bank: {detector.shape} = [%zu, %zu]: must be in [%zu, %zu] px", rows, cols, kSide,
-             kLargestFrame);
+    const cae::Layout &layout = *options.layout;
+    if (std::min(rows, cols) < layout.side || std::max(rows, cols) > kLargestFrame)
+        fail(Status::unsupported, "bank: {detector.shape} = [%zu, %zu]: must be in [%zu, %zu] px for layout %s", rows,
+             cols, layout.side, kLargestFrame, layout.name);
     const size_t places = options.places;
     if (dates * places * places > kMostNetworks)
         fail(Status::argument, "{options}: %zu dates with %zu places each: must be at most %zu networks", dates,
@@ -87,7 +85,7 @@ Bank::Bank(const fit::Fit &fit, const Options &options)
     check_size(rows_, cols_, dates_.size(), options);
     const size_t places = options.places;
     fit::FitWork work = fit.work();
-    const cae::Encoder untrained(*options.layout, cae::random_encoder(options.seed));
+    const cae::Encoder untrained(cae::random_encoder(*options.layout, options.seed));
     const cae::Response response = untrained.response();
     for (const double days : {options.first_days, options.last_days}) { // networks are made for dates in between
         fit::Prediction end;
@@ -103,8 +101,8 @@ Bank::Bank(const fit::Fit &fit, const Options &options)
         const double *const values = undisturbed.state.values;
         std::copy_n(values, 4, &network.star_px[0][0]);
         network.share_b = fit::separation_axis(undisturbed.state, fit.parameters().size()).share_b;
-        network.crop_row = crop_start(0.5 * (values[fit::y_a] + values[fit::y_b]), rows_);
-        network.crop_col = crop_start(0.5 * (values[fit::x_a] + values[fit::x_b]), cols_);
+        network.crop_row = crop_start(0.5 * (values[fit::y_a] + values[fit::y_b]), rows_, options.layout->side);
+        network.crop_col = crop_start(0.5 * (values[fit::x_a] + values[fit::x_b]), cols_, options.layout->side);
         networks_.push_back(std::move(network));
     }
 }
@@ -117,10 +115,10 @@ Bank::Bank(const Options &options, size_t rows, size_t cols, uint64_t fit_digest
 BankWork Bank::work() const {
     return {{},
             cae::EncoderWork(*options_.layout),
-            Resampler(std::max(cols_, kSide)),
+            Resampler(std::max(cols_, options_.layout->side)),
             Buffer<double>(rows_ * cols_),
             Buffer<double>(rows_ * cols_),
-            Buffer<double>(kPixels)};
+            Buffer<double>(options_.layout->pixels())};
 }
 
 size_t Bank::trained() const noexcept {
@@ -147,10 +145,11 @@ Buffer<double> Bank::target_of(const fit::Fit &fit, const Network &network) cons
     fit::Result undisturbed;
     fit.predict(prediction_of(dates_[network.date], network), work, undisturbed);
     const fit::SeparationAxis axis = fit::separation_axis(undisturbed.state, fit.parameters().size());
-    Buffer<double> image(rows_ * cols_), target(kPixels);
+    const size_t side = options_.layout->side;
+    Buffer<double> image(rows_ * cols_), target(side * side);
     fit.model().whiten_derivative(undisturbed.state.values, axis.change, image.data(), work.model);
-    for (size_t r = 0; r < kSide; r++)
-        std::copy_n(&image[(network.crop_row + r) * cols_ + network.crop_col], kSide, &target[r * kSide]);
+    for (size_t r = 0; r < side; r++)
+        std::copy_n(&image[(network.crop_row + r) * cols_ + network.crop_col], side, &target[r * side]);
     return target;
 }
 
@@ -208,9 +207,9 @@ void Bank::train(const fit::Fit &fit, unsigned workers, const Progress &progress
         cae::TiedOptions how;
         how.steps = options_.steps;
         how.progress = {Watch::look, &watch};
-        cae::Parameters weights = cae::random_encoder(options_.seed);
+        cae::Parameters weights = cae::random_encoder(*options_.layout, options_.seed);
         const double cosine = cae::train_encoder(target, how, weights);
-        cae::Encoder encoder(*options_.layout, std::move(weights));
+        cae::Encoder encoder(std::move(weights));
         network.response = encoder.response();
         network.encoder = std::move(encoder);
         network.cosine = cosine;
@@ -244,7 +243,7 @@ Bank::Nearest Bank::nearest(const double *values) const noexcept {
 
 void Bank::measure(const fit::Fit &fit, const ImageView<const double> *counts, const fit::Prediction &prediction,
                    fit::FitWork &fit_work, BankWork &work, Estimate &estimate) const {
-    const size_t n = fit.parameters().size();
+    const size_t n = fit.parameters().size(), side = options_.layout->side;
     const fit::State &state = work.fitted.state;
     const fit::SeparationAxis axis = fit::separation_axis(state, n);
     const Nearest near = nearest(state.values);
@@ -259,8 +258,8 @@ void Bank::measure(const fit::Fit &fit, const ImageView<const double> *counts, c
     const Buffer<float> &gradient = network.encoder.gradient();
     std::copy(gradient.begin(), gradient.end(), work.crop.begin());
     const ImageView<double> filter = {work.filter.data(), rows_, cols_, cols_},
-                            crop = {work.crop.data(), kSide, kSide, kSide};
-    work.resampler.move({crop.data, kSide, kSide, kSide}, -x, -y, filter);
+                            crop = {work.crop.data(), side, side, side};
+    work.resampler.move({crop.data, side, side, side}, -x, -y, filter);
 
     const double off = std::clamp(work.fitted.displacement_px, -kFarPx, kFarPx); // of the fit from p0
     const bool near_by = std::fabs(off) < kNearPx;

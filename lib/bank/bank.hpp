@@ -15,7 +15,7 @@ namespace toliman::bank {
 constexpr double kSpacingPx = 0.5, kLeastSpacingPx = 0.05, kMostSpacingPx = 4;
 constexpr uint32_t kPlaces = 3, kMostPlaces = 8, kSteps = 600, kMostSteps = 1000000;
 constexpr double kMostDays = 1e6;
-constexpr size_t kMostNetworks = 1024; // 0.8 MB of memory each
+constexpr size_t kMostNetworks = 1024; // up to 0.8 MB of memory each
 constexpr size_t kLargestFrame = 4096; // rows and columns
 
 // toliman_bank_options, defaults resolved.
@@ -32,7 +32,7 @@ struct Network {
     cae::Encoder encoder;
     double star_px[2][2] = {};           // places of A and B, px from the centre of the frame: [star][x, y]
     double share_b = 0;                  // of B's displacement in that of the frame, the rest is A's
-    uint32_t crop_row = 0, crop_col = 0; // of the 256x256 crop
+    uint32_t crop_row = 0, crop_col = 0; // of the crop, [side][side]
     double cosine = 0;                   // of gradient and target; 0: untrained
     cae::Response response = {};
     bool trained() const noexcept { return cosine > 0; }
@@ -59,7 +59,7 @@ struct BankWork {
     fit::Result fitted; // of the last frame
     cae::EncoderWork encoder;
     Resampler resampler;
-    Buffer<double> filter, residual, crop; // [rows][cols] twice, [kPixels]
+    Buffer<double> filter, residual, crop; // [rows][cols] twice, [pixels]
 };
 
 // Const calls may run on several threads, each with its own work and that of the fit. The fit of a call must be that of

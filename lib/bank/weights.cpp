@@ -26,14 +26,19 @@ constexpr char kMagic[] = "TLMB";
 constexpr const char *kKind = "bank";
 constexpr uint32_t kVersion = 1;
 constexpr size_t kHeaderSize = 96, kDateSize = 24, kNetworkSize = 72;
-constexpr size_t kStored = cae::kLatentBias + 1, kWeights = cae::tensor_offset(kStored); // tensors of the encoder
+constexpr size_t kStored = cae::kLatentBias + 1; // tensors of the encoder
 constexpr double kMostPx = kLargestFrame;
 
-std::vector<Block> blocks_of(size_t networks, Encoding encoding) {
+// Weights of one network.
+constexpr size_t stored_of(const cae::Layout &layout) noexcept {
+    return layout.offsets[kStored];
+}
+
+std::vector<Block> blocks_of(const cae::Layout &layout, size_t networks, Encoding encoding) {
     std::vector<Block> blocks;
     for (size_t i = 0; i < networks; i++)
         for (size_t tensor = 0; tensor < kStored; tensor++)
-            blocks.push_back({cae::kTensorTable[tensor].count(), encoding});
+            blocks.push_back({layout.tensors[tensor].count(), encoding});
     return blocks;
 }
 
@@ -74,8 +79,8 @@ Header read_header(ByteReader &reader, size_t size) {
     options.spacing_px = in_range("spacing_px", reader.f64(), kLeastSpacingPx, kMostSpacingPx);
     options.places = in_range("places", reader.u32(), 1, kMostPlaces);
     options.steps = in_range("steps", reader.u32(), 1, kMostSteps);
-    header.rows = in_range("rows", reader.u32(), cae::kSide, kLargestFrame);
-    header.cols = in_range("cols", reader.u32(), cae::kSide, kLargestFrame);
+    header.rows = in_range("rows", reader.u32(), options.layout->side, kLargestFrame);
+    header.cols = in_range("cols", reader.u32(), options.layout->side, kLargestFrame);
     header.dates = in_range("dates", reader.u32(), 1, kMostNetworks / (size_t{options.places} * options.places));
     header.packed = reader.u32();
     const size_t known =
@@ -123,24 +128,24 @@ Numbers read_numbers(ByteReader &reader, const Header &header) {
         for (double &coordinate : star)
             coordinate = in_range("place", reader.f64(), -kMostPx, kMostPx);
     numbers.share_b = in_range("share", reader.f64(), 0.0, 1.0);
-    numbers.crop_row = in_range("crop_row", reader.u32(), 0, header.rows - cae::kSide);
-    numbers.crop_col = in_range("crop_col", reader.u32(), 0, header.cols - cae::kSide);
+    numbers.crop_row = in_range("crop_row", reader.u32(), 0, header.rows - header.options.layout->side);
+    numbers.crop_col = in_range("crop_col", reader.u32(), 0, header.cols - header.options.layout->side);
     numbers.cosine = read_cosine(reader, 0);
     numbers.response = read_response(reader);
     return numbers;
 }
 
-// Of stored weights [kWeights] of network i.
+// Of the stored weights of network i.
 cae::Encoder encoder_of(const cae::Layout &layout, const float *weights, size_t i) {
-    cae::Parameters parameters;
-    std::copy_n(weights, kWeights, parameters.values.begin());
+    cae::Parameters parameters(layout);
+    std::copy_n(weights, stored_of(layout), parameters.values.begin());
     for (size_t stage = 0; stage <= cae::kStages; stage++) {
         const size_t tensor = cae::conv_bias(stage); // conv_bias(kStages) is that of the latent
         if (const float *const biases = parameters[tensor];
-            std::any_of(biases, biases + cae::kTensorTable[tensor].count(), [](float value) { return value != 0; }))
-            fail(Status::format, "%s: %s of network %zu: must be 0", kKind, cae::kTensorTable[tensor].name, i);
+            std::any_of(biases, biases + layout.tensors[tensor].count(), [](float value) { return value != 0; }))
+            fail(Status::format, "%s: %s of network %zu: must be 0", kKind, layout.tensors[tensor].name, i);
     }
-    cae::Encoder encoder(layout, std::move(parameters));
+    cae::Encoder encoder(std::move(parameters));
     const Buffer<float> &gradient = encoder.gradient();
     if (std::all_of(gradient.begin(), gradient.end(), [](float value) { return value == 0; }))
         fail(Status::format, "%s: weights of network %zu: the latent does not depend on the image", kKind, i);
@@ -149,30 +154,32 @@ cae::Encoder encoder_of(const cae::Layout &layout, const float *weights, size_t 
 
 } // namespace
 
-size_t weight_bytes(Encoding encoding) noexcept {
-    return kWeights * (encoding == Encoding::float32 ? 4 : 2);
+size_t weight_bytes(const cae::Layout &layout, Encoding encoding) noexcept {
+    return stored_of(layout) * (encoding == Encoding::float32 ? 4 : 2);
 }
 
 size_t most_bytes() noexcept {
-    return kHeaderSize + kMostNetworks * (kDateSize + kNetworkSize + 2 * weight_bytes(Encoding::float32));
+    return kHeaderSize + kMostNetworks * (kDateSize + kNetworkSize + 2 * weight_bytes(cae::kFlight, Encoding::float32));
 }
 
 std::vector<uint8_t> to_bytes(const Bank &bank, Encoding encoding) {
     const Options &options = bank.options();
+    const cae::Layout &layout = *options.layout;
     Buffer<float> weights;
     for (const Network &network : bank.networks()) {
         const Buffer<float> &values = network.encoder.weights().values;
-        weights.insert(weights.end(), values.begin(), values.begin() + kWeights);
+        weights.insert(weights.end(), values.begin(), values.begin() + static_cast<std::ptrdiff_t>(stored_of(layout)));
     }
-    const std::vector<uint8_t> packed = cae::pack(weights, blocks_of(bank.networks().size(), encoding), "weights");
+    const std::vector<uint8_t> packed =
+        cae::pack(weights, blocks_of(layout, bank.networks().size(), encoding), "weights");
     ByteWriter writer;
     writer.raw(kMagic, 4);
     writer.u32(kVersion);
     writer.u64(kHeaderSize + bank.dates().size() * kDateSize + bank.networks().size() * kNetworkSize + packed.size() +
                kChecksumSize);
-    writer.u32(options.layout->id);
+    writer.u32(layout.id);
     writer.u32(static_cast<uint32_t>(encoding));
-    for (const uint64_t value : {cae::layout_hash(*options.layout), bank.fit_digest(), options.seed})
+    for (const uint64_t value : {cae::layout_hash(layout), bank.fit_digest(), options.seed})
         writer.u64(value);
     for (const double value : {options.first_days, options.last_days, options.spacing_px})
         writer.f64(value);
@@ -201,9 +208,10 @@ std::vector<uint8_t> training_of(const Network &network) {
     ByteWriter writer;
     for (const double value : {network.cosine, network.response.gain, network.response.share})
         writer.f64(value);
-    const Buffer<float> &values = network.encoder.weights().values;
-    const std::vector<uint8_t> packed =
-        cae::pack(Buffer<float>(values.begin(), values.begin() + kWeights), blocks_of(1, Encoding::float32), "weights");
+    const cae::Layout &layout = network.encoder.layout();
+    const float *const values = network.encoder.weights().values.data();
+    const std::vector<uint8_t> packed = cae::pack(Buffer<float>(values, values + stored_of(layout)),
+                                                  blocks_of(layout, 1, Encoding::float32), "weights");
     writer.raw(packed.data(), packed.size());
     return writer.take();
 }
@@ -213,7 +221,8 @@ void set_training(const std::vector<uint8_t> &bytes, size_t i, const Options &op
     const double cosine = read_cosine(reader, std::numeric_limits<double>::min());
     network.response = read_response(reader);
     const size_t packed = reader.left();
-    const Buffer<float> weights = cae::unpack(reader.raw(packed), packed, blocks_of(1, Encoding::float32), "weights");
+    const Buffer<float> weights =
+        cae::unpack(reader.raw(packed), packed, blocks_of(*options.layout, 1, Encoding::float32), "weights");
     network.encoder = encoder_of(*options.layout, weights.data(), i);
     network.cosine = cosine;
 }
@@ -227,11 +236,12 @@ Bank from_bytes(const void *bytes, size_t size) {
     for (size_t i = 0; i < header.networks(); i++)
         numbers.push_back(read_numbers(reader, header));
     const Buffer<float> weights =
-        cae::unpack(reader.raw(header.packed), header.packed, blocks_of(header.networks(), header.encoding), "weights");
+        cae::unpack(reader.raw(header.packed), header.packed,
+                    blocks_of(*header.options.layout, header.networks(), header.encoding), "weights");
     std::vector<Network> networks;
     for (size_t i = 0; i < header.networks(); i++) {
         const Numbers &known = numbers[i];
-        cae::Encoder encoder = encoder_of(*header.options.layout, &weights[i * kWeights], i);
+        cae::Encoder encoder = encoder_of(*header.options.layout, &weights[i * stored_of(*header.options.layout)], i);
         Network network = new_network(i, header.options, std::move(encoder));
         std::copy_n(&known.star_px[0][0], 4, &network.star_px[0][0]);
         network.share_b = known.share_b;

@@ -10,7 +10,7 @@
 namespace toliman::bank {
 
 // Bytes of the weights of one network, uncompressed.
-size_t weight_bytes(cae::Encoding encoding) noexcept;
+size_t weight_bytes(const cae::Layout &layout, cae::Encoding encoding) noexcept;
 // Above the largest file.
 size_t most_bytes() noexcept;
 

@@ -23,10 +23,10 @@ void add_to(const Buffer<float> &values, Buffer<float> &sums) noexcept {
 
 } // namespace
 
-Operators::Operators(const Layout &layout, const Parameters &parameters)
-    : encoder_down(pack_encoder(layout, parameters)), decoder_up(pack_decoder(layout, parameters)) {
+Operators::Operators(const Parameters &parameters)
+    : encoder_down(pack_encoder(parameters)), decoder_up(pack_decoder(parameters)) {
     for (size_t s = 0; s < kStages; s++) {
-        const Stage &stage = stage_of(layout, s);
+        const Stage &stage = stage_of(*parameters.layout, s);
         encoder_up[s].resize(stage.packed());
         stage.pack_up(parameters[conv_weight(s)], stage.encoder_factor(), encoder_up[s].data());
         decoder_down[s].resize(stage.packed());
@@ -34,7 +34,7 @@ Operators::Operators(const Layout &layout, const Parameters &parameters)
     }
 }
 
-Gradient::Gradient(const Layout &layout) : layout_(layout) {
+Gradient::Gradient(const Layout &layout) : layout_(layout), sums_(layout) {
     for (size_t s = 0; s < kStages; s++)
         for (Packed *packed : {&encoder_, &decoder_, &one_})
             (*packed)[s].resize(stage_of(layout, s).packed());
@@ -52,19 +52,19 @@ void Gradient::add_decoder(const Parameters &parameters, const Operators &operat
         const Stage &stage = stage_of(layout_, s);
         const Switch *switches = pass.pooling.switches[s].data();
         float *dense = pass.pooling.dense[s].data();
-        kernels::elu_kernels().sum_pixels(pass.gradient[s], kShapes[s].fine(), kShapes[s].fine_channels,
+        kernels::elu_kernels().sum_pixels(pass.gradient[s], layout_.shapes[s].fine(), layout_.shapes[s].fine_channels,
                                           sums_[deconv_bias(s)]);
         stage.gradient(pass.gradient[s], pass.decoder[s + 1], switches, dense, one_[s].data());
         add_to(one_[s], decoder_[s]);
         stage.down(pass.gradient[s], operators.decoder_down[s].data(), switches, dense, pass.gradient[s + 1]);
-        kernels::elu_kernels().slope(pass.decoder[s + 1], kShapes[s].coarse(), pass.gradient[s + 1]);
+        kernels::elu_kernels().slope(pass.decoder[s + 1], layout_.shapes[s].coarse(), pass.gradient[s + 1]);
     }
     // The dense layers. The gradient with respect to the features replaces that with respect to the decoder's first
     // image.
-    const size_t row = kDeepSide * kDeepChannels;
+    const size_t row = layout_.deep_side() * kDeepChannels;
     double by_latent = 0;
-    for (size_t r = 0; r < kDeepSide; r++) {
-        const float *gradient = pass.gradient[kStages] + ((r + 1) * (kDeepSide + 2) + 1) * kDeepChannels;
+    for (size_t r = 0; r < layout_.deep_side(); r++) {
+        const float *gradient = pass.gradient[kStages] + layout_.feature_at(r);
         const float *weight = parameters[kExpandWeight] + r * row;
         float *by_weight = sums_[kExpandWeight] + r * row, *by_bias = sums_[kExpandBias] + r * row;
         for (size_t i = 0; i < row; i++) {
@@ -75,8 +75,8 @@ void Gradient::add_decoder(const Parameters &parameters, const Operators &operat
     }
     const auto slope = static_cast<float>(by_latent);
     sums_[kLatentBias][0] += slope;
-    for (size_t r = 0; r < kDeepSide; r++) {
-        const size_t at = ((r + 1) * (kDeepSide + 2) + 1) * kDeepChannels;
+    for (size_t r = 0; r < layout_.deep_side(); r++) {
+        const size_t at = layout_.feature_at(r);
         const float *features = pass.encoder[kStages] + at, *weight = parameters[kLatentWeight] + r * row;
         float *gradient = pass.gradient[kStages] + at, *by_weight = sums_[kLatentWeight] + r * row;
         for (size_t i = 0; i < row; i++) {
@@ -91,8 +91,8 @@ void Gradient::add_encoder(const Operators &operators, Pass &pass) noexcept {
         const Stage &stage = stage_of(layout_, s);
         const Switch *switches = pass.pooling.switches[s].data();
         float *dense = pass.pooling.dense[s].data(), *gradient = pass.gradient[s + 1];
-        kernels::elu_kernels().slope(pass.encoder[s + 1], kShapes[s].coarse(), gradient);
-        kernels::elu_kernels().sum_pixels(gradient, kShapes[s].coarse(), kShapes[s].coarse_channels,
+        kernels::elu_kernels().slope(pass.encoder[s + 1], layout_.shapes[s].coarse(), gradient);
+        kernels::elu_kernels().sum_pixels(gradient, layout_.shapes[s].coarse(), layout_.shapes[s].coarse_channels,
                                           sums_[conv_bias(s)]);
         stage.gradient(pass.encoder[s], gradient, switches, dense, one_[s].data());
         add_to(one_[s], encoder_[s]);

@@ -8,13 +8,13 @@ namespace toliman::cae {
 
 // Packed kernels of every operation of a forward and a backward pass, for the weights of one training step.
 struct Operators {
-    Operators(const Layout &layout, const Parameters &parameters);
+    explicit Operators(const Parameters &parameters);
     Packed encoder_down, encoder_up, decoder_up, decoder_down;
 };
 
 // Working memory of the forward and backward pass of one image.
 struct Pass {
-    explicit Pass(const Layout &layout) : pooling(layout) {}
+    explicit Pass(const Layout &layout) : encoder(layout), decoder(layout), gradient(layout), pooling(layout) {}
     Images encoder, decoder, gradient;
     Pooling pooling;
     float latent = 0;

@@ -14,11 +14,11 @@ class EncoderWork {
 
   private:
     friend class Encoder;
-    std::optional<EncoderRows> rows_; // of layout `flight`
-    std::optional<Images> images_;    // of layout `paper`
+    std::optional<EncoderRows> rows_; // with mean pooling
+    std::optional<Images> images_;    // with maximum pooling
 };
 
-// How the latent of a noisy image depends on a small change of the image. Of layout `flight`, it is the inner product
+// How the latent of a noisy image depends on a small change of the image. With mean pooling it is the inner product
 // with the gradient. Maximum pooling changes its slope and loses information.
 struct Response {
     double gain = 1;  // mean change of the latent over that of the inner product
@@ -27,13 +27,13 @@ struct Response {
 
 class Encoder {
   public:
-    Encoder(const Layout &layout, Parameters weights);
+    explicit Encoder(Parameters weights);
 
-    const Layout &layout() const noexcept { return *layout_; }
+    const Layout &layout() const noexcept { return *weights_.layout; }
     const Parameters &weights() const noexcept { return weights_; }
-    // d latent/d image at 0, [kPixels]; of layout `paper` with mean pooling instead.
+    // d latent/d image at 0, [pixels]; of layout `paper` with mean pooling instead.
     const Buffer<float> &gradient() const noexcept { return gradient_; }
-    // Of an image [kPixels], in units of its noise. Of layout `paper`, half the difference between those of the image
+    // Of an image [pixels], in units of its noise. Of layout `paper`, half the difference between those of the image
     // and its negative, because the maxima of noise are positive.
     double latent(const double *image, EncoderWork &work) const noexcept;
     // Estimated from images of unit noise, with and without the gradient's image.
@@ -42,7 +42,6 @@ class Encoder {
   private:
     double latent_of_maxima(const double *image, double factor, Images &images) const noexcept;
 
-    const Layout *layout_;
     Parameters weights_;
     Packed packed_;
     Buffer<float> gradient_;

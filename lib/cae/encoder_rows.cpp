@@ -1,7 +1,7 @@
 // Method: a stage needs three rows of box sums for a row of its output, and two rows of its input for a row of box
 // sums. Each row is passed to the next stage as soon as it is complete, so that all stages advance together:
 //     image row -> box sums -> coarse row = row of the next image -> box sums -> ... -> features -> latent
-// Why: the images of all levels are 1.3 MB, and with the frame and the planes of the preprocessing more than a core's
+// Why: the images of all levels are 1.3 MB (`flight`), and with the frame and the planes of the preprocessing more than a core's
 // own cache. The rows in use are 80 kB. Fetching the frame's next rows also overlaps with the products of this one.
 #include "cae/encoder_rows.hpp"
 
@@ -29,17 +29,17 @@ constexpr size_t row_stride(const kernels::ConvShape &shape) noexcept {
 
 } // namespace
 
-EncoderRows::EncoderRows() : levels_() {
-    static_assert(row_stride(kShapes[0]) <= kBandStride);
-    size_t size = (kBand + 1) * kBandStride;
-    for (const kernels::ConvShape &shape : kShapes)
+EncoderRows::EncoderRows(const Layout &layout)
+    : layout_(&layout), band_stride_(row_stride(layout.shapes[0])), levels_() {
+    size_t size = (kBand + 1) * band_stride_;
+    for (const kernels::ConvShape &shape : layout.shapes)
         size += 2 * row_stride(shape) + 3 * kernels::kBoxFloats;
     memory_.resize(size);
     float *at = memory_.data();
     for (size_t s = 0; s < kStages; s++) {
         for (float *&row : levels_[s].fine) {
-            row = at + lead(kShapes[s]);
-            at += s == 0 ? (kBand + 1) * kBandStride / 2 : row_stride(kShapes[s]);
+            row = at + lead(layout.shapes[s]);
+            at += s == 0 ? (kBand + 1) * band_stride_ / 2 : row_stride(layout.shapes[s]);
         }
         for (float *&boxes : levels_[s].boxes) {
             boxes = at;
@@ -61,29 +61,30 @@ void EncoderRows::push_band() noexcept {
     float *const before = levels_[0].fine[0];
     for (size_t i = 0; i < kBand; i++)
         advance(0);
-    std::copy_n(before + kBand * kBandStride, row_size(kShapes[0]), before);
+    std::copy_n(before + kBand * band_stride_, row_size(layout_->shapes[0]), before);
     before_band_ += kBand;
 }
 
 const float *EncoderRows::fine(size_t stage, size_t row) const noexcept {
-    if (row == 0 || row == 2 * kShapes[stage].rows + 1)
+    if (row == 0 || row == 2 * layout_->shapes[stage].rows + 1)
         return kZeros;
-    return stage == 0 ? levels_[0].fine[0] + (row - before_band_) * kBandStride : levels_[stage].fine[row % 2];
+    return stage == 0 ? levels_[0].fine[0] + (row - before_band_) * band_stride_ : levels_[stage].fine[row % 2];
 }
 
 float *EncoderRows::next(size_t stage) noexcept {
-    return levels_[stage].fine[levels_[stage].rows % 2] + kShapes[stage].fine_channels;
+    return levels_[stage].fine[levels_[stage].rows % 2] + kChannels[stage];
 }
 
 void EncoderRows::sum_boxes(size_t stage) noexcept {
     Level &level = levels_[stage];
     const size_t row = level.rows++;
-    kernels::conv_kernels().box_row(kShapes[stage], fine(stage, row - 1), fine(stage, row), level.boxes[(row - 1) % 3]);
+    kernels::conv_kernels().box_row(layout_->shapes[stage], fine(stage, row - 1), fine(stage, row),
+                                    level.boxes[(row - 1) % 3]);
 }
 
 // A row of the stage's output needs box sums 2 y, 2 y + 1 and 2 y + 2, hence the bordered rows to 2 y + 3.
 void EncoderRows::advance(size_t stage) noexcept {
-    const kernels::ConvShape &shape = kShapes[stage];
+    const kernels::ConvShape &shape = layout_->shapes[stage];
     Level &level = levels_[stage];
     sum_boxes(stage);
     if (level.rows == 2 * shape.rows + 1)
@@ -92,7 +93,7 @@ void EncoderRows::advance(size_t stage) noexcept {
         return;
     const size_t y = level.rows / 2 - 2;
     const float *const boxes[3] = {level.boxes[2 * y % 3], level.boxes[(2 * y + 1) % 3], level.boxes[(2 * y + 2) % 3]};
-    float features[kDeepSide * kDeepChannels];
+    float features[(kLargestSide >> kStages) * kDeepChannels];
     const bool last = stage + 1 == kStages;
     kernels::conv_kernels().down_row(shape, boxes, (*encoder_)[stage].data(), (*parameters_)[conv_bias(stage)],
                                      last ? features : next(stage + 1));

@@ -1,4 +1,4 @@
-// Encoder of layout `flight` for an image that arrives row by row.
+// Encoder with mean pooling for an image that arrives row by row.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -9,21 +9,20 @@
 
 namespace toliman::cae {
 
-// To encode an image: start(); for each band of kBand rows from the first on, write it to band() [kBand][kBandStride]
+// To encode an image: start(); for each band of kBand rows from the first on, write it to band() [kBand][band_stride()]
 // and push_band(); read latent(), which has the bits of encode(). Reuse it from image to image.
 class EncoderRows {
   public:
-    static constexpr size_t kBandStride = 288; // floats from row to row: 256, borders, and the start of a cache line
-
-    EncoderRows();
+    explicit EncoderRows(const Layout &layout);
     EncoderRows(const EncoderRows &) = delete; // its pointers are into its own memory, which moves along
     EncoderRows &operator=(const EncoderRows &) = delete;
     EncoderRows(EncoderRows &&) = default;
     EncoderRows &operator=(EncoderRows &&) = default;
 
-    // Both must outlive the image.
+    // Of the layout; both must outlive the image.
     void start(const Parameters &parameters, const Packed &encoder) noexcept;
-    float *band() noexcept { return levels_[0].fine[0] + 1 + kBandStride; }
+    float *band() noexcept { return levels_[0].fine[0] + 1 + band_stride_; }
+    size_t band_stride() const noexcept { return band_stride_; } // floats from row to row, with borders
     void push_band() noexcept;
     double latent() const noexcept { return latent_; }
 
@@ -40,6 +39,8 @@ class EncoderRows {
     void advance(size_t stage) noexcept;
     void sum_boxes(size_t stage) noexcept;
 
+    const Layout *layout_;
+    size_t band_stride_;
     const Parameters *parameters_ = nullptr;
     const Packed *encoder_ = nullptr;
     double latent_ = 0;

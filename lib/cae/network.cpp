@@ -17,11 +17,9 @@ constexpr double kLargestLatent = 1e6; // px; above it float32 activations of th
 
 } // namespace
 
-Network::Network(const Layout &layout, Preprocess preprocess, Parameters parameters, uint64_t seed, bool trained,
-                 double cosine)
-    : layout_(&layout), preprocess_(std::move(preprocess)), parameters_(std::move(parameters)),
-      encoder_(pack_encoder(layout, parameters_)), decoder_(pack_decoder(layout, parameters_)), seed_(seed),
-      trained_(trained), cosine_(cosine) {}
+Network::Network(Preprocess preprocess, Parameters parameters, uint64_t seed, bool trained, double cosine)
+    : preprocess_(std::move(preprocess)), parameters_(std::move(parameters)), encoder_(pack_encoder(parameters_)),
+      decoder_(pack_decoder(parameters_)), seed_(seed), trained_(trained), cosine_(cosine) {}
 
 // Band by band, so that the planes' rows are read once for all frames and stay in cache.
 void Network::latents_of_rows(const Crop *crops, size_t count, Workspace &work, double *latents) const {
@@ -30,8 +28,9 @@ void Network::latents_of_rows(const Crop *crops, size_t count, Workspace &work, 
     float *bands[kTogether];
     for (size_t f = 0; f < count; f++)
         bands[f] = work.rows[f].band();
-    for (size_t r = 0; r < kSide; r += kBand) {
-        preprocess_.band(crops, count, r, work.input, bands, EncoderRows::kBandStride);
+    const size_t stride = work.rows[0].band_stride();
+    for (size_t r = 0; r < layout().side; r += kBand) {
+        preprocess_.band(crops, count, r, work.input, bands, stride);
         for (size_t f = 0; f < count; f++)
             work.rows[f].push_band();
     }
@@ -41,17 +40,17 @@ void Network::latents_of_rows(const Crop *crops, size_t count, Workspace &work, 
 
 double Network::latent_of_image(const Crop &crop, Workspace &work, Pooling *pooling) const {
     Images &images = *work.images;
-    for (size_t r = 0; r < kSide; r += kBand) {
-        float *const rows = images[0] + (r + 1) * kInputStride + 1;
-        preprocess_.band(&crop, 1, r, work.input, &rows, kInputStride);
+    for (size_t r = 0; r < layout().side; r += kBand) {
+        float *const rows = images[0] + layout().input_at(r);
+        preprocess_.band(&crop, 1, r, work.input, &rows, layout().input_stride());
     }
-    return cae::encode(*layout_, parameters_, encoder_, images, pooling);
+    return cae::encode(parameters_, encoder_, images, pooling);
 }
 
 void Network::latents_of(const Crop *crops, size_t count, Workspace &work, Pooling *pooling, double *latents) const {
-    work.prepare(*layout_, count);
+    work.prepare(layout(), count);
     preprocess_.start(crops, count, work.input);
-    if (layout_->max_pool)
+    if (layout().max_pool)
         latents[0] = latent_of_image(crops[0], work, pooling);
     else
         latents_of_rows(crops, count, work, latents);
@@ -64,10 +63,11 @@ void Network::latents_of(const Crop *crops, size_t count, Workspace &work, Pooli
 // Bad pixels that are far off leave an error by rounding, for which they are replaced again.
 bool Network::repair(const Crop &crop, size_t i, Workspace &work, BadPixels &bad, Preprocess::Fitted &fitted,
                      double &latent) const {
-    work.repaired.resize(kPixels);
-    for (size_t r = 0; r < kSide; r++)
-        std::copy_n(crop.counts.row(r), kSide, &work.repaired[r * kSide]);
-    const Crop repaired = {{work.repaired.data(), kSide, kSide, kSide}, crop.row, crop.col};
+    const size_t side = layout().side;
+    work.repaired.resize(layout().pixels());
+    for (size_t r = 0; r < side; r++)
+        std::copy_n(crop.counts.row(r), side, &work.repaired[r * side]);
+    const Crop repaired = {{work.repaired.data(), side, side, side}, crop.row, crop.col};
     for (double lowered = 0;;) {
         const BadPixels::Found found = preprocess_.add_bad_pixels(i, fitted, work.input, bad);
         const bool again = found == BadPixels::Found::none;
@@ -117,12 +117,12 @@ double Network::encode(ImageView<const double> frame, Workspace &work, FrameGood
 }
 
 uint64_t Network::digest() const noexcept {
-    return fnv1a(parameters_.values, fnv1a(layout_hash(*layout_), preprocess_.digest()));
+    return fnv1a(parameters_.values, fnv1a(layout_hash(layout()), preprocess_.digest()));
 }
 
 void Network::encode_many(const PixelFrames &frames, size_t count, unsigned workers, double *latents,
                           FrameGoodness *goodness) const {
-    const size_t together = layout_->max_pool ? 1 : kTogether;
+    const size_t together = layout().max_pool ? 1 : kTogether;
     estimate_many(
         frames, count, together, workers, latents, goodness, [] { return Workspace(); },
         [this](const ImageView<const double> *group, size_t size, Workspace &work, double *values,
@@ -130,21 +130,21 @@ void Network::encode_many(const PixelFrames &frames, size_t count, unsigned work
 }
 
 void Network::decode(double latent, double *image) const {
-    if (layout_->max_pool)
+    if (layout().max_pool)
         fail(Status::unsupported,
-             "cae: layout = %s: decode requires layout %s: use reconstruct, which has the switches", layout_->name,
-             kFlight.name);
+             "cae: layout = %s: decode requires layout %s or %s: use reconstruct, which has the switches",
+             layout().name, kFlight.name, kCore.name);
     if (!(std::fabs(latent) <= kLargestLatent))
         fail(Status::argument, "{latent_px} = %g: must be in [%g, %g]", latent, -kLargestLatent, kLargestLatent);
-    Pooling pooling(*layout_);
+    Pooling pooling(layout());
     run_decoder(latent, pooling, image);
 }
 
 void Network::run_decoder(double latent, Pooling &pooling, double *image) const {
-    Images images;
-    cae::decode(*layout_, parameters_, decoder_, static_cast<float>(latent), images, pooling);
-    Buffer<float> out(kPixels);
-    get_inside(images[0], kSide, kSide, 1, out.data());
+    Images images(layout());
+    cae::decode(parameters_, decoder_, static_cast<float>(latent), images, pooling);
+    Buffer<float> out(layout().pixels());
+    get_inside(images[0], layout().side, layout().side, 1, out.data());
     if (!std::all_of(out.begin(), out.end(), [](float value) { return std::isfinite(value); }))
         fail(Status::range, "cae: the decoder output for latent = %g px overflows: the weights are too large", latent);
     std::copy(out.begin(), out.end(), image);
@@ -152,7 +152,7 @@ void Network::run_decoder(double latent, Pooling &pooling, double *image) const 
 
 void Network::reconstruct(ImageView<const double> frame, double *image) const {
     Workspace work;
-    Pooling pooling(*layout_);
+    Pooling pooling(layout());
     double latent;
     const Crop crop = preprocess_.crop_of(frame);
     latents_of(&crop, 1, work, &pooling, &latent);

@@ -19,11 +19,10 @@ struct Quality {
 
 class Network {
   public:
-    // Weights must be finite. cosine: between the latent's gradient and the target; 0 while untrained.
-    Network(const Layout &layout, Preprocess preprocess, Parameters parameters, uint64_t seed, bool trained,
-            double cosine);
+    // Weights must be finite and of the preprocessing's layout. cosine: between the latent's gradient and the target; 0 while untrained.
+    Network(Preprocess preprocess, Parameters parameters, uint64_t seed, bool trained, double cosine);
 
-    const Layout &layout() const noexcept { return *layout_; }
+    const Layout &layout() const noexcept { return *parameters_.layout; }
     const Preprocess &preprocess() const noexcept { return preprocess_; }
     const Parameters &parameters() const noexcept { return parameters_; }
     uint64_t seed() const noexcept { return seed_; }
@@ -36,7 +35,7 @@ class Network {
     // replaced by what the fit to the other pixels predicts. *goodness, unless NULL: of that fit.
     double encode(ImageView<const double> frame, Workspace &work, FrameGoodness *goodness = nullptr) const;
 
-    // The same for `count` frames of equal stride, at most kTogether for layout `flight` and one for `paper`: latents
+    // The same for `count` frames of equal stride, at most kTogether with mean pooling and one with maximum pooling: latents
     // [count], the same bits as one by one; goodness [count] or NULL.
     void encode(const ImageView<const double> *frames, size_t count, Workspace &work, double *latents,
                 FrameGoodness *goodness) const;
@@ -49,12 +48,12 @@ class Network {
     void encode_many(const PixelFrames &frames, size_t count, unsigned workers, double *latents,
                      FrameGoodness *goodness) const;
 
-    // Decoder output for a latent (px): the whitened residual image [kPixels]. Status::argument for |latent| above
+    // Decoder output for a latent (px): the whitened residual image [pixels]. Status::argument for |latent| above
     // 1e6 px, Status::range for an image that overflows, Status::unsupported for layout `paper`, whose decoder needs a
     // frame's pooling switches.
     void decode(double latent, double *image) const;
 
-    // Reconstructed frame, image [kPixels] in counts: encode, decode, inverse preprocessing. Errors of encode;
+    // Reconstructed frame, image [pixels] in counts: encode, decode, inverse preprocessing. Errors of encode;
     // Status::range also for |latent| above 1e6 px and for an image that overflows.
     void reconstruct(ImageView<const double> frame, double *image) const;
 
@@ -66,7 +65,6 @@ class Network {
     void latents_of(const Crop *crops, size_t count, Workspace &work, Pooling *pooling, double *latents) const;
     void run_decoder(double latent, Pooling &pooling, double *image) const;
 
-    const Layout *layout_;
     Preprocess preprocess_;
     Parameters parameters_;
     Packed encoder_, decoder_;
@@ -75,7 +73,7 @@ class Network {
     double cosine_;
 };
 
-// Compares a frame with its reconstruction, image [kPixels] in counts. Status::argument for a constant frame.
+// Compares a frame with its reconstruction, image [pixels] in counts. Status::argument for a constant frame.
 Quality quality(const Network &network, ImageView<const double> frame, const double *image);
 
 } // namespace toliman::cae

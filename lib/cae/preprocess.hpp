@@ -13,7 +13,7 @@
 namespace toliman::cae {
 
 constexpr size_t kTogether = kernels::kMaxTogether, kBand = 32; // frames and rows that are processed together
-static_assert(kSide % kBand == 0);
+static_assert(kFlight.side % kBand == 0 && kCore.side % kBand == 0);
 static_assert(kMaxProjected <= kernels::kMaxPlanes);
 
 // Network input derived from the counts:
@@ -25,7 +25,7 @@ constexpr const char *name_of(Input input) noexcept {
     return input == Input::whitened ? "whitened" : input == Input::residual ? "residual" : "raw";
 }
 
-// Place of the 256x256 crop in a frame:
+// Place of the crop in a frame:
 //   scene  always that of the reference
 //   image  moved by whole pixels until its barycentre is that of the reference, to half a pixel
 enum class Centre : uint32_t { scene = 0, image = 1 };
@@ -35,7 +35,7 @@ struct Barycentre {
     double row = 0, col = 0;
 };
 
-// 256x256 part of a frame.
+// Part of a frame that is the network's input: [side][side].
 struct Crop {
     ImageView<const double> counts;
     size_t row, col; // of its first pixel in the frame
@@ -45,6 +45,7 @@ struct Crop {
 // float32, and for the reference the sum of two float32. A network therefore computes the same bits before saving and
 // after loading.
 struct Preprocess {
+    size_t side = 0;                   // rows and columns of the crop
     size_t rows = 0, cols = 0;         // size of a frame
     size_t crop_row = 0, crop_col = 0; // first row and column of the reference's crop
     Centre centre = Centre::scene;
@@ -58,7 +59,7 @@ struct Preprocess {
     Buffer<double> variance;       // variance of the counts, > 0
     Buffer<double> target;         // whitened, projected derivative image, in sigmas per px of separation
     Buffer<double> nuisance_basis; // [projected][pixels], orthonormal basis of the whitened nuisance images
-    Buffer<float> basis;           // derived: [256 rows][projected][256], nuisance_basis as float32, which is exact
+    Buffer<float> basis;           // derived: [side][projected][side], nuisance_basis as float32, which is exact
     Buffer<float> target32;        // derived: target as float32, which is exact
     Buffer<double> whitening;      // derived: 1/sqrt(variance)
     Buffer<double> offset, factor; // derived: input = (counts - offset) factor, before the projection
@@ -68,11 +69,13 @@ struct Preprocess {
     Buffer<float> tail;            // derived: noise.tail
     Barycentre barycentre;         // derived: of the reference, with Centre::image
 
-    // Preprocessing of a scene, with the crop centred on the barycentre of the reference's flux. Status::unsupported
-    // for frames below 256x256 px, for a projection without whitened input, and for Centre::image without pixels around
+    size_t pixels() const noexcept { return side * side; }
+
+    // Preprocessing of a scene for a layout, with the crop centred on the barycentre of the reference's flux.
+    // Status::unsupported for frames below the layout's side, for a projection without whitened input, and for Centre::image without pixels around
     // the crop. Status::scene if the nuisances explain the whole derivative, so that no information about the
     // separation remains.
-    static Preprocess from_model(const FrameModel &model, Input input, Centre centre);
+    static Preprocess from_model(const FrameModel &model, const Layout &layout, Input input, Centre centre);
 
     // Computes the derived members from the others. Status::format for Centre::image without light.
     void derive();
@@ -88,7 +91,8 @@ struct Preprocess {
                                 // frames that may have bad pixels only
         float component[kTogether][kernels::kMaxPlanes];
         float most[kTogether]; // of each frame, the largest |residual| in the bands so far, times input_scale
-        void reserve(size_t frames);
+        size_t stride = 0;     // numbers from a frame's residual to the next frame's
+        void reserve(size_t pixels, size_t frames);
     };
 
     // The input of `count` crops, at most kTogether, of equal stride: start() once, then band() for each band of kBand
@@ -97,7 +101,7 @@ struct Preprocess {
     void start(const Crop *crops, size_t count, Work &work) const;
     void band(const Crop *crops, size_t count, size_t first_row, Work &work, float *const *rows, size_t stride) const;
 
-    // The whole input of a frame: out [256 rows][256].
+    // The whole input of a frame: out [side][side].
     void apply(ImageView<const double> frame, Work &work, float *out) const;
 
     // Fit of nuisances u_k and target t to the whitened residual r of a crop, for any input.
@@ -132,14 +136,14 @@ struct Preprocess {
 
   private:
     Crop crop_at(const ImageView<const double> &frame, size_t row, size_t col) const noexcept {
-        return {{frame.row(row) + col, kSide, kSide, frame.stride}, row, col};
+        return {{frame.row(row) + col, side, side, frame.stride}, row, col};
     }
     double freedom(size_t bad_pixels) const noexcept {
         return static_cast<double>(noise.used - bad_pixels - projected - (target_square > 0 ? 1 : 0));
     }
     double residual_of(size_t i, size_t pixel, const Fitted &fitted, const Work &work) const noexcept;
     kernels::ProjectedRows projected_rows() const noexcept {
-        return {kSide, kSide, projected, offset.data(), factor.data(), basis.data(), input_scale};
+        return {side, side, projected, offset.data(), factor.data(), basis.data(), input_scale};
     }
 };
 

@@ -1,4 +1,4 @@
-// The stages of layouts `flight` (2x2 mean, kernels/conv.hpp) and `paper` (2x2 maximum, kernels/same_conv.hpp).
+// The stages of layouts `flight` and `core` (2x2 mean, kernels/conv.hpp) and of `paper` (2x2 maximum, kernels/same_conv.hpp).
 //
 // `paper` reproduces the architecture of the book chapter (README.md). `flight` is the default for its efficiency: with
 // the same weights, a prototype fell from 0.984 to 0.124 when average pooling was replaced by max pooling. A mean is
@@ -96,14 +96,19 @@ class MaxStage final : public Stage {
     }
 };
 
+template <class Kind> struct Stages {
+    explicit Stages(const Layout &layout)
+        : stages{Kind(layout.shapes[0]), Kind(layout.shapes[1]), Kind(layout.shapes[2]), Kind(layout.shapes[3])} {}
+    Kind stages[kStages];
+};
+
 } // namespace
 
 const Stage &stage_of(const Layout &layout, size_t stage) noexcept {
-    static const MeanStage mean[kStages] = {MeanStage(kShapes[0]), MeanStage(kShapes[1]), MeanStage(kShapes[2]),
-                                            MeanStage(kShapes[3])};
-    static const MaxStage max[kStages] = {MaxStage(kShapes[0]), MaxStage(kShapes[1]), MaxStage(kShapes[2]),
-                                          MaxStage(kShapes[3])};
-    return layout.max_pool ? static_cast<const Stage &>(max[stage]) : mean[stage];
+    static const Stages<MeanStage> flight(kFlight), core(kCore);
+    static const Stages<MaxStage> paper(kPaper);
+    return layout.max_pool ? static_cast<const Stage &>(paper.stages[stage])
+                           : (layout.side == kCore.side ? core : flight).stages[stage];
 }
 
 } // namespace toliman::cae

@@ -34,29 +34,29 @@ namespace toliman::cae {
 
 namespace {
 
-constexpr float kMean = 0.25f;                          // the 2x2 mean and its adjoint
-constexpr float kZeroBias[kDeepChannels] = {};          // the linear decoder has no biases
-constexpr size_t kTrained = tensor_offset(kLatentBias); // the first tensors: convolutions and dense weights
-constexpr float kMomentum = 0.8f;                       // fraction of the momentum kept per step
+constexpr float kMean = 0.25f;                 // the 2x2 mean and its adjoint
+constexpr float kZeroBias[kDeepChannels] = {}; // the linear decoder has no biases
+constexpr float kMomentum = 0.8f;              // fraction of the momentum kept per step
 constexpr float kMaxActivation = 0x1p-10f; // of the decoder at 1 px: ELU(x) = x + x^2/2 + ..., so 0.05 % from linear
 constexpr double kInputScale = 1e-3;       // keeps the encoder's activations small, where ELU is nearly linear
 
 // Random start: convolution kernels with orthonormal rows [coarse][9 fine], Gaussian dense weights of norm
-// sqrt(kFeatures), biases 0.
-Parameters random_parameters(uint64_t seed) {
+// sqrt(features), biases 0.
+Parameters random_parameters(const Layout &layout, uint64_t seed) {
     kernels::Rng rng(seed, kernels::kStreamWeights);
-    Parameters parameters;
+    Parameters parameters(layout);
     for (size_t s = 0; s < kStages; s++) {
-        const size_t rows = kShapes[s].coarse_channels, cols = 9 * kShapes[s].fine_channels;
+        const size_t rows = kChannels[s + 1], cols = 9 * kChannels[s];
         Buffer<double> kernel(rows * cols);
         std::generate(kernel.begin(), kernel.end(), [&] { return rng.normal(); });
         kernels::orthonormalise(kernel.data(), rows, cols);
         std::transform(kernel.begin(), kernel.end(), parameters[conv_weight(s)],
                        [](double value) { return static_cast<float>(value); });
     }
-    Buffer<double> dense(kFeatures);
+    const size_t features = layout.features();
+    Buffer<double> dense(features);
     std::generate(dense.begin(), dense.end(), [&] { return rng.normal(); });
-    const double norm = std::sqrt(kernels::dot(dense.data(), dense.data(), kFeatures) / static_cast<double>(kFeatures));
+    const double norm = std::sqrt(kernels::dot(dense.data(), dense.data(), features) / static_cast<double>(features));
     std::transform(dense.begin(), dense.end(), parameters[kLatentWeight],
                    [norm](double value) { return static_cast<float>(value / norm); });
     return parameters;
@@ -65,34 +65,36 @@ Parameters random_parameters(uint64_t seed) {
 // Runs the linear decoder with the encoder's own tensors. Its image is also d latent/d input of the encoder at zero
 // input: without biases every ELU is at 0, where its slope is 1.
 void decode_linear(const Parameters &parameters, Images &images) {
-    put_inside(parameters[kLatentWeight], kDeepSide, kDeepSide, kDeepChannels, images[kStages]);
+    const Layout &layout = *parameters.layout;
+    put_inside(parameters[kLatentWeight], layout.deep_side(), layout.deep_side(), kDeepChannels, images[kStages]);
     Buffer<float> packed;
     for (size_t s = kStages; s-- > 0;) {
-        const kernels::ConvShape &shape = kShapes[s];
+        const kernels::ConvShape &shape = layout.shapes[s];
         packed.resize(shape.packed());
         kernels::conv_pack_up(shape, parameters[conv_weight(s)], kMean, packed.data());
         kernels::conv_kernels().up(shape, images[s + 1], packed.data(), kZeroBias, images[s]);
     }
 }
 
-void get_decoded(const Images &images, Buffer<double> &image) {
-    image.resize(kPixels);
-    for (size_t r = 0; r < kSide; r++)
-        std::copy_n(images[0] + (r + 1) * kInputStride + 1, kSide, &image[r * kSide]);
+void get_decoded(const Layout &layout, const Images &images, Buffer<double> &image) {
+    image.resize(layout.pixels());
+    for (size_t r = 0; r < layout.side; r++)
+        std::copy_n(images[0] + layout.input_at(r), layout.side, &image[r * layout.side]);
 }
 
 // Gradient with respect to the trained tensors, from that with respect to the decoded image in backward[0].
 void backward_pass(const Parameters &parameters, Images &forward, Images &backward, Parameters &gradient) {
+    const Layout &layout = *parameters.layout;
     Buffer<float> packed;
     for (size_t s = 0; s < kStages; s++) {
-        const kernels::ConvShape &shape = kShapes[s];
+        const kernels::ConvShape &shape = layout.shapes[s];
         packed.resize(shape.packed());
         kernels::conv_kernels().weight_gradient(shape, backward[s], forward[s + 1], packed.data());
         kernels::conv_unpack_gradient(shape, packed.data(), kMean, gradient[conv_weight(s)]);
         kernels::conv_pack_down(shape, parameters[conv_weight(s)], kMean, packed.data());
         kernels::conv_kernels().down(shape, backward[s], packed.data(), kZeroBias, backward[s + 1]);
     }
-    get_inside(backward[kStages], kDeepSide, kDeepSide, kDeepChannels, gradient[kLatentWeight]);
+    get_inside(backward[kStages], layout.deep_side(), layout.deep_side(), kDeepChannels, gradient[kLatentWeight]);
 }
 
 double norm(const Buffer<double> &image) {
@@ -116,12 +118,12 @@ void scale(float *values, size_t count, double factor) noexcept {
 // norm.
 double distance(const Buffer<double> &image, const Buffer<double> &unit, Buffer<float> &error) {
     double along = 0, square = 0;
-    for (size_t i = 0; i < kPixels; i++) {
+    for (size_t i = 0; i < unit.size(); i++) {
         along += image[i] * unit[i];
         square += image[i] * image[i];
     }
     const double best = square > 0 ? along / square : 0;
-    for (size_t i = 0; i < kPixels; i++)
+    for (size_t i = 0; i < unit.size(); i++)
         error[i] = static_cast<float>(best * image[i] - unit[i]);
     return std::max(0.0, 1 - best * along);
 }
@@ -133,29 +135,29 @@ struct Channels {
     size_t at(size_t k, size_t i) const noexcept { return k * value_step + i * channel_step; }
 };
 
-constexpr Channels channels_of(size_t stage) noexcept { // kStages: the dense weights
+constexpr Channels channels_of(const Layout &layout, size_t stage) noexcept { // kStages: the dense weights
     if (stage == kStages)
-        return {kLatentWeight, kDeepSide * kDeepSide, kDeepChannels, kDeepChannels, 1};
-    const size_t values = 9 * kShapes[stage].fine_channels;
-    return {conv_weight(stage), values, kShapes[stage].coarse_channels, 1, values};
+        return {kLatentWeight, layout.deep_side() * layout.deep_side(), kDeepChannels, kDeepChannels, 1};
+    const size_t values = 9 * kChannels[stage];
+    return {conv_weight(stage), values, kChannels[stage + 1], 1, values};
 }
 
 // Steps against the orthogonalised momentum by at most `angle` times the tensor's norm, then restores the norm: a
 // rotation by about `angle` (rad) at most. The columns of `direction` have at most unit length, so its norm is at most
 // sqrt(channels).
-void rotate(const Channels &layout, const float *momentum, double angle, float *weights) {
-    const size_t values = layout.values, channels = layout.channels;
+void rotate(const Channels &of, const float *momentum, double angle, float *weights) {
+    const size_t values = of.values, channels = of.channels;
     Buffer<float> direction(values * channels), work(channels * channels);
     for (size_t k = 0; k < values; k++)
         for (size_t i = 0; i < channels; i++)
-            direction[k * channels + i] = momentum[layout.at(k, i)];
+            direction[k * channels + i] = momentum[of.at(k, i)];
     kernels::decorrelate_kernels().decorrelate(direction.data(), values, channels, work.data());
 
     const double before = length(weights, values * channels);
     const double stride = angle * before / std::sqrt(static_cast<double>(channels));
     for (size_t k = 0; k < values; k++)
         for (size_t i = 0; i < channels; i++)
-            weights[layout.at(k, i)] -= static_cast<float>(stride * direction[k * channels + i]);
+            weights[of.at(k, i)] -= static_cast<float>(stride * direction[k * channels + i]);
     scale(weights, values * channels, before / length(weights, values * channels));
 }
 
@@ -170,10 +172,16 @@ Buffer<double> unit_of(const Buffer<double> &target) {
     return unit;
 }
 
+// Number of weights that are trained: the first tensors, convolutions and dense weights.
+constexpr size_t trained_of(const Layout &layout) noexcept {
+    return layout.offsets[kLatentBias];
+}
+
 // state = next; only the trained tensors differ.
 void accept(const Training &next, Training &state) noexcept {
-    std::copy_n(next.weights.values.begin(), kTrained, state.weights.values.begin());
-    std::copy_n(next.first.values.begin(), kTrained, state.first.values.begin());
+    const size_t trained = trained_of(*state.weights.layout);
+    std::copy_n(next.weights.values.begin(), trained, state.weights.values.begin());
+    std::copy_n(next.first.values.begin(), trained, state.first.values.begin());
     state.steps = next.steps;
     state.done = next.done;
     state.loss = next.loss;
@@ -181,27 +189,29 @@ void accept(const Training &next, Training &state) noexcept {
 
 // Rotates the linear decoder's image towards the target, from state on until options.steps are done.
 void fit(const Buffer<double> &target, const TiedOptions &options, Training &state) {
+    const Layout &layout = *state.weights.layout;
+    const size_t trained = trained_of(layout);
     const Buffer<double> unit = unit_of(target);
-    Images forward, backward;
-    Parameters gradient;
-    Buffer<float> error(kPixels);
+    Images forward(layout), backward(layout);
+    Parameters gradient(layout);
+    Buffer<float> error(layout.pixels());
     Buffer<double> image;
     decode_linear(state.weights, forward);
-    get_decoded(forward, image);
+    get_decoded(layout, forward, image);
     state.loss = distance(image, unit, error);
     Training next = state; // so that a step that fails or is cancelled leaves state as it was
     while (state.done < options.steps) {
-        put_inside(error.data(), kSide, kSide, 1, backward[0]);
+        put_inside(error.data(), layout.side, layout.side, 1, backward[0]);
         backward_pass(next.weights, forward, backward, gradient);
-        for (size_t i = 0; i < kTrained; i++)
+        for (size_t i = 0; i < trained; i++)
             next.first.values[i] = kMomentum * next.first.values[i] + gradient.values[i];
         const double remaining = 1 - static_cast<double>(state.done) / options.steps;
         for (size_t s = 0; s <= kStages; s++) {
-            const Channels layout = channels_of(s);
-            rotate(layout, next.first[layout.tensor], options.learning_rate * remaining, next.weights[layout.tensor]);
+            const Channels of = channels_of(layout, s);
+            rotate(of, next.first[of.tensor], options.learning_rate * remaining, next.weights[of.tensor]);
         }
         decode_linear(next.weights, forward);
-        get_decoded(forward, image);
+        get_decoded(layout, forward, image);
         next.loss = distance(image, unit, error);
         next.steps = ++next.done;
         accept(next, state);
@@ -221,44 +231,43 @@ double reciprocal(double value) noexcept {
 // Sets the decoder to the encoder's adjoint. Each tensor is scaled so that activations reach at most kMaxActivation at
 // 1 px, and the last one so that the output image for 1 px has the inner product |target|^2 with the target.
 void set_decoder(Parameters &parameters, const Buffer<double> &target) {
-    Images images;
-    std::copy_n(parameters[kLatentWeight], kFeatures, parameters[kExpandWeight]);
+    const Layout &layout = *parameters.layout;
+    Images images(layout);
+    size_t tensor_size = layout.features();
+    std::copy_n(parameters[kLatentWeight], tensor_size, parameters[kExpandWeight]);
     float *tensor = parameters[kExpandWeight];
-    size_t tensor_size = kFeatures;
-    put_inside(tensor, kDeepSide, kDeepSide, kDeepChannels, images[kStages]);
+    put_inside(tensor, layout.deep_side(), layout.deep_side(), kDeepChannels, images[kStages]);
     Buffer<float> packed;
     for (size_t s = kStages; s-- > 0;) {
-        const kernels::ConvShape &shape = kShapes[s];
+        const kernels::ConvShape &shape = layout.shapes[s];
         float largest = 0;
-        for (size_t i = 0; i < level_size(s + 1); i++)
+        for (size_t i = 0; i < layout.level_size(s + 1); i++)
             largest = std::max(largest, std::fabs(images[s + 1][i]));
         const double factor = kMaxActivation * reciprocal(largest);
         scale(tensor, tensor_size, factor);
-        scale(images[s + 1], level_size(s + 1), factor);
+        scale(images[s + 1], layout.level_size(s + 1), factor);
 
         tensor = parameters[deconv_weight(s)];
-        tensor_size = kTensorTable[deconv_weight(s)].count();
+        tensor_size = layout.tensors[deconv_weight(s)].count();
         std::copy_n(parameters[conv_weight(s)], tensor_size, tensor);
         packed.resize(shape.packed());
         kernels::conv_pack_up(shape, tensor, 1.0f, packed.data());
         kernels::conv_kernels().up(shape, images[s + 1], packed.data(), kZeroBias, images[s]);
     }
     Buffer<double> image;
-    get_decoded(images, image);
+    get_decoded(layout, images, image);
     scale(tensor, tensor_size,
-          kernels::dot(target.data(), target.data(), kPixels) *
-              reciprocal(kernels::dot(image.data(), target.data(), kPixels)));
+          kernels::dot(target.data(), target.data(), target.size()) *
+              reciprocal(kernels::dot(image.data(), target.data(), target.size())));
 }
 
 // Scales encoder and decoder to a latent in px; returns the cosine of d latent/d residual and the target.
 double scale_to_pixels(Parameters &parameters, const Preprocess &preprocess) {
-    Images images;
-    decode_linear(parameters, images);
-    Buffer<double> slope;
-    get_decoded(images, slope);
-    kernels::project_out(preprocess.nuisance_basis.data(), preprocess.projected, kPixels, slope.data());
-    const double along = kernels::dot(slope.data(), preprocess.target.data(), kPixels);
-    scale(parameters[kLatentWeight], kFeatures, reciprocal(preprocess.input_scale * along));
+    Buffer<double> slope = gradient_of(parameters);
+    const size_t pixels = slope.size();
+    kernels::project_out(preprocess.nuisance_basis.data(), preprocess.projected, pixels, slope.data());
+    const double along = kernels::dot(slope.data(), preprocess.target.data(), pixels);
+    scale(parameters[kLatentWeight], parameters.layout->features(), reciprocal(preprocess.input_scale * along));
     set_decoder(parameters, preprocess.target);
     return std::min(1.0, std::fabs(along) * reciprocal(norm(slope) * norm(preprocess.target)));
 }
@@ -271,19 +280,19 @@ bool can_be_tied(const Layout &layout, Input input) noexcept {
 
 Network untrained_network(const Layout &layout, Preprocess preprocess, uint64_t seed) {
     if (!can_be_tied(layout, preprocess.input))
-        return Network(layout, std::move(preprocess), initial_weights(seed), seed, false, 0);
+        return Network(std::move(preprocess), initial_weights(layout, seed), seed, false, 0);
     preprocess.input_scale = kInputScale;
-    Parameters parameters = random_parameters(seed);
+    Parameters parameters = random_parameters(layout, seed);
     scale_to_pixels(parameters, preprocess);
-    return Network(layout, std::move(preprocess), std::move(parameters), seed, false, 0);
+    return Network(std::move(preprocess), std::move(parameters), seed, false, 0);
 }
 
-Parameters random_encoder(uint64_t seed) {
-    return random_parameters(seed);
+Parameters random_encoder(const Layout &layout, uint64_t seed) {
+    return random_parameters(layout, seed);
 }
 
 double train_encoder(const Buffer<double> &target, const TiedOptions &options, Parameters &weights) {
-    Training state;
+    Training state(*weights.layout);
     state.weights = weights;
     fit(target, options, state);
     weights = state.weights;
@@ -291,10 +300,10 @@ double train_encoder(const Buffer<double> &target, const TiedOptions &options, P
 }
 
 Buffer<double> gradient_of(const Parameters &weights) {
-    Images images;
+    Images images(*weights.layout);
     decode_linear(weights, images);
     Buffer<double> image;
-    get_decoded(images, image);
+    get_decoded(*weights.layout, images, image);
     return image;
 }
 
@@ -302,18 +311,19 @@ Network train_tied(const Network &network, const TiedOptions &options, Training 
     const Layout &layout = network.layout();
     const Input input = network.preprocess().input;
     if (!can_be_tied(layout, input))
-        fail(Status::unsupported, "cae: layout = %s, input = %s: tied training requires layout %s and input whitened",
-             layout.name, name_of(input), kFlight.name);
+        fail(Status::unsupported,
+             "cae: layout = %s, input = %s: tied training requires layout %s or %s and input whitened", layout.name,
+             name_of(input), kFlight.name, kCore.name);
     Preprocess preprocess = network.preprocess().with_input_scale(kInputScale);
     if (state.done == 0)
-        state.weights = random_parameters(network.seed());
+        state.weights = random_parameters(layout, network.seed());
     fit(preprocess.target, options, state);
     Parameters parameters = state.weights;
     const double cosine = scale_to_pixels(parameters, preprocess);
     if (!std::all_of(parameters.values.begin(), parameters.values.end(), [](float w) { return std::isfinite(w); }))
         fail(Status::range, "cae: norm of the derivative image = %g px^-1: the trained weights are not finite",
              norm(preprocess.target));
-    return Network(layout, std::move(preprocess), std::move(parameters), network.seed(), true, cosine);
+    return Network(std::move(preprocess), std::move(parameters), network.seed(), true, cosine);
 }
 
 } // namespace toliman::cae

@@ -16,7 +16,7 @@ struct TiedOptions {
     Course course() const noexcept { return {Mode::tied, learning_rate, steps, 0, 0, 0}; }
 };
 
-// Whether tied training supports this network: layout `flight` and whitened input.
+// Whether tied training supports this network: mean pooling and whitened input.
 bool can_be_tied(const Layout &layout, Input input) noexcept;
 
 // Network with random weights. Where tied training is supported, its latent is scaled to px along the target.
@@ -28,11 +28,11 @@ Network untrained_network(const Layout &layout, Preprocess preprocess, uint64_t 
 Network train_tied(const Network &network, const TiedOptions &options, Training &state);
 
 // Encoders without preprocessing, for images that are whitened already; the tensors of the decoder are 0.
-Parameters random_encoder(uint64_t seed);
-// Trains the encoder for a target [kPixels] of any norm above 0, from given weights on. Returns the cosine of gradient
+Parameters random_encoder(const Layout &layout, uint64_t seed);
+// Trains the encoder for a target [pixels] of any norm above 0, from given weights on. Returns the cosine of gradient
 // and target.
 double train_encoder(const Buffer<double> &target, const TiedOptions &options, Parameters &weights);
-// d latent/d image at 0 of an encoder of layout `flight` without biases: [kPixels].
+// d latent/d image at 0 of an encoder with mean pooling and without biases: [pixels].
 Buffer<double> gradient_of(const Parameters &weights);
 
 } // namespace toliman::cae

@@ -37,6 +37,7 @@ struct Losses {
 };
 
 struct Training {
+    explicit Training(const Layout &layout) : weights(layout), first(layout), second(layout) {}
     Course course;
     uint32_t done = 0;  // completed steps (tied) or epochs (unsupervised)
     uint64_t steps = 0; // completed optimiser steps

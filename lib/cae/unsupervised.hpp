@@ -26,7 +26,7 @@ struct UnsupervisedOptions {
 };
 
 // Random initial weights of unsupervised training: normal with variance 1/inputs; biases 0.
-Parameters initial_weights(uint64_t seed);
+Parameters initial_weights(const Layout &layout, uint64_t seed);
 
 // Trains from state (done = 0: random weights) until options.epochs are done. On return and on failure state is that of
 // the last complete epoch. Status::cancelled, Status::range if training diverges.

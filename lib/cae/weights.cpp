@@ -16,6 +16,7 @@
 #include "backend/zip.hpp"
 #include "base/bytes.hpp"
 #include "base/error.hpp"
+#include "base/text.hpp"
 #include "cae/tied.hpp"
 
 namespace toliman::cae {
@@ -52,24 +53,29 @@ struct Header {
 // Returns the layout with this id, checked against the hash.
 const Layout &layout_of(uint32_t id, uint64_t hash) {
     const Layout *layout = find_layout(id);
-    if (layout == nullptr || hash != layout_hash(*layout))
-        fail(Status::format, "%s: layout = %u, hash = %016llx: must be %u (%s), %016llx or %u (%s), %016llx", kKind, id,
-             static_cast<unsigned long long>(hash), kFlight.id, kFlight.name,
-             static_cast<unsigned long long>(layout_hash(kFlight)), kPaper.id, kPaper.name,
-             static_cast<unsigned long long>(layout_hash(kPaper)));
-    return *layout;
+    if (layout != nullptr && hash == layout_hash(*layout))
+        return *layout;
+    std::string known;
+    for (const Layout *one : kLayouts) {
+        char text[64];
+        print_text(text, sizeof text, "%s%u (%s), %016llx", known.empty() ? "" : " or ", one->id, one->name,
+                   static_cast<unsigned long long>(layout_hash(*one)));
+        known += text;
+    }
+    fail(Status::format, "%s: layout = %u, hash = %016llx: must be %s", kKind, id,
+         static_cast<unsigned long long>(hash), known.c_str());
 }
 
-std::vector<Block> weight_blocks(Encoding encoding) {
+std::vector<Block> weight_blocks(const Layout &layout, Encoding encoding) {
     std::vector<Block> blocks;
-    for (const Tensor &tensor : kTensorTable)
+    for (const Tensor &tensor : layout.tensors)
         blocks.push_back({tensor.count(), encoding});
     return blocks;
 }
 
 // The reference is always the sum of two float32 planes, because its rounding error would shift every latent.
-std::vector<Block> plane_blocks(size_t projected, Encoding encoding) {
-    std::vector<Block> blocks(kFixedPlanes + projected, {kPixels, encoding});
+std::vector<Block> plane_blocks(const Preprocess &preprocess, Encoding encoding) {
+    std::vector<Block> blocks(kFixedPlanes + preprocess.projected, {preprocess.pixels(), encoding});
     blocks[kReferenceHigh].encoding = blocks[kReferenceLow].encoding = Encoding::float32;
     blocks[kVariance].positive = true;
     return blocks;
@@ -77,13 +83,13 @@ std::vector<Block> plane_blocks(size_t projected, Encoding encoding) {
 
 Buffer<float> planes_of(const Preprocess &preprocess) {
     Buffer<float> planes;
-    planes.reserve((kFixedPlanes + preprocess.projected) * kPixels);
+    planes.reserve((kFixedPlanes + preprocess.projected) * preprocess.pixels());
     const auto append = [&](const Buffer<double> &plane) {
         for (const double value : plane)
             planes.push_back(static_cast<float>(value));
     };
     append(preprocess.reference);
-    for (size_t i = 0; i < kPixels; i++)
+    for (size_t i = 0; i < preprocess.pixels(); i++)
         planes.push_back(static_cast<float>(preprocess.reference[i] - static_cast<double>(planes[i])));
     for (const double variance : preprocess.variance)
         planes.push_back(std::isfinite(variance) ? static_cast<float>(variance) : 0);
@@ -93,14 +99,15 @@ Buffer<float> planes_of(const Preprocess &preprocess) {
 }
 
 void set_planes(const Buffer<float> &planes, Preprocess &preprocess) {
-    const auto at = [&](size_t plane) { return planes.begin() + static_cast<std::ptrdiff_t>(plane * kPixels); };
+    const size_t pixels = preprocess.pixels();
+    const auto at = [&](size_t plane) { return planes.begin() + static_cast<std::ptrdiff_t>(plane * pixels); };
     preprocess.reference.assign(at(kReferenceHigh), at(kReferenceLow));
     std::transform(at(kReferenceLow), at(kVariance), preprocess.reference.begin(), preprocess.reference.begin(),
                    [](float low, double high) { return high + static_cast<double>(low); });
     preprocess.variance.assign(at(kVariance), at(kTarget));
     preprocess.target.assign(at(kTarget), at(kFixedPlanes));
     preprocess.nuisance_basis.assign(at(kFixedPlanes), planes.end());
-    for (size_t i = 0; i < kPixels; i++)
+    for (size_t i = 0; i < pixels; i++)
         if (!(preprocess.variance[i] >= 0))
             fail(Status::format, "%s: {variance[%zu]} = %g: must be positive, or 0 for a bad pixel", kKind, i,
                  preprocess.variance[i]);
@@ -134,9 +141,10 @@ void read_background(ByteReader &reader, Preprocess &preprocess) {
     if (!(std::fabs(preprocess.background) <= kMaxMagnitude))
         fail(Status::format, "%s: background = %g counts: must be in [%.3g, %.3g]", kKind, preprocess.background,
              -kMaxMagnitude, kMaxMagnitude);
-    if (preprocess.rows == kSide && preprocess.cols == kSide)
-        fail(Status::format, "%s: {flags}: a crop that follows the image needs frames above %zu x %zu px", kKind, kSide,
-             kSide);
+    const size_t side = preprocess.side;
+    if (preprocess.rows == side && preprocess.cols == side)
+        fail(Status::format, "%s: {flags}: a crop that follows the image needs frames above %zu x %zu px", kKind, side,
+             side);
 }
 
 // Reads the remainder of the header. Sizes are checked before anything is allocated.
@@ -149,6 +157,7 @@ Header read_header(ByteReader &reader, size_t size) {
     const uint32_t id = reader.u32(), flags = reader.u32();
     const uint64_t hash = reader.u64();
     header.layout = &layout_of(id, hash);
+    preprocess.side = header.layout->side;
     const uint32_t input = flags >> kInputShift & kInputMask;
     if ((flags & ~(kTrainedFlag | kInputMask << kInputShift | kTrainingFlag | kFollowFlag)) != 0 || input > kLastInput)
         fail(Status::format, "%s: {flags} = 0x%x: must set bits 0 to 4 only, with bits 1 and 2 in [0, 2]", kKind,
@@ -163,11 +172,12 @@ Header read_header(ByteReader &reader, size_t size) {
     preprocess.cols = reader.u32();
     preprocess.crop_row = reader.u32();
     preprocess.crop_col = reader.u32();
-    for (const size_t side : {preprocess.rows, preprocess.cols})
-        if (side < kSide || side > kLargestFrame)
+    const size_t side = preprocess.side;
+    for (const size_t extent : {preprocess.rows, preprocess.cols})
+        if (extent < side || extent > kLargestFrame)
             fail(Status::format, "%s: frame shape = [%zu, %zu]: must be in [%zu, %u] px", kKind, preprocess.rows,
-                 preprocess.cols, kSide, kLargestFrame);
-    if (preprocess.crop_row > preprocess.rows - kSide || preprocess.crop_col > preprocess.cols - kSide)
+                 preprocess.cols, side, kLargestFrame);
+    if (preprocess.crop_row > preprocess.rows - side || preprocess.crop_col > preprocess.cols - side)
         fail(Status::format, "%s: crop = [%zu, %zu]: must lie in a frame of %zu x %zu px", kKind, preprocess.crop_row,
              preprocess.crop_col, preprocess.rows, preprocess.cols);
     preprocess.projected = reader.u32();
@@ -197,10 +207,10 @@ Header read_header(ByteReader &reader, size_t size) {
 }
 
 // Blocks of a training: weights and both optimiser moments.
-std::vector<Block> training_blocks() {
+std::vector<Block> training_blocks(const Layout &layout) {
     std::vector<Block> blocks;
     for (int i = 0; i < 3; i++)
-        for (const Tensor &tensor : kTensorTable)
+        for (const Tensor &tensor : layout.tensors)
             blocks.push_back({tensor.count(), Encoding::float32});
     return blocks;
 }
@@ -222,7 +232,7 @@ std::vector<uint8_t> pack_training(const Training &training) {
     Buffer<float> values;
     for (const Parameters *part : {&training.weights, &training.first, &training.second})
         values.insert(values.end(), part->values.begin(), part->values.end());
-    return pack(values, training_blocks(), "training");
+    return pack(values, training_blocks(*training.weights.layout), "training");
 }
 
 void check_range(const char *name, uint64_t value, uint64_t least, uint64_t most) {
@@ -254,7 +264,7 @@ void check_training(const Training &training, const Header &header) {
 }
 
 Training read_training(ByteReader &reader, size_t size, const Header &header) {
-    Training training;
+    Training training(*header.layout);
     training.course.mode = static_cast<Mode>(reader.u32());
     training.done = reader.u32();
     for (uint64_t *value :
@@ -268,11 +278,11 @@ Training read_training(ByteReader &reader, size_t size, const Header &header) {
     for (double *value : {&training.course.learning_rate, &training.loss, &training.validation_loss})
         *value = reader.f64();
     check_training(training, header);
-    const Buffer<float> values = unpack(reader.raw(packed), packed, training_blocks(), "training");
+    const Buffer<float> values = unpack(reader.raw(packed), packed, training_blocks(*header.layout), "training");
     auto from = values.begin();
     for (Parameters *part : {&training.weights, &training.first, &training.second}) {
-        std::copy_n(from, kParameters, part->values.begin());
-        from += kParameters;
+        std::copy_n(from, part->values.size(), part->values.begin());
+        from += static_cast<std::ptrdiff_t>(part->values.size());
     }
     return training;
 }
@@ -281,9 +291,10 @@ Training read_training(ByteReader &reader, size_t size, const Header &header) {
 
 std::vector<uint8_t> to_blob(const Network &network, const Encodings &encodings, const Training *training) {
     const Preprocess &preprocess = network.preprocess();
-    const std::vector<uint8_t> weights = pack(network.parameters().values, weight_blocks(encodings.weights), "weights");
+    const std::vector<uint8_t> weights =
+        pack(network.parameters().values, weight_blocks(network.layout(), encodings.weights), "weights");
     const std::vector<uint8_t> planes =
-        pack(planes_of(preprocess), plane_blocks(preprocess.projected, encodings.planes), "planes");
+        pack(planes_of(preprocess), plane_blocks(preprocess, encodings.planes), "planes");
     const std::vector<uint8_t> state = training != nullptr ? pack_training(*training) : std::vector<uint8_t>();
     const bool follows = preprocess.centre == Centre::image;
     ByteWriter writer;
@@ -321,17 +332,16 @@ Blob from_blob(const void *bytes, size_t size) {
     check_envelope(bytes, size, kKind, kMagic, {kVersion, kManyPlanesVersion}, kHeaderSize);
     ByteReader reader(bytes, size, kKind);
     Header header = read_header(reader, size);
-    Parameters parameters;
-    parameters.values =
-        unpack(reader.raw(header.packed_weights), header.packed_weights, weight_blocks(header.weights), "weights");
+    Parameters parameters(*header.layout);
+    parameters.values = unpack(reader.raw(header.packed_weights), header.packed_weights,
+                               weight_blocks(*header.layout, header.weights), "weights");
     set_planes(unpack(reader.raw(header.packed_planes), header.packed_planes,
-                      plane_blocks(header.preprocess.projected, header.planes), "planes"),
+                      plane_blocks(header.preprocess, header.planes), "planes"),
                header.preprocess);
     std::optional<Training> training;
     if (header.with_training)
         training = read_training(reader, size - header.known(), header);
-    return {Network(*header.layout, std::move(header.preprocess), std::move(parameters), header.seed, header.trained,
-                    header.cosine),
+    return {Network(std::move(header.preprocess), std::move(parameters), header.seed, header.trained, header.cosine),
             std::move(training)};
 }
 

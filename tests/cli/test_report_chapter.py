@@ -131,13 +131,14 @@ class Figures(unittest.TestCase):
 class Network(unittest.TestCase):
     def test_layers_are_those_of_the_format(self):
         text = (ROOT / "tools/docs/formats.md").read_text()
-        shapes = dict(re.findall(r"\| (\w+\.(?:weight|bias)) \| ([\d ]+?) (?=\|)", text))
-        self.assertEqual({name: " ".join(map(str, shape)) for name, shape in chapter.TENSORS.items()}, shapes)
-        for layout in ("flight", "paper"):
+        shapes = dict(re.findall(r"\| (\w+\.(?:weight|bias)) \| ([\dD ]+?) (?=\|)", text))
+        for layout, side in (("flight", 256), ("paper", 256), ("core", 128)):
+            deep = {name: " ".join(str(side // 16) if size == "D" else size for size in shape.split()) for name, shape in shapes.items()}
+            self.assertEqual({name: " ".join(map(str, shape)) for name, shape in chapter.tensors(layout).items()}, deep)
             layers = chapter.layers(layout)
-            self.assertIn(f"{sum(layer.parameters for layer in layers):,} numbers", text)
-            sides = [layer.rows for layer in layers]
-            self.assertEqual(sides, [256, 128, 64, 32, 16, 1, 16, 32, 64, 128, 256])
+            self.assertIn(f"{sum(layer.parameters for layer in layers):,}", text)
+            sides = [side >> k for k in range(5)]
+            self.assertEqual([layer.rows for layer in layers], [*sides, 1, *sides[::-1]])
             self.assertEqual([layer.channels for layer in layers], [1, 8, 16, 32, 64, 1, 64, 32, 16, 8, 1])
 
     def test_architecture(self):

@@ -68,14 +68,15 @@ void repair(Bytes &bytes, unsigned seed) {
 // Weights that compress well: one network, four places, or two dates.
 std::vector<Bytes> fuzz::seeds() {
     std::vector<Bytes> seeds;
-    for (uint32_t kind = 0; kind < 6; kind++) {
+    for (uint32_t kind = 0; kind < 9; kind++) {
         const uint32_t encoding = kind % 3, layout = 1 + kind / 3, places = kind == 1 ? 2 : 1,
                        dates = kind == 2 ? 2 : 1;
+        const cae::Layout &of = *cae::find_layout(layout);
         std::vector<cae::Block> blocks;
         Buffer<float> values; // biases 0
         for (uint32_t i = 0; i < dates * places * places; i++)
             for (size_t tensor = 0; tensor <= cae::kLatentBias; tensor++) {
-                blocks.push_back({cae::kTensorTable[tensor].count(), static_cast<cae::Encoding>(encoding)});
+                blocks.push_back({of.tensors[tensor].count(), static_cast<cae::Encoding>(encoding)});
                 values.resize(values.size() + blocks.back().count, tensor % 2 == 0 ? 0.015625F : 0);
             }
         const Bytes weights = cae::pack(values, blocks, "seed");
@@ -85,7 +86,7 @@ std::vector<Bytes> fuzz::seeds() {
         out.u64(kHeader + dates * (kDate + places * places * kNetwork) + weights.size() + 4);
         out.u32(layout);
         out.u32(encoding);
-        for (const uint64_t value : {cae::layout_hash(*cae::find_layout(layout)), uint64_t{7}, uint64_t{1}})
+        for (const uint64_t value : {cae::layout_hash(of), uint64_t{7}, uint64_t{1}})
             out.u64(value);
         for (const double value : {0.0, 100.0, 0.5})
             out.f64(value);

@@ -94,12 +94,13 @@ void repair(Bytes &bytes, unsigned seed) {
 std::vector<Bytes> fuzz::seeds() {
     constexpr uint64_t kOne = 0x3ff0000000000000;
     std::vector<Bytes> seeds;
-    for (uint32_t layout = 1; layout <= 2; layout++)
+    for (uint32_t layout = 1; layout <= 3; layout++)
         for (uint16_t encoding = 0; encoding < 3; encoding++) {
             const auto kind = static_cast<cae::Encoding>(encoding);
             const uint32_t projected = layout == 1 && encoding == 0 ? 9 : 0;
-            std::vector<cae::Block> tensors, images(4 + projected, {cae::kPixels, kind});
-            for (const cae::Tensor &tensor : cae::kTensorTable)
+            const cae::Layout &of = *cae::find_layout(layout);
+            std::vector<cae::Block> tensors, images(4 + projected, {of.pixels(), kind});
+            for (const cae::Tensor &tensor : of.tensors)
                 tensors.push_back({tensor.count(), kind});
             images[0].encoding = images[1].encoding = cae::Encoding::float32;
             const Bytes weights = pack(tensors, false), planes = pack(images, true);
@@ -108,12 +109,13 @@ std::vector<Bytes> fuzz::seeds() {
             out.u32(projected > 0 ? 3 : 2);
             out.u64(kHeader + weights.size() + planes.size() + 4);
             out.u32(layout);
-            out.u32(layout == 1 ? 0 : 4);
-            out.u64(cae::layout_hash(*cae::find_layout(layout)));
+            out.u32(layout == 2 ? 4 : 0);
+            out.u64(cae::layout_hash(of));
             out.u64(7);
             out.u64(8);
-            for (const uint32_t side : {256u, 256u, 0u, 0u, projected})
-                out.u32(side);
+            const auto side = static_cast<uint32_t>(of.side);
+            for (const uint32_t number : {side, side, 0u, 0u, projected})
+                out.u32(number);
             out.u16(encoding);
             out.u16(encoding);
             out.u64(kOne);

@@ -80,8 +80,8 @@ void period_state(const char *what, int64_t nf, size_t size) {
 
 // A blob with 32 nuisance planes and optionally a training, with all numbers equal; or with other streams.
 Bytes weights_blob(const Bytes *bomb, bool training) {
-    std::vector<cae::Block> tensors, thrice, images(36, {cae::kPixels, cae::Encoding::float32});
-    for (const cae::Tensor &tensor : cae::kTensorTable)
+    std::vector<cae::Block> tensors, thrice, images(36, {cae::kFlight.pixels(), cae::Encoding::float32});
+    for (const cae::Tensor &tensor : cae::kFlight.tensors)
         tensors.push_back({tensor.count(), cae::Encoding::float32});
     for (int i = 0; i < 3; i++)
         thrice.insert(thrice.end(), tensors.begin(), tensors.end());
@@ -143,7 +143,8 @@ void blobs() {
     expect(bomb.size() < 300000, "the bomb is too large");
     weights("weights: bomb", weights_blob(&bomb, false), 0);
     // Planes are double, in the network and in its preprocessing; weights and their moments are float.
-    const size_t planes = 36 * cae::kPixels * sizeof(double), numbers = cae::kParameters * sizeof(float);
+    const size_t planes = 36 * cae::kFlight.pixels() * sizeof(double),
+                 numbers = cae::kFlight.parameters() * sizeof(float);
     weights("weights: 32 nuisance planes", weights_blob(nullptr, false), planes + numbers);
     weights("weights: with a training", weights_blob(nullptr, true), planes + 4 * numbers);
 }

@@ -7,9 +7,10 @@
 #include "uniform.h"
 
 double shim_loss_and_gradient(uint32_t layout, const float *weights, const float *image, float *gradient);
-size_t shim_tensor(size_t tensor, size_t *count);
+size_t shim_tensor(uint32_t layout, size_t tensor, size_t *count);
 
-enum { kSide = 256, kPixels = kSide * kSide, kWeights = 97858, kTensors = 20, kStages = 4, kFlight = 1, kPaper = 2 };
+enum { kMostPixels = 256 * 256, kMostWeights = 97858, kTensors = 20, kStages = 4 };
+enum { kFlight = 1, kPaper, kCore };
 static const size_t kChannels[kStages + 1] = {1, 8, 16, 32, 64};
 
 typedef long double Real;
@@ -72,45 +73,51 @@ static Real *unpool(const Real *in, size_t side, size_t channels, int maximum, c
     return out;
 }
 
-static const Real *tensor(const Real *weights, size_t number) {
+static const Real *tensor(int layout, const Real *weights, size_t number) {
     size_t count;
-    return weights + shim_tensor(number, &count);
+    return weights + shim_tensor((uint32_t)layout, number, &count);
+}
+
+static size_t side_of(int layout) {
+    return layout == kCore ? 128 : 256;
 }
 
 static Real slow_loss(int layout, const Real *weights, const Real *image) {
+    const size_t input = side_of(layout), pixels = input * input, features = pixels / 4;
     int *places[kStages];
-    Real *now = malloc(kPixels * sizeof *now);
-    memcpy(now, image, kPixels * sizeof *now);
+    Real *now = malloc(pixels * sizeof *now);
+    memcpy(now, image, pixels * sizeof *now);
     for (size_t s = 0; s < kStages; s++) {
-        const size_t side = kSide >> s, to = kChannels[s + 1], coarse = side * side / 4 * to;
-        Real *next = convolve(now, side, kChannels[s], to, tensor(weights, 2 * s), tensor(weights, 2 * s + 1), 0);
+        const size_t side = input >> s, to = kChannels[s + 1], coarse = side * side / 4 * to;
+        Real *next = convolve(now, side, kChannels[s], to, tensor(layout, weights, 2 * s),
+                              tensor(layout, weights, 2 * s + 1), 0);
         for (size_t i = 0; layout == kPaper && i < side * side * to; i++)
             next[i] = elu(next[i]);
         places[s] = malloc(coarse * sizeof *places[s]);
         free(now);
         now = pool(next, side / 2, to, layout == kPaper, places[s]);
-        for (size_t i = 0; layout == kFlight && i < coarse; i++)
+        for (size_t i = 0; layout != kPaper && i < coarse; i++)
             now[i] = elu(now[i]);
         free(next);
     }
-    Real latent = tensor(weights, 9)[0];
-    for (size_t i = 0; i < 16384; i++)
-        latent += now[i] * tensor(weights, 8)[i];
-    for (size_t i = 0; i < 16384; i++)
-        now[i] = elu(latent * tensor(weights, 10)[i] + tensor(weights, 11)[i]);
+    Real latent = tensor(layout, weights, 9)[0];
+    for (size_t i = 0; i < features; i++)
+        latent += now[i] * tensor(layout, weights, 8)[i];
+    for (size_t i = 0; i < features; i++)
+        now[i] = elu(latent * tensor(layout, weights, 10)[i] + tensor(layout, weights, 11)[i]);
     for (size_t s = kStages; s-- > 0;) {
-        const size_t side = kSide >> s, number = 12 + 2 * (kStages - 1 - s);
+        const size_t side = input >> s, number = 12 + 2 * (kStages - 1 - s);
         Real *wide = unpool(now, side / 2, kChannels[s + 1], layout == kPaper, places[s]);
         free(now);
-        now = convolve(wide, side, kChannels[s + 1], kChannels[s], tensor(weights, number), tensor(weights, number + 1),
-                       1);
+        now = convolve(wide, side, kChannels[s + 1], kChannels[s], tensor(layout, weights, number),
+                       tensor(layout, weights, number + 1), 1);
         for (size_t i = 0; s > 0 && i < side * side * kChannels[s]; i++)
             now[i] = elu(now[i]);
         free(wide), free(places[s]);
     }
     Real loss = 0;
-    for (size_t i = 0; i < kPixels; i++)
-        loss += (now[i] - image[i]) * (now[i] - image[i]) / kPixels;
+    for (size_t i = 0; i < pixels; i++)
+        loss += (now[i] - image[i]) * (now[i] - image[i]) / pixels;
     free(now);
     return loss;
 }
@@ -122,20 +129,21 @@ static const struct {
 } kLayers[] = {{"convolution", 0, 7}, {"latent", 8, 9}, {"expand", 10, 11}, {"deconvolution", 12, 19}};
 
 static void check_layout(int layout) {
-    static float weights[kWeights], image[kPixels], gradient[kWeights];
-    static Real exact[kWeights], moved[kWeights], picture[kPixels];
+    static float weights[kMostWeights], image[kMostPixels], gradient[kMostWeights];
+    static Real exact[kMostWeights], moved[kMostWeights], picture[kMostPixels];
+    const size_t pixels = side_of(layout) * side_of(layout);
     for (size_t t = 0; t < kTensors; t++) {
         size_t count;
-        const size_t offset = shim_tensor(t, &count);
+        const size_t offset = shim_tensor((uint32_t)layout, t, &count);
         const size_t stage = t < 8 ? t / 2 : kStages - 1 - (t - 12) / 2;
-        const double inputs = t == 8    ? 16384
+        const double inputs = t == 8    ? (double)pixels / 4
                               : t == 10 ? 1
                               : t % 2   ? 16 /* biases */
                                         : 9.0 * (double)kChannels[t < 8 ? stage : stage + 1];
         for (size_t i = 0; i < count; i++)
             exact[offset + i] = weights[offset + i] = (float)(uniform_signed(&state) * sqrt(3 / inputs));
     }
-    for (size_t i = 0; i < kPixels; i++)
+    for (size_t i = 0; i < pixels; i++)
         picture[i] = image[i] = (float)(uniform_signed(&state) + sin(0.05 * (double)i));
 
     const double loss = shim_loss_and_gradient((uint32_t)layout, weights, image, gradient);
@@ -146,8 +154,8 @@ static void check_layout(int layout) {
         const Real step = 1e-10L;
         double along = 0, length = 0;
         size_t last;
-        const size_t begin = shim_tensor(kLayers[l].first, &last);
-        const size_t before_last = shim_tensor(kLayers[l].last, &last), end = before_last + last;
+        const size_t begin = shim_tensor((uint32_t)layout, kLayers[l].first, &last);
+        const size_t before_last = shim_tensor((uint32_t)layout, kLayers[l].last, &last), end = before_last + last;
         memcpy(moved, exact, sizeof moved);
         for (size_t i = begin; i < end; i++) {
             /* The direction has a component along the gradient, so that the slope is not small, and random
@@ -168,6 +176,10 @@ TEST(test_flight) {
 
 TEST(test_paper) {
     check_layout(kPaper);
+}
+
+TEST(test_core) {
+    check_layout(kCore);
 }
 
 RUN_TESTS(NULL, NULL)

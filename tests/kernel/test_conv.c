@@ -26,10 +26,11 @@ void shim_pick(int isa, const size_t *d, const float *image, const int32_t *swit
 
 /* Rows and columns of the coarse image, fine and coarse channels: the channels of every stage of the network, on images
  * small enough for the slow sums. */
-enum { ROWS, COLS, FINE, COARSE, kShapes = 12 };
+enum { ROWS, COLS, FINE, COARSE, kShapes = 14 };
 static const size_t kShape[kShapes][4] = {
     {6, 16, 1, 8},  {4, 16, 8, 16}, {3, 8, 16, 32}, {2, 16, 32, 64}, /* the network's stages */
     {1, 128, 1, 8}, {1, 64, 8, 16},                                  /* whole rows of the network */
+    {3, 64, 1, 8},  {2, 8, 32, 64},                                  /* those of layout `core` */
     {2, 5, 1, 8},   {3, 11, 1, 16}, {2, 13, 1, 32}, {2, 16, 1, 16},  {3, 10, 8, 16}, {2, 13, 16, 32},
 };
 

@@ -348,7 +348,7 @@ TEST(test_refusals) {
     const struct {
         toliman_cae_options options;
         const char *field;
-    } wrong[] = {{{.layout = 203}, "options->layout"},
+    } wrong[] = {{{.layout = 204}, "options->layout"},
                  {{.reserved = 3}, "options->reserved"},
                  {{.centre = 3}, "options->centre"},
                  {{.input = 214}, "options->input"}};

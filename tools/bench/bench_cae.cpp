@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -63,10 +64,10 @@ struct Peak {
 };
 
 // Minimal number of operations of a stage's convolution, in millions, for the algorithm in use. Per coarse pixel and
-// pair of channels, `flight` needs 9 products (the mean is taken first). `paper` needs 36 (its 2x2 fine pixels), or 16
+// pair of channels, a mean needs 9 products (it is taken first). `paper` needs 36 (its 2x2 fine pixels), or 16
 // in Winograd's form. The gradient with respect to the weights has no Winograd form.
 double mflop(const Layout &layout, size_t stage, bool by_weights = false) {
-    const toliman::kernels::ConvShape &s = kShapes[stage];
+    const toliman::kernels::ConvShape &s = layout.shapes[stage];
     const toliman::kernels::SameShape same = {2 * s.rows, 2 * s.cols, s.fine_channels, s.coarse_channels};
     const size_t products = !layout.max_pool ? 9 : same.winograd() && !by_weights ? 16 : 36;
     return 2e-6 * static_cast<double>(products * s.rows * s.cols * s.fine_channels * s.coarse_channels);
@@ -96,39 +97,41 @@ void write(const std::string &path, const float *values, size_t count) {
 // Forward and backward pass of one image, as in unsupervised training.
 struct Step {
     explicit Step(const Layout &which)
-        : layout(which), weights(initial_weights(3)), operators(which, weights), pass(which), gradient(which) {
-        for (size_t i = 0; i < kPixels; i++)
-            input[i] = static_cast<float>(std::sin(0.37 * static_cast<double>(i % kSide)) *
-                                          std::cos(0.23 * static_cast<double>(i / kSide)));
+        : layout(which), weights(initial_weights(which, 3)), result(which), mean(which), square(which),
+          operators(weights), pass(which), gradient(which), input(which.pixels()) {
+        for (size_t i = 0; i < layout.pixels(); i++)
+            input[i] = static_cast<float>(std::sin(0.37 * static_cast<double>(i % layout.side)) *
+                                          std::cos(0.23 * static_cast<double>(i / layout.side)));
     }
     void image() {
-        put_inside(input.data(), kSide, kSide, 1, pass.encoder[0]);
-        pass.latent = static_cast<float>(encode(layout, weights, operators.encoder_down, pass.encoder, &pass.pooling));
-        decode(layout, weights, operators.decoder_up, pass.latent, pass.decoder, pass.pooling);
-        for (size_t r = 0; r < kSide; r++)
-            for (size_t c = 0; c < kSide; c++) {
-                const size_t at = (r + 1) * kInputStride + 1 + c;
-                pass.gradient[0][at] = (pass.decoder[0][at] - input[r * kSide + c]) * (2.0f / kPixels);
+        put_inside(input.data(), layout.side, layout.side, 1, pass.encoder[0]);
+        pass.latent = static_cast<float>(encode(weights, operators.encoder_down, pass.encoder, &pass.pooling));
+        decode(weights, operators.decoder_up, pass.latent, pass.decoder, pass.pooling);
+        const auto pixels = static_cast<float>(layout.pixels());
+        for (size_t r = 0; r < layout.side; r++)
+            for (size_t c = 0; c < layout.side; c++) {
+                const size_t at = layout.input_at(r) + c;
+                pass.gradient[0][at] = (pass.decoder[0][at] - input[r * layout.side + c]) * (2 / pixels);
             }
         gradient.add(weights, operators, pass);
     }
     // One batch and its Adam step.
     void batch() {
-        operators = Operators(layout, weights);
+        operators = Operators(weights);
         gradient.clear();
         for (size_t i = 0; i < kBatch; i++)
             image();
         gradient.get(result);
         steps++;
-        toliman::kernels::adam(steps, 1e-6, result.values.data(), kParameters, mean.values.data(), square.values.data(),
-                               weights.values.data());
+        toliman::kernels::adam(steps, 1e-6, result.values.data(), layout.parameters(), mean.values.data(),
+                               square.values.data(), weights.values.data());
     }
     const Layout &layout;
     Parameters weights, result, mean, square;
     Operators operators;
     Pass pass;
     Gradient gradient;
-    Buffer<float> input = Buffer<float>(kPixels);
+    Buffer<float> input;
     size_t steps = 0;
 };
 
@@ -137,19 +140,33 @@ void write_for_peers(const std::string &folder, const Layout &layout) {
     step.image();
     step.gradient.get(step.result);
     const std::string name = folder + "/" + layout.name;
-    write(name + ".weights", step.weights.values.data(), kParameters);
-    write(name + ".input", step.input.data(), kPixels);
+    write(name + ".weights", step.weights.values.data(), layout.parameters());
+    write(name + ".input", step.input.data(), layout.pixels());
     const std::string ours = name + "-" + toliman::kernels::host_isa_name();
     write(ours + ".latent", &step.pass.latent, 1);
-    write(ours + ".gradient", step.result.values.data(), kParameters);
-    std::vector<float> out(kPixels);
-    get_inside(step.pass.decoder[0], kSide, kSide, 1, out.data());
-    write(ours + ".output", out.data(), kPixels);
+    write(ours + ".gradient", step.result.values.data(), layout.parameters());
+    std::vector<float> out(layout.pixels());
+    get_inside(step.pass.decoder[0], layout.side, layout.side, 1, out.data());
+    write(ours + ".output", out.data(), out.size());
+}
+
+// The book chapter's scene with frames of the layout's size.
+std::string scene_text(const Layout &layout) {
+    const std::string shape = "\"shape\": [256, 256]", side = std::to_string(layout.side);
+    std::ifstream stream("examples/scenes/chapter.json");
+    std::string text{std::istreambuf_iterator<char>(stream), {}};
+    const size_t at = text.find(shape);
+    if (at == std::string::npos) {
+        std::fprintf(stderr, "bench_cae: examples/scenes/chapter.json: no %s\n", shape.c_str());
+        std::exit(1);
+    }
+    return text.replace(at, shape.size(), "\"shape\": [" + side + ", " + side + "]");
 }
 
 struct Scene {
-    explicit Scene(const char *path) {
-        check(toliman_sim_create_file(path, nullptr, &sim));
+    explicit Scene(const Layout &layout) : pixels(layout.pixels()) {
+        const std::string text = scene_text(layout);
+        check(toliman_sim_create_json(text.data(), text.size(), "examples/scenes", nullptr, &sim));
         check(toliman_cae_create(sim, 1, nullptr, &cae));
         check(toliman_cae_train(cae, nullptr, nullptr));
         info.struct_size = sizeof info;
@@ -161,34 +178,54 @@ struct Scene {
                                                                                       : TOLIMAN_E_INTERNAL);
         blob.resize(size);
         check(toliman_cae_save(cae, nullptr, blob.data(), size, &size));
+        latents.resize(kFrames);
+        const toliman_image image = first_frames();
+        check(toliman_cae_encode(cae, &image, kFrames, latents.data(), nullptr));
     }
+    Scene(const Scene &) = delete;
+    Scene &operator=(const Scene &) = delete;
+    ~Scene() {
+        toliman_cae_destroy(cae);
+        toliman_sim_destroy(sim);
+    }
+    toliman_image first_frames() const {
+        toliman_image image = {};
+        image.struct_size = sizeof image;
+        image.pixels = frames.data();
+        return image;
+    }
+    const size_t pixels; // of a frame
     toliman_sim *sim = nullptr;
     toliman_cae *cae = nullptr;
     toliman_cae_info info = {};
-    std::vector<double> frames = std::vector<double>(kFrames * kPixels);
+    std::vector<double> frames = std::vector<double>(kFrames * pixels);
+    std::vector<double> latents;
     std::vector<uint8_t> blob;
 };
 
-void measure_encode(const Scene &scene, const Layout &layout, Peak &peak, const std::vector<double> &reference) {
+void measure_encode(const Scene &scene, const Layout &layout, Peak &peak) {
     const Network trained = from_blob(scene.blob.data(), scene.blob.size()).network;
-    // The trained weights fit either layout. Their quality does not matter: only the time is measured.
-    const Network network(layout, trained.preprocess(), trained.parameters(), 1, true, 0);
-    const toliman::ImageView<const double> frame = {scene.frames.data(), kSide, kSide, kSide};
-    Buffer<float> input(kPixels);
+    // The weights of `flight` fit `paper`. Their quality does not matter: only the time is measured.
+    Parameters weights(layout);
+    weights.values = trained.parameters().values;
+    const Network network(trained.preprocess(), weights, 1, true, 0);
+    const size_t side = layout.side;
+    const toliman::ImageView<const double> frame = {scene.frames.data(), side, side, side};
+    Buffer<float> input(layout.pixels());
     Preprocess::Work scratch;
     toliman::cae::Workspace work;
     const auto projecting = [&](size_t planes) { // any images: the time does not depend on their content
         Preprocess blind = network.preprocess();
         blind.projected = planes;
-        blind.nuisance_basis.assign(planes * kPixels, 1.0 / kSide);
+        blind.nuisance_basis.assign(planes * layout.pixels(), 1.0 / static_cast<double>(side));
         blind.derive();
-        return Network(layout, blind, trained.parameters(), 1, true, 0);
+        return Network(blind, weights, 1, true, 0);
     };
     constexpr size_t kPlanes[] = {4, 8, 20, 32}, kCounts = sizeof kPlanes / sizeof *kPlanes;
     std::vector<Network> with;
     for (const size_t planes : kPlanes)
         with.push_back(projecting(planes));
-    const toliman::PixelFrames frames = {toliman::Pixel::f64, scene.frames.data(), kSide, kSide, kSide, kPixels};
+    const toliman::PixelFrames frames = {toliman::Pixel::f64, scene.frames.data(), side, side, side, layout.pixels()};
     double latents[kFrames];
     const auto many = [&](const Network &which) {
         return [&] { which.encode_many(frames, kFrames, 1, latents, nullptr); };
@@ -213,10 +250,10 @@ void measure_encode(const Scene &scene, const Layout &layout, Peak &peak, const 
     }
     const timing preprocess = time_of(50, [&] { network.preprocess().apply(frame, scratch, input.data()); });
     double moved = 0;
-    for (size_t i = 0; !reference.empty() && i < kFrames; i++)
-        moved = std::max(
-            moved, std::fabs(network.encode({&scene.frames[i * kPixels], kSide, kSide, kSide}, work) - reference[i]) /
-                       scene.info.crb_px);
+    for (size_t i = 0; !layout.max_pool && i < kFrames; i++) {
+        const double latent = network.encode({&scene.frames[i * scene.pixels], side, side, side}, work);
+        moved = std::max(moved, std::fabs(latent - scene.latents[i]) / scene.info.crb_px);
+    }
     std::printf("{\"part\": \"encode\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"spread_ms\": %.2g, "
                 "\"many_ms\": %.4f, \"preprocess_ms\": %.4f, \"projection_ms\": {%s}, "
                 "\"roofline_ms\": %.4f, "
@@ -241,9 +278,7 @@ void measure_template(const Scene &scene) {
     toliman_linear *linear = nullptr;
     check(toliman_linear_create(scene.sim, nullptr, &linear));
     double value = 0;
-    toliman_image image = {};
-    image.struct_size = sizeof image;
-    image.pixels = scene.frames.data();
+    const toliman_image image = scene.first_frames();
     const timing time = time_of(20, [&] { check(toliman_linear_encode(linear, &image, 1, &value, nullptr)); });
     std::printf("{\"part\": \"template\", \"ms\": %.4f, \"spread_ms\": %.2g}\n", time.median * 1e3, time.spread * 1e3);
     toliman_linear_destroy(linear);
@@ -267,12 +302,7 @@ void measure_tied(const Scene &scene) {
 int main(int count, char **arguments) {
     const Isa all[] = {Isa::avx512, Isa::avx2, Isa::baseline};
     chosen = *std::find_if(std::begin(all), std::end(all), runs);
-    const Scene scene("examples/scenes/chapter.json");
-    std::vector<double> latents(kFrames);
-    toliman_image image = {};
-    image.struct_size = sizeof image;
-    image.pixels = scene.frames.data();
-    check(toliman_cae_encode(scene.cae, &image, kFrames, latents.data(), nullptr));
+    const Scene scene(kFlight), core(kCore);
     measure_tied(scene);
     measure_template(scene);
     for (const Isa isa : all) {
@@ -280,16 +310,14 @@ int main(int count, char **arguments) {
             continue;
         chosen = isa;
         Peak peak = {isa};
-        for (const Layout *layout : {&kFlight, &kPaper}) {
+        for (const Layout *layout : kLayouts) {
             if (count > 1)
                 write_for_peers(arguments[1], *layout);
-            measure_encode(scene, *layout, peak, layout->max_pool ? std::vector<double>() : latents);
+            measure_encode(layout->side == kCore.side ? core : scene, *layout, peak);
             measure_training(*layout, peak);
         }
         std::printf("{\"part\": \"peak\", \"isa\": \"%s\", \"gflops\": %.1f}\n", toliman::kernels::host_isa_name(),
                     peak.gflops);
         std::fflush(stdout);
     }
-    toliman_cae_destroy(scene.cae);
-    toliman_sim_destroy(scene.sim);
 }

@@ -18,7 +18,7 @@ from ._pixels import frames_of, image_of
 from ._predictions import FRAMES_PER_CALL, prediction_of, predictions_of, structured
 from ._progress import Progress, Watch
 from ._results import BankInfo, BankNetwork, BankPlan, BankResult, FitResult
-from ._words import number
+from .cae import layout_number
 from .fit import Fit
 from .sim import Simulator
 
@@ -36,7 +36,7 @@ class Bank(Handle):
         bank = Bank.load("bank.tlmb", fit)
 
     fit: Fit of the scene. The bank uses it for every frame.
-    layout: "flight", which reaches the photon limit, or "paper", that of the chapter, with an efficiency of 0.015.
+    layout: as of CAE; "paper" has an efficiency of 0.015.
     first_days, last_days: range of the frames' times in days of scene time, whose time 0 is binary.date of the scene;
         both 0: the times of the scene's frames.
     spacing_px: largest change of the place of B relative to A from one date to the next; 0 means 0.5.
@@ -55,7 +55,7 @@ class Bank(Handle):
 
     _kind, _destroy = _raw.toliman_bank, "toliman_bank_destroy"
 
-    def __init__(self, fit: Fit, *, layout: str = "flight", first_days: float = 0, last_days: float = 0,
+    def __init__(self, fit: Fit, *, layout: str | None = None, first_days: float = 0, last_days: float = 0,
                  spacing_px: float = 0, places: int = 0, steps: int = 0, seed: int = 0, threads: int = 0):
         of_kind("fit", fit, Fit)
         options = _options(layout, first_days, last_days, spacing_px, places, steps, seed)
@@ -64,7 +64,7 @@ class Bank(Handle):
         self.fit = fit
 
     @staticmethod
-    def plan(simulator: Simulator, *, layout: str = "flight", first_days: float = 0, last_days: float = 0,
+    def plan(simulator: Simulator, *, layout: str | None = None, first_days: float = 0, last_days: float = 0,
              spacing_px: float = 0, places: int = 0, steps: int = 0) -> BankPlan:
         """Returns size and cost of the bank with these options, which are those of Bank()."""
         of_kind("simulator", simulator, Simulator)
@@ -199,10 +199,10 @@ class Bank(Handle):
         return self.info._repr_html_()
 
 
-def _options(layout: str, first_days: float, last_days: float, spacing_px: float, places: int, steps: int,
+def _options(layout: str | None, first_days: float, last_days: float, spacing_px: float, places: int, steps: int,
              seed: int) -> typing.Any:
     return options_of(_raw.toliman_bank_options,
-                      layout=number("layout", layout, "TOLIMAN_CAE_LAYOUT"), first_days=real("first_days", first_days),
+                      layout=layout_number(layout), first_days=real("first_days", first_days),
                       last_days=real("last_days", last_days), spacing_px=real("spacing_px", spacing_px),
                       places=whole("places", places, 2**32), steps=whole("steps", steps, 2**32),
                       seed=whole("seed", seed, 2**64))

@@ -21,8 +21,6 @@ from ._results import NetworkInfo, Training
 from ._words import number
 from .sim import Simulator
 
-_SIDE = 256
-
 # Frames for unsupervised training: an array [frame][row][column], or a function of (first, count) that returns one.
 Frames = typing.Union[ArrayLike, typing.Callable[[int, int], ArrayLike]]
 
@@ -30,7 +28,7 @@ Frames = typing.Union[ArrayLike, typing.Callable[[int, int], ArrayLike]]
 class Reconstruction(typing.NamedTuple):
     """The network's reconstruction of a frame and its quality.
 
-    image: [256][256] in counts, the network's crop of the frame. mmse, mssim: mean squared error and mean structural
+    image: [side][side] in counts, the network's crop of the frame. mmse, mssim: mean squared error and mean structural
     similarity between the frame and its reconstruction, both scaled to [0, 1] by the frame's extremes. photon_floor:
     the mmse that noise alone causes.
     """
@@ -57,7 +55,8 @@ class CAE(Handle):
 
     simulator: Simulator of the scene; not needed afterwards.
     seed: seed of the random weights; None takes the scene's.
-    layout: "flight", which reaches the photon limit, or "paper", the layout of the chapter.
+    layout: "flight" for frames of at least 256x256 pixels, "core" for the camera's 128x128 windows, or "paper", the
+        layout of the chapter; None takes "core" if the frames have fewer than 256 rows or columns, else "flight".
     input: "whitened" ((counts - reference)/sigma per pixel), "residual" or "raw".
     centre: "scene", a crop at the same place of all frames, or "image", moved by whole pixels with each barycentre.
     threads: number of worker threads of encode(); 0 means one per processor.
@@ -65,15 +64,16 @@ class CAE(Handle):
     An untrained network of the default layout and input encodes too, as a control, but about a hundred times as
     noisily; see info.trained.
 
-    Raises InputError if the nuisances leave nothing of the signal, UnsupportedError for frames below 256x256.
+    Raises InputError if the nuisances leave nothing of the signal, UnsupportedError for frames smaller than the
+    layout's crop.
     """
 
     _kind, _destroy = _raw.toliman_cae, "toliman_cae_destroy"
 
-    def __init__(self, simulator: Simulator, *, seed: int | None = None, layout: str = "flight",
+    def __init__(self, simulator: Simulator, *, seed: int | None = None, layout: str | None = None,
                  input: str = "whitened", centre: str = "scene", threads: int = 0):
         options = options_of(_raw.toliman_cae_options,
-                             layout=number("layout", layout, "TOLIMAN_CAE_LAYOUT"),
+                             layout=layout_number(layout),
                              input=number("input", input, "TOLIMAN_CAE_INPUT"),
                              centre=number("centre", centre, "TOLIMAN_CAE_CENTRE"),
                              threads=whole("threads", threads, 2**32), log=log)
@@ -167,25 +167,29 @@ class CAE(Handle):
         info = self.info
         return info.rows, info.cols
 
+    def _image(self) -> Doubles:
+        side = self.info.side
+        return numpy.empty((side, side))
+
     def decode(self, latent: float) -> Doubles:
-        """Returns the decoder's output for a latent (px): the whitened residual [256][256], in sigmas of each pixel.
+        """Returns the decoder's output for a latent (px): the whitened residual [side][side], in sigmas of each pixel.
         Raises UnsupportedError for layout "paper"."""
-        image = numpy.empty((_SIDE, _SIDE))
-        check(library.toliman_cae_decode(self._c, real("latent", latent), pointer(image), _SIDE))
+        image = self._image()
+        check(library.toliman_cae_decode(self._c, real("latent", latent), pointer(image), len(image)))
         return image
 
     def target(self) -> Doubles:
-        """Returns the ideal decoder output per px of latent: the whitened derivative image [256][256], orthogonal to
+        """Returns the ideal decoder output per px of latent: the whitened derivative image [side][side], orthogonal to
         the projected nuisances."""
-        image = numpy.empty((_SIDE, _SIDE))
-        check(library.toliman_cae_get_target(self._c, pointer(image), _SIDE))
+        image = self._image()
+        check(library.toliman_cae_get_target(self._c, pointer(image), len(image)))
         return image
 
     def reconstruct(self, frame: ArrayLike) -> Reconstruction:
         """Reconstructs a frame [row][column] of counts, and compares it with the frame."""
-        counts, image = shaped("frame", frame, self.shape), numpy.empty((_SIDE, _SIDE))
+        counts, image = shaped("frame", frame, self.shape), self._image()
         quality = [ctypes.c_double() for _ in range(3)]
-        check(library.toliman_cae_reconstruct(self._c, pointer(counts), counts.shape[1], pointer(image), _SIDE,
+        check(library.toliman_cae_reconstruct(self._c, pointer(counts), counts.shape[1], pointer(image), len(image),
                                               *map(ctypes.byref, quality)))
         return Reconstruction(image, *(number.value for number in quality))
 
@@ -224,6 +228,11 @@ class CAE(Handle):
 
     def _repr_html_(self) -> str:
         return self.info._repr_html_()
+
+
+def layout_number(layout: str | None) -> int:
+    """Returns the number of a layout; 0, that of the frames' size, for None."""
+    return 0 if layout is None else number("layout", layout, "TOLIMAN_CAE_LAYOUT")
 
 
 def _save_options(weights: str, planes: str, training: bool) -> typing.Any:

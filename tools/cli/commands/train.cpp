@@ -25,8 +25,9 @@ namespace cli {
 namespace {
 
 struct Options {
-    std::string scene, out, payload = "float32", mode = "tied", layout = "flight", input = "whitened", centre = "scene",
-                            resume, log, bad_pixels;
+    std::string scene, out, payload = "float32", mode = "tied", input = "whitened", centre = "scene", resume, log,
+                            bad_pixels;
+    std::string layout;              // "": by the size of the frames
     std::optional<std::string> bank; // its dates
     std::string free;                // further parameters of the fit of a bank
     bool resumes = false;            // with `resume` or, if that is empty, OUT.part
@@ -42,13 +43,18 @@ constexpr uint64_t kTrainingNoise = 0x5452414900000000; // XORed with the seed o
 using Names = std::map<std::string, int32_t>;
 
 const Names kModes = {{"tied", TOLIMAN_CAE_MODE_TIED}, {"unsupervised", TOLIMAN_CAE_MODE_UNSUPERVISED}};
-const Names kLayouts = {{"flight", TOLIMAN_CAE_LAYOUT_FLIGHT}, {"paper", TOLIMAN_CAE_LAYOUT_PAPER}};
+const Names kLayouts = {
+    {"flight", TOLIMAN_CAE_LAYOUT_FLIGHT}, {"paper", TOLIMAN_CAE_LAYOUT_PAPER}, {"core", TOLIMAN_CAE_LAYOUT_CORE}};
 const Names kInputs = {
     {"whitened", TOLIMAN_CAE_INPUT_WHITENED}, {"residual", TOLIMAN_CAE_INPUT_RESIDUAL}, {"raw", TOLIMAN_CAE_INPUT_RAW}};
 const Names kCentres = {{"scene", TOLIMAN_CAE_CENTRE_SCENE}, {"image", TOLIMAN_CAE_CENTRE_IMAGE}};
 const Names kPayloads = {{"float32", TOLIMAN_CAE_ENCODING_FLOAT32},
                          {"bf16", TOLIMAN_CAE_ENCODING_BF16},
                          {"fp16", TOLIMAN_CAE_ENCODING_FP16}};
+
+int32_t layout_of(const Options &options) {
+    return options.layout.empty() ? 0 : kLayouts.at(options.layout);
+}
 
 // A network and how it is to be trained.
 struct Training {
@@ -60,7 +66,7 @@ struct Training {
 Training new_training(const Scene &scene, const Options &options, Progress &progress) {
     const StopLimit limit;
     auto how = with_warnings<toliman_cae_options>(progress);
-    how.layout = kLayouts.at(options.layout);
+    how.layout = layout_of(options);
     how.input = kInputs.at(options.input);
     how.centre = kCentres.at(options.centre);
     Training training = {toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), options.seed, &how),
@@ -87,10 +93,10 @@ std::string word_of(const Names &names, int32_t value) {
 void check_same(const std::string &file, const toliman_cae_info &info, const toliman_cae_train_options &how,
                 const Options &options) {
     const bool tied = how.mode == TOLIMAN_CAE_MODE_TIED;
-    const std::string seed = std::to_string(info.seed), steps = std::to_string(how.steps);
+    const std::string layout = info.layout, seed = std::to_string(info.seed), steps = std::to_string(how.steps);
     for (const auto &[name, there, given] :
          {std::tuple("--mode", word_of(kModes, how.mode), options.mode),
-          std::tuple("--layout", std::string(info.layout), options.layout),
+          std::tuple("--layout", layout, options.layout.empty() ? layout : options.layout),
           std::tuple("--input", word_of(kInputs, info.input), options.input),
           std::tuple("--centre", word_of(kCentres, info.centre), options.centre),
           std::tuple("--seed", seed, std::to_string(options.seed)),
@@ -162,9 +168,11 @@ void check_mode(const Options &options, bool tied) {
         throw Failure(kExitUsage, "--epochs: is for unsupervised training; tied training has --steps");
     if (!tied && options.steps != 0)
         throw Failure(kExitUsage, "--steps: is for tied training; unsupervised training has --epochs");
-    if (tied && (options.layout != "flight" || options.input != "whitened"))
-        throw Failure(kExitUsage, "--layout " + options.layout + ", --input " + options.input +
-                                      ": tied training needs flight and whitened; the others need --mode unsupervised");
+    const char *const unsupervised = ": needs --mode unsupervised";
+    if (tied && options.layout == "paper")
+        throw Failure(kExitUsage, "--layout paper" + std::string(unsupervised));
+    if (tied && options.input != "whitened")
+        throw Failure(kExitUsage, "--input " + options.input + unsupervised);
 }
 
 struct Frames {
@@ -293,7 +301,7 @@ void train_bank(const Options &options, OutputFile &out, Progress &progress) {
                            *options.bank,
                            options.out != "-" ? options.out + kPart : "",
                            toliman::sized<toliman_bank_options>()};
-    request.options.layout = kLayouts.at(options.layout);
+    request.options.layout = layout_of(options);
     request.options.spacing_px = options.spacing;
     request.options.places = options.places;
     request.options.steps = options.steps;
@@ -343,13 +351,17 @@ void add_train(CLI::App &app, Context &context) {
             ->expected(0, 1);
     add_seed(*command, options->seed, "seed of the initial weights and of the frames' noise, default 1");
     add_choice(command, "--mode", options->mode, kModes, "training: tied (default) or unsupervised");
-    add_choice(command, "--layout", options->layout, kLayouts,
-               "network: flight (default), or paper, the book chapter's; paper needs --mode unsupervised or --bank");
+    add_choice(
+        command, "--layout", options->layout, kLayouts,
+        "network: flight, for frames of at least 256x256 pixels; core, for the camera's 128x128 windows; or paper, "
+        "the book chapter's, which needs --mode unsupervised or --bank; default: core if the frames have fewer "
+        "than 256 rows or columns, else flight");
     add_choice(command, "--input", options->input, kInputs,
                "preprocessing of frames: whitened (default), residual or raw; the last two need --mode unsupervised");
-    add_choice(command, "--centre", options->centre, kCentres,
-               "the 256x256 crop of a frame: centred on the scene's light (default), or moved by whole pixels with the "
-               "barycentre of each image");
+    add_choice(
+        command, "--centre", options->centre, kCentres,
+        "the network's crop of a frame: centred on the scene's light (default), or moved by whole pixels with the "
+        "barycentre of each image");
     command
         ->add_option("--steps", options->steps,
                      "number of steps of tied training, default 300; with --bank 600, of each network")

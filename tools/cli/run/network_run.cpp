@@ -60,10 +60,11 @@ void NetworkRun::train() {
 // Compares (decode(z) - decode(0))/z with the whitened derivative image, which it should be.
 void NetworkRun::inspect_decoder() {
     const double z = scene_.bounds().crb_px;
-    std::vector<double> target(kNetworkSide * kNetworkSide), at_z(target.size()), at_0(target.size());
-    check(toliman_cae_get_target(cae_.get(), target.data(), kNetworkSide));
-    check(toliman_cae_decode(cae_.get(), z, at_z.data(), kNetworkSide));
-    check(toliman_cae_decode(cae_.get(), 0, at_0.data(), kNetworkSide));
+    const size_t side = toliman::result<toliman_cae_info>(toliman_cae_get_info, cae_.get(), nullptr).side;
+    std::vector<double> target(side * side), at_z(target.size()), at_0(target.size());
+    check(toliman_cae_get_target(cae_.get(), target.data(), side));
+    check(toliman_cae_decode(cae_.get(), z, at_z.data(), side));
+    check(toliman_cae_decode(cae_.get(), 0, at_0.data(), side));
     double product = 0, target_square = 0, output_square = 0;
     for (size_t i = 0; i < target.size(); i++) {
         const double output = (at_z[i] - at_0[i]) / z;

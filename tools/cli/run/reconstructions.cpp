@@ -11,7 +11,6 @@ namespace cli {
 namespace {
 
 constexpr size_t kValidationFrames = 110; // size of the book chapter's validation set
-constexpr size_t kPixels = kNetworkSide * kNetworkSide;
 
 using toliman::check;
 
@@ -20,6 +19,7 @@ using toliman::check;
 Reconstructor::Reconstructor(const Scene &scene, const toliman::autoencoder &cae, size_t total)
     : scene_(scene), cae_(cae) {
     const auto info = toliman::result<toliman_cae_info>(toliman_cae_get_info, cae.get(), nullptr);
+    side_ = info.side;
     crop_row_ = static_cast<size_t>(info.crop_row);
     crop_col_ = static_cast<size_t>(info.crop_col);
     sigma_ = cropped(scene.image(TOLIMAN_SIM_IMAGE_VARIANCE).data());
@@ -32,25 +32,26 @@ Reconstructor::Reconstructor(const Scene &scene, const toliman::autoencoder &cae
 Reconstructor::Image Reconstructor::cropped(const double *image) const {
     const auto cols = static_cast<size_t>(scene_.info.cols);
     Image part;
-    part.reserve(kPixels);
-    for (size_t row = 0; row < kNetworkSide; row++) {
+    part.reserve(side_ * side_);
+    for (size_t row = 0; row < side_; row++) {
         const double *start = image + (crop_row_ + row) * cols + crop_col_;
-        part.insert(part.end(), start, start + kNetworkSide);
+        part.insert(part.end(), start, start + side_);
     }
     return part;
 }
 
 void Reconstructor::add_residual(const Image &residual) {
     double sum = 0, square = 0, product = 0;
-    for (size_t i = 0; i < kPixels; i++) {
+    for (size_t i = 0; i < residual.size(); i++) {
         sum += residual[i];
         square += residual[i] * residual[i];
-        product += (i + 1) % kNetworkSide != 0 ? residual[i] * residual[i + 1] : 0;
+        product += (i + 1) % side_ != 0 ? residual[i] * residual[i + 1] : 0;
     }
-    const auto frames = static_cast<double>(result_.validation_frames);
-    result_.residual_mean += sum / (kPixels * frames);
-    result_.residual_square += square / (kPixels * frames);
-    result_.residual_product += product / ((kPixels - kNetworkSide) * frames);
+    const auto frames = static_cast<double>(result_.validation_frames), side = static_cast<double>(side_),
+               pixels = side * side;
+    result_.residual_mean += sum / (pixels * frames);
+    result_.residual_square += square / (pixels * frames);
+    result_.residual_product += product / ((pixels - side) * frames);
 }
 
 void Reconstructor::take(size_t first, const double *images, size_t count) {
@@ -63,11 +64,11 @@ void Reconstructor::take(size_t first, const double *images, size_t count) {
 }
 
 void Reconstructor::reconstruct(const double *image, Reconstruction &result) const {
-    Image again(kPixels);
-    check(toliman_cae_reconstruct(cae_.get(), image, static_cast<size_t>(scene_.info.cols), again.data(), kNetworkSide,
+    Image again(side_ * side_);
+    check(toliman_cae_reconstruct(cae_.get(), image, static_cast<size_t>(scene_.info.cols), again.data(), side_,
                                   &result.mmse, &result.mssim, &result.photon_floor));
     result.residual = cropped(image);
-    for (size_t i = 0; i < kPixels; i++)
+    for (size_t i = 0; i < again.size(); i++)
         result.residual[i] = (result.residual[i] - again[i]) / sigma_[i];
 }
 

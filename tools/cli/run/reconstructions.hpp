@@ -7,8 +7,6 @@
 
 namespace cli {
 
-constexpr size_t kNetworkSide = 256; // rows and columns of the network's images
-
 struct Reconstructions {
     size_t validation_frames = 0;                 // the first frames, over which the means are taken
     double mmse = 0, mssim = 0, photon_floor = 0; // means
@@ -39,7 +37,7 @@ class Reconstructor {
 
     const Scene &scene_;
     const toliman::autoencoder &cae_;
-    size_t crop_row_, crop_col_; // first row and column of the crop
+    size_t side_, crop_row_, crop_col_; // rows and columns of the crop; its first row and column
     Image sigma_;
     Reconstructions result_;
 };

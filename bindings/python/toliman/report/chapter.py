@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, Rectangle
 
 from . import style
-from ._network import MAX_POOL, SIDE, STAGES, TENSORS
+from ._network import CHANNELS, MAX_POOL, SIDE, tensors
 from .figures import envelope, thinned
 from .images import DEPTH
 from .results import Array
@@ -138,24 +138,22 @@ class Layer(typing.NamedTuple):
     parameters: int
 
 
-def _count(name: str) -> int:
-    return sum(math.prod(TENSORS[f"{name}.{part}"]) for part in ("weight", "bias"))
-
-
 def layers(layout: str = "flight") -> list[Layer]:
     """Returns the layers of a layout, from the input through the latent to the output."""
     max_pool = MAX_POOL[layout]
     down = "conv 3×3\nELU\nmax 2×2" if max_pool else "conv 3×3\nmean 2×2\nELU"
     up = "un-pool\ndeconv 3×3" if max_pool else "repeat 2×2\ndeconv 3×3"
-    found = [Layer("", SIDE, SIDE, STAGES[0][2], 0)]
-    found += [Layer(down, rows, columns, coarse, _count(f"conv{i}"))
-              for i, (rows, columns, _, coarse) in enumerate(STAGES, 1)]
-    deep = STAGES[-1]
-    found += [Layer("dense", 1, 1, 1, _count("latent")),
-              Layer("dense\nELU", deep[0], deep[1], deep[3], _count("expand"))]
-    for i in range(len(STAGES), 0, -1):
-        rows, columns, fine, _ = STAGES[i - 1]
-        found.append(Layer(up + ("\nELU" if i > 1 else ""), 2 * rows, 2 * columns, fine, _count(f"deconv{i}")))
+    shapes, stages, input_side = tensors(layout), len(CHANNELS) - 1, SIDE[layout]
+
+    def layer(operation: str, side: int, channels: int, name: str) -> Layer:
+        weights = sum(math.prod(shapes[f"{name}.{part}"]) for part in ("weight", "bias"))
+        return Layer(operation, side, side, channels, weights)
+
+    found = [Layer("", input_side, input_side, CHANNELS[0], 0)]
+    found += [layer(down, input_side >> i, CHANNELS[i], f"conv{i}") for i in range(1, stages + 1)]
+    found += [layer("dense", 1, 1, "latent"), layer("dense\nELU", input_side >> stages, CHANNELS[-1], "expand")]
+    found += [layer(up + ("\nELU" if i > 1 else ""), input_side >> i - 1, CHANNELS[i - 1], f"deconv{i}")
+              for i in range(stages, 0, -1)]
     return found
 
 

@@ -14,7 +14,7 @@ from . import displacement
 from .results import Array, Result
 
 BANDS = {"psf_600nm": (600, 600), "psf_550-600nm": (550, 600), "psf_500-700nm": (500, 700)}  # nm, of the book chapter's figure
-_SIDE = 256  # rows and columns of the network's images
+_SIDE = 256  # rows and columns of the point spread functions
 _SAMPLES = 5  # random frames
 _ACCURACY = 1e-6  # of point spread functions
 _MOST_DISPLACEMENT = 0.1  # px, of the Taylor expansion
@@ -124,7 +124,7 @@ class _Run:
         from .. import CAE
         network = CAE.load(self.folder / "weights.tlmw")
         first = network.info.crop_row, network.info.crop_col
-        crop = tuple(slice(start, start + _SIDE) for start in first)
+        crop = tuple(slice(start, start + network.info.side) for start in first)
         whole = [self.simulator.frame(k, seed=self.seed) for k in samples]
         frames = numpy.stack([frame[crop] for frame in whole])
         again = numpy.stack([network.reconstruct(frame).image for frame in whole])
