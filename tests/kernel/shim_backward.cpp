@@ -2,16 +2,27 @@
 #include <algorithm>
 
 #include "cae/backward.hpp"
+#include "cae/encoder_rows.hpp"
 
 using namespace toliman::cae;
+
+namespace {
+
+Parameters parameters_of(uint32_t layout_id, const float *weights) {
+    Parameters parameters(*find_layout(layout_id));
+    std::copy_n(weights, parameters.values.size(), parameters.values.begin());
+    return parameters;
+}
+
+} // namespace
 
 // Mean squared difference between image [side][side] and its reconstruction; the gradient with respect to all weights.
 extern "C" double shim_loss_and_gradient(uint32_t layout_id, const float *weights, const float *image,
                                          float *gradient) {
     const Layout &layout = *find_layout(layout_id);
     const size_t side = layout.side;
-    Parameters parameters(layout), result(layout);
-    std::copy_n(weights, layout.parameters(), parameters.values.begin());
+    Parameters result(layout);
+    const Parameters parameters = parameters_of(layout_id, weights);
     const Operators operators(parameters);
     Pass pass(layout);
     put_inside(image, side, side, 1, pass.encoder[0]);
@@ -31,6 +42,29 @@ extern "C" double shim_loss_and_gradient(uint32_t layout_id, const float *weight
     sum.get(result);
     std::copy(result.values.begin(), result.values.end(), gradient);
     return loss / static_cast<double>(pixels);
+}
+
+// Latent of an image [side][side], of whole images and, for mean pooling, row by row.
+extern "C" double shim_latent(uint32_t layout_id, const float *weights, const float *image) {
+    const Parameters parameters = parameters_of(layout_id, weights);
+    const size_t side = parameters.layout->side;
+    Images images(*parameters.layout);
+    put_inside(image, side, side, 1, images[0]);
+    return encode(parameters, pack_encoder(parameters), images, nullptr);
+}
+
+extern "C" double shim_latent_by_rows(uint32_t layout_id, const float *weights, const float *image) {
+    const Parameters parameters = parameters_of(layout_id, weights);
+    const Packed packed = pack_encoder(parameters);
+    const size_t side = parameters.layout->side;
+    EncoderRows rows(*parameters.layout);
+    rows.start(parameters, packed);
+    for (size_t r = 0; r < side; r += kBand) {
+        for (size_t i = 0; i < kBand; i++)
+            std::copy_n(image + (r + i) * side, side, rows.band() + i * rows.band_stride());
+        rows.push_band();
+    }
+    return rows.latent();
 }
 
 extern "C" size_t shim_tensor(uint32_t layout_id, size_t tensor, size_t *count) {

@@ -1,4 +1,4 @@
-/* Tests the autoencoder's passes against a plain network in long double: its loss, and differences of its loss along a
+/* Tests the autoencoder's passes against a plain network in long double: its latent and loss, and differences of its loss along a
  * random direction in the weights of each kind of layer. */
 #include <stdlib.h>
 #include <string.h>
@@ -7,6 +7,8 @@
 #include "uniform.h"
 
 double shim_loss_and_gradient(uint32_t layout, const float *weights, const float *image, float *gradient);
+double shim_latent(uint32_t layout, const float *weights, const float *image);
+double shim_latent_by_rows(uint32_t layout, const float *weights, const float *image);
 size_t shim_tensor(uint32_t layout, size_t tensor, size_t *count);
 
 enum { kMostPixels = 256 * 256, kMostWeights = 97858, kTensors = 20, kStages = 4 };
@@ -82,9 +84,9 @@ static size_t side_of(int layout) {
     return layout == kCore ? 128 : 256;
 }
 
-static Real slow_loss(int layout, const Real *weights, const Real *image) {
+/* places: of the maxima of each stage. */
+static Real slow_latent(int layout, const Real *weights, const Real *image, int **places) {
     const size_t input = side_of(layout), pixels = input * input, features = pixels / 4;
-    int *places[kStages];
     Real *now = malloc(pixels * sizeof *now);
     memcpy(now, image, pixels * sizeof *now);
     for (size_t s = 0; s < kStages; s++) {
@@ -103,6 +105,16 @@ static Real slow_loss(int layout, const Real *weights, const Real *image) {
     Real latent = tensor(layout, weights, 9)[0];
     for (size_t i = 0; i < features; i++)
         latent += now[i] * tensor(layout, weights, 8)[i];
+    free(now);
+    return latent;
+}
+
+static Real slow_loss(int layout, const Real *weights, const Real *image, Real *latent_out) {
+    const size_t input = side_of(layout), pixels = input * input, features = pixels / 4;
+    int *places[kStages];
+    const Real latent = slow_latent(layout, weights, image, places);
+    Real *now = malloc(features * sizeof *now);
+    *latent_out = latent;
     for (size_t i = 0; i < features; i++)
         now[i] = elu(latent * tensor(layout, weights, 10)[i] + tensor(layout, weights, 11)[i]);
     for (size_t s = kStages; s-- > 0;) {
@@ -147,8 +159,13 @@ static void check_layout(int layout) {
         picture[i] = image[i] = (float)(uniform_signed(&state) + sin(0.05 * (double)i));
 
     const double loss = shim_loss_and_gradient((uint32_t)layout, weights, image, gradient);
-    const Real exact_loss = slow_loss(layout, exact, picture);
+    Real latent;
+    const Real exact_loss = slow_loss(layout, exact, picture, &latent);
     assert_close(loss, (double)exact_loss, 1e-5, 0);
+    const double encoded = shim_latent((uint32_t)layout, weights, image);
+    assert_close(encoded, (double)latent, 1e-5, 0);
+    if (layout != kPaper)
+        assert_true(shim_latent_by_rows((uint32_t)layout, weights, image) == encoded);
     for (size_t l = 0; l < sizeof kLayers / sizeof kLayers[0]; l++) {
         /* So small that the loss is linear, and that no maximum moves to another pixel. */
         const Real step = 1e-10L;
@@ -166,7 +183,7 @@ static void check_layout(int layout) {
             length += gradient[i] * gradient[i];
         }
         assert_true(length > 0);
-        assert_close(along, (double)((slow_loss(layout, moved, picture) - exact_loss) / step), 2e-4, 0);
+        assert_close(along, (double)((slow_loss(layout, moved, picture, &latent) - exact_loss) / step), 2e-4, 0);
     }
 }
 

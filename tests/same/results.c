@@ -90,7 +90,12 @@ static void train(const toliman_sim *sim, double *frames) {
     keep_weights(cae, "tied.tlmw");
     toliman_cae_destroy(cae);
     toliman_cae_options options = TOLIMAN_CAE_OPTIONS_INIT;
-    toliman_cae_train_options how = TOLIMAN_CAE_TRAIN_OPTIONS_INIT;
+    toliman_cae_train_options how = {.struct_size = sizeof how, .steps = 10};
+    options.layout = TOLIMAN_CAE_LAYOUT_CORE;
+    assert_ok(toliman_cae_create(sim, 1, &options, &cae));
+    assert_ok(toliman_cae_train(cae, &how, NULL));
+    keep_weights(cae, "core.tlmw");
+    toliman_cae_destroy(cae);
     options.layout = TOLIMAN_CAE_LAYOUT_PAPER;
     assert_ok(toliman_cae_create(sim, 1, &options, &cae));
     how.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
@@ -108,10 +113,11 @@ static void train(const toliman_sim *sim, double *frames) {
 static void estimate(const toliman_sim *sim, const double *frames) {
     toliman_cae *cae = NULL;
     double values[FRAMES];
-    const char *const blobs[][2] = {{"tied.tlmw", "latents.f64"}, {"unsupervised.tlmw", "paper_latents.f64"}};
+    const char *const blobs[][2] = {
+        {"tied.tlmw", "latents.f64"}, {"core.tlmw", "core_latents.f64"}, {"unsupervised.tlmw", "paper_latents.f64"}};
     if (strcmp(model, "-") == 0)
         model = into;
-    for (int blob = 0; blob < 2; blob++) {
+    for (int blob = 0; blob < 3; blob++) {
         const toliman_load_options how = {.struct_size = sizeof how, .threads = workers};
         assert_ok(toliman_cae_load(bytes, read_values(blobs[blob][0], bytes, sizeof bytes), &how, &cae));
         assert_ok(toliman_cae_encode(cae, PLAIN_IMAGE(frames), FRAMES, values, NULL));
