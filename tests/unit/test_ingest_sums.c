@@ -64,7 +64,8 @@ TEST_WITH_PAIR(malformed_keys_are_damage) {
         {"\"jitter_px2\": [1, 1, 1.1]", "jitter_px2"},
         {"\"cumulants_px\": [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]", "needs jitter_px2"},
         {"\"jitter_px2\": [1, 1, 0], \"cumulants_px\": [1]", "cumulants_px must"},
-        {"\"jitter_px2\": [0, 0, 0], \"cumulants_px\": [1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]",
+        {"\"jitter_px2\": [0, 0, 0], \"cumulants_px\": [1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, "
+         "0]",
          "cumulants_px must be 0"},
         {"\"frames\": 2, \"frames\": 3", "duplicate key"},
     };

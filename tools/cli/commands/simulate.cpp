@@ -85,7 +85,8 @@ std::unique_ptr<FrameOutput> output_of(const Options &options, const Simulated &
 void set_pair(const char *option, const std::string &text, const char *form, double &a, double &b) {
     const size_t colon = text.find(':');
     const bool has_second = colon != std::string::npos;
-    if (!text.empty() && !(number_of(text.substr(0, colon), a) && (!has_second || number_of(text.substr(colon + 1), b))))
+    if (!text.empty() &&
+        !(number_of(text.substr(0, colon), a) && (!has_second || number_of(text.substr(colon + 1), b))))
         throw Failure(kExitUsage, std::string(option) + " " + text + ": must be " + form);
 }
 
@@ -120,7 +121,7 @@ StreamOptions stream_of(const Options &options) {
 void simulate_stream(const Options &options, Progress &progress) {
     const StreamOptions how = stream_of(options);
     if (options.session.empty() || options.bit_depth != 0 || (options.format != "pair" && options.roi != kOnlyRegion))
-        throw Failure(kExitUsage, options.session.empty()    ? "--rate: --session NAME is required"
+        throw Failure(kExitUsage, options.session.empty()  ? "--rate: --session NAME is required"
                                   : options.bit_depth != 0 ? "--bit-depth: with --rate, set detector.bit_depth"
                                                            : "--roi: only pairs of files name the region");
     if (options.dtype == "u32le")

@@ -17,7 +17,7 @@ namespace {
 
 using toliman::check;
 
-constexpr double kMostVariance = 4;        // px^2, of toliman_spread
+constexpr double kMostVariance = 4;          // px^2, of toliman_spread
 constexpr std::chrono::seconds kPatience(1); // of frames that are not in the state on the disk
 
 std::string place_of(const toliman_ingest_event &event) {
@@ -134,9 +134,10 @@ void Adding::end_sum(const char *reason) {
     sums_++;
     const toliman_spread &spread = *frame.spread;
     if (std::max(spread.xx_px2, spread.yy_px2) > kMostVariance)
-        warnings_.warn("spread", formatted("sum %lld: the stars moved by %.2g px rms: track takes up to 2 px: give --motion 1",
-                                           static_cast<long long>(frame.frame_id),
-                                           std::sqrt(std::max(spread.xx_px2, spread.yy_px2))));
+        warnings_.warn("spread",
+                       formatted("sum %lld: the stars moved by %.2g px rms: track takes up to 2 px: give --motion 1",
+                                 static_cast<long long>(frame.frame_id),
+                                 std::sqrt(std::max(spread.xx_px2, spread.yy_px2))));
     print_stdout(Json("schema", "toliman-coadd/1", "number", frame.frame_id, "reason", reason, "camera_ns",
                       frame.camera_ns, "first_ns", sum.first_ns, "last_ns", sum.last_ns, "frames", sum.frames, "lost",
                       sum.lost, "faint", sum.faint, "not_found", sum.not_found, "outside", sum.outside, "misfit",

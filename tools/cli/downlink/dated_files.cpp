@@ -77,9 +77,10 @@ class DatedFile : public FrameSource {
 
 // Files of one session are distinguished by their key FRAME1 or SEQNUM, never by the order in which they arrive.
 DatedFiles::Span DatedFiles::span_of(FrameFile &file) {
-    const std::string &path = file.path(), &given = options_.session, session = options_.one_session ? "files"
-                                                                                     : given.empty() ? name_of(path)
-                                                                                                     : given;
+    const std::string &path = file.path(), &given = options_.session,
+                      session = options_.one_session ? "files"
+                                : given.empty()      ? name_of(path)
+                                                     : given;
     const std::optional<int64_t> number = file.first_id();
     if (!toliman::is_name(session))
         malformed(path,

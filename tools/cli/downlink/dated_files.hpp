@@ -15,8 +15,8 @@ struct DatedFileOptions {
     std::string session;           // empty: the name of the file
     std::string unit;              // of FITS files: name or number of the HDU; empty: see open_frames
     LeapSeconds leap_seconds;
-    bool one_session = false;      // frames of all files are of one, for sums, which know them by their files
-    bool begins_at_epoch = false;  // times by the cadence or the table FRAMES count from time 0 of the folder
+    bool one_session = false;     // frames of all files are of one, for sums, which know them by their files
+    bool begins_at_epoch = false; // times by the cadence or the table FRAMES count from time 0 of the folder
 };
 
 // Opens such files. Compares each file with those before it.

@@ -56,8 +56,8 @@ struct Functions {
         find("nc_put_att_double", put_att_double);
         find("nc_put_var", put_var);
         if (!is_complete)
-            throw Failure(kExitOutput, std::string("--format netcdf: the library netCDF, ") + TOLIMAN_NETCDF +
-                                           ", is not installed");
+            throw Failure(kExitOutput,
+                          std::string("--format netcdf: the library netCDF, ") + TOLIMAN_NETCDF + ", is not installed");
     }
 };
 
@@ -81,7 +81,8 @@ class NetcdfFile {
         return id;
     }
     template <class Number>
-    int variable(const char *name, nc_type type, const std::vector<int> &dimensions, const std::vector<Number> &values) {
+    int variable(const char *name, nc_type type, const std::vector<int> &dimensions,
+                 const std::vector<Number> &values) {
         int id = 0;
         check(nc_.def_var(file_, name, type, static_cast<int>(dimensions.size()), dimensions.data(), &id));
         check(nc_.def_var_deflate(file_, id, 0, 1, kDeflate));

@@ -48,8 +48,7 @@ class FitsStream : public StreamOutput {
     explicit FitsStream(const StreamLayout &layout) : layout_(layout) {}
 
     void write(const Exposure &exposure, const uint16_t *counts) override {
-        const std::string path =
-            layout_.folder.file("frame_proc_" + std::to_string(exposure.stamp_ns) + ".fits.gz");
+        const std::string path = layout_.folder.file("frame_proc_" + std::to_string(exposure.stamp_ns) + ".fits.gz");
         FileMemory memory;
         if (const int status = make(exposure, counts, memory))
             throw Failure(kExitOutput, path + ": cannot be written: " + fits_reason(status));

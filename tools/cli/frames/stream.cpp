@@ -15,10 +15,10 @@ namespace cli {
 namespace {
 
 constexpr double kTwoPi = 6.283185307179586;
-constexpr double kPause = 1;                                // s without frames after a restart or before a new session
-constexpr double kLeastCharge = 800, kLargestCharge = 1e6;  // electrons, 10 um of silicon at 80 per um
-constexpr int64_t kStep = 1000;                             // ns of the camera's clock
-constexpr uint64_t kDrawsPerFrame = 1024;                   // of cosmic rays
+constexpr double kPause = 1;                               // s without frames after a restart or before a new session
+constexpr double kLeastCharge = 800, kLargestCharge = 1e6; // electrons, 10 um of silicon at 80 per um
+constexpr int64_t kStep = 1000;                            // ns of the camera's clock
+constexpr uint64_t kDrawsPerFrame = 1024;                  // of cosmic rays
 
 uint64_t hash(uint64_t z) noexcept {
     z += 0x9e3779b97f4a7c15u;
