@@ -177,8 +177,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_renewal(const tol
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_save(const toliman_bank *bank, int32_t encoding, void *bytes,
                                                                 size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
-/* Loads a bank; a network takes 0.8 MB, of layout CORE 0.4 MB. Damaged bytes, other versions and layouts, and numbers that are subnormal or
- * above 2^100 are TOLIMAN_E_FORMAT (promise: damaged-banks-are-refused). */
+/* Loads a bank; a network takes 0.8 MB, of layout CORE 0.4 MB. Damaged bytes, other versions and layouts, and numbers
+ * that are subnormal or above 2^100 are TOLIMAN_E_FORMAT (promise: damaged-banks-are-refused). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_load(const void *bytes, size_t size,
                                                                 const toliman_load_options *options,
                                                                 toliman_bank **out) TOLIMAN_NOEXCEPT;

@@ -1,5 +1,5 @@
-/* libtoliman, convolutional autoencoder (CAE): compresses a crop of a frame to one number, the latent: the displacement (the separation of the stars minus that of the undisturbed scene), in px. For frames of a downlink use
- * track.h.
+/* libtoliman, convolutional autoencoder (CAE): compresses a crop of a frame to one number, the latent: the displacement
+ * (the separation of the stars minus that of the undisturbed scene), in px. For frames of a downlink use track.h.
  *
  * Data flow (toliman_cae_...)
  *

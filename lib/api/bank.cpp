@@ -27,7 +27,8 @@ using namespace toliman::api;
 
 namespace {
 
-// Of the training of a network of layout `flight`, on one core of a 2020s server; of others in proportion to the pixels.
+// Of the training of a network of layout `flight`, on one core of a 2020s server; of others in proportion to the
+// pixels.
 constexpr double kStepSeconds = 1.25e-3;
 
 // last_days: of the scene's frames.

@@ -217,8 +217,8 @@ toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, co
     return info;
 }
 
-// Makes frames on worker threads by make(i, scratch [pixels], image); worker w makes frames w, w + workers, ... with its
-// own scratch memory. Noise is counter-based, so that the result does not depend on the partition.
+// Makes frames on worker threads by make(i, scratch [pixels], image); worker w makes frames w, w + workers, ... with
+// its own scratch memory. Noise is counter-based, so that the result does not depend on the partition.
 template <class Make>
 void make_frames(size_t pixels, size_t count, uint32_t threads, double *images, const Make &make) {
     const size_t workers = std::max<size_t>(1, std::min<size_t>(toliman::worker_count(threads), count));

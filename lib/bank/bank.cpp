@@ -34,7 +34,8 @@ namespace toliman::bank {
 
 namespace {
 
-// First row or column of a crop of `side` px centred on the stars, whose middle is at `middle` px from that of the frame.
+// First row or column of a crop of `side` px centred on the stars, whose middle is at `middle` px from that of the
+// frame.
 uint32_t crop_start(double middle, size_t size, size_t side) {
     const double start = std::floor(0.5 * static_cast<double>(size - side) + middle + 0.5);
     return static_cast<uint32_t>(std::clamp(start, 0.0, static_cast<double>(size - side)));

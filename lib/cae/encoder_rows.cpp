@@ -1,8 +1,9 @@
 // Method: a stage needs three rows of box sums for a row of its output, and two rows of its input for a row of box
 // sums. Each row is passed to the next stage as soon as it is complete, so that all stages advance together:
 //     image row -> box sums -> coarse row = row of the next image -> box sums -> ... -> features -> latent
-// Why: the images of all levels are 1.3 MB (`flight`), and with the frame and the planes of the preprocessing more than a core's
-// own cache. The rows in use are 80 kB. Fetching the frame's next rows also overlaps with the products of this one.
+// Why: the images of all levels are 1.3 MB (`flight`), and with the frame and the planes of the preprocessing more than
+// a core's own cache. The rows in use are 80 kB. Fetching the frame's next rows also overlaps with the products of this
+// one.
 #include "cae/encoder_rows.hpp"
 
 #include <algorithm>

@@ -5,8 +5,8 @@
 // mean or maximum precedes the bias and the ELU. With a mean, it and the convolution then merge into one linear
 // operator, and ELU runs on a quarter of the pixels; a prototype with the ELU first had the same efficiency within its
 // statistical error (0.997 against 0.992 +- 3.5 %). For `paper` the order makes no difference: a maximum commutes with
-// a constant and with a monotonic function. The latent's inner product of 16384 terms (`core`: 4096) is summed in double in a fixed
-// order.
+// a constant and with a monotonic function. The latent's inner product of 16384 terms (`core`: 4096) is summed in
+// double in a fixed order.
 #include "cae/forward.hpp"
 
 #include <algorithm>

@@ -38,8 +38,8 @@ struct Tensor {
     }
 };
 
-// Convolution kernels are [coarse][fine][3][3] in encoder and decoder; dense weights are [row][col][channel]. deep: rows
-// and columns of the features.
+// Convolution kernels are [coarse][fine][3][3] in encoder and decoder; dense weights are [row][col][channel]. deep:
+// rows and columns of the features.
 constexpr size_t kTensors = 20;
 using TensorTable = std::array<Tensor, kTensors>;
 constexpr TensorTable tensor_table(uint32_t deep) noexcept {

@@ -19,7 +19,8 @@ struct Quality {
 
 class Network {
   public:
-    // Weights must be finite and of the preprocessing's layout. cosine: between the latent's gradient and the target; 0 while untrained.
+    // Weights must be finite and of the preprocessing's layout. cosine: between the latent's gradient and the target; 0
+    // while untrained.
     Network(Preprocess preprocess, Parameters parameters, uint64_t seed, bool trained, double cosine);
 
     const Layout &layout() const noexcept { return *parameters_.layout; }
@@ -35,8 +36,8 @@ class Network {
     // replaced by what the fit to the other pixels predicts. *goodness, unless NULL: of that fit.
     double encode(ImageView<const double> frame, Workspace &work, FrameGoodness *goodness = nullptr) const;
 
-    // The same for `count` frames of equal stride, at most kTogether with mean pooling and one with maximum pooling: latents
-    // [count], the same bits as one by one; goodness [count] or NULL.
+    // The same for `count` frames of equal stride, at most kTogether with mean pooling and one with maximum pooling:
+    // latents [count], the same bits as one by one; goodness [count] or NULL.
     void encode(const ImageView<const double> *frames, size_t count, Workspace &work, double *latents,
                 FrameGoodness *goodness) const;
 

@@ -72,9 +72,9 @@ struct Preprocess {
     size_t pixels() const noexcept { return side * side; }
 
     // Preprocessing of a scene for a layout, with the crop centred on the barycentre of the reference's flux.
-    // Status::unsupported for frames below the layout's side, for a projection without whitened input, and for Centre::image without pixels around
-    // the crop. Status::scene if the nuisances explain the whole derivative, so that no information about the
-    // separation remains.
+    // Status::unsupported for frames below the layout's side, for a projection without whitened input, and for
+    // Centre::image without pixels around the crop. Status::scene if the nuisances explain the whole derivative, so
+    // that no information about the separation remains.
     static Preprocess from_model(const FrameModel &model, const Layout &layout, Input input, Centre centre);
 
     // Computes the derived members from the others. Status::format for Centre::image without light.

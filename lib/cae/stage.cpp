@@ -1,4 +1,5 @@
-// The stages of layouts `flight` and `core` (2x2 mean, kernels/conv.hpp) and of `paper` (2x2 maximum, kernels/same_conv.hpp).
+// The stages of layouts `flight` and `core` (2x2 mean, kernels/conv.hpp) and of `paper` (2x2 maximum,
+// kernels/same_conv.hpp).
 //
 // `paper` reproduces the architecture of the book chapter (README.md). `flight` is the default for its efficiency: with
 // the same weights, a prototype fell from 0.984 to 0.124 when average pooling was replaced by max pooling. A mean is

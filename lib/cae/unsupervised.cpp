@@ -3,7 +3,8 @@
 //
 // Determinism: the order of an epoch is a Fisher-Yates shuffle from (seed, epoch) alone, and a batch is summed in eight
 // slots of fixed membership, regardless of the number of workers. Runs on 1 or 8 threads, and interrupted and
-// uninterrupted ones, therefore give the same bits. All inputs are held in memory as float32, 256 KiB per frame (`core`: 64 KiB).
+// uninterrupted ones, therefore give the same bits. All inputs are held in memory as float32, 256 KiB per frame
+// (`core`: 64 KiB).
 //
 // The mode reproduces the book chapter's training and serves as a control: the loss is dominated by the image, not by
 // the displacement, and the network found a signal of 1e-4 px at a sixth of the epochs and one of 1e-6 px at none of

@@ -118,6 +118,22 @@ class Coadd(ProgramTest):
         (self.folder / "out/sums_coadd.tlma").unlink()
         self.refuse(6, "out/sums_frames.bin: exists already", arguments=self.command("out")[1:])
 
+    # promise: copied-frames-are-added-once
+    def test_copies(self):
+        """Files with other names, in another order, with frames of others in them: each frame is in one sum."""
+        subprocess.run(self.command("whole"), cwd=self.folder, check=True, capture_output=True)
+        pixels = numpy.fromfile(self.folder / "in/night_frames.bin", "<u2").reshape(-1, 64, 64)
+        lines = (self.folder / "in/night_meta.jsonl").read_text().splitlines(keepends=True)
+        chance = random.Random(11)
+        for name, count in (("in/a", 400), ("in/zz", FRAMES)):
+            chosen = sorted(chance.sample(range(FRAMES), count))
+            pixels[chosen].tofile(self.folder / f"{name}_frames.bin")
+            (self.folder / f"{name}_meta.jsonl").write_text("".join(lines[k] for k in chosen))
+        done = subprocess.run(self.command("copies", "--gap", "0"), cwd=self.folder, check=True, capture_output=True, text=True)
+        counts, sums = self.sums("copies")
+        self.assertEqual(sum(line["frames"] for line in sums), FRAMES, done.stderr)
+        numpy.testing.assert_array_equal(counts.sum(0), self.sums("whole")[0].sum(0))
+
     # promise: killed-coadds-continue
     def test_kills(self):
         start = time.monotonic()

@@ -1,5 +1,5 @@
-/* Tests the autoencoder's passes against a plain network in long double: its latent and loss, and differences of its loss along a
- * random direction in the weights of each kind of layer. */
+/* Tests the autoencoder's passes against a plain network in long double: its latent and loss, and differences of its
+ * loss along a random direction in the weights of each kind of layer. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,5 +1,5 @@
-/* Tests layout `core`, the network for windows of 128x128 px: choice by the frames' size, latents, blobs, banks and what is
- * refused. Its passes: kernel/test_backward; equal bits: same/results. */
+/* Tests layout `core`, the network for windows of 128x128 px: choice by the frames' size, latents, blobs, banks and
+ * what is refused. Its passes: kernel/test_backward; equal bits: same/results. */
 #include "bank_scene.h"
 #include "cae_scene.h"
 #include "tlmw.h"
@@ -59,7 +59,8 @@ TEST(layout_follows_the_frames) {
     }
 }
 
-/* The hash is that of the table in formats.md, computed with Python: a change of it makes all saved networks useless. */
+/* The hash is that of the table in formats.md, computed with Python: a change of it makes all saved networks useless.
+ * */
 TEST(layout_is_pinned) {
     const toliman_cae_info info = cae_info_of(trained);
     assert_true(info.layout_hash == 0xce2782f7d45c68a2u);

@@ -2,7 +2,7 @@
 processor time, and peak memory.
 
 A day is 142 GB, so that 10,000 simulated frames stand for all: each of 432 pairs has a link to their pixels, which then are in memory,
-and lines of its own, with times that go on. Every frame is parsed, read, registered, tested and added.
+and lines of its own, with times that continue. Every frame is parsed, read, registered, tested and added.
 
 Usage: coadd_day.py [--files N] [--jobs N] [--folder FOLDER]; TOLIMAN is the program
 """

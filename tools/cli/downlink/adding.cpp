@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
 #include <utility>
 
 #include "common/failure.hpp"
@@ -48,34 +47,19 @@ Adding::Adding(toliman::frame_adder &&adder, SumFiles &files, const toliman_trac
         check(toliman_coadd_load(adder_.get(), files_.saved().data(), files_.saved().size()));
 }
 
-// The last line of a file that was taken into account.
-int64_t &Adding::line_of(const std::string &file) {
-    std::string &name = names_[file];
-    if (name.empty()) {
-        std::error_code error;
-        const std::filesystem::path real = std::filesystem::canonical(file, error);
-        name = error ? file : real.native();
-    }
-    return files_.inputs()[name];
-}
-
 void Adding::take(const std::shared_ptr<FrameSource> &, const toliman_frame &frame, const toliman_ingest_event &event) {
     const std::string place = place_of(event);
     if (event.event != TOLIMAN_INGEST_EVENT_FRAME && event.event != TOLIMAN_INGEST_EVENT_DAMAGE)
         return report(Severity::warning, toliman_constant_name(event.reason), place, event.text);
     check_region(frame.roi, place);
-    int64_t &last = line_of(event.file);
-    const bool counts_from_0 = event.line == 0; // the first frame of a file without lines
-    const int64_t line = event.line + (counts_from_0 ? 0 : 1);
-    if (line < last || (line == last && last > 0) || (counts_from_0 && last > 0)) {
-        known_++;
-        return;
-    }
-    if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE)
+    if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE) {
         report(Severity::damage, toliman_constant_name(event.reason), place, event.text);
-    else
+    } else if (files_.frames().contains(frame)) {
+        known_++;
+    } else {
         add(frame, place);
-    last = std::max<int64_t>(line, 1);
+        files_.frames().insert(frame);
+    }
     if (std::chrono::steady_clock::now() - saved_ > kPatience)
         save();
 }

@@ -36,14 +36,12 @@ class Adding : public FrameSink {
     void add(toliman_frame frame, const std::string &place);
     void check_region(const char *roi, const std::string &place);
     void end_sum(const char *reason);
-    int64_t &line_of(const std::string &file);
 
     toliman::frame_adder adder_;
     SumFiles &files_;
     toliman_track_options settings_;
     Progress &progress_;
     Warnings warnings_;
-    std::map<std::string, std::string> names_; // real paths of the files of events
     std::chrono::steady_clock::time_point saved_;
     std::vector<uint16_t> counts_;        // of a frame of a file of doubles
     std::string region_;                  // of the first frame

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <fcntl.h>
+#include <stdexcept>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -112,9 +113,11 @@ void SumFiles::read_state() {
     pixel_bytes_ = whole_number(tree.get(), "frames_bytes", name);
     line_bytes_ = whole_number(tree.get(), "meta_bytes", name);
     sums_ = whole_number(tree.get(), "sums", name);
-    const cJSON *const inputs = cJSON_GetObjectItemCaseSensitive(tree.get(), "inputs");
-    for (const cJSON *item = inputs != nullptr ? inputs->child : nullptr; item != nullptr; item = item->next)
-        inputs_[item->string] = whole_number(inputs, item->string, name);
+    try {
+        frames_.read(cJSON_GetObjectItemCaseSensitive(tree.get(), "frames"));
+    } catch (const std::invalid_argument &) {
+        malformed(name, "damaged: frames");
+    }
     saved_.assign(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(size));
 }
 
@@ -153,13 +156,10 @@ void SumFiles::append(const toliman_frame &frame, const toliman_coadd_sum &sum) 
 }
 
 void SumFiles::save(const std::vector<uint8_t> &bytes) {
-    Json inputs;
-    for (const auto &[name, line] : inputs_)
-        inputs.set(name.c_str(), line);
     OutputFile file(path(kState));
     file.write(bytes);
     file.write(Json("schema", kSchema, "options", options_, "digest", digest_, "frames_bytes", pixel_bytes_,
-                    "meta_bytes", line_bytes_, "sums", sums_, "inputs", inputs)
+                    "meta_bytes", line_bytes_, "sums", sums_, "frames", frames_.json())
                    .line());
     file.write(digest_text(bytes.size()) + "\n");
     file.finish();

@@ -1,13 +1,13 @@
 // The pair of files that `coadd` writes, and the file from which it continues after a kill.
 #pragma once
 #include <cstdint>
-#include <map>
 #include <string>
 #include <vector>
 
 #include <toliman/toliman.hpp>
 
 #include "backend/descriptor.hpp"
+#include "downlink/frame_ids.hpp"
 
 namespace cli {
 
@@ -21,8 +21,7 @@ class SumFiles {
 
     const std::vector<uint8_t> &saved() const noexcept { return saved_; } // state of the library; empty: none
     bool resumes() const noexcept { return !saved_.empty(); }
-    // The last line of each input that was taken into account.
-    std::map<std::string, int64_t> &inputs() noexcept { return inputs_; }
+    FrameIds &frames() noexcept { return frames_; } // that the saved sums and the state contain
     int64_t sums() const noexcept { return sums_; }
 
     // Appends a sum, on the disk when it returns.
@@ -37,7 +36,7 @@ class SumFiles {
 
     std::string stem_, session_, options_, digest_;
     std::vector<uint8_t> saved_;
-    std::map<std::string, int64_t> inputs_;
+    FrameIds frames_;
     int64_t sums_ = 0, pixel_bytes_ = 0, line_bytes_ = 0; // of the pair
     toliman::Descriptor pixels_, lines_;
 };

@@ -1,5 +1,5 @@
-// Writes frames as the mission's older image service: frame_proc_CAMTIME.fits.gz with an empty primary unit that has the
-// keywords, and the tile-compressed image CORE. CFITSIO makes the file in memory, zlib compresses it.
+// Writes frames as the mission's older image service: frame_proc_CAMTIME.fits.gz with an empty primary unit that has
+// the keywords, and the tile-compressed image CORE. CFITSIO makes the file in memory, zlib compresses it.
 #include <algorithm>
 #include <cstdlib>
 #include <new>
