@@ -11,10 +11,10 @@ import interface
 
 BASE, SIM, PERIOD = "include/toliman/base.h", "include/toliman/sim.h", "include/toliman/period.h"
 SYM, RECORD, OLDEST = "lib/api/toliman.sym", "tests/abi/interface", "lib/api/oldest.hpp"
-LAST = "    const char *fftw;        /* FFTW version */\n"
+LAST = "    const char *fftw;\n"
 
 
-PROCESSORS = "    int32_t processors;      /* number of online processors */\n"
+PROCESSORS = "    int32_t processors;\n"
 CODE = "#define TOLIMAN_E_STATE 13 "
 MACHINE = "TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_get_machine(toliman_machine *out) TOLIMAN_NOEXCEPT;\n"
 CLOCK = "    size_t count;\n} toliman_track_clock;"
