@@ -1,5 +1,4 @@
-"""simulate --rate: the stream of the camera. Its files, read by json, numpy, netCDF4 and astropy, agree with the true values next to
-them; files written by these are read by every command with the same results; sums of a stream give its separation."""
+"""simulate --rate: the stream of the camera. Its files agree with the table of true values; its sums give its separation."""
 import csv
 import json
 import os
