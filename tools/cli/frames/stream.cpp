@@ -1,10 +1,10 @@
-// Method: a walk over the indices of the exposures, each step of which takes 0.1 us, so that a frame can be drawn alone.
-//   jitter      an Ornstein-Uhlenbeck process per axis, x' = a x + sqrt(1 - a^2) rms n, a = exp(-2 pi corner/rate):
-//               exact at the exposures, with the spectrum 1/(1 + (f/corner)^2). That within an exposure is jitter of
-//               the scene
-//   drops       two states with geometric lengths; runs begin with the probability drops/(run (1 - drops))
-//   cosmic rays Poisson number of hits, each in one pixel: a track of an isotropic flux through a layer is 1/cosine
-//               times its thickness long, so that the charge has the distribution P(> q) = (q0/q)^2
+// Method: a walk over the indices of the exposures, whose steps take 0.1 us, so that a frame can be drawn alone.
+//   jitter       an Ornstein-Uhlenbeck process per axis, x' = a x + sqrt(1 - a^2) rms n, a = exp(-2 pi corner/rate):
+//                exact at the exposures, with the spectrum 1/(1 + (f/corner)^2). That within an exposure is jitter of
+//                the scene
+//   drops        two states with geometric lengths; runs begin with the probability drops/(run (1 - drops))
+//   cosmic rays  Poisson number of hits, each in one pixel: a track of an isotropic flux through a layer is 1/cosine
+//                times its thickness long, so that the charge has the distribution P(> q) = (q0/q)^2
 // Uniform numbers are hashes (the finalizer of SplitMix64: Steele, Lea, Flood 2014) of seed, use and index.
 #include "frames/stream.hpp"
 

@@ -1,5 +1,5 @@
 // Method: the expected image at the place of the stars is that of the fit, interpolated within the accuracy of the
-// scene (toliman_fit_info.image_error, 1e-9 of the peak unless the scene has another), by which no sum of frames has a
+// scene (toliman_fit_info.image_error, 1e-9 of the peak unless the scene has another), so that no sum of frames has a
 // bias. Charge of cosmic rays is added to it; then the detector of the scene makes counts of it.
 #include "frames/stream_frames.hpp"
 

@@ -11,8 +11,7 @@ constexpr double kFarthestPx = 14; // of the stars from their places in the scen
 // Throws Failure for a scene whose frames cannot be those of a stream at this rate.
 void check_stream_scene(const Scene &scene, double rate_hz);
 
-// Draws the exposures of the range of indices: the output takes those that are not dropped, the table of true values
-// all.
+// Draws the exposures of the range of indices: the output takes those that are not dropped, the table all.
 void draw_stream(const SceneFit &scene, Stream stream, uint64_t seed, const FrameRange &range, StreamOutput &output,
                  TruthTable &truth, Progress &progress);
 
