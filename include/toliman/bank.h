@@ -59,10 +59,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_plan(const toliman_si
                                                                 toliman_bank_plan_info *out) TOLIMAN_NOEXCEPT;
 
 /* Creates a bank of untrained networks for the scene and the free parameters of a fit of one scene. Untrained, it is a
- * control of efficiency 0.01.
+ * control, of an efficiency of about 0.01.
  * Errors: TOLIMAN_E_ARGUMENT for dates at which the stars leave the model images (toliman_fit_create), more than 1024
- * networks; TOLIMAN_E_UNSUPPORTED for frames smaller than the crop of the layout or
- * larger than 4096 x 4096 px. */
+ * networks; TOLIMAN_E_UNSUPPORTED for frames smaller than the crop of the layout or larger than 4096 x 4096 px. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_create(const toliman_fit *fit,
                                                                   const toliman_bank_options *options,
                                                                   toliman_bank **out) TOLIMAN_NOEXCEPT;

@@ -15,9 +15,9 @@
  *     (promise: messages-belong-to-threads).
  *   - Common errors. TOLIMAN_E_ARGUMENT: NULL where not allowed, unknown struct_size, number not finite, option or
  *     argument out of its range, name unknown or given twice, stride too small. TOLIMAN_E_RANGE: index outside.
- *     TOLIMAN_E_NOT_FOUND: file cannot be read. TOLIMAN_E_FORMAT: file or bytes malformed or damaged; the message has
- *     file and line. TOLIMAN_E_WRITE, TOLIMAN_E_MEMORY. TOLIMAN_E_CANCELLED: by a callback. TOLIMAN_E_STATE: object in
- *     use by another call.
+ *     TOLIMAN_E_NOT_FOUND: file cannot be read. TOLIMAN_E_FORMAT: file or bytes malformed or damaged; the message names
+ *     the line of a text. TOLIMAN_E_WRITE, TOLIMAN_E_MEMORY. TOLIMAN_E_CANCELLED: by a callback. TOLIMAN_E_STATE:
+ *     object in use by another call.
  *   - Objects. The caller destroys them by toliman_X_destroy. Destroying NULL does nothing
  *     (promise: destroying-null-does-nothing). Except for trackers, an object does not need those that it was created
  *     from.

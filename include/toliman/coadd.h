@@ -17,7 +17,7 @@
  * (promise: sums-ignore-the-order). After create, only save and errors allocate memory.
  *
  * Registration: relative flux and shift of both stars, by least squares from model images at steps of 1/8 px. The
- * result depends on the frame only. The separation is that of the prediction, to 0.05 px.
+ * result depends on the frame only. The separation is that of the prediction; 0.05 px of difference are harmless.
  *
  * A pixel is left out of a frame if its residual is beyond the limit for bad pixels (toliman_frame_goodness: cosmic
  * rays, 6 standard deviations), or if it saturates or may. The counts that the registered model expects are added in

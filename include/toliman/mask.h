@@ -42,7 +42,7 @@ typedef struct toliman_mask_options {
                                           peak_photons) */
     uint32_t feature_cells;            /* smallest feature in cells, in [1, 16]; 0 = 2 */
     int32_t symmetry;                  /* TOLIMAN_MASK_SYMMETRY_..., 0 = NONE */
-    uint32_t iterations;               /* of the first descent, half of all, in [1, 100000]; 0 = 250 */
+    uint32_t iterations;               /* of the first descent, about half of all, in [1, 100000]; 0 = 250 */
     uint32_t reserved;
     toliman_progress_fn progress; /* stages such as "polish: bound 1.8e-06 px" */
     void *progress_data;
