@@ -4,6 +4,8 @@ Long version: `make kills`."""
 import json
 import os
 import random
+import resource
+import signal
 import subprocess
 import time
 import unittest
@@ -135,6 +137,16 @@ class Coadd(ProgramTest):
         numpy.testing.assert_array_equal(counts.sum(0), self.sums("whole")[0].sum(0))
 
     # promise: killed-coadds-continue
+    def test_a_death_before_the_first_state(self):
+        """A file may have 32 kB: a sum fits, not the state, whose writer dies."""
+        subprocess.run(self.command("whole"), cwd=self.folder, check=True, capture_output=True)
+        limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (32768, 32768))
+        done = subprocess.run(self.command("killed"), cwd=self.folder, capture_output=True, preexec_fn=limit)
+        self.assertNotEqual(done.returncode, 0)
+        subprocess.run(self.command("killed"), cwd=self.folder, check=True, capture_output=True)
+        self.assertEqual(self.pair("killed"), self.pair("whole"))
+
+    # promise: killed-coadds-continue
     def test_kills(self):
         start = time.monotonic()
         subprocess.run(self.command("whole"), cwd=self.folder, check=True, capture_output=True)
@@ -148,6 +160,7 @@ class Coadd(ProgramTest):
             time.sleep(chance.uniform(0.3, 1) * seconds)
             run.kill()
             output = run.communicate()[0]
+            self.assertIn(run.returncode, (0, -signal.SIGKILL))
             killed += run.returncode < 0
             acknowledged += [json.loads(line)["number"] for line in output.splitlines() if line.endswith("}")]
             known = [line["frame_id"] for line in self.lines("killed")]

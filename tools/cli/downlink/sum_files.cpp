@@ -1,6 +1,6 @@
 // Method: a sum is appended to the pair and synced, then the state that contains it is renamed into its place. A
 // process that dies between the two leaves a sum that the state does not know: the next one truncates the pair to the
-// sizes of the state, adds the frames since then again, and writes the same bytes.
+// sizes of the state, adds the frames since then again, and writes the same bytes. A state precedes the first sum.
 #include "downlink/sum_files.hpp"
 
 #include <cerrno>
@@ -74,7 +74,8 @@ int64_t whole_number(const cJSON *object, const char *name, const std::string &p
 SumFiles::SumFiles(const std::string &folder, const std::string &session, const std::string &options, uint64_t digest)
     : stem_(plain(folder) + "/" + session), session_(session), options_(options), digest_(digest_text(digest)),
       pixels_(opened(path(kPixels))), lines_(opened(path(kLines))) {
-    if (exists(path(kState)))
+    has_state_ = exists(path(kState));
+    if (has_state_)
         read_state();
     const std::pair<int, int64_t> files[] = {{pixels_.get(), pixel_bytes_}, {lines_.get(), line_bytes_}};
     const char *const ends[] = {kPixels, kLines};
@@ -162,8 +163,8 @@ void SumFiles::save(const std::vector<uint8_t> &bytes) {
                     "meta_bytes", line_bytes_, "sums", sums_, "frames", frames_.json())
                    .line());
     file.write(digest_text(bytes.size()) + "\n");
-    file.finish();
     file.commit();
+    has_state_ = true;
 }
 
 } // namespace cli

@@ -23,6 +23,7 @@ class SumFiles {
     bool resumes() const noexcept { return !saved_.empty(); }
     FrameIds &frames() noexcept { return frames_; } // that the saved sums and the state contain
     int64_t sums() const noexcept { return sums_; }
+    bool has_state() const noexcept { return has_state_; } // on the disk
 
     // Appends a sum, on the disk when it returns.
     void append(const toliman_frame &frame, const toliman_coadd_sum &sum);
@@ -37,6 +38,7 @@ class SumFiles {
     std::string stem_, session_, options_, digest_;
     std::vector<uint8_t> saved_;
     FrameIds frames_;
+    bool has_state_ = false;
     int64_t sums_ = 0, pixel_bytes_ = 0, line_bytes_ = 0; // of the pair
     toliman::Descriptor pixels_, lines_;
 };
