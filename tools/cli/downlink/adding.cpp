@@ -108,8 +108,8 @@ void Adding::add(toliman_frame frame, const std::string &place) {
     warnings_.warn(toliman_constant_name(outcome.verdict), place + ": " + verdict_text(outcome));
 }
 
-// The state has the inputs up to the frame before the one that begins the next sum. There is one before the first sum is
-// in the pair, as a pair without state is refused.
+// The state has the inputs up to the frame before the one that begins the next sum. There is one before the first sum
+// is in the pair, as a pair without state is refused.
 void Adding::end_sum(const char *reason) {
     if (!files_.has_state())
         save();

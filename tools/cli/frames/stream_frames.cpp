@@ -53,7 +53,7 @@ Camera::Camera(const SceneFit &scene, const Stream &stream, uint64_t seed)
     separation_px_ = values[0];
 }
 
-// The expected image. That of stars at rest alone takes a third of the time.
+// The expected image. Without values, which stars at rest need once, it takes half of the time.
 void Camera::expect(Frame &frame) const {
     const toliman_sim_info &info = scene_.scene.info;
     const bool moves = separation_px_ == 0;
