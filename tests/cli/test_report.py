@@ -13,7 +13,7 @@ import unittest.mock
 import numpy
 from pages import Reader, Recorder, ReportTest, __main__, lines, results, write_bench
 from program import PROGRAM
-from toliman.report import run_simulation
+from toliman.report import run_simulation, style
 from shared_run import AMPLITUDE, COLUMNS, FRAMES, NAME, PERIOD, SEED, SIDE, rows_of, shared_run
 
 FIGURES = ["series", "folded", "periodogram", "pupil", "cut", "frame", "whiteness", "signal-and-atom", "bandwidths",
@@ -32,9 +32,9 @@ class Run(ReportTest):
         cls.addClassCleanup(kept.cleanup)
         cls.top = pathlib.Path(kept.name)
         cls.result = json.loads((cls.run_folder / "result.json").read_text())
-        cls.page = Recorder(cls.run_folder)
         read = results.load(cls.run_folder / "result.json", "toliman-run/2")
         cls.pictures, _ = run_simulation.simulate(cls.run_folder, read)
+        cls.page = cls.recorded_with(cls.pictures, cls.run_folder)
         cls.copy_to(cls.top / "copy", images=None)
         done = subprocess.run([PROGRAM, "report", cls.run_folder, "--out", "page"], cwd=cls.top, capture_output=True, text=True)
         assert (done.returncode, done.stdout, done.stderr) == (0, "page/report.html\n", ""), done
@@ -56,9 +56,11 @@ class Run(ReportTest):
     def copy(self, **changes):
         self.copy_to(self.folder / "copy", **changes)
 
-    def recorded(self, **changes):
-        self.copy(**changes)
-        return Recorder(self.folder / "copy")
+    @staticmethod
+    def recorded_with(pictures, folder):
+        """The page of a run with pictures that were simulated before."""
+        with unittest.mock.patch.object(run_simulation, "simulate", return_value=(pictures, "")):
+            return Recorder(folder)
 
     def write_series(self, count, period):
         """A day apart, without noise; the template's values have the other sign."""
@@ -144,8 +146,9 @@ class Run(ReportTest):
                 self.assertIn(words, page.captions["folded"])
 
     def test_without_signal_and_photon_noise(self):
-        page = self.recorded(amplitude_px=0, true_period_days=0, true_series=None, efficiency=None, efficiency_error=None,
-                             peak_sigma=None, log10_fap=-0.5)
+        self.copy(amplitude_px=0, true_period_days=0, true_series=None, efficiency=None, efficiency_error=None,
+                  peak_sigma=None, log10_fap=-0.5)
+        page = self.recorded_with(self.pictures, self.folder / "copy")
         text = Reader(page.html()).text
         for words, has in (("not a significant period", True), ("Signal:", False), ("−67.1", False), ("True", False)):
             self.assertEqual(words in text, has, words)
@@ -161,8 +164,7 @@ class Run(ReportTest):
                   latent_sigma_px=None, efficiency=None, efficiency_error=None, no_signal=None, untrained=None,
                   template={**self.result["template"], "sigma_px": None})
         (self.folder / "copy" / "periodogram.csv").write_text("frequency,power,template,true\n0.5,0.9,0.8,0.7\n")
-        with unittest.mock.patch.object(run_simulation, "simulate", return_value=(pictures, "")):
-            page = Recorder(self.folder / "copy")
+        page = self.recorded_with(pictures, self.folder / "copy")
         text = Reader(page.html()).text + "".join(page.captions.values())
         for words, has in (("± – days", True), ("500–700 nm: a <reason>", True), ("at the edge", True), ("--controls none", True),
                            ("nan", False), ("network, no signal", False)):
@@ -182,6 +184,8 @@ class Run(ReportTest):
     def test_several_folders(self):
         """Words are explained once; figures of the page before are removed, other files remain; the bytes are the same."""
         self.copy(images=None)
+        self.enterContext(unittest.mock.patch.object(style, "drawn", return_value=b"<svg width='1pt'/>"))
+        self.report("copy", "--out", "one")
         self.report("copy", "copy", "--out", "both")
         self.check_page(self.folder / "both", [prefix + name for prefix in ("", "2-") for name in CHEAP])
         html = (self.folder / "both" / "report.html").read_text()
@@ -190,7 +194,8 @@ class Run(ReportTest):
         (self.folder / "both" / "figures" / "own.svg").touch()
         self.report("copy", "--out", "both")
         (self.folder / "both" / "figures" / "own.svg").unlink()
-        self.check_cheap("both")
+        self.check_page(self.folder / "both", CHEAP)
+        self.assertEqual(*((self.folder / name / "report.html").read_bytes() for name in ("one", "both")))
 
     def test_refusals(self):
         self.refuse(3, "none: ", arguments=("report", "none"))
