@@ -31,11 +31,15 @@ TOLIMAN_BEGIN_DECLS
  * gaps, in C: &(toliman_image){.struct_size = sizeof(toliman_image), .pixels = counts} */
 typedef struct toliman_image {
     uint32_t struct_size;
-    int32_t pixel;        /* TOLIMAN_PIXEL_..., 0 = F64 */
-    const void *pixels;   /* aligned to the size of a pixel */
-    int64_t rows, cols;   /* 0 = the shape that the object expects */
-    int64_t stride;       /* 0 = cols */
-    int64_t frame_stride; /* at least 1; 0 = rows * stride */
+    int32_t pixel;          /* TOLIMAN_PIXEL_..., 0 = F64 */
+    const void *pixels;     /* aligned to the size of a pixel */
+    int64_t rows, cols;     /* 0 = the shape that the object expects */
+    int64_t stride;         /* 0 = cols */
+    int64_t frame_stride;   /* at least 1; 0 = rows * stride */
+    const int64_t *windows; /* [count][2] row and column on the detector of each frame's first pixel, at most 2^31: if
+                               the scene has detector.window, its bad pixels are left out at their places there
+                               (promise: bad-pixels-stay-on-the-detector); calibrations refuse frames in which they
+                               move (TOLIMAN_E_UNSUPPORTED). NULL = the scene's window */
 } toliman_image;
 #define TOLIMAN_IMAGE_INIT TOLIMAN_INIT(toliman_image)
 

@@ -209,7 +209,8 @@ toliman_status toliman_bank_encode(const toliman_bank *handle, const toliman_fit
             WorkPool<bank::BankWork>::Lease of_bank;
         };
         const auto encode = [&](const ImageView<const double> &frame, size_t i, Work &work) {
-            return public_result(bank.estimate(model->fit.first(), frame, of_one_frame(given.at(i), "predictions"),
+            const fit::Prediction prediction = of_one_frame(given.at(i), "predictions");
+            return public_result(bank.estimate(model->fit.first(), frame, in_window(prediction, frames.window(i)),
                                                *work.of_fit, *work.of_bank));
         };
         const auto fit_of = [&](Work &work) {

@@ -264,7 +264,7 @@ toliman_status toliman_cae_encode(const toliman_cae *cae, const toliman_image *i
         if (count == 1) {
             Buffer<double> converted;
             WorkPool<cae::Workspace>::Lease work(use->works);
-            *latents_px = network.encode(frames.frame(0, converted), *work, out.found());
+            *latents_px = network.encode(frames.frame(0, converted), *work, out.found(), frames.window(0));
         } else
             network.encode_many(frames, count, use->threads, latents_px, out.found());
         out.deliver();

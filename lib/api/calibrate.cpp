@@ -38,6 +38,19 @@ namespace {
 constexpr size_t kMostUnknowns = 4096; // parameters times windows
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
+// A calibration leaves out the same pixels of all frames.
+void check_windows(const PixelFrames &frames, size_t count, const Scene &scene) {
+    const Detector &detector = scene.detector;
+    const KnownBadPixels bad(detector.rows, detector.cols, detector.bad_pixels, detector.window);
+    for (size_t k = 0; frames.windows != nullptr && k < count; k++)
+        if (const DetectorWindow window = *frames.window(k); bad.move_with(window))
+            fail(Status::unsupported,
+                 "{image->windows}[%zu] = [%lld, %lld]: must be detector.window of %s, [%lld, %lld], as its "
+                 "detector.bad_pixels would move",
+                 k, static_cast<long long>(window.row), static_cast<long long>(window.col), scene.source.c_str(),
+                 static_cast<long long>(detector.window->row), static_cast<long long>(detector.window->col));
+}
+
 std::vector<fit::Prediction> predictions_of(const toliman_fit_prediction *given, size_t count,
                                             const optics::Simulator &simulator) {
     std::vector<fit::Prediction> predictions(count);
@@ -131,6 +144,7 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
         problem.smoothness = given.smoothness;
         const PixelFrames frames =
             frames_of(image, count, simulator.scene().detector.rows, simulator.scene().detector.cols);
+        check_windows(frames, count, simulator.scene());
         problem.frames.count = count;
         problem.frames.read = [&frames](size_t k, double *counts) {
             Buffer<double> converted;

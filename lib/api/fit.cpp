@@ -127,11 +127,17 @@ fit::Prediction prediction_of(const toliman_fit_prediction &given, const char *n
             {given.x_px, given.y_px},
             given.separation_px,
             given.position_angle_deg,
-            given.spread != nullptr ? spread_of(given.spread, (std::string(name) + "->spread").c_str()) : Spread()};
+            given.spread != nullptr ? spread_of(given.spread, (std::string(name) + "->spread").c_str()) : Spread(),
+            {}};
 }
 
 fit::Prediction prediction_of(const toliman_fit_prediction *given) {
     return given == nullptr ? fit::Prediction() : prediction_of(copied(given, "prediction"), "prediction");
+}
+
+fit::Prediction in_window(fit::Prediction prediction, const std::optional<DetectorWindow> &window) {
+    prediction.window = window;
+    return prediction;
 }
 
 fit::Prediction of_one_frame(const fit::Prediction &prediction, const char *name) {
@@ -243,7 +249,7 @@ toliman_status toliman_fit_frame(const toliman_fit *handle, const toliman_image 
             Buffer<double> converted;
             Lease work(use->works);
             fit::Result found;
-            fit.frame(frames.frame(0, converted), given.at(0), *work, found);
+            fit.frame(frames.frame(0, converted), in_window(given.at(0), frames.window(0)), *work, found);
             out.put(0, public_result(found, n));
             return copy_parameters(found, n, values, covariance);
         }
@@ -254,7 +260,7 @@ toliman_status toliman_fit_frame(const toliman_fit *handle, const toliman_image 
             frames, count, 1, use->threads, [&] { return fit.work(); },
             [&](const ImageView<const double> *frame, size_t i, size_t, fit::FitWork &work) {
                 fit::Result result;
-                fit.frame(*frame, given.at(i), work, result);
+                fit.frame(*frame, in_window(given.at(i), frames.window(i)), work, result);
                 found[i] = public_result(result, n);
                 copy_parameters(result, n, values != nullptr ? &found_values[i * n] : nullptr,
                                 covariance != nullptr ? &found_covariance[i * n * n] : nullptr);

@@ -13,6 +13,8 @@ namespace toliman::api {
 fit::Prediction prediction_of(const toliman_fit_prediction *given);
 // One whose struct_size is checked. `name` is that of the argument in messages.
 fit::Prediction prediction_of(const toliman_fit_prediction &given, const char *name);
+// That of a frame of this window.
+fit::Prediction in_window(fit::Prediction prediction, const std::optional<DetectorWindow> &window);
 // Status::unsupported, naming the spread, for the prediction of a sum of frames, which banks do not take.
 fit::Prediction of_one_frame(const fit::Prediction &prediction, const char *name);
 // Those of several frames. NULL: time 0, no shift.

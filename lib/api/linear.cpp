@@ -44,7 +44,7 @@ toliman_status toliman_linear_encode(const toliman_linear *handle, const toliman
         if (count == 1) {
             Buffer<double> converted;
             WorkPool<linear::TemplateWork>::Lease work(use->works);
-            *values_px = estimator.estimate(frames.frame(0, converted), *work, out.found());
+            *values_px = estimator.estimate(frames.frame(0, converted), *work, out.found(), frames.window(0));
         } else
             estimator.estimate_many(frames, count, use->threads, values_px, out.found());
         out.deliver();

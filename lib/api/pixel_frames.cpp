@@ -7,6 +7,8 @@ namespace toliman::api {
 
 namespace {
 
+constexpr int64_t kFarthestWindow = int64_t{1} << 31;
+
 // 0 means the side that the object requires.
 void check_side(int64_t given, size_t wanted, const char *name) {
     if (given != 0 && given != static_cast<int64_t>(wanted))
@@ -49,6 +51,11 @@ PixelFrames frames_of(const toliman_image *image, size_t count, size_t rows, siz
         packed = PTRDIFF_MAX;
     frames.frame_stride = stride_of(given.frame_stride, 1, packed, "frame_stride");
     check_extent(frames, count);
+    frames.windows = given.windows;
+    for (size_t i = 0; frames.windows != nullptr && i < 2 * count; i++)
+        if (frames.windows[i] < -kFarthestWindow || frames.windows[i] > kFarthestWindow)
+            fail(Status::argument, "{image->windows}[%zu][%zu] = %lld: must be in [-2^31, 2^31]", i / 2, i % 2,
+                 static_cast<long long>(frames.windows[i]));
     if (reinterpret_cast<uintptr_t>(given.pixels) % size_of(frames.pixel) != 0)
         fail(Status::argument, "{image->pixels}: must be aligned to %zu bytes, the size of a pixel",
              size_of(frames.pixel));

@@ -12,7 +12,14 @@ namespace toliman::cae {
 
 namespace {
 
-constexpr double kFar = 1e5;           // standard deviations; 6e-8 of it, float32 rounding, is not small
+constexpr double kFar = 1e5; // standard deviations; 6e-8 of it, float32 rounding, is not small
+// The crop's place on the detector.
+std::optional<DetectorWindow> of_crop(const Crop &crop, const std::optional<DetectorWindow> &frame) {
+    if (!frame)
+        return {};
+    return DetectorWindow{frame->row + static_cast<int64_t>(crop.row), frame->col + static_cast<int64_t>(crop.col)};
+}
+
 constexpr double kLargestLatent = 1e6; // px; above it float32 activations of the decoder could overflow
 
 } // namespace
@@ -68,8 +75,10 @@ bool Network::repair(const Crop &crop, size_t i, Workspace &work, BadPixels &bad
     for (size_t r = 0; r < side; r++)
         std::copy_n(crop.counts.row(r), side, &work.repaired[r * side]);
     const Crop repaired = {{work.repaired.data(), side, side, side}, crop.row, crop.col};
-    for (double lowered = 0;;) {
-        const BadPixels::Found found = preprocess_.add_bad_pixels(i, fitted, work.input, bad);
+    bool known = bad.count() > 0; // those are replaced before others are searched for
+    for (double lowered = 0;; known = false) {
+        const BadPixels::Found found =
+            known ? BadPixels::Found::some : preprocess_.add_bad_pixels(i, fitted, work.input, bad);
         const bool again = found == BadPixels::Found::none;
         if (again && lowered < kFar) // also if there are none
             return true;
@@ -85,7 +94,7 @@ bool Network::repair(const Crop &crop, size_t i, Workspace &work, BadPixels &bad
 }
 
 void Network::encode(const ImageView<const double> *frames, size_t count, Workspace &work, double *latents,
-                     FrameGoodness *goodness) const {
+                     FrameGoodness *goodness, const std::optional<DetectorWindow> *windows) const {
     Crop crops[kTogether] = {};
     std::transform(frames, frames + count, crops, [this](const auto &frame) { return preprocess_.crop_of(frame); });
     latents_of(crops, count, work, nullptr, latents);
@@ -93,13 +102,15 @@ void Network::encode(const ImageView<const double> *frames, size_t count, Worksp
     for (size_t f = 0; f < count; f++)
         far[f] = preprocess_.may_have_bad_pixels(f, work.input);
     for (size_t f = 0; f < count; f++) { // a repair overwrites the working memory of frame 0
-        if (!far[f] && goodness == nullptr)
-            continue;
-        Preprocess::Fitted fitted = preprocess_.fit(crops[f], f, far[f], work.input), without = fitted;
         BadPixels bad;
+        const bool few_known = windows == nullptr || preprocess_.known_bad.add(of_crop(crops[f], windows[f]), bad),
+                   known = bad.count() > 0;
+        if (!far[f] && goodness == nullptr && !known)
+            continue;
+        Preprocess::Fitted fitted = preprocess_.fit(crops[f], f, far[f] || known, work.input), without = fitted;
         double latent;
-        const bool may_be_bad = far[f] && static_cast<double>(fitted.excess) > kBadPixelLimit,
-                   few_bad = !may_be_bad || repair(crops[f], f, work, bad, without, latent);
+        const bool may_be_bad = known || (far[f] && static_cast<double>(fitted.excess) > kBadPixelLimit),
+                   few_bad = few_known && (!may_be_bad || repair(crops[f], f, work, bad, without, latent));
         const bool repaired = may_be_bad && few_bad && bad.count() > 0;
         if (repaired) {
             fitted = without;
@@ -110,9 +121,10 @@ void Network::encode(const ImageView<const double> *frames, size_t count, Worksp
     }
 }
 
-double Network::encode(ImageView<const double> frame, Workspace &work, FrameGoodness *goodness) const {
+double Network::encode(ImageView<const double> frame, Workspace &work, FrameGoodness *goodness,
+                       const std::optional<DetectorWindow> &window) const {
     double latent;
-    encode(&frame, 1, work, &latent, goodness);
+    encode(&frame, 1, work, &latent, goodness, &window);
     return latent;
 }
 
@@ -125,8 +137,13 @@ void Network::encode_many(const PixelFrames &frames, size_t count, unsigned work
     const size_t together = layout().max_pool ? 1 : kTogether;
     estimate_many(
         frames, count, together, workers, latents, goodness, [] { return Workspace(); },
-        [this](const ImageView<const double> *group, size_t size, Workspace &work, double *values,
-               FrameGoodness *of_group) { encode(group, size, work, values, of_group); });
+        [this, &frames](const ImageView<const double> *group, size_t first, size_t size, Workspace &work,
+                        double *values, FrameGoodness *of_group) {
+            std::optional<DetectorWindow> windows[kTogether];
+            for (size_t i = 0; i < size; i++)
+                windows[i] = frames.window(first + i);
+            encode(group, size, work, values, of_group, windows);
+        });
 }
 
 void Network::decode(double latent, double *image) const {

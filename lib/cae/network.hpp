@@ -33,13 +33,15 @@ class Network {
     // Returns the latent of one frame (px after tied training). Status::argument for a non-finite count, Status::range
     // for a non-finite latent.
     // Bad pixels (frame/bad_pixels.hpp), those beyond the limit both before and after the fit of the target, are
-    // replaced by what the fit to the other pixels predicts. *goodness, unless NULL: of that fit.
-    double encode(ImageView<const double> frame, Workspace &work, FrameGoodness *goodness = nullptr) const;
+    // replaced by what the fit to the other pixels predicts; likewise those of the scene that are elsewhere in a frame of
+    // this window, if it is known. *goodness, unless NULL: of that fit.
+    double encode(ImageView<const double> frame, Workspace &work, FrameGoodness *goodness = nullptr,
+                  const std::optional<DetectorWindow> &window = {}) const;
 
     // The same for `count` frames of equal stride, at most kTogether with mean pooling and one with maximum pooling:
-    // latents [count], the same bits as one by one; goodness [count] or NULL.
+    // latents [count], the same bits as one by one; goodness and windows [count] or NULL.
     void encode(const ImageView<const double> *frames, size_t count, Workspace &work, double *latents,
-                FrameGoodness *goodness) const;
+                FrameGoodness *goodness, const std::optional<DetectorWindow> *windows) const;
 
     // FNV-1a of everything that determines a latent: preprocessing, layout and weights.
     uint64_t digest() const noexcept;

@@ -151,6 +151,9 @@ Preprocess Preprocess::from_model(const FrameModel &model, const Layout &layout,
     out.crb_px = model.crb_px;
     out.scene_digest = model.scene_digest;
     crop_about_barycentre(model, out);
+    if (model.window)
+        out.window = DetectorWindow{model.window->row + static_cast<int64_t>(out.crop_row),
+                                    model.window->col + static_cast<int64_t>(out.crop_col)};
     out.reference = crop(model, model.reference, out);
     round_to_two_floats(out.reference);
     out.variance = crop(model, model.variance, out);
@@ -196,6 +199,7 @@ void Preprocess::derive() {
         barycentre = *light;
     }
     noise = PixelNoise(reference, variance);
+    known_bad = KnownBadPixels(side, side, variance, window);
     tail.assign(noise.tail.begin(), noise.tail.end());
     whitening.assign(pixels, 1.0);
     kernels::whiten(whitening.data(), variance.data(), pixels, whitening.data());
@@ -382,6 +386,8 @@ uint64_t Preprocess::digest() const noexcept {
         hash = fnv1a(number, hash);
     if (centre == Centre::image)
         hash = fnv1a(with_bits<uint64_t>(background), hash);
+    if (window)
+        hash = fnv1a(static_cast<uint64_t>(window->col), fnv1a(static_cast<uint64_t>(window->row), hash));
     for (const Buffer<double> *plane : {&reference, &variance, &nuisance_basis})
         hash = fnv1a(*plane, hash);
     return hash;

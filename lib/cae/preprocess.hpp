@@ -2,11 +2,13 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "base/buffer.hpp"
 #include "base/view.hpp"
 #include "cae/layout.hpp"
 #include "frame/bad_pixels.hpp"
+#include "frame/detector_window.hpp"
 #include "frame/frame_model.hpp"
 #include "kernels/residual.hpp"
 
@@ -55,19 +57,21 @@ struct Preprocess {
     double input_scale = 1; // set by the training mode
     double crb_px = 0;      // Cramer-Rao bound of the separation, with exactly the projected nuisances free
     uint64_t scene_digest = 0;
-    Buffer<double> reference;      // expected counts
-    Buffer<double> variance;       // variance of the counts, > 0
-    Buffer<double> target;         // whitened, projected derivative image, in sigmas per px of separation
-    Buffer<double> nuisance_basis; // [projected][pixels], orthonormal basis of the whitened nuisance images
-    Buffer<float> basis;           // derived: [side][projected][side], nuisance_basis as float32, which is exact
-    Buffer<float> target32;        // derived: target as float32, which is exact
-    Buffer<double> whitening;      // derived: 1/sqrt(variance)
-    Buffer<double> offset, factor; // derived: input = (counts - offset) factor, before the projection
-    double target_square = 0;      // derived: |target|^2
-    double target_most = 0;        // derived: the largest |target| of a pixel
-    PixelNoise noise;              // derived: of the pixels
-    Buffer<float> tail;            // derived: noise.tail
-    Barycentre barycentre;         // derived: of the reference, with Centre::image
+    std::optional<DetectorWindow> window; // of the crop, if that of the scene is known
+    Buffer<double> reference;             // expected counts
+    Buffer<double> variance;              // variance of the counts, > 0
+    Buffer<double> target;                // whitened, projected derivative image, in sigmas per px of separation
+    Buffer<double> nuisance_basis;        // [projected][pixels], orthonormal basis of the whitened nuisance images
+    Buffer<float> basis;                  // derived: [side][projected][side], nuisance_basis as float32, which is exact
+    Buffer<float> target32;               // derived: target as float32, which is exact
+    Buffer<double> whitening;             // derived: 1/sqrt(variance)
+    Buffer<double> offset, factor;        // derived: input = (counts - offset) factor, before the projection
+    double target_square = 0;             // derived: |target|^2
+    double target_most = 0;               // derived: the largest |target| of a pixel
+    PixelNoise noise;                     // derived: of the pixels
+    KnownBadPixels known_bad;             // derived: of the crop
+    Buffer<float> tail;                   // derived: noise.tail
+    Barycentre barycentre;                // derived: of the reference, with Centre::image
 
     size_t pixels() const noexcept { return side * side; }
 

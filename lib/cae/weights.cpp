@@ -1,4 +1,4 @@
-// Method: header of 104 bytes, or 112 if the crop follows the image, payloads of weights and planes (cae/payload.hpp),
+// Method: header of 104 bytes, 8 more if the crop follows the image, 16 more with the place of the window, payloads of weights and planes (cae/payload.hpp),
 // optional training, CRC32; little-endian. The blob contains the preprocessing planes, so that frames can be encoded
 // without the scene.
 //
@@ -28,11 +28,18 @@ constexpr const char *kKind = "weights blob";
 // Version 3 differs from 2 in the number of nuisance planes alone: 2 has up to 8, and older libraries read it.
 constexpr uint32_t kVersion = 2, kManyPlanesVersion = 3;
 constexpr size_t kFewPlanes = 8; // of version 2
-constexpr uint32_t kTrainedFlag = 1, kInputShift = 1, kInputMask = 3, kTrainingFlag = 8, kFollowFlag = 16;
+constexpr uint32_t kTrainedFlag = 1, kInputShift = 1, kInputMask = 3, kTrainingFlag = 8, kFollowFlag = 16,
+                   kWindowFlag = 32;
 constexpr uint32_t kLargestFrame = 4096; // largest number of rows and of columns
 constexpr uint32_t kLastInput = static_cast<uint32_t>(Input::raw);
-constexpr size_t kHeaderSize = 104, kFollowSize = 8, kTrainingHeaderSize = 72;
+constexpr size_t kHeaderSize = 104, kFollowSize = 8, kWindowSize = 16, kTrainingHeaderSize = 72;
+constexpr int64_t kMostPlace = int64_t{1} << 31;                                   // of a window
 enum : size_t { kReferenceHigh, kReferenceLow, kVariance, kTarget, kFixedPlanes }; // then the nuisance planes
+
+// Bytes of the members that some networks have.
+size_t optional_size(const Preprocess &preprocess) noexcept {
+    return (preprocess.centre == Centre::image ? kFollowSize : 0) + (preprocess.window ? kWindowSize : 0);
+}
 
 struct Header {
     const Layout *layout;
@@ -45,8 +52,7 @@ struct Header {
 
     // Bytes of the blob but for the training.
     size_t known() const noexcept {
-        return kHeaderSize + (preprocess.centre == Centre::image ? kFollowSize : 0) + packed_weights + packed_planes +
-               kChecksumSize;
+        return kHeaderSize + optional_size(preprocess) + packed_weights + packed_planes + kChecksumSize;
     }
 };
 
@@ -147,6 +153,14 @@ void read_background(ByteReader &reader, Preprocess &preprocess) {
              side);
 }
 
+void read_window(ByteReader &reader, DetectorWindow &window) {
+    for (int64_t *place : {&window.row, &window.col}) {
+        *place = static_cast<int64_t>(reader.u64());
+        if (*place < 0 || *place > kMostPlace)
+            fail(Status::format, "%s: window = %lld: must be in [0, 2^31]", kKind, static_cast<long long>(*place));
+    }
+}
+
 // Reads the remainder of the header. Sizes are checked before anything is allocated.
 Header read_header(ByteReader &reader, size_t size) {
     Header header = {};
@@ -159,8 +173,9 @@ Header read_header(ByteReader &reader, size_t size) {
     header.layout = &layout_of(id, hash);
     preprocess.side = header.layout->side;
     const uint32_t input = flags >> kInputShift & kInputMask;
-    if ((flags & ~(kTrainedFlag | kInputMask << kInputShift | kTrainingFlag | kFollowFlag)) != 0 || input > kLastInput)
-        fail(Status::format, "%s: {flags} = 0x%x: must set bits 0 to 4 only, with bits 1 and 2 in [0, 2]", kKind,
+    if ((flags & ~(kTrainedFlag | kInputMask << kInputShift | kTrainingFlag | kFollowFlag | kWindowFlag)) != 0 ||
+        input > kLastInput)
+        fail(Status::format, "%s: {flags} = 0x%x: must set bits 0 to 5 only, with bits 1 and 2 in [0, 2]", kKind,
              flags);
     header.trained = (flags & kTrainedFlag) != 0;
     header.with_training = (flags & kTrainingFlag) != 0;
@@ -198,8 +213,12 @@ Header read_header(ByteReader &reader, size_t size) {
              preprocess.crb_px, header.cosine, kMaxMagnitude);
     header.packed_weights = reader.u32();
     header.packed_planes = reader.u32();
+    if ((flags & kWindowFlag) != 0)
+        preprocess.window.emplace();
     if (preprocess.centre == Centre::image)
         read_background(reader, preprocess);
+    if (preprocess.window)
+        read_window(reader, *preprocess.window);
     if (header.with_training ? size < header.known() + kTrainingHeaderSize : size != header.known())
         fail(Status::format, "%s: payload sizes = %zu and %zu bytes: do not match the blob's %zu bytes", kKind,
              header.packed_weights, header.packed_planes, size);
@@ -300,11 +319,12 @@ std::vector<uint8_t> to_blob(const Network &network, const Encodings &encodings,
     ByteWriter writer;
     writer.raw(kMagic, 4);
     writer.u32(preprocess.projected > kFewPlanes ? kManyPlanesVersion : kVersion);
-    writer.u64(kHeaderSize + (follows ? kFollowSize : 0) + weights.size() + planes.size() +
+    writer.u64(kHeaderSize + optional_size(preprocess) + weights.size() + planes.size() +
                (training != nullptr ? kTrainingHeaderSize + state.size() : 0) + kChecksumSize);
     writer.u32(network.layout().id);
     writer.u32((network.trained() ? kTrainedFlag : 0) | static_cast<uint32_t>(preprocess.input) << kInputShift |
-               (training != nullptr ? kTrainingFlag : 0) | (follows ? kFollowFlag : 0));
+               (training != nullptr ? kTrainingFlag : 0) | (follows ? kFollowFlag : 0) |
+               (preprocess.window ? kWindowFlag : 0));
     writer.u64(layout_hash(network.layout()));
     writer.u64(preprocess.scene_digest);
     writer.u64(network.seed());
@@ -320,6 +340,9 @@ std::vector<uint8_t> to_blob(const Network &network, const Encodings &encodings,
     writer.u32(static_cast<uint32_t>(planes.size()));
     if (follows)
         writer.f64(preprocess.background);
+    if (preprocess.window)
+        for (const int64_t place : {preprocess.window->row, preprocess.window->col})
+            writer.u64(static_cast<uint64_t>(place));
     writer.raw(weights.data(), weights.size());
     writer.raw(planes.data(), planes.size());
     if (training != nullptr)

@@ -57,12 +57,14 @@ track::Source of_bank(const bank::Bank &bank, BankWorks &works, const fit::Windo
             kSigmaShare * fit.sigma_px(),
             bank.digest(), // includes that of the fit
             kValues,
-            [=, &works, &fit_works, &bank, &fit](double *image, const track::Frame &, int64_t tai_ns, unsigned,
+            [=, &works, &fit_works, &bank, &fit](double *image, const track::Frame &frame, int64_t tai_ns, unsigned,
                                                  track::Estimated &estimated) {
                 FitWorks::Lease fit_work(fit_works);
                 BankWorks::Lease work(works);
-                const bank::Estimate estimate = bank.estimate(fit, {image, fit.rows(), fit.cols(), fit.cols()},
-                                                              prediction_at(tai_ns, time_offset_ns), *fit_work, *work);
+                fit::Prediction prediction = prediction_at(tai_ns, time_offset_ns);
+                prediction.window = frame.image_window;
+                const bank::Estimate estimate =
+                    bank.estimate(fit, {image, fit.rows(), fit.cols(), fit.cols()}, prediction, *fit_work, *work);
                 store_bank(estimate, (*work).fitted, fit.parameters().size(), estimated);
             },
             fit.pixel_scale_arcsec(),

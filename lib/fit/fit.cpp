@@ -51,6 +51,10 @@ double share_of(const Scene &scene, const optics::Light &light) {
     return flux[1] / (flux[0] + flux[1]);
 }
 
+KnownBadPixels known_bad_of(const Detector &detector) {
+    return {detector.rows, detector.cols, detector.bad_pixels, detector.window};
+}
+
 std::vector<Parameter> all_of(const Scene &scene, const std::vector<Parameter> &free) {
     if (scene.stars.size() < 2)
         fail(Status::unsupported, "%s: {stars}: a fit needs two stars", scene.source.c_str());
@@ -77,9 +81,9 @@ std::vector<Parameter> all_of(const Scene &scene, const std::vector<Parameter> &
 
 Fit::Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px, unsigned workers,
          const Progress &progress)
-    : scene_(simulator.scene()), light_(simulator.light()), parameters_(all_of(scene_, free)),
-      model_(simulator, free, capture_px, workers, progress), capture_px_(capture_px),
-      share_a_(share_of(scene_, light_)) {
+    : scene_(simulator.scene()), known_bad_(known_bad_of(scene_.detector)), light_(simulator.light()),
+      parameters_(all_of(scene_, free)), model_(simulator, free, capture_px, workers, progress),
+      capture_px_(capture_px), share_a_(share_of(scene_, light_)) {
     const auto &offset = light_.offset_px;
     for (size_t axis = 0; axis < 2; axis++)
         centre_[axis] = (1 - share_a_) * offset[0][axis] + share_a_ * offset[1][axis];
@@ -91,7 +95,7 @@ Fit::Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free,
 }
 
 Fit::Fit(const Fit &first, const Fit &next, double share)
-    : scene_(first.scene_), light_(first.light_), parameters_(first.parameters_),
+    : scene_(first.scene_), known_bad_(first.known_bad_), light_(first.light_), parameters_(first.parameters_),
       model_(first.model_, next.model_, share), capture_px_(first.capture_px_), share_a_(first.share_a_),
       sigma_px_(first.sigma_px_) {
     const auto blend = [share](double &number, double other) { number += share * (other - number); };
@@ -110,8 +114,9 @@ Fit::Fit(const Fit &first, const Fit &next, double share)
 }
 
 Fit::Fit(const Fit &frame, const Spread &spread)
-    : scene_(frame.scene_), light_(frame.light_), parameters_(frame.parameters_), model_(frame.model_, spread),
-      capture_px_(frame.capture_px_), share_a_(frame.share_a_), sigma_px_(frame.sigma_px_) {
+    : scene_(frame.scene_), known_bad_(frame.known_bad_), light_(frame.light_), parameters_(frame.parameters_),
+      model_(frame.model_, spread), capture_px_(frame.capture_px_), share_a_(frame.share_a_),
+      sigma_px_(frame.sigma_px_) {
     std::copy(std::begin(frame.centre_), std::end(frame.centre_), centre_);
 }
 
@@ -120,7 +125,7 @@ std::shared_ptr<const Fit> of_sum(std::shared_ptr<const Fit> frame, const Spread
 }
 
 FitWork Fit::work() const {
-    return {model_.work(), Search(rows(), cols(), capture_px_), Buffer<double>(rows() * cols()), {}};
+    return {model_.work(), Search(rows(), cols(), capture_px_), Buffer<double>(rows() * cols()), {}, {}};
 }
 
 uint64_t Fit::digest_of_all() const {
@@ -130,6 +135,9 @@ uint64_t Fit::digest_of_all() const {
                                                  offset[0][1], offset[1][0], offset[1][1], detector.rotation_deg,
                                                  detector.scale_anisotropy, detector.shear},
                           model_.digest());
+    if (detector.window && !detector.bad_pixels.empty())
+        hash = fnv1a(static_cast<uint64_t>(detector.window->col),
+                     fnv1a(static_cast<uint64_t>(detector.window->row), hash));
     if (scene_.binary.moving) {
         const sky::Orbit &orbit = *scene_.binary.orbit;
         hash = fnv1a(std::array<double, 8>{scene_.binary.date, orbit.period_years, orbit.semi_major_arcsec,
@@ -264,7 +272,7 @@ void Fit::settle(ImageView<const double> counts, double *values, FitWork &work, 
 bool Fit::fit_elsewhere(ImageView<const double> counts, const Start &start, bool still, double *values, FitWork &work,
                         Result &result) const {
     double found[kMostParameters];
-    work.model.bad.clear();
+    work.model.bad = work.known_bad;
     const bool spikes = remove_spikes(counts, model_.counts(), work.repaired);
     const ImageView<const double> clean =
         spikes ? ImageView<const double>{work.repaired.data(), rows(), cols(), cols()} : counts;
@@ -314,7 +322,11 @@ bool Fit::search(ImageView<const double> counts, const Start &start, double *val
 void Fit::frame(ImageView<const double> counts, const Prediction &prediction, FitWork &work, Result &result) const {
     const Start start = start_of(prediction);
     result = {};
-    work.model.bad.clear();
+    work.known_bad.clear();
+    const bool few_known = known_bad_.add(prediction.window, work.known_bad);
+    if (!few_known)
+        work.known_bad.clear();
+    work.model.bad = work.known_bad;
     double values[kMostParameters];
     std::copy(std::begin(start.values), std::end(start.values), values);
     bool still = converge(counts, 0.5, values, work, result);
@@ -323,6 +335,8 @@ void Fit::frame(ImageView<const double> counts, const Prediction &prediction, Fi
     if (!still || result.goodness.verdict == GoodnessVerdict::poor)
         still = fit_elsewhere(counts, start, still, values, work, result);
     work.model.bad = result.bad;
+    if (!few_known)
+        result.goodness.verdict = GoodnessVerdict::poor;
     if (!still) {
         result.flags = not_converged;
         return;

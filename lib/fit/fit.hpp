@@ -18,6 +18,7 @@ struct Prediction {
     double days = 0, shift_px[2] = {0, 0};
     double separation_px = 0, position_angle_deg = 0; // 0 = those of the scene
     Spread spread;                                    // of a sum of frames
+    std::optional<DetectorWindow> window;             // of the frame; none: that of the scene
 };
 
 enum Flag : uint32_t { not_converged = 1, saturated = 4, edge = 8, searched = 16 };
@@ -43,8 +44,9 @@ struct Result {
 struct FitWork {
     Work model;
     Search search;
-    Buffer<double> expected; // counts [rows][cols]; also the excess of each pixel
-    Buffer<double> repaired; // counts [rows][cols] without spikes; allocated for the first frame that has some
+    Buffer<double> expected;  // counts [rows][cols]; also the excess of each pixel
+    Buffer<double> repaired;  // counts [rows][cols] without spikes; allocated for the first frame that has some
+    BadPixels known_bad = {}; // of the scene, at their places in this frame
 };
 
 // Const calls may run on several threads, each with its own work.
@@ -88,6 +90,7 @@ class Fit {
     size_t cols() const noexcept { return scene_.detector.cols; }
     double capture_px() const noexcept { return capture_px_; }
     const Model &model() const noexcept { return model_; }
+    const KnownBadPixels &known_bad() const noexcept { return known_bad_; }
     const Scene &scene() const noexcept { return scene_; }
     double last_days() const noexcept { return longest_days(scene_.cadence); } // of the scene's frames
     // Predicted place of B minus that of A, px, without a separation given.
@@ -109,6 +112,7 @@ class Fit {
     uint64_t digest_of_all() const;
 
     Scene scene_;
+    KnownBadPixels known_bad_;
     optics::Light light_;
     std::vector<Parameter> parameters_;
     Model model_;

@@ -83,7 +83,7 @@ class BadPixels {
         return Found::some;
     }
 
-  private:
+    // False if there are kMostBadPixels already.
     bool add(size_t pixel) noexcept {
         if (count_ == kMostBadPixels)
             return false;
@@ -91,6 +91,7 @@ class BadPixels {
         return true;
     }
 
+  private:
     std::array<size_t, kMostBadPixels> at_ = {};
     size_t count_ = 0;
 };

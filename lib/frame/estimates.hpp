@@ -40,7 +40,7 @@ void for_groups(const PixelFrames &frames, size_t count, size_t together, unsign
     });
 }
 
-// Given     frames; make_work() as above; estimate(group, size, work, values, goodness) of a group of at most
+// Given     frames; make_work() as above; estimate(group, first, size, work, values, goodness) of a group of at most
 //           `together` frames, with goodness NULL if not requested
 // Returned  values [count] and, unless NULL, goodness [count]; bit-identical for any number of workers
 // Notes     nothing is written if a frame fails
@@ -51,7 +51,7 @@ void estimate_many(const PixelFrames &frames, size_t count, size_t together, uns
     Buffer<FrameGoodness> fits(goodness != nullptr ? count : 0);
     for_groups(frames, count, together, workers, make_work,
                [&](const ImageView<const double> *group, size_t first, size_t size, auto &work) {
-                   estimate(group, size, work, &results[first], goodness != nullptr ? &fits[first] : nullptr);
+                   estimate(group, first, size, work, &results[first], goodness != nullptr ? &fits[first] : nullptr);
                });
     std::copy(results.begin(), results.end(), values);
     std::copy(fits.begin(), fits.end(), goodness);

@@ -1,9 +1,11 @@
 // Linear model of the frames: the only data that lib/information passes to the estimators of lib/cae and lib/linear.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/buffer.hpp"
+#include "frame/detector_window.hpp"
 
 namespace toliman {
 
@@ -20,9 +22,10 @@ struct FrameModel {
         std::string name; // "flux_a" ...
         Buffer<double> image;
     };
-    std::vector<Nuisance> projected; // derivative images that estimators project out; may be empty
-    double crb_px = 0;               // Cramer-Rao bound of the separation per frame with exactly `projected` free
-    uint64_t scene_digest = 0;       // FNV-1a of the scene, for provenance
+    std::vector<Nuisance> projected;      // derivative images that estimators project out; may be empty
+    double crb_px = 0;                    // Cramer-Rao bound of the separation per frame with exactly `projected` free
+    uint64_t scene_digest = 0;            // FNV-1a of the scene, for provenance
+    std::optional<DetectorWindow> window; // of the scene's frames
 };
 
 } // namespace toliman

@@ -3,10 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <type_traits>
 
 #include "base/buffer.hpp"
 #include "base/view.hpp"
+#include "frame/detector_window.hpp"
 
 namespace toliman {
 
@@ -76,10 +78,14 @@ struct PixelFrames {
     Pixel pixel;
     const void *pixels;
     size_t rows, cols;
-    size_t stride, frame_stride; // in pixels, from row to row and from frame to frame
+    size_t stride, frame_stride;      // in pixels, from row to row and from frame to frame
+    const int64_t *windows = nullptr; // [frames][2], or NULL: not known
 
     // Returns frame i as doubles: in place if its pixels are doubles, else converted into scratch.
     ImageView<const double> frame(size_t i, Buffer<double> &scratch) const;
+    std::optional<DetectorWindow> window(size_t i) const noexcept {
+        return windows != nullptr ? std::optional(DetectorWindow{windows[2 * i], windows[2 * i + 1]}) : std::nullopt;
+    }
 };
 
 } // namespace toliman

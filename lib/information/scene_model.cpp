@@ -25,6 +25,7 @@ FrameModel model_of(const optics::Simulator &simulator, const Log &log) {
             {name_of(parameter), detector.in_counts(image_of(images, parameter), Quantity::derivative)});
     model.crb_px = bound_with(simulator.bound_images(), scene.projected);
     model.scene_digest = scene.digest;
+    model.window = scene.detector.window;
     warn_of_dependence(model, log);
     return model;
 }

@@ -33,6 +33,7 @@ constexpr size_t kStep = 16; // the residual kernels take multiples of this
 TemplateEstimator::TemplateEstimator(const FrameModel &model)
     : rows_(model.rows), cols_(model.cols), reference_(model.reference), filter_(model.reference.size()),
       inverse_sigma_(model.reference.size(), 1.0), noise_(model.reference, model.variance),
+      known_bad_(model.rows, model.cols, model.variance, model.window),
       padded_((reference_.size() + kStep - 1) / kStep * kStep) {
     const size_t pixels = reference_.size(), nuisances = model.projected.size();
     Buffer<double> units(checked_product(nuisances, pixels, "projected images"));
@@ -119,10 +120,12 @@ bool TemplateEstimator::repair(ImageView<const double> counts, TemplateWork &wor
     work.repaired.resize(reference_.size());
     for (size_t r = 0; r < rows_; r++)
         std::copy_n(counts.row(r), cols_, &work.repaired[r * cols_]);
-    for (double most;;) {
+    bool known = bad.count() > 0; // those are replaced before others are searched for
+    for (double most;; known = false) {
         const BadPixels::Found found =
-            bad.add_largest(reference_.size(), fitted.square, freedom(bad.count()),
-                            [&](size_t i) { return excess_of(work.residual[i], noise_.tail[i]); });
+            known ? BadPixels::Found::some
+                  : bad.add_largest(reference_.size(), fitted.square, freedom(bad.count()),
+                                    [&](size_t i) { return excess_of(work.residual[i], noise_.tail[i]); });
         if (found == BadPixels::Found::none)
             return true;
         if (found == BadPixels::Found::too_many || !lower(bad, work))
@@ -139,28 +142,29 @@ FrameGoodness TemplateEstimator::goodness_of(const Fitted &fitted, size_t bad_pi
 }
 
 // Most frames need no residual: it is then overwritten row by row.
-double TemplateEstimator::estimate(ImageView<const double> counts, TemplateWork &work, FrameGoodness *goodness) const {
+double TemplateEstimator::estimate(ImageView<const double> counts, TemplateWork &work, FrameGoodness *goodness,
+                                   const std::optional<DetectorWindow> &window) const {
     double most, *const residual = work.residual.data();
     double value = value_of(counts, residual, goodness != nullptr ? cols_ : 0, most);
-    const bool far = most > kBadPixelSigmas;
+    BadPixels bad;
+    bool repairable = known_bad_.add(window, bad);
+    const bool far = most > kBadPixelSigmas || bad.count() > 0;
     if (goodness == nullptr && !far)
         return value;
     if (goodness == nullptr)
         value = value_of(counts, residual, cols_, most);
     Fitted fitted = fit(far, work.residual);
-    BadPixels bad;
-    bool repairable = true;
-    if (fitted.excess > kBadPixelLimit) {
+    if (repairable && (fitted.excess > kBadPixelLimit || bad.count() > 0)) {
         Fitted without = fitted;
         double repaired = value;
         repairable = repair(counts, work, bad, without, repaired);
-        if (!repairable)
-            bad.clear();
-        if (bad.count() > 0) {
+        if (repairable) {
             fitted = without;
             value = repaired;
         }
     }
+    if (!repairable)
+        bad.clear();
     if (goodness != nullptr)
         *goodness = goodness_of(fitted, bad.count(), repairable);
     return value;
@@ -170,8 +174,8 @@ void TemplateEstimator::estimate_many(const PixelFrames &frames, size_t count, u
                                       FrameGoodness *goodness) const {
     toliman::estimate_many(
         frames, count, 1, workers, values, goodness, [this] { return work(); },
-        [this](const ImageView<const double> *frame, size_t, TemplateWork &work, double *value,
-               FrameGoodness *of_frame) { *value = estimate(*frame, work, of_frame); });
+        [this, &frames](const ImageView<const double> *frame, size_t i, size_t, TemplateWork &work, double *value,
+                        FrameGoodness *of_frame) { *value = estimate(*frame, work, of_frame, frames.window(i)); });
 }
 
 uint64_t TemplateEstimator::digest() const noexcept {

@@ -2,6 +2,7 @@
 #pragma once
 #include "base/view.hpp"
 #include "frame/bad_pixels.hpp"
+#include "frame/detector_window.hpp"
 #include "frame/frame_model.hpp"
 #include "frame/pixel.hpp"
 
@@ -22,8 +23,9 @@ class TemplateEstimator {
     TemplateWork work() const;
     // Estimated displacement (px) of a frame of the model's shape, without its bad pixels (frame/bad_pixels.hpp) that
     // are beyond 6 standard deviations of the reference, too. *goodness, unless NULL: of the fit of derivative and
-    // nuisances; chi_square is +infinity on overflow.
-    double estimate(ImageView<const double> counts, TemplateWork &work, FrameGoodness *goodness) const;
+    // nuisances; chi_square is +infinity on overflow. window: of the frame, if it is known.
+    double estimate(ImageView<const double> counts, TemplateWork &work, FrameGoodness *goodness,
+                    const std::optional<DetectorWindow> &window = {}) const;
 
     // The same for many frames: values [count], and goodness [count] unless NULL.
     void estimate_many(const PixelFrames &frames, size_t count, unsigned workers, double *values,
@@ -59,6 +61,7 @@ class TemplateEstimator {
     Buffer<double> filter_; // px per count
     Buffer<double> inverse_sigma_;
     PixelNoise noise_;
+    KnownBadPixels known_bad_;
     size_t rank_, padded_; // independent nuisances; pixels rounded up to a multiple of 16
     Buffer<double> units_; // [rank + 1][padded], orthonormal basis of the whitened nuisance images, then the whitened
                            // derivative orthogonal to them; 0 beyond the pixels

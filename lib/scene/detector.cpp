@@ -17,6 +17,13 @@ void read_shape(const Reader &reader, const Row &row, Detector &detector) {
     detector.cols = static_cast<size_t>(shape[1]);
 }
 
+void read_window(const Reader &reader, const Row &row, Detector &detector) {
+    const std::vector<double> place = reader.numbers(row);
+    if (place[0] != std::floor(place[0]) || place[1] != std::floor(place[1]))
+        reader.refuse(Status::scene, row.key, " = [%g, %g]: must be whole numbers", place[0], place[1]);
+    detector.window = DetectorWindow{static_cast<int64_t>(place[0]), static_cast<int64_t>(place[1])};
+}
+
 constexpr Range kPixelScale = within(1e-6, 100, "arcsec");
 
 void read_pixel(const Reader &reader, const Row &row, Detector &detector) {
@@ -95,6 +102,12 @@ constexpr Row kDetectorRows[] = {
                                          "frames' shape, 0 for a good pixel; a bad pixel has infinite variance, and "
                                          "simulated frames have its light")
         .checked<read_bad_pixels>(),
+    optional<read_window>(
+        "window", within(0, 65535, "px"),
+        "Row and column on the detector of the frames' first pixel: in frames of another window, bad_pixels "
+        "are at their places on the detector; without it, at the same place in all frames")
+        .as(Type::integers)
+        .entries(2, 2),
     reserved("bin", "Pixels binned along each side"),
 };
 

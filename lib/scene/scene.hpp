@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/goodness.hpp"
+#include "frame/detector_window.hpp"
 #include "scene/parameter.hpp"
 #include "sky/prediction.hpp"
 
@@ -129,7 +130,8 @@ struct Detector {
     double gain_e_per_dn = 1, bias_dn = 0;
     int bit_depth = 0; // 0 = counts are not rounded
     std::string bad_pixels_file;
-    std::vector<size_t> bad_pixels; // row*cols + column of the pixels that estimators do not use, increasing
+    std::vector<size_t> bad_pixels;       // row*cols + column of the pixels that estimators do not use, increasing
+    std::optional<DetectorWindow> window; // of the frames
 };
 
 // One kind of systematics: frame k has rms times its own normal variate, plus the drift times its time in days.

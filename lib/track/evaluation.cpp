@@ -102,7 +102,11 @@ void Evaluation::validate_and_estimate(const Frame &frame, Job &job, unsigned wo
     }
     outcome.tai_ns = *tai_ns;
     try {
-        estimate_(image, frame, *tai_ns, worker, job.estimated);
+        Frame placed = frame;
+        if (terms.geometry.bin == 1)
+            placed.image_window = DetectorWindow{frame.window_row + static_cast<int64_t>(terms.geometry.crop_row),
+                                                 frame.window_col + static_cast<int64_t>(terms.geometry.crop_col)};
+        estimate_(image, placed, *tai_ns, worker, job.estimated);
     } catch (...) {
         outcome.flaw.reason = Reason::estimate;
         if (is_short_of_memory())

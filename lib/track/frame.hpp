@@ -2,7 +2,9 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
+#include "frame/detector_window.hpp"
 #include "frame/pixel.hpp"
 #include "frame/spread.hpp"
 #include "track/record.hpp"
@@ -22,6 +24,7 @@ struct Frame {
     size_t interval_count;          // number of pairs; 0: unknown
     int64_t window_row, window_col; // of the first pixel on the detector
     Spread spread = {};             // of a sum of frames
+    std::optional<DetectorWindow> image_window = {}; // of the estimator's image, unless its pixels are binned
 };
 
 // Returns the mean time of the intervals minus the middle of the exposure; 0 without intervals.

@@ -173,12 +173,12 @@ TEST(blobs_keep_the_network) {
     free(frame);
 }
 
-/* promise: cancelled-training-resumes */
 static int32_t stop_after_three(const char *stage, double fraction, void *user_data) {
     (void)stage, (void)fraction;
     return ++*(int *)user_data == 3;
 }
 
+/* promise: cancelled-training-resumes */
 TEST(trainings_resume) {
     int calls = 0;
     toliman_cae_train_options options = {

@@ -63,7 +63,7 @@ def show(rows):
             more = ", ".join(f"{ms:.3f} ms with {nuisances}" for nuisances, ms in row["projection_ms"].items())
             print(f"of encode {row['layout']:7s} {row['isa']:8s} preprocessing {row['preprocess_ms']:.3f} ms; images projected "
                   f"out cost {more} of them" +
-                  (f"; latents differ by {row['latent_moved_sigma']:.1e} sigma" if row["layout"] == "flight" else ""))
+                  (f"; latents differ by {row['latent_moved_sigma']:.1e} sigma" if row["layout"] != "paper" else ""))
     best = best_of(rows)
     for row in rows:
         if row["part"] == "tied":

@@ -13,20 +13,25 @@ import numpy as np
 import torch
 import torch.nn.functional as F
 
-SHAPES = [("conv1", (8, 1, 3, 3)), ("conv2", (16, 8, 3, 3)), ("conv3", (32, 16, 3, 3)), ("conv4", (64, 32, 3, 3)),
-          ("latent", (16, 16, 64)), ("expand", (16, 16, 64)), ("deconv4", (64, 32, 3, 3)), ("deconv3", (32, 16, 3, 3)),
-          ("deconv2", (16, 8, 3, 3)), ("deconv1", (8, 1, 3, 3))]
+SIDES = {"flight": 256, "paper": 256, "core": 128}
 BATCH = 16
 FORMATS = {"channels_last": torch.channels_last, "contiguous": torch.contiguous_format}
+
+
+def shapes(layout):
+    deep = SIDES[layout] // 16
+    return [("conv1", (8, 1, 3, 3)), ("conv2", (16, 8, 3, 3)), ("conv3", (32, 16, 3, 3)), ("conv4", (64, 32, 3, 3)),
+            ("latent", (deep, deep, 64)), ("expand", (deep, deep, 64)), ("deconv4", (64, 32, 3, 3)),
+            ("deconv3", (32, 16, 3, 3)), ("deconv2", (16, 8, 3, 3)), ("deconv1", (8, 1, 3, 3))]
 
 
 def biases(name, shape):
     return {"latent": (1,), "expand": shape}.get(name, (shape[1] if name.startswith("deconv") else shape[0],))
 
 
-def parameters(path, dtype=torch.float32):
+def parameters(layout, path, dtype=torch.float32):
     values, at, tensors = np.fromfile(path, np.float32), 0, {}
-    for name, shape in SHAPES:
+    for name, shape in shapes(layout):
         for suffix, dimensions in (("weight", shape), ("bias", biases(name, shape))):
             size = int(np.prod(dimensions))
             tensors[f"{name}.{suffix}"] = torch.tensor(values[at:at + size].reshape(dimensions), dtype=dtype,
@@ -81,14 +86,14 @@ def difference(ours, theirs):
 
 def compare(folder, layout):
     """In double, so that the differences are the rounding errors of the library alone."""
-    paper, p = layout == "paper", parameters(f"{folder}/{layout}.weights", torch.float64)
-    x = torch.tensor(np.fromfile(f"{folder}/{layout}.input", np.float32).reshape(1, 1, 256, 256), dtype=torch.float64)
+    paper, p = layout == "paper", parameters(layout, f"{folder}/{layout}.weights", torch.float64)
+    x = torch.tensor(np.fromfile(f"{folder}/{layout}.input", np.float32).reshape(1, 1, SIDES[layout], -1), dtype=torch.float64)
     z, places = encode(p, x, paper)
     y = decode(p, z, places, paper)
     ((y - x) ** 2).mean().backward()
     for path in sorted(glob.glob(f"{folder}/{layout}-*.latent")):
         ours = os.path.splitext(path)[0]
-        gradients = parameters(ours + ".gradient")
+        gradients = parameters(layout, ours + ".gradient")
         yield {"part": "agreement", "layout": layout, "isa": ours.split("-")[-1],
                "latent": difference(np.fromfile(ours + ".latent", np.float32), z),
                "output": difference(np.fromfile(ours + ".output", np.float32), y),
@@ -116,10 +121,11 @@ def check(p, exact, x, paper, memory, convolution):
 
 
 def measure(folder, layout, memory, convolution):
-    paper, plain = layout == "paper", parameters(f"{folder}/{layout}.weights")
+    paper, plain = layout == "paper", parameters(layout, f"{folder}/{layout}.weights")
     p = in_form(plain, memory, convolution)
-    one = torch.randn(1, 1, 256, 256)
-    many = torch.randn(BATCH, 1, 256, 256).contiguous(memory_format=FORMATS[memory])
+    side = SIDES[layout]
+    one = torch.randn(1, 1, side, side)
+    many = torch.randn(BATCH, 1, side, side).contiguous(memory_format=FORMATS[memory])
     exact = {name: value.detach().double() for name, value in plain.items()}
     check(p, decode(exact, *encode(exact, one.double(), paper), paper), one, paper, memory, convolution)
     optimiser = torch.optim.Adam(p.values(), 1e-6)
@@ -144,7 +150,7 @@ def main():
     torch.set_num_threads(1)
     torch.manual_seed(1)
     folder = sys.argv[1]
-    for layout in ("flight", "paper"):
+    for layout in SIDES:
         for agreement in compare(folder, layout):
             print(json.dumps(agreement), flush=True)
         for memory, convolution in itertools.product(FORMATS, ("conv2d", "conv_transpose2d")):

@@ -11,7 +11,7 @@ from . import _raw
 from ._arguments import Doubles, array_of, pointer
 from ._goodness import warn_of
 from ._library import check
-from ._pixels import frames_of, image_of
+from ._pixels import frames_of, image_of, windows_of
 from ._predictions import structured
 from ._progress import Progress, Watch
 from ._results import FrameGoodness
@@ -23,17 +23,17 @@ Fits = typing.Union[FrameGoodness, NDArray]
 
 
 def encode(function: typing.Any, handle: typing.Any, frames: ArrayLike, shape: tuple[int, int], goodness: bool,
-           progress: Progress | bool | None) -> Values | tuple[Values, Fits]:
+           windows: ArrayLike | None, progress: Progress | bool | None) -> Values | tuple[Values, Fits]:
     """Returns the value of one frame or the array of several; with goodness, a pair with the goodness of fit. `function`
     is toliman_cae_encode or toliman_linear_encode."""
     images = frames_of(frames, shape)
     one = images.ndim == 2
     images = images[None] if one else images
-    values = numpy.empty(len(images))
+    values, places = numpy.empty(len(images)), windows_of(windows, len(images))
     fits = array_of(_raw.toliman_frame_goodness, len(images))
 
     def part(first: int, count: int) -> int:
-        image, array = image_of(images[first:first + count])
+        image, array = image_of(images[first:first + count], None if places is None else places[first:])
         if len(array) > 0:
             fits[first].struct_size = ctypes.sizeof(fits[first])
         return function(handle, ctypes.byref(image), len(array), pointer(values[first:]),

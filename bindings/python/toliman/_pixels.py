@@ -1,6 +1,7 @@
 """Pixel types and frame arrays: passes numpy arrays to C without a copy where C can address them."""
 from __future__ import annotations
 
+import ctypes
 import typing
 
 import numpy
@@ -37,9 +38,21 @@ def frames_of(frames: ArrayLike, shape: tuple[int, int]) -> NDArray:
     return images
 
 
-def image_of(images: NDArray) -> tuple[typing.Any, NDArray]:
+def windows_of(windows: ArrayLike | None, count: int) -> NDArray | None:
+    """Returns the places [frame][2] of the frames' windows as the library takes them; None: not known."""
+    if windows is None:
+        return None
+    places = numpy.asarray(windows)
+    if places.dtype.kind not in "iu":
+        raise ValueError(f"windows: dtype {places.dtype}: must be integers")
+    has_shape("windows", places, (count, 2) if places.ndim == 2 else (2,))
+    return numpy.ascontiguousarray(numpy.broadcast_to(places, (count, 2)), dtype=numpy.int64)
+
+
+def image_of(images: NDArray, windows: NDArray | None = None) -> tuple[typing.Any, NDArray]:
     """Returns the toliman_image struct for frames [frame][row][column] and the array that it points into: a copy if the
-    strides are not multiples of the pixel size, rows are not contiguous, or memory is not aligned."""
+    strides are not multiples of the pixel size, rows are not contiguous, or memory is not aligned. windows: of these frames,
+    of windows_of()."""
     size = images.itemsize
     frame, row, column = images.strides
     if (column != size or row < images.shape[2] * size or row % size or frame < size or frame % size
@@ -49,4 +62,6 @@ def image_of(images: NDArray) -> tuple[typing.Any, NDArray]:
     rows, cols = images.shape[1:]
     image = _raw.toliman_image(pixel=_kind_of(images), pixels=images.ctypes.data, rows=rows, cols=cols,
                                stride=row // size, frame_stride=frame // size)
+    if windows is not None:
+        image.windows = windows.ctypes.data_as(ctypes.POINTER(ctypes.c_int64))
     return image, images

@@ -14,7 +14,7 @@ from ._arguments import array_of, file_name, has_shape, load_options, of_kind, o
 from ._goodness import warn_of
 from ._handle import Handle
 from ._library import check, library
-from ._pixels import frames_of, image_of
+from ._pixels import frames_of, image_of, windows_of
 from ._predictions import FRAMES_PER_CALL, prediction_of, predictions_of, structured
 from ._progress import Progress, Watch
 from ._results import BankInfo, BankNetwork, BankPlan, BankResult, FitResult
@@ -110,10 +110,11 @@ class Bank(Handle):
             watch.check(library.toliman_bank_train(self._c, self.fit._c, ctypes.byref(options)))
 
     def encode_frame(self, frame: ArrayLike, *, time_days: float = 0, shift: tuple[float, float] = (0, 0),
-                     separation: float = 0, position_angle: float = 0) -> tuple[BankResult, FitResult]:
+                     separation: float = 0, position_angle: float = 0,
+                     window: ArrayLike | None = None) -> tuple[BankResult, FitResult]:
         """Encodes one frame [row][column]. Returns the result of the network and that of the fit. The prediction is as
         in Fit. Raises InputError if the bank was made for another fit."""
-        image, array = image_of(shaped("frame", frame, self.shape)[None])
+        image, array = image_of(shaped("frame", frame, self.shape)[None], windows_of(window, 1))
         result, fitted = _raw.toliman_bank_result(), _raw.toliman_fit_result()
         prediction = prediction_of(time_days, shift, separation, position_angle)
         check(library.toliman_bank_encode(self._c, self.fit._c, ctypes.byref(image), 1, ctypes.byref(prediction),
@@ -122,19 +123,19 @@ class Bank(Handle):
         return BankResult._of(result), FitResult._of(fitted)
 
     def encode(self, frames: ArrayLike, *, times_days: ArrayLike = 0, shifts: ArrayLike = (0, 0),
-               separations: ArrayLike = 0, position_angles: ArrayLike = 0,
+               separations: ArrayLike = 0, position_angles: ArrayLike = 0, windows: ArrayLike | None = None,
                progress: Progress | bool | None = None) -> tuple[NDArray, NDArray]:
-        """Encodes frames [frame][row][column] of any pixel type. The predictions are one number (shifts: one pair) for
+        """Encodes frames [frame][row][column] of any pixel type, with windows as in CAE.encode. The predictions are one number (shifts: one pair) for
         all frames, or one per frame. Returns two structured arrays: a field for each member of toliman_bank_result, whose
         `flags` are the bits TOLIMAN_BANK_..., and the results of the fits, as Fit.frames()."""
         images, shape = frames_of(frames, self.shape), self.shape
         has_shape("frames", images, (-1, *shape))
-        count = len(images)
+        count, places = len(images), windows_of(windows, len(images))
         arrays = (predictions_of(count, times_days, shifts, separations, position_angles),
                   array_of(_raw.toliman_bank_result, count), array_of(_raw.toliman_fit_result, count))
         with Watch(progress) as watch:
             for first in range(0, count, FRAMES_PER_CALL):
-                image, array = image_of(images[first:first + FRAMES_PER_CALL])
+                image, array = image_of(images[first:first + FRAMES_PER_CALL], None if places is None else places[first:])
                 for structs in arrays:
                     structs[first].struct_size = ctypes.sizeof(structs[first])
                 predictions, results, fits = (ctypes.byref(structs[first]) for structs in arrays)

@@ -138,13 +138,13 @@ class CAE(Handle):
 
     @typing.overload
     def encode(self, frames: ArrayLike, *, goodness: typing.Literal[False] = False,
-               progress: Progress | bool | None = None) -> Values: ...
+               windows: ArrayLike | None = None, progress: Progress | bool | None = None) -> Values: ...
 
     @typing.overload
     def encode(self, frames: ArrayLike, *, goodness: typing.Literal[True],
-               progress: Progress | bool | None = None) -> tuple[Values, Fits]: ...
+               windows: ArrayLike | None = None, progress: Progress | bool | None = None) -> tuple[Values, Fits]: ...
 
-    def encode(self, frames: ArrayLike, *, goodness: bool = False,
+    def encode(self, frames: ArrayLike, *, goodness: bool = False, windows: ArrayLike | None = None,
                progress: Progress | bool | None = None) -> Values | tuple[Values, Fits]:
         """Encodes one frame [row][column] to its latent (px), a float; or frames [frame][row][column] to an array.
 
@@ -157,9 +157,12 @@ class CAE(Handle):
         goodness: return a pair of the latents and the goodness of fit: a FrameGoodness for one frame, or a structured
         array with a field for each member of toliman_frame_goodness, whose `goodness` is a number TOLIMAN_GOODNESS_...
 
+        windows: row and column on the detector of each frame's first pixel, [frame][2] or one pair for all: the scene's bad
+        pixels are left out there, if it has detector.window.
+
         Raises ValueError for another shape than `shape`, InputError for a non-finite count.
         """
-        return encode(library.toliman_cae_encode, self._c, frames, self.shape, goodness, progress)
+        return encode(library.toliman_cae_encode, self._c, frames, self.shape, goodness, windows, progress)
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -12,7 +12,7 @@ from ._arguments import Doubles, array_of, has_shape, listed, of_kind, options_o
 from ._goodness import warn_of
 from ._handle import Handle
 from ._library import check, library
-from ._pixels import frames_of, image_of
+from ._pixels import frames_of, image_of, windows_of
 from ._predictions import FRAMES_PER_CALL, prediction_of, predictions_of, structured
 from ._progress import Progress, Watch
 from ._results import FitInfo, FitResult, Parameter
@@ -85,12 +85,12 @@ class Fit(Handle):
                                                      self._c)]
 
     def frame(self, frame: ArrayLike, *, time_days: float = 0, shift: tuple[float, float] = (0, 0),
-              separation: float = 0, position_angle: float = 0,
-              spread: Spread | None = None) -> tuple[FitResult, Doubles, Doubles]:
+              separation: float = 0, position_angle: float = 0, spread: Spread | None = None,
+              window: ArrayLike | None = None) -> tuple[FitResult, Doubles, Doubles]:
         """Fits one frame [row][column], or with spread a sum of frames. Returns the result, the values of the parameters [n], and their covariance
         [n][n]. The numbers of a frame that did not converge are NaN. Issues a FitWarning if the goodness is "poor" or
         "too good"."""
-        image, array = image_of(shaped("frame", frame, self.shape)[None])
+        image, array = image_of(shaped("frame", frame, self.shape)[None], windows_of(window, 1))
         result, (values, covariance) = _raw.toliman_fit_result(), self._numbers()
         prediction = prediction_of(time_days, shift, separation, position_angle, spread)
         check(library.toliman_fit_frame(self._c, ctypes.byref(image), 1, ctypes.byref(prediction), ctypes.byref(result),
@@ -100,19 +100,21 @@ class Fit(Handle):
 
     def frames(self, frames: ArrayLike, *, times_days: ArrayLike = 0, shifts: ArrayLike = (0, 0),
                separations: ArrayLike = 0, position_angles: ArrayLike = 0, spreads: typing.Sequence[Spread] | None = None,
-               progress: Progress | bool | None = None) -> NDArray:
-        """Fits frames [frame][row][column] of any pixel type. The predictions are one number (shifts: one pair) for all
-        frames, or one per frame; spreads: one per frame where frames are sums. Returns a structured array with a field for each member of toliman_fit_result; `flags`
+               windows: ArrayLike | None = None, progress: Progress | bool | None = None) -> NDArray:
+        """Fits frames [frame][row][column] of any pixel type, with windows as in CAE.encode. The predictions are one number
+        (shifts: one pair) for all frames, or one per frame; spreads: one per frame where frames are sums. Returns a
+        structured array with a field for each member of toliman_fit_result; `flags`
         are the bits TOLIMAN_FIT_..., `goodness` a number TOLIMAN_GOODNESS_... Issues a FitWarning as frame()."""
         images = frames_of(frames, self.shape)
         has_shape("frames", images, (-1, *self.shape))
         count = len(images)
         results = array_of(_raw.toliman_fit_result, count)
         predictions = predictions_of(count, times_days, shifts, separations, position_angles, spreads)
+        places = windows_of(windows, count)
         size, prediction_size = ctypes.sizeof(_raw.toliman_fit_result), ctypes.sizeof(_raw.toliman_fit_prediction)
         with Watch(progress) as watch:
             for first in range(0, count, FRAMES_PER_CALL):
-                image, array = image_of(images[first:first + FRAMES_PER_CALL])
+                image, array = image_of(images[first:first + FRAMES_PER_CALL], None if places is None else places[first:])
                 results[first].struct_size, predictions[first].struct_size = size, prediction_size
                 watch.check(library.toliman_fit_frame(self._c, ctypes.byref(image), len(array),
                                                       ctypes.byref(predictions[first]), ctypes.byref(results[first]), None,

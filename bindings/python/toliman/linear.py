@@ -45,17 +45,17 @@ class Template(Handle):
 
     @typing.overload
     def encode(self, frames: ArrayLike, *, goodness: typing.Literal[False] = False,
-               progress: Progress | bool | None = None) -> Values: ...
+               windows: ArrayLike | None = None, progress: Progress | bool | None = None) -> Values: ...
 
     @typing.overload
     def encode(self, frames: ArrayLike, *, goodness: typing.Literal[True],
-               progress: Progress | bool | None = None) -> tuple[Values, Fits]: ...
+               windows: ArrayLike | None = None, progress: Progress | bool | None = None) -> tuple[Values, Fits]: ...
 
-    def encode(self, frames: ArrayLike, *, goodness: bool = False,
+    def encode(self, frames: ArrayLike, *, goodness: bool = False, windows: ArrayLike | None = None,
                progress: Progress | bool | None = None) -> Values | tuple[Values, Fits]:
         """Estimates the displacement (px) of one frame [row][column], a float; or of frames [frame][row][column], an
-        array. Pixel types, goodness, warnings and exceptions as in CAE.encode."""
-        return encode(library.toliman_linear_encode, self._c, frames, self.shape, goodness, progress)
+        array. Pixel types, goodness, windows, warnings and exceptions as in CAE.encode."""
+        return encode(library.toliman_linear_encode, self._c, frames, self.shape, goodness, windows, progress)
 
     @property
     def sigma(self) -> float:

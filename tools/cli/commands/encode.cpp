@@ -47,6 +47,7 @@ class Batch {
         most_ = is_pipe ? 1 : std::min(kMost, std::max<size_t>(1, kMostBytes / frames.frame_size()));
         most_ = std::min(most_, frames.count());
         pixels_.resize(most_ * pitch_);
+        windows_.resize(most_);
     }
 
     // Reads the next frames. An error waits until those before it are printed.
@@ -56,7 +57,9 @@ class Batch {
         try {
             while (count_ < most_ && frames_.more()) {
                 frames_.read(&pixels_[count_ * pitch_]);
-                count_++;
+                const std::optional<FrameWindow> window = frames_.window(first_ + count_);
+                placed_ = window.has_value();
+                windows_[count_++] = window.value_or(FrameWindow());
             }
         } catch (...) {
             if (count_ == 0)
@@ -76,6 +79,7 @@ class Batch {
         image.pixel = frames_.pixel();
         image.pixels = &pixels_[i * pitch_];
         image.frame_stride = static_cast<int64_t>(pitch_ * sizeof(double) / width);
+        image.windows = placed_ ? windows_[i].data() : nullptr;
         return image;
     }
     size_t first() const noexcept { return first_; }
@@ -86,6 +90,8 @@ class Batch {
     size_t pitch_; // from frame to frame, in doubles: each is aligned for every type
     size_t most_, first_ = 0, count_ = 0;
     std::vector<double> pixels_;
+    bool placed_ = false; // the file tells the windows
+    std::vector<FrameWindow> windows_;
     std::exception_ptr failure_;
 };
 

@@ -46,7 +46,9 @@ class DatedFile : public FrameSource {
             frame.roi = "single_roi"; // the mission's name of the only region
             frame.camera_ns = times_.at(k);
             frame.exposure_s = times_.exposure_s();
-            std::tie(frame.window_row, frame.window_col) = file_->window();
+            const FrameWindow window = file_->window(k).value_or(FrameWindow());
+            frame.window_row = window[0];
+            frame.window_col = window[1];
             frame.pixel = file_->pixel();
             frame.pixels = pixels.data();
             frame.rows = static_cast<int64_t>(file_->rows());

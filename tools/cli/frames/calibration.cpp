@@ -72,7 +72,8 @@ toliman::scene_calibration Calibration::calibrated(const toliman_sim *start) {
     options.journal = journal.c_str();
     options.step = on_step;
     options.step_data = this;
-    const toliman_image image = plain_image(frames_.pixels.data());
+    toliman_image image = plain_image(frames_.pixels.data());
+    image.windows = frames_.windows.empty() ? nullptr : frames_.windows[0].data();
     return toliman::make<toliman::scene_calibration>(toliman_calibration_create, scene_.sim.get(), &image,
                                                      frames_.places.size(), frames_.predictions.data(), &options);
 }

@@ -88,13 +88,15 @@ class FitsFrames : public FrameFile {
         return us / 1e6;
     }
 
-    std::pair<int64_t, int64_t> window() override {
+    std::optional<FrameWindow> window(size_t) override {
+        if (!value_of("CENTR_X") && !value_of("CENTR_Y"))
+            return std::nullopt;
         constexpr int64_t kHalfCore = 64; // px from its first pixel to CENTR, less at the edge of the raw image
         const auto first = [this](const char *offset, const char *centre) {
             const std::optional<int64_t> middle = whole_number(centre);
             return middle ? whole_number(offset).value_or(0) + std::max<int64_t>(*middle - kHalfCore, 0) : 0;
         };
-        return {first("YOFF", "CENTR_Y"), first("XOFF", "CENTR_X")};
+        return FrameWindow{first("YOFF", "CENTR_Y"), first("XOFF", "CENTR_X")};
     }
 
   private:

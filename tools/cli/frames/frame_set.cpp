@@ -31,6 +31,7 @@ constexpr double kLeastSpan = 1;                    // px
 struct Candidate {
     size_t file, frame;
     toliman_fit_prediction prediction;
+    std::optional<FrameWindow> window;
     std::string fault; // empty: a good frame
     size_t dark_rows = 0;
     double light = 0, x = 0, y = 0; // counts above the median pixel, and their barycentre, px
@@ -187,7 +188,7 @@ void Reader::survey(Predictions &times, std::deque<toliman_spread> &spreads, std
                                         shape_text(scene_.info.rows, scene_.info.cols));
         times.open(*file);
         for (size_t i = 0; file->more(); i++) {
-            Candidate frame = {k, i, *times.from(i, 1), ""};
+            Candidate frame = {k, i, *times.from(i, 1), file->window(i), ""};
             if (frame.prediction.spread != nullptr)
                 frame.prediction.spread = &spreads.emplace_back(*frame.prediction.spread);
             if (const auto blank = file->read_values(image.data()))
@@ -276,7 +277,11 @@ FrameSet::FrameSet(const FrameOptions &options, const Scene &scene, const FrameC
     for (const Candidate *frame : chosen) {
         places.push_back({reader.paths()[frame->file], frame->frame});
         predictions.push_back(frame->prediction);
+        if (frame->window && windows.size() + 1 == places.size())
+            windows.push_back(*frame->window);
     }
+    if (windows.size() < places.size())
+        windows.clear();
     if (chosen.size() < frames.size())
         progress.tell(formatted("calibrates with %zu of %zu frames, ", chosen.size(), frames.size()) +
                       span_text(chosen));

@@ -27,6 +27,7 @@ struct FrameSet {
         size_t frame; // of the file
     };
     std::vector<double> pixels;
+    std::vector<FrameWindow> windows; // of each frame; empty if a file does not tell them
     std::vector<Place> places;
     std::vector<toliman_fit_prediction> predictions;
     std::string name(size_t i) const; // "night1.fits: frame 3"

@@ -1,5 +1,6 @@
 // Reads frames of a file or of standard input one by one: .npy, FITS or headerless.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -12,6 +13,8 @@
 #include <toliman/spread.h>
 
 namespace cli {
+
+using FrameWindow = std::array<int64_t, 2>; // row and column on the detector of a frame's first pixel
 
 class FrameFile {
   public:
@@ -48,8 +51,8 @@ class FrameFile {
     virtual std::optional<int64_t> first_id() { return std::nullopt; }
     // Length of each exposure by the file's own keywords, in s; 0: unknown.
     virtual double exposure_s() { return 0; }
-    // Row and column on the detector of the first pixel.
-    virtual std::pair<int64_t, int64_t> window() { return {0, 0}; }
+    // Row and column on the detector of the first pixel of a frame; empty if the file does not tell.
+    virtual std::optional<FrameWindow> window(size_t) { return std::nullopt; }
     const std::string &path() const noexcept { return path_; }
     // Of frames that are sums of frames, one for each; empty if they are single frames.
     virtual std::vector<toliman_spread> spreads() { return {}; }

@@ -46,8 +46,8 @@ class MissionFrames final : public FrameFile {
                 rows = static_cast<size_t>(frame_.rows);
                 cols = static_cast<size_t>(frame_.cols);
                 id_ = frame_.frame_id;
-                window_ = {frame_.window_row, frame_.window_col};
             }
+            windows_.push_back({frame_.window_row, frame_.window_col});
             regions.insert(frame_.roi);
             times_.push_back(frame_.camera_ns);
             has_sums_ |= frame_.spread != nullptr;
@@ -66,7 +66,7 @@ class MissionFrames final : public FrameFile {
     std::vector<toliman_spread> spreads() override { return has_sums_ ? spreads_ : std::vector<toliman_spread>(); }
     std::optional<int64_t> first_id() override { return id_; }
     double exposure_s() override { return options_.exposure_s; }
-    std::pair<int64_t, int64_t> window() override { return window_; }
+    std::optional<FrameWindow> window(size_t frame) override { return windows_.at(frame); }
     const std::vector<std::string> &notes() const noexcept override { return notes_; }
 
   private:
@@ -118,7 +118,7 @@ class MissionFrames final : public FrameFile {
     std::vector<toliman_spread> spreads_;
     bool has_sums_ = false;
     std::vector<std::string> notes_;
-    std::pair<int64_t, int64_t> window_;
+    std::vector<FrameWindow> windows_;
     int64_t id_ = 0;
     size_t delivered_ = 0; // frames of the second reading
 };

@@ -157,8 +157,13 @@ def layers(layout: str = "flight") -> list[Layer]:
     return found
 
 
+def layout_of(side: int) -> str:
+    """Returns the layout of networks whose images have this side, which toliman run takes for its frames."""
+    return next(name for name, size in SIDE.items() if size == side)
+
+
 @styled
-def architecture(names: typing.Sequence[str] = ("flight", "paper")) -> Figure:
+def architecture(names: typing.Sequence[str]) -> Figure:
     """The network's layers, a row for each layout: boxes are images (height: rows, width: channels, both on a
     logarithmic scale), arrows are operations."""
     figure, axes = new_figure(2.7 * len(names), len(names), 1)

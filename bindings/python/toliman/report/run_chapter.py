@@ -28,16 +28,16 @@ def add(folder: pathlib.Path, files: Images, page: Page) -> None:
     if files.pictures.displacement:
         _add_displacement(files.pictures.displacement, page)
     if has_network:
-        _add_network(page)
+        _add_network(chapter.layout_of(files.pictures.images["reconstructions"].values.shape[-1]), page)
 
 
-def _add_network(page: Page) -> None:
-    page.add_figure("architecture", chapter.architecture(),
+def _add_network(layout: str, page: Page) -> None:
+    page.add_figure("architecture", chapter.architecture((layout, "paper")),
                     "The network, as the chapter draws its own. Boxes are images, rows × columns × channels; "
                     "a dense layer "
                     "compresses the last to one number, the latent, which the chapter calls an atom. This run "
                     "used the layout "
-                    "flight; paper is that of the chapter, where a maximum is pooled and its place kept for "
+                    f"{layout}; paper is that of the chapter, where a maximum is pooled and its place kept for "
                     "un-pooling.")
     page.add_figure("pooling", chapter.pooling(_EXAMPLE),
                     "Pooling of 2 × 2 pixels, an example. Maxima do not change linearly with an image and "
