@@ -1,11 +1,5 @@
 // toliman: the command line program of libtoliman.
-#include <algorithm>
-#include <cstdio>
-#include <utility>
-
-#include "common/failure.hpp"
 #include "common/fast_blas.hpp"
-#include "common/stop.hpp"
 #include "options/command.hpp"
 #include "options/suggest.hpp"
 

@@ -1,17 +1,4 @@
 // toliman budget: which unknown parameters limit the separation, with the scene's mask and without.
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <functional>
-#include <optional>
-
-#include "common/failure.hpp"
-#include "common/json.hpp"
-#include "common/library.hpp"
-#include "common/output.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
 #include "scenes/scene_json.hpp"

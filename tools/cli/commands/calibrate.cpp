@@ -1,9 +1,5 @@
 // toliman calibrate: the parameters of the telescope from frames.
-#include "common/failure.hpp"
 #include "common/job_journal.hpp"
-#include "common/output.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "frames/calibration_output.hpp"
 #include "options/command.hpp"
 

@@ -68,7 +68,6 @@ void coadd(Options &options, Progress &progress) {
     const double every = seconds_of("--every", options.every), gap = seconds_of("--gap", options.gap);
     check_inputs(options.input);
     options.input.dated.leap_seconds = LeapSeconds(options.leap_seconds);
-    options.input.dated.one_session = true;
     const SceneFit scene(options.scene, "none", options.bad_pixels, progress);
     auto settings = toliman::sized<toliman_track_options>();
     settings.frames.stamp = TOLIMAN_FRAME_STAMP_START;

@@ -1,9 +1,5 @@
 // toliman convert: FITS to .npy and back.
 #include "common/content.hpp"
-#include "common/failure.hpp"
-#include "common/output.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "frames/frames_in.hpp"
 #include "frames/frames_out.hpp"
 #include "options/command.hpp"

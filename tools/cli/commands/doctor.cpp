@@ -1,25 +1,13 @@
 // toliman doctor: checks that this machine is fit to run toliman.
 #include <CLI/Version.hpp>
-#include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <cmath>
-#include <cstdio>
 #include <cstdlib>
-#include <cstring>
-#include <filesystem>
-
 #include <fcntl.h>
+#include <filesystem>
 #include <unistd.h>
 #include <zlib.h>
 
-#include <toliman/ingest.h>
-
-#include "common/failure.hpp"
-#include "common/json.hpp"
-#include "common/output.hpp"
 #include "common/provenance.hpp"
-#include "common/text.hpp"
 #include "frames/fits.hpp"
 #include "options/command.hpp"
 #include "scenes/observer_options.hpp"

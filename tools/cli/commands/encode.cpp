@@ -1,15 +1,6 @@
 // toliman encode: values from frames.
-#include <algorithm>
-#include <cstdio>
 #include <exception>
-#include <map>
-#include <utility>
 
-#include "common/failure.hpp"
-#include "common/library.hpp"
-#include "common/output.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "common/warnings.hpp"
 #include "frames/encoder.hpp"
 #include "frames/frame_options.hpp"

@@ -1,21 +1,11 @@
 // toliman merge: saved sums, or state folders, of several shards into one.
-#include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <fcntl.h>
-#include <functional>
 #include <iterator>
-#include <map>
-#include <memory>
 #include <string_view>
 #include <unistd.h>
 
 #include "backend/descriptor.hpp"
 #include "backend/temporary.hpp"
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/output.hpp"
 #include "downlink/setup_options.hpp"
 #include "downlink/state_folder.hpp"
 #include "options/command.hpp"

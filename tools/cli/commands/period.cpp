@@ -1,19 +1,10 @@
 // toliman period: the period of a time series.
-#include <map>
-#include <optional>
-#include <utility>
-
-#include "common/failure.hpp"
 #include "common/npy.hpp"
-#include "common/output.hpp"
-#include "common/text.hpp"
 #include "options/command.hpp"
 #include "series/fap.hpp"
-#include "series/noise.hpp"
-#include "series/peak_flags.hpp"
-#include "series/period_folder.hpp"
+#include "series/goodness.hpp"
+#include "series/period_report.hpp"
 #include "series/period_stream.hpp"
-#include "series/series_goodness.hpp"
 #include "series/series_options.hpp"
 
 namespace cli {

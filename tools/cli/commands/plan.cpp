@@ -1,15 +1,6 @@
 // toliman plan: approximations, errors and cost of a scene, before anything is computed.
-#include <algorithm>
-#include <cstdio>
-#include <optional>
-#include <string>
 #include <thread>
 
-#include "common/failure.hpp"
-#include "common/json.hpp"
-#include "common/output.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
 

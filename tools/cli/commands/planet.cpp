@@ -1,6 +1,4 @@
 // toliman planet: the planets of a series, and those that it excludes.
-#include "common/failure.hpp"
-#include "common/stop.hpp"
 #include "downlink/planet_job.hpp"
 #include "options/command.hpp"
 

@@ -1,14 +1,4 @@
 // toliman predict: the separation of a binary as an observer sees it.
-#include <algorithm>
-#include <cstdio>
-#include <cstring>
-
-#include "common/failure.hpp"
-#include "common/json.hpp"
-#include "common/library.hpp"
-#include "common/output.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/leap_seconds.hpp"
 #include "scenes/observer_options.hpp"

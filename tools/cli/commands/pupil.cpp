@@ -1,19 +1,9 @@
 // toliman pupil: designs a phase mask for a scene.
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <iterator>
-#include <optional>
 #include <sstream>
 
-#include "common/failure.hpp"
-#include "common/json.hpp"
-#include "common/library.hpp"
 #include "common/npy.hpp"
-#include "common/output.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
 #include "scenes/scene_json.hpp"

@@ -1,20 +1,9 @@
 // toliman refit: the orbit of a binary, fitted again to measured separations.
-#include <cmath>
-#include <utility>
-#include <vector>
-
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/json.hpp"
-#include "common/library.hpp"
-#include "common/output.hpp"
-#include "common/text.hpp"
 #include "downlink/state_folder.hpp"
 #include "options/command.hpp"
-#include "series/diagnosis.hpp"
-#include "series/measure.hpp"
+#include "series/goodness.hpp"
 #include "series/reduction.hpp"
-#include "series/series_goodness.hpp"
+#include "series/series.hpp"
 
 namespace cli {
 

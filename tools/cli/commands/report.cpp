@@ -1,13 +1,7 @@
 // toliman report: starts the Python module toliman.report on folders of results; writes those of state folders first.
-#include <cerrno>
-#include <cstring>
 #include <unistd.h>
 
 #include "common/content.hpp"
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/output.hpp"
-#include "common/stop.hpp"
 #include "downlink/ledger_report.hpp"
 #include "options/command.hpp"
 

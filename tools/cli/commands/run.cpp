@@ -1,13 +1,7 @@
 // toliman run: the whole chain from scene to period, and its result files.
 #include <chrono>
-#include <cmath>
-#include <cstdio>
 #include <filesystem>
 
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/output.hpp"
-#include "common/text.hpp"
 #include "frames/frame_loop.hpp"
 #include "options/command.hpp"
 #include "run/run_folder.hpp"

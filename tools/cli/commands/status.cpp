@@ -1,14 +1,6 @@
 // toliman status, toliman rebuild: the contents of a state folder, and its sums for another grid, clock or epoch.
-#include <algorithm>
-
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/library.hpp"
-#include "common/output.hpp"
-#include "common/text.hpp"
-#include "downlink/folder_goodness.hpp"
+#include "downlink/folder_facts.hpp"
 #include "downlink/ledger_report.hpp"
-#include "downlink/reference_options.hpp"
 #include "downlink/setup_options.hpp"
 #include "options/command.hpp"
 

@@ -4,14 +4,9 @@
 // a .npy header of 256 bytes (NumPy writes 128), the first line of a CSV file.
 #include "common/content.hpp"
 
-#include <algorithm>
 #include <cctype>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
-
-#include "common/failure.hpp"
-#include "common/text.hpp"
 
 namespace cli {
 

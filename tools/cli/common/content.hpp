@@ -1,8 +1,9 @@
 // Identifies files and folders by their first bytes, their suffix or the files in them.
 #pragma once
 #include <initializer_list>
-#include <string>
 #include <string_view>
+
+#include "common/common.hpp"
 
 namespace cli {
 

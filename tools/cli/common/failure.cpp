@@ -2,6 +2,8 @@
 
 #include <new>
 
+#include "common/common.hpp"
+
 namespace cli {
 
 namespace {

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <unistd.h>
 
-#include <toliman/toliman.hpp>
+#include "common/common.hpp"
 
 namespace cli {
 

@@ -1,13 +1,10 @@
 #include "common/input.hpp"
 
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <sys/stat.h>
 
+#include "common/common.hpp"
 #include "common/content.hpp"
-#include "common/failure.hpp"
-#include "common/stop.hpp"
 
 namespace cli {
 

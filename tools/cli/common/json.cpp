@@ -3,12 +3,10 @@
 // std::to_chars gives the digits of printf in a third of the time.
 #include "common/json.hpp"
 
-#include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <limits>
 
-#include "common/text.hpp"
+#include "common/common.hpp"
 
 namespace cli {
 

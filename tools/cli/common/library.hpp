@@ -1,4 +1,4 @@
-// Short forms of calls of the library that come in pairs.
+// Short forms of calls of the library.
 #pragma once
 #include <vector>
 
@@ -20,6 +20,20 @@ inline toliman_image plain_image(const void *frames) noexcept {
     toliman_image image = toliman::sized<toliman_image>();
     image.pixels = frames;
     return image;
+}
+
+inline toliman_measure_info info_of(const toliman_measure *measure) {
+    return toliman::result<toliman_measure_info>(toliman_measure_get_info, measure);
+}
+
+// Numbers of the samples, by their name in measure.h; empty if the series does not have them.
+inline std::vector<double> values_of(const toliman_measure *measure, const char *name) {
+    std::vector<double> values(static_cast<size_t>(info_of(measure).n));
+    const toliman_status status = toliman_measure_get_values(measure, name, values.data(), values.size());
+    if (status == TOLIMAN_E_NOT_FOUND)
+        return {};
+    toliman::check(status);
+    return values;
 }
 
 } // namespace cli

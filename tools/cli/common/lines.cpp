@@ -2,15 +2,9 @@
 // call is noticed within that second, and slow input can be followed without a thread.
 #include "common/lines.hpp"
 
-#include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <fcntl.h>
 #include <poll.h>
 #include <unistd.h>
-#include <utility>
-
-#include "common/failure.hpp"
 
 namespace cli {
 

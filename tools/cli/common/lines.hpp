@@ -1,8 +1,6 @@
 // Reads lines of text as they arrive, from a file, a pipe or standard input.
 #pragma once
-#include <functional>
-#include <string>
-#include <vector>
+#include "common/common.hpp"
 
 namespace cli {
 

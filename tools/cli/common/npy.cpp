@@ -1,7 +1,6 @@
 #include "common/npy.hpp"
 
 #include "common/content.hpp"
-#include "common/failure.hpp"
 
 namespace cli {
 

@@ -1,11 +1,6 @@
 // Headers of NumPy .npy files.
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <vector>
-
-#include "common/input.hpp"
-#include "common/output.hpp"
+#include "common/common.hpp"
 #include "frame/npy.hpp"
 
 namespace cli {

@@ -5,23 +5,16 @@
 // written by poll(2) and write(2) of at most PIPE_BUF bytes, so that a signal can end the wait for a slow reader.
 #include "common/output.hpp"
 
-#include <algorithm>
-#include <cerrno>
 #include <climits>
-#include <cstring>
 #include <fcntl.h>
 #include <filesystem>
 #include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <utility>
 
 #include "backend/temporary.hpp"
+#include "common/common.hpp"
 #include "common/content.hpp"
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 
 namespace cli {
 

@@ -1,11 +1,9 @@
 #include "common/parallel.hpp"
 
-#include <algorithm>
 #include <atomic>
 #include <exception>
 #include <system_error>
 #include <thread>
-#include <vector>
 
 namespace cli {
 

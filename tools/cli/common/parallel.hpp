@@ -1,7 +1,6 @@
 // Runs independent jobs on all processors.
 #pragma once
-#include <cstddef>
-#include <functional>
+#include "common/common.hpp"
 
 namespace cli {
 

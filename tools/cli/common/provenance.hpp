@@ -1,8 +1,6 @@
 // Where a result comes from: command line, date and processor.
 #pragma once
-#include <string>
-
-#include "common/json.hpp"
+#include "common/common.hpp"
 
 namespace cli {
 

@@ -5,20 +5,17 @@
 // of this: the process never ends between the creation of a file and its registration.
 #include "common/stop.hpp"
 
-#include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <mutex>
 #include <semaphore.h>
 #include <sys/time.h>
 #include <system_error>
 #include <thread>
 #include <unistd.h>
-#include <utility>
-#include <vector>
+
+#include "common/common.hpp"
 
 namespace cli {
 

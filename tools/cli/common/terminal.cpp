@@ -1,16 +1,10 @@
 #include "common/terminal.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <toliman/toliman.hpp>
-
-#include "common/stop.hpp"
-#include "common/text.hpp"
+#include "common/common.hpp"
 
 namespace cli {
 

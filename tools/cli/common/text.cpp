@@ -1,11 +1,10 @@
 #include "common/text.hpp"
 
-#include <algorithm>
 #include <cinttypes>
-#include <cmath>
 #include <cstdarg>
-#include <cstdio>
 #include <cstdlib>
+
+#include "common/common.hpp"
 
 namespace cli {
 

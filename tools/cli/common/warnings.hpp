@@ -1,11 +1,8 @@
 // Warnings about many frames, files or lines: the first of each kind are told at once, the number of all at the end.
 #pragma once
-#include <cstdint>
-#include <map>
 #include <set>
-#include <string>
 
-#include "common/terminal.hpp"
+#include "common/common.hpp"
 
 namespace cli {
 

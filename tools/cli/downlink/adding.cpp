@@ -9,6 +9,7 @@
 #include "common/json.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
+#include "frames/frame_files.hpp"
 
 namespace cli {
 
@@ -57,7 +58,7 @@ void Adding::take(const std::shared_ptr<FrameSource> &, const toliman_frame &fra
     } else if (files_.frames().contains(frame)) {
         known_++;
     } else {
-        add(frame, place);
+        add(frame, event);
         files_.frames().insert(frame);
     }
     if (std::chrono::steady_clock::now() - saved_ > kPatience)
@@ -92,7 +93,11 @@ bool Adding::to_counts(toliman_frame &frame, const std::string &place) {
     return true;
 }
 
-void Adding::add(toliman_frame frame, const std::string &place) {
+// A sum is of one session: files without lines, whose session is their name, share one.
+void Adding::add(toliman_frame frame, const toliman_ingest_event &event) {
+    const std::string place = place_of(event);
+    if (is_dated_file(event.file))
+        frame.session = "files";
     if (frame.pixel == TOLIMAN_PIXEL_F64 && !to_counts(frame, place))
         return;
     auto outcome = toliman::sized<toliman_coadd_outcome>();

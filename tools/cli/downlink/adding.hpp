@@ -33,7 +33,7 @@ class Adding : public FrameSink {
 
   private:
     bool to_counts(toliman_frame &frame, const std::string &place);
-    void add(toliman_frame frame, const std::string &place);
+    void add(toliman_frame frame, const toliman_ingest_event &event);
     void check_region(const char *roi, const std::string &place);
     void end_sum(const char *reason);
 

@@ -1,10 +1,5 @@
 #include "downlink/bank_watch.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
-#include "common/text.hpp"
 #include "frames/bank.hpp"
 
 namespace cli {

@@ -1,9 +1,5 @@
 // Efficiency of the networks of a bank for the frames that a tracker accepts.
 #pragma once
-#include <cstdint>
-#include <string>
-
-#include "common/terminal.hpp"
 #include "downlink/state_folder.hpp"
 
 namespace cli {

@@ -1,14 +1,42 @@
 // Inputs of `toliman track` and `coadd`: files, folders, names on standard input, once or as they grow.
 #pragma once
-#include <map>
-#include <memory>
 #include <set>
-#include <string>
-#include <vector>
 
-#include "downlink/dated_files.hpp"
+#include "downlink/frame_source.hpp"
+#include "frames/predictions.hpp"
 
 namespace cli {
+
+struct DatedFileOptions {
+    std::optional<double> cadence; // seconds
+    std::string session;           // empty: the name of the file
+    std::string unit;              // of FITS files: name or number of the HDU; empty: see open_frames
+    LeapSeconds leap_seconds;
+    bool begins_at_epoch = false; // times by the cadence or the table FRAMES count from time 0 of the folder
+};
+
+// Opens such files. Compares each file with those before it.
+class DatedFiles {
+  public:
+    DatedFiles(const DatedFileOptions &options, FrameSink &sink) : options_(options), sink_(sink) {}
+    // Frames outside `wanted` are skipped.
+    std::shared_ptr<FrameSource> open(const std::string &path, const FrameIds &wanted);
+
+  private:
+    // The frames of a file. Times are set if they follow from the cadence.
+    struct Span {
+        std::string path, session;
+        int64_t first_id, last_id, first_ns = 0, last_ns = 0;
+    };
+    Span span_of(FrameFile &file);
+    FrameTimes times_of(FrameFile &file, const Span &span);
+    void warn_of_overlap(Span span, const FrameTimes &times);
+
+    const DatedFileOptions &options_;
+    FrameSink &sink_;
+    std::string unnumbered_;  // the file without FRAME1 that had --session
+    std::vector<Span> spans_; // with times by the cadence
+};
 
 struct InputOptions {
     std::vector<std::string> inputs;

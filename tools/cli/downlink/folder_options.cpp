@@ -1,13 +1,8 @@
 #include "downlink/folder_options.hpp"
 
 #include <CLI/App.hpp>
-#include <algorithm>
 #include <tuple>
-#include <utility>
 
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/text.hpp"
 #include "downlink/ledger_report.hpp"
 #include "options/command.hpp"
 

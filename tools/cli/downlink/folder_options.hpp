@@ -1,11 +1,6 @@
 // Options of `track` for its state folder and estimator, and the tracker that they describe.
 #pragma once
-#include <optional>
-#include <string>
-
-#include "downlink/known_sums.hpp"
 #include "downlink/realigner.hpp"
-#include "downlink/reference_options.hpp"
 #include "downlink/setup_options.hpp"
 #include "downlink/state_folder.hpp"
 #include "frames/estimator.hpp"

@@ -1,8 +1,5 @@
 #include "downlink/frame_source.hpp"
 
-#include "common/failure.hpp"
-#include "common/library.hpp"
-
 namespace cli {
 
 namespace {

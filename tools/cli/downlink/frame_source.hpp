@@ -1,11 +1,6 @@
 // Frames of one input of `track`: a file (dated_files), or a pair of files that may still grow.
 #pragma once
-#include <cstdint>
-#include <memory>
-#include <string>
-#include <vector>
-
-#include <toliman/toliman.hpp>
+#include "common/common.hpp"
 
 namespace cli {
 

@@ -1,19 +1,13 @@
 #include "downlink/ledger_report.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstdio>
-#include <map>
 
 #include "common/content.hpp"
-#include "common/output.hpp"
 #include "common/provenance.hpp"
-#include "common/text.hpp"
-#include "downlink/folder_goodness.hpp"
-#include "downlink/tracked_series.hpp"
+#include "downlink/folder_facts.hpp"
+#include "downlink/state_folder.hpp"
 #include "series/fap.hpp"
-#include "series/period_folder.hpp"
+#include "series/period_report.hpp"
 #include "series/periodogram.hpp"
 
 namespace cli {

@@ -1,13 +1,6 @@
 // Prints and writes what a state folder contains: records of its ledger, status, results.
 #pragma once
-#include <functional>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include <toliman/toliman.hpp>
-
-#include "downlink/period_facts.hpp"
+#include "downlink/folder_facts.hpp"
 #include "downlink/state_folder.hpp"
 
 namespace cli {

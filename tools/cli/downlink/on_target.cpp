@@ -4,16 +4,6 @@
 // the quotient of two numbers that are exact. A binary search finds the windows of a frame.
 #include "downlink/on_target.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
-
-#include <toliman/toliman.hpp>
-
-#include "common/failure.hpp"
-#include "common/terminal.hpp"
-#include "common/text.hpp"
-
 namespace cli {
 
 namespace {

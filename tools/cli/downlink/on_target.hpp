@@ -1,12 +1,6 @@
 // On-target windows of `track --on-target`: intervals of frames in which the telescope points at the stars.
 #pragma once
-#include <cstdint>
-#include <string>
-#include <vector>
-
-#include <toliman/track.h>
-
-#include "common/terminal.hpp"
+#include "common/common.hpp"
 #include "scenes/leap_seconds.hpp"
 
 namespace cli {

@@ -1,13 +1,8 @@
 #include "downlink/planet_job.hpp"
 
-#include <utility>
-
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/output.hpp"
 #include "downlink/state_folder.hpp"
 #include "options/command.hpp"
-#include "series/measure.hpp"
+#include "series/series.hpp"
 
 namespace cli {
 

@@ -1,11 +1,7 @@
 // The work of planet: input, search, map and output, for one process or for one of many that share a map.
 #pragma once
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "scenes/star_data.hpp"
-#include "series/planet_folder.hpp"
+#include "series/planet_report.hpp"
 #include "series/series_options.hpp"
 
 namespace cli {

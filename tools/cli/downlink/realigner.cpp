@@ -1,7 +1,5 @@
 #include "downlink/realigner.hpp"
 
-#include <cstring>
-
 namespace cli {
 
 namespace {

@@ -1,9 +1,6 @@
 // Finds frames that are not at their places in a file, because bytes before them were lost or added.
 #pragma once
 #include <deque>
-#include <map>
-#include <memory>
-#include <vector>
 
 #include "downlink/frame_source.hpp"
 

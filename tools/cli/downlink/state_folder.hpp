@@ -1,13 +1,7 @@
-// State folders of `toliman track`: opens them, and prints counts.
+// State folders of `toliman track`: opens them, prints counts, and gives their frames as a series.
 #pragma once
-#include <optional>
-#include <string>
-
-#include <toliman/toliman.hpp>
-
-#include "common/json.hpp"
-#include "common/terminal.hpp"
-#include "frames/frame_times.hpp"
+#include "frames/predictions.hpp"
+#include "series/series.hpp"
 
 namespace cli {
 
@@ -40,5 +34,15 @@ toliman::measurements measured_frames(const std::string &folder, const std::opti
 
 // The values of all accepted frames.
 toliman::measurements accepted_frames(const toliman::tracker &tracker, const std::string &folder);
+
+// A time in TAI, in units of unit_ns since time_offset_ns.
+double time_of(int64_t tai_ns, const toliman_track_options &how);
+
+// The columns of the periodogram: elements of the orbit whose errors are fitted. The coefficients are in px, the errors
+// in units of the elements.
+std::vector<NuisanceColumn> element_columns(const toliman::tracker &tracker);
+
+// Those in the periodogram, in order of arrival; t in units of unit_ns since time_offset_ns.
+Series tracked_series(const toliman::tracker &tracker);
 
 } // namespace cli

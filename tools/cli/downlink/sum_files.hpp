@@ -7,7 +7,7 @@
 #include <toliman/toliman.hpp>
 
 #include "backend/descriptor.hpp"
-#include "downlink/frame_ids.hpp"
+#include "downlink/known_frames.hpp"
 
 namespace cli {
 
@@ -21,7 +21,7 @@ class SumFiles {
 
     const std::vector<uint8_t> &saved() const noexcept { return saved_; } // state of the library; empty: none
     bool resumes() const noexcept { return !saved_.empty(); }
-    FrameIds &frames() noexcept { return frames_; } // that the saved sums and the state contain
+    KnownFrames &frames() noexcept { return frames_; } // that the saved sums and the state contain
     int64_t sums() const noexcept { return sums_; }
     bool has_state() const noexcept { return has_state_; } // on the disk
 
@@ -37,7 +37,7 @@ class SumFiles {
 
     std::string stem_, session_, options_, digest_;
     std::vector<uint8_t> saved_;
-    FrameIds frames_;
+    KnownFrames frames_;
     bool has_state_ = false;
     int64_t sums_ = 0, pixel_bytes_ = 0, line_bytes_ = 0; // of the pair
     toliman::Descriptor pixels_, lines_;

@@ -1,16 +1,8 @@
 #include "downlink/tracking.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <unistd.h>
-#include <utility>
 
-#include "common/failure.hpp"
-#include "common/json.hpp"
-#include "common/output.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
-#include "downlink/folder_goodness.hpp"
+#include "downlink/folder_facts.hpp"
 #include "downlink/ledger_report.hpp"
 
 namespace cli {

@@ -2,19 +2,13 @@
 #pragma once
 #include <chrono>
 #include <deque>
-#include <map>
-#include <memory>
-#include <optional>
 #include <set>
-#include <string>
-#include <vector>
 
-#include "common/terminal.hpp"
 #include "common/warnings.hpp"
 #include "downlink/bank_watch.hpp"
+#include "downlink/folder_facts.hpp"
 #include "downlink/frame_source.hpp"
 #include "downlink/on_target.hpp"
-#include "downlink/period_facts.hpp"
 #include "downlink/realigner.hpp"
 #include "downlink/state_folder.hpp"
 

@@ -1,10 +1,6 @@
 #include "frames/bank.hpp"
 
-#include <cmath>
-
 #include "common/content.hpp"
-#include "common/failure.hpp"
-#include "common/text.hpp"
 #include "scenes/dates.hpp"
 
 namespace cli {

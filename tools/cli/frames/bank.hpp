@@ -1,8 +1,6 @@
 // Loads banks of networks, and states until when one can be used.
 #pragma once
-#include <string>
-
-#include "common/library.hpp"
+#include "common/common.hpp"
 #include "scenes/scene.hpp"
 
 namespace cli {

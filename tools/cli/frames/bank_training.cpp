@@ -1,12 +1,6 @@
 #include "frames/bank_training.hpp"
 
-#include <algorithm>
-#include <optional>
-
-#include "common/failure.hpp"
 #include "common/job_journal.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "scenes/dates.hpp"
 
 namespace cli {

@@ -1,8 +1,5 @@
 // Training of a bank of networks, for `train --bank`.
 #pragma once
-#include <string>
-#include <vector>
-
 #include "frames/bank.hpp"
 #include "frames/scene_fit.hpp"
 

@@ -2,15 +2,8 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <optional>
-#include <utility>
 
-#include "common/failure.hpp"
-#include "common/input.hpp"
 #include "common/job_journal.hpp"
-#include "common/library.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "frames/predictions.hpp"
 #include "frames/scene_fit.hpp"
 #include "scenes/scene_defaults.hpp"

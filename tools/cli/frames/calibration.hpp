@@ -1,9 +1,5 @@
 // Calibrates a scene with the frames of files, for `calibrate`.
 #pragma once
-#include <string>
-#include <vector>
-
-#include "common/terminal.hpp"
 #include "frames/frame_set.hpp"
 #include "scenes/scene.hpp"
 

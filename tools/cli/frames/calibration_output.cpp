@@ -1,16 +1,9 @@
 #include "frames/calibration_output.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <filesystem>
-#include <optional>
 
-#include "common/json.hpp"
-#include "common/library.hpp"
 #include "common/npy.hpp"
 #include "common/provenance.hpp"
-#include "common/text.hpp"
 #include "scenes/windows.hpp"
 
 namespace cli {

@@ -1,10 +1,5 @@
 // Results of a calibration: fitted scenes, JSON, arrays for the report, and text.
 #pragma once
-#include <memory>
-#include <string>
-#include <vector>
-
-#include "common/output.hpp"
 #include "frames/calibration.hpp"
 
 namespace cli {

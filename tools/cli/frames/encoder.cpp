@@ -1,11 +1,6 @@
 #include "frames/encoder.hpp"
 
-#include <cmath>
-#include <cstdint>
-
-#include "common/failure.hpp"
-#include "common/text.hpp"
-#include "frames/fit_encoder.hpp"
+#include "frames/predictions.hpp"
 
 namespace cli {
 
@@ -64,6 +59,169 @@ class ValueEncoder final : public Encoder {
     std::string columns_;
 };
 
+using Flags = std::vector<std::pair<uint32_t, const char *>>;
+
+const Flags kFitFlags = {{TOLIMAN_FIT_NOT_CONVERGED, "not_converged"},
+                         {TOLIMAN_FIT_SATURATED, "saturated"},
+                         {TOLIMAN_FIT_EDGE, "edge"},
+                         {TOLIMAN_FIT_SEARCHED, "searched"}};
+const Flags kBankFlags = {{TOLIMAN_BANK_OUTSIDE, "outside"}, {TOLIMAN_BANK_LOW_EFFICIENCY, "low_efficiency"}};
+
+void add_words(const Flags &names, uint32_t flags, std::vector<std::string> &words) {
+    for (const auto &[flag, word] : names)
+        if ((flags & flag) != 0)
+            words.push_back(word);
+}
+
+constexpr char kPlaceColumns[] = "position_angle_deg,x_px,y_px,flux_a,flux_b,background,iterations,flags";
+
+// The columns kPlaceColumns except the last.
+std::string place_words(const toliman_fit_result &result) {
+    return formatted("%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%d,", result.position_angle_deg, result.x_px, result.y_px,
+                     result.flux_a, result.flux_b, result.background, result.iterations);
+}
+
+std::vector<Doubt> fit_doubts(const toliman_fit_result &result) {
+    std::vector<Doubt> doubts;
+    if ((result.flags & TOLIMAN_FIT_NOT_CONVERGED) != 0)
+        doubts.push_back({"did not converge", "the fit did not converge: its numbers are nan"});
+    doubt_goodness(goodness_of(result), doubts);
+    if ((result.flags & TOLIMAN_FIT_SEARCHED) != 0)
+        doubts.push_back({"have their stars elsewhere than predicted",
+                          "the stars were not at their predicted places, and were searched for"});
+    return doubts;
+}
+
+class FitEncoder final : public Encoder {
+  public:
+    FitEncoder(const Estimator &estimator, size_t most, const FrameClock &clock, Progress &progress)
+        : fit_(estimator.fit.get()), predictions_(estimator.times, most, clock, progress),
+          results_(most, toliman::sized<toliman_fit_result>()),
+          columns_(std::string("displacement_px,") + kGoodnessColumns + ",separation_px,separation_sigma_px," +
+                   kPlaceColumns) {}
+
+    const char *columns() const override { return columns_.c_str(); }
+    void open(FrameFile &frames) override { predictions_.open(frames); }
+
+    toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
+        return toliman_fit_frame(fit_, &image, count, predictions_.from(first, count), results_.data(), nullptr,
+                                 nullptr);
+    }
+
+    std::string line(size_t i) const override {
+        const toliman_fit_result &result = results_[i];
+        std::vector<std::string> words;
+        add_words(kFitFlags, result.flags, words);
+        return formatted("%.17g,", result.displacement_px) + goodness_cells(goodness_of(result)) +
+               formatted(",%.17g,%.6g,", result.separation_px, result.separation_sigma_px) + place_words(result) +
+               joined(words, "+");
+    }
+
+    std::vector<Doubt> doubts(size_t i) const override { return fit_doubts(results_[i]); }
+    Separation separation(size_t i) const override {
+        return {predictions_.tai_ns(i), predictions_.days(i), results_[i].separation_px};
+    }
+
+  private:
+    const toliman_fit *fit_;
+    Predictions predictions_;
+    std::vector<toliman_fit_result> results_;
+    std::string columns_;
+};
+
+class BankEncoder final : public Encoder {
+  public:
+    BankEncoder(const Estimator &estimator, size_t most, const FrameClock &clock, Progress &progress)
+        : estimator_(estimator), info_(toliman::result<toliman_bank_info>(toliman_bank_get_info, estimator.bank.get())),
+          predictions_(estimator.times, most, clock, progress), results_(most, toliman::sized<toliman_bank_result>()),
+          fits_(most, toliman::sized<toliman_fit_result>()),
+          columns_(std::string("displacement_px,") + kGoodnessColumns +
+                   ",separation_px,separation_sigma_px,efficiency,network,fit_displacement_px," + kPlaceColumns) {}
+
+    const char *columns() const override { return columns_.c_str(); }
+    void open(FrameFile &frames) override {
+        refuse_sums(frames, "a bank");
+        predictions_.open(frames);
+    }
+
+    toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
+        const toliman_status status =
+            toliman_bank_encode(estimator_.bank.get(), estimator_.fit.get(), &image, count,
+                                predictions_.from(first, count), results_.data(), fits_.data());
+        for (size_t i = 0; status == TOLIMAN_OK && i < count; i++)
+            record(results_[i]);
+        return status;
+    }
+
+    std::string line(size_t i) const override {
+        const toliman_bank_result &result = results_[i];
+        const toliman_fit_result &fit = fits_[i];
+        std::vector<std::string> words;
+        add_words(kFitFlags, fit.flags, words);
+        add_words(kBankFlags, result.flags, words);
+        return formatted("%.17g,", result.displacement_px) + goodness_cells(goodness_of(result)) +
+               formatted(",%.17g,%.6g,%.6g,%lld,%.17g,", result.separation_px, result.sigma_px, result.efficiency,
+                         static_cast<long long>(result.network), fit.displacement_px) +
+               place_words(fit) + joined(words, "+");
+    }
+
+    std::vector<Doubt> doubts(size_t i) const override {
+        std::vector<Doubt> doubts = fit_doubts(fits_[i]);
+        const Apart efficiency = apart(results_[i].efficiency, kLeastEfficiency, 3);
+        if ((results_[i].flags & TOLIMAN_BANK_LOW_EFFICIENCY) != 0)
+            doubts.push_back({"have a low efficiency", "an efficiency of " + efficiency.value + " is below " +
+                                                           efficiency.limit +
+                                                           ": the stars are far from the places of the networks, or "
+                                                           "these have too few steps of training"});
+        return doubts;
+    }
+
+    Separation separation(size_t i) const override {
+        return {predictions_.tai_ns(i), predictions_.days(i), results_[i].separation_px};
+    }
+
+    void end(Progress &progress) const override {
+        if (outside_ > 0 && !estimator_.renewal.empty())
+            progress.warn(
+                formatted("%zu of %zu frames are outside the dates of the bank: ", outside_, efficiencies_.size()) +
+                estimator_.renewal);
+        else if (ends())
+            progress.warn("the dates of the bank end: " + estimator_.renewal);
+        if (efficiencies_.empty())
+            return;
+        std::vector<double> sorted = efficiencies_;
+        std::sort(sorted.begin(), sorted.end());
+        progress.tell(formatted("efficiency of the networks: smallest %.4f, median %.4f", sorted.front(),
+                                sorted[sorted.size() / 2]));
+    }
+
+  private:
+    void record(const toliman_bank_result &result) {
+        if ((result.flags & TOLIMAN_BANK_NOT_FITTED) != 0)
+            return;
+        efficiencies_.push_back(result.efficiency);
+        outside_ += (result.flags & TOLIMAN_BANK_OUTSIDE) != 0;
+        at_last_date_ = at_last_date_ || result.network >= info_.networks - info_.places;
+    }
+
+    // Whether the frames are at the last date of a bank whose efficiency decreases towards it.
+    bool ends() const {
+        constexpr double kEnding = 0.98;
+        return at_last_date_ && !estimator_.renewal.empty() &&
+               efficiency_at(estimator_.bank, estimator_.fit, info_.last_days) < kEnding;
+    }
+
+    const Estimator &estimator_;
+    toliman_bank_info info_;
+    Predictions predictions_;
+    std::vector<toliman_bank_result> results_;
+    std::vector<toliman_fit_result> fits_;
+    std::string columns_;
+    std::vector<double> efficiencies_; // of all fitted frames
+    size_t outside_ = 0;               // those outside the dates of the bank
+    bool at_last_date_ = false;        // whether a frame was encoded by a network of the last date
+};
+
 } // namespace
 
 std::string goodness_cells(const toliman_frame_goodness &fit) {
@@ -93,6 +251,13 @@ std::unique_ptr<Encoder> make_encoder(const Estimator &estimator, size_t most, c
     if (estimator.fit)
         return make_fit_encoder(estimator, most, clock, progress);
     return std::make_unique<ValueEncoder>(estimator, most);
+}
+
+std::unique_ptr<Encoder> make_fit_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,
+                                          Progress &progress) {
+    if (estimator.bank)
+        return std::make_unique<BankEncoder>(estimator, most, clock, progress);
+    return std::make_unique<FitEncoder>(estimator, most, clock, progress);
 }
 
 } // namespace cli

@@ -1,10 +1,5 @@
 // Values of frames as lines of CSV, for `encode`.
 #pragma once
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "frames/estimator.hpp"
 #include "frames/frames_in.hpp"
 #include "frames/predictions.hpp"
@@ -66,5 +61,9 @@ class Encoder {
 // The estimator and `progress` must outlive the encoder. clock: for fits, as in Predictions.
 std::unique_ptr<Encoder> make_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,
                                       Progress &progress);
+
+// estimator.fit must be there. Otherwise as make_encoder.
+std::unique_ptr<Encoder> make_fit_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,
+                                          Progress &progress);
 
 } // namespace cli

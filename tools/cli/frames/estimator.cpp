@@ -1,6 +1,5 @@
 #include "frames/estimator.hpp"
 
-#include "common/stop.hpp"
 #include "frames/scene_fit.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"

@@ -1,18 +1,9 @@
 // The estimator of a command: a network (--weights), the template of a scene (--template), its fit (--fit), or a bank
 // of networks that follow the fit (--fit and --weights).
 #pragma once
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "common/terminal.hpp"
 #include "frames/bank.hpp"
 #include "frames/network.hpp"
 #include "scenes/scene_defaults.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace cli {
 

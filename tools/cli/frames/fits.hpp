@@ -1,8 +1,8 @@
 // Owned CFITSIO files, opened and created by plain names.
 #pragma once
 #include <fitsio.h>
-#include <memory>
-#include <string>
+
+#include "common/common.hpp"
 
 namespace cli {
 

@@ -4,15 +4,9 @@
 // of the FITS standard, are SEQNUM, CAMTIME in ns, EXPOSURE in us, and the place of the core on the detector. The file
 // is opened by fits_open_diskfile, because CFITSIO treats file names as expressions (filters, URLs, ~), and its first
 // bytes are checked before. Undefined pixels are NaN.
-#include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "common/content.hpp"
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/text.hpp"
 #include "frames/fits.hpp"
 #include "frames/frames_in.hpp"
 

@@ -1,11 +1,7 @@
 // Writes FITS images, and cubes of simulated frames with header and table. A cube is u32 (BZERO = 2^31) if its frames
 // are whole counts and the expected peak is below 2^31, half the range, and float64 otherwise.
 #include <numeric>
-#include <optional>
 
-#include "common/failure.hpp"
-#include "common/output.hpp"
-#include "common/text.hpp"
 #include "frames/fits.hpp"
 #include "frames/frames_out.hpp"
 #include "scenes/dates.hpp"

@@ -1,7 +1,6 @@
-// Names of the files that hold frames, and those of a folder.
+// Names of the files that hold frames, and those of a folder; whether a batch can be read at all.
 #pragma once
-#include <string>
-#include <vector>
+#include "common/common.hpp"
 
 namespace cli {
 
@@ -30,5 +29,9 @@ bool has_stamps(const std::vector<std::string> &inputs);
 // Throws Failure, which lists them, if the pairs among files and folders have several regions of the detector, by the
 // first roi_label of each: frames of two regions must not share a periodogram or a calibration.
 void check_one_region(const std::vector<std::string> &inputs);
+
+// Throws Failure if netCDF crashes on the file, as HDF5 1.10 does where the checksum of a table of names is wrong.
+// Errors that netCDF reports are left to the reader.
+void probe_batch(const std::string &path);
 
 } // namespace cli

@@ -1,10 +1,6 @@
 #include "frames/frame_loop.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <numeric>
-
-#include "common/stop.hpp"
 
 namespace cli {
 

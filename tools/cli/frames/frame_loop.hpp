@@ -1,9 +1,8 @@
 // Simulates the frames of a scene in chunks, on all processors, for `run`.
 #pragma once
 #include <chrono>
-#include <functional>
-#include <vector>
 
+#include "common/common.hpp"
 #include "scenes/scene.hpp"
 
 namespace cli {

@@ -1,12 +1,7 @@
 #include "frames/frame_options.hpp"
 
-#include <algorithm>
-
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/text.hpp"
 #include "frames/frame_files.hpp"
-#include "frames/frame_times.hpp"
+#include "frames/predictions.hpp"
 #include "options/command.hpp"
 
 namespace cli {

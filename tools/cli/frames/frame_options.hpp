@@ -1,15 +1,6 @@
 // Options of `encode` and `calibrate` for the files of their frames.
 #pragma once
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "frames/frames_in.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace cli {
 

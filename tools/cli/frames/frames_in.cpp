@@ -3,16 +3,11 @@
 // have exactly the bytes of its shape. Only headerless standard input has an unknown number of frames.
 #include "frames/frames_in.hpp"
 
-#include <algorithm>
 #include <charconv>
-#include <cmath>
-#include <cstring>
 #include <iterator>
 
 #include "common/content.hpp"
-#include "common/failure.hpp"
 #include "common/npy.hpp"
-#include "common/text.hpp"
 
 namespace cli {
 

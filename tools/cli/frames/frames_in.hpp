@@ -1,16 +1,9 @@
 // Reads frames of a file or of standard input one by one: .npy, FITS or headerless.
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include <toliman/image.h>
 #include <toliman/spread.h>
+
+#include "common/common.hpp"
 
 namespace cli {
 

@@ -1,12 +1,6 @@
 #include "frames/frames_out.hpp"
 
-#include <cmath>
-
-#include "common/failure.hpp"
-#include "common/input.hpp"
 #include "common/npy.hpp"
-#include "common/output.hpp"
-#include "common/text.hpp"
 #include "frames/frames_in.hpp"
 #include "scenes/scene_json.hpp"
 

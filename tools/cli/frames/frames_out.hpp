@@ -1,11 +1,6 @@
 // Writes frames: .npy, FITS, headerless counts, or the mission's pair of files.
 #pragma once
-#include <cstdint>
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
-
+#include "common/common.hpp"
 #include "scenes/scene.hpp"
 
 namespace cli {

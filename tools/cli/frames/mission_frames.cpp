@@ -1,16 +1,8 @@
 // Frames of a pair of files or of a batch as one file of frames, for `encode` and `calibrate`. A first reading finds
 // the valid frames, their number and times; the second one delivers them. What the first one complains about is in
 // notes().
-#include <algorithm>
-#include <cstring>
 #include <set>
 
-#include <toliman/toliman.hpp>
-
-#include "common/failure.hpp"
-#include "common/library.hpp"
-#include "common/text.hpp"
-#include "frames/batch_probe.hpp"
 #include "frames/frame_files.hpp"
 #include "frames/frames_in.hpp"
 

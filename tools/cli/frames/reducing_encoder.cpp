@@ -2,11 +2,6 @@
 // on-target intervals are those of the scene's cadence.
 #include "frames/reducing_encoder.hpp"
 
-#include <cmath>
-#include <utility>
-
-#include "common/failure.hpp"
-#include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/dates.hpp"
 #include "scenes/leap_seconds.hpp"

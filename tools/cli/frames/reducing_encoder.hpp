@@ -1,9 +1,5 @@
 // Reduces the separations of encoded frames to the orbit of a binary: `encode --fit SCENE --system SYSTEM`.
 #pragma once
-#include <memory>
-#include <optional>
-#include <string>
-
 #include "frames/encoder.hpp"
 #include "scenes/observer_options.hpp"
 

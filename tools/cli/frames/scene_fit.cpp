@@ -1,8 +1,5 @@
 #include "frames/scene_fit.hpp"
 
-#include "common/failure.hpp"
-#include "common/stop.hpp"
-
 namespace cli {
 
 namespace {

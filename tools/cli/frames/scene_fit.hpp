@@ -1,9 +1,6 @@
 // The fit of a scene file, or of the scenes of a calibration with windows (--fit, --free).
 #pragma once
-#include <string>
-#include <vector>
-
-#include "common/terminal.hpp"
+#include "common/common.hpp"
 #include "scenes/scene.hpp"
 #include "scenes/windows.hpp"
 

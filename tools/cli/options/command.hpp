@@ -2,12 +2,8 @@
 #pragma once
 #include <CLI/App.hpp> // alone: what CLI/CLI.hpp adds is compiled once, in commands.cpp
 #include <charconv>
-#include <cstdint>
-#include <functional>
-#include <memory>
-#include <string>
 
-#include "common/terminal.hpp"
+#include "common/common.hpp"
 
 namespace cli {
 

@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <sstream>
 
+#include "common/common.hpp"
+
 namespace cli {
 
 constexpr size_t kHelpWidth = 100;

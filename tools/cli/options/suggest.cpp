@@ -2,12 +2,9 @@
 // CLI11 offers no other hook.
 #include "options/suggest.hpp"
 
-#include <algorithm>
 #include <cstdlib>
-#include <vector>
 
 #include "base/nearest_word.hpp"
-#include "common/text.hpp"
 #include "options/command.hpp"
 
 namespace cli {

@@ -1,7 +1,6 @@
 // Messages for invalid command lines, with "did you mean" for mistyped commands, options and values.
 #pragma once
-#include <string>
-#include <vector>
+#include "common/common.hpp"
 
 namespace CLI {
 class App;

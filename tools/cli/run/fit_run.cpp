@@ -3,11 +3,8 @@
 // places of the stars.
 #include "run/fit_run.hpp"
 
-#include <algorithm>
 #include <iterator>
-#include <utility>
 
-#include "common/library.hpp"
 #include "common/parallel.hpp"
 #include "frames/frame_loop.hpp"
 

@@ -1,9 +1,6 @@
 // The estimators that follow moving stars, on the frames of a run: the fit of the forward model and, where there can be
 // one, a bank of networks.
 #pragma once
-#include <vector>
-
-#include "common/terminal.hpp"
 #include "run/outcome.hpp"
 #include "scenes/scene.hpp"
 

@@ -1,8 +1,8 @@
-// The values of one estimator in a run, their scatter and periodogram.
+// The values of one estimator in a run, their scatter and periodogram, and the option --controls.
 #pragma once
-#include <cmath>
-#include <vector>
+#include <CLI/App.hpp>
 
+#include "common/common.hpp"
 #include "series/periodogram.hpp"
 
 namespace cli {
@@ -14,5 +14,10 @@ struct Outcome {
     std::vector<double> power;
     double power_at_fap_1e_3 = 0;
 };
+
+enum class Controls { none, quick, full };
+
+std::string name_of(Controls controls);
+void add_controls(CLI::App &command, Controls &controls, const std::string &description);
 
 } // namespace cli

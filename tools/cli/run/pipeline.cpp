@@ -6,12 +6,7 @@
 // cadence, whose numbers are therefore repeated with other seeds of noise and pointing.
 #include "run/pipeline.hpp"
 
-#include <algorithm>
-
-#include "common/failure.hpp"
 #include "common/parallel.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "frames/frame_loop.hpp"
 #include "series/fap.hpp"
 

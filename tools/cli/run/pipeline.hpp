@@ -1,10 +1,8 @@
 // The computation of `run`: scene -> frames -> values -> period, with all controls.
 #pragma once
-#include <optional>
-
-#include "run/controls.hpp"
 #include "run/fit_run.hpp"
 #include "run/network_run.hpp"
+#include "run/outcome.hpp"
 
 namespace cli {
 

@@ -1,14 +1,10 @@
 #include "run/run_folder.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <functional>
 
 #include "base/constants.hpp"
 #include "common/content.hpp"
 #include "common/provenance.hpp"
-#include "common/text.hpp"
 #include "scenes/scene_json.hpp"
 
 namespace cli {

@@ -1,8 +1,5 @@
 // The folder of a run's results: all files or none.
 #pragma once
-#include <string>
-
-#include "common/output.hpp"
 #include "run/pipeline.hpp"
 
 namespace cli {

@@ -9,11 +9,6 @@
 #include <filesystem>
 
 #include "common/content.hpp"
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/library.hpp"
-#include "common/output.hpp"
-#include "common/text.hpp"
 #include "frames/frame_loop.hpp"
 #include "series/periodogram.hpp"
 

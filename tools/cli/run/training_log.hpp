@@ -1,9 +1,7 @@
 // The log of an unsupervised training: one line per epoch and, every ten epochs, the false alarm probability of its
 // latents.
 #pragma once
-#include <string>
-#include <vector>
-
+#include "common/common.hpp"
 #include "scenes/scene.hpp"
 
 namespace cli {

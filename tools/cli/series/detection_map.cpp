@@ -1,21 +1,13 @@
 #include "series/detection_map.hpp"
 
-#include <algorithm>
-#include <cmath>
+#include <CLI/App.hpp>
 #include <mutex>
 #include <sstream>
-#include <utility>
-
-#include <CLI/App.hpp>
 
 #include "common/content.hpp"
-#include "common/failure.hpp"
-#include "common/output.hpp"
 #include "common/parallel.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "options/command.hpp"
-#include "series/measure.hpp"
+#include "series/series.hpp"
 
 namespace cli {
 

@@ -1,12 +1,6 @@
 // Detection map of a search: the fraction of injected planets that are detected, in cells of period and mass.
 #pragma once
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "common/journal_file.hpp"
-#include "common/json.hpp"
+#include "common/job_journal.hpp"
 #include "series/planet_search.hpp"
 
 namespace cli {

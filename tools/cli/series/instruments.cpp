@@ -1,12 +1,7 @@
 #include "series/instruments.hpp"
 
-#include <cmath>
-
 #include "base/constants.hpp"
-#include "common/failure.hpp"
-#include "common/library.hpp"
-#include "common/text.hpp"
-#include "series/measure.hpp"
+#include "series/series.hpp"
 
 namespace cli {
 

@@ -1,12 +1,5 @@
 // The instruments of a series: offsets and jitters.
 #pragma once
-#include <string>
-#include <vector>
-
-#include <toliman/toliman.hpp>
-
-#include "common/json.hpp"
-#include "common/terminal.hpp"
 #include "series/series.hpp"
 
 namespace cli {

@@ -1,10 +1,7 @@
-// Functions that are fitted with the mean at each frequency: the polynomials of a trend, and columns.
+// Functions that are fitted with the mean at each frequency, the polynomials of a trend and columns, and their
+// coefficients.
 #pragma once
-#include <cstdint>
-#include <string>
-#include <vector>
-
-#include <toliman/toliman.hpp>
+#include "common/common.hpp"
 
 namespace cli {
 
@@ -37,5 +34,27 @@ struct Nuisance {
 
 // "mean", "T1" ... "T<trend>".
 std::vector<std::string> names_of_trend(int32_t order);
+
+struct Coefficient {
+    std::string name;    // "mean", "T1", or that of a column
+    double value, error; // error: infinite if the function is not in use
+    double prior;        // standard deviation, 0 without a prior
+    double unit;         // the three numbers over those of the library
+};
+
+struct Coefficients {
+    std::vector<Coefficient> all; // the mean, then those of the functions
+    int32_t functions, free;      // in use, with the mean; of these, those without a prior
+};
+
+// At grid frequency k. columns: their names and units; empty: "column 1", ... Nothing if the mean alone is fitted.
+std::vector<Coefficient> coefficients_at(const toliman_period *period, int64_t k,
+                                         const std::vector<NuisanceColumn> &columns);
+// With the numbers of functions of a periodogram.
+Coefficients with_counts(const toliman_period *period, std::vector<Coefficient> coefficients);
+
+std::string text_of(const Coefficients &coefficients);
+void print(const Coefficients &coefficients);
+Json json_of(const Coefficients &coefficients);
 
 } // namespace cli

@@ -1,12 +1,8 @@
 #include "series/nuisance_file.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <iterator>
 
 #include "common/content.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 
 namespace cli {
 

@@ -1,8 +1,5 @@
 // Reads the columns of --nuisance-file.
 #pragma once
-#include <string>
-#include <vector>
-
 #include "series/series.hpp"
 
 namespace cli {

@@ -1,14 +1,9 @@
-// Results of period as text and JSON.
+// Results of period as text, JSON and files.
 #pragma once
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "series/aliases.hpp"
-#include "series/coefficients.hpp"
 #include "series/fap.hpp"
+#include "series/goodness.hpp"
 #include "series/instruments.hpp"
-#include "series/noise.hpp"
+#include "series/nuisance.hpp"
 #include "series/periodogram.hpp"
 #include "series/reduction.hpp"
 
@@ -40,5 +35,24 @@ struct PeriodReport {
     void print() const;
     Json json() const;
 };
+
+class PeriodFolder {
+  public:
+    // Opens every file before the computation, so that an unwritable folder fails at once.
+    explicit PeriodFolder(const std::string &path);
+    // residual: sums of the series without the sinusoid of the report.
+    void write(const PeriodReport &report, const Series &series, const toliman::periodogram &residual);
+
+  private:
+    void write_series(const PeriodReport &report, const Series &series);
+    void write_power(const std::string &name, const toliman::periodogram &periodogram, const FrequencyGrid &grid);
+    OutputFolder folder_;
+};
+
+// Values of mean and nuisance functions of a series.
+std::vector<double> nuisance_values(const Series &series, const std::vector<Coefficient> &coefficients);
+
+// A series without the sinusoid.
+Series without(const Sinusoid &sinusoid, const Series &series);
 
 } // namespace cli

@@ -4,15 +4,7 @@
 // checked and the state is saved if the minute alarm has expired: no thread and no work in a signal handler is needed.
 #include "series/period_stream.hpp"
 
-#include <cmath>
-#include <utility>
-
-#include "common/failure.hpp"
-#include "common/output.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "common/warnings.hpp"
-#include "series/periodogram.hpp"
 
 namespace cli {
 

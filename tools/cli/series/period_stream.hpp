@@ -1,10 +1,7 @@
 // Periodograms of samples that arrive one by one: sums are saved and continued.
 #pragma once
-#include <optional>
-#include <string>
-
-#include "series/nuisance_options.hpp"
 #include "series/periodogram.hpp"
+#include "series/series_options.hpp"
 
 namespace cli {
 

@@ -4,16 +4,7 @@
 // those.
 #include "series/periodogram.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
-
 #include "common/content.hpp"
-#include "common/failure.hpp"
-#include "common/library.hpp"
-#include "common/output.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 
 namespace cli {
 

@@ -1,12 +1,5 @@
 // The periodogram of a whole series, for `run` and `period`, and its saved sums.
 #pragma once
-#include <optional>
-#include <string>
-#include <vector>
-
-#include <toliman/toliman.hpp>
-
-#include "common/terminal.hpp"
 #include "series/series.hpp"
 
 namespace cli {

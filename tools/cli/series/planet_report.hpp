@@ -1,9 +1,5 @@
-// Results of planet as text and JSON.
+// Results of planet as text, JSON and files.
 #pragma once
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "series/detection_map.hpp"
 #include "series/planet_search.hpp"
 #include "series/reduction.hpp"
@@ -36,6 +32,20 @@ struct PlanetReport {
     std::vector<double> in_uas(const double (&points)[3]) const;
     Json planet_json(size_t index) const;
     Json limit_json(const toliman_planet_limit &limit) const;
+};
+
+class PlanetFolder {
+  public:
+    // Opens the files before the computation, so that an unwritable folder fails at once.
+    PlanetFolder(const std::string &path, bool with_limits);
+    std::string map_path() const { return folder_.file("map.csv"); }
+    void write(const PlanetReport &report);
+
+  private:
+    void write_series(const PlanetReport &report);
+    void write_samples(const PlanetSearch &search, uint32_t index);
+    void write_limits(const PlanetReport &report);
+    OutputFolder folder_;
 };
 
 } // namespace cli

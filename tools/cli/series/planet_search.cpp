@@ -1,18 +1,10 @@
 #include "series/planet_search.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
-
 #include <CLI/App.hpp>
 
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/library.hpp"
-#include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/observer_options.hpp"
-#include "series/measure.hpp"
+#include "series/series.hpp"
 
 namespace cli {
 

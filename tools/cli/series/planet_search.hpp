@@ -1,22 +1,11 @@
 // Planets of a series: options of the command line, search, limits.
 #pragma once
 #include <array>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <vector>
 
-#include <toliman/toliman.hpp>
-
-#include "common/terminal.hpp"
 #include "scenes/star_data.hpp"
 #include "series/instruments.hpp"
+#include "series/reduction.hpp"
 #include "series/series.hpp"
-#include "series/value_unit.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace cli {
 

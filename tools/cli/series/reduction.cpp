@@ -1,20 +1,32 @@
 #include "series/reduction.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <numeric>
-#include <utility>
 
-#include "common/failure.hpp"
-#include "common/text.hpp"
 #include "options/command.hpp"
-#include "series/diagnosis.hpp"
-#include "series/measure.hpp"
-#include "series/value_unit.hpp"
+#include "scenes/observer_options.hpp"
+#include "series/series.hpp"
 
 namespace cli {
 
 namespace {
+
+const std::map<std::string, ValueUnit> &known_units() {
+    static const std::map<std::string, ValueUnit> units = {{"", {}},
+                                                           {"arcsec", {"arcsec", 1, false}},
+                                                           {"mas", {"mas", 1e-3, false}},
+                                                           {"uas", {"uas", 1e-6, false}},
+                                                           {"deg", {"deg", 3600, false}},
+                                                           {"px", {"px", 0, false}},
+                                                           {"m/s", {"m/s", 1, true}},
+                                                           {"km/s", {"km/s", 1000, true}},
+                                                           {"cm/s", {"cm/s", 1e-2, true}}};
+    return units;
+}
+
+// Whether the file states a unit that has a factor.
+bool states_unit(const Series &series) {
+    return !series.unit_name.empty() && known_units().count(series.unit_name) > 0;
+}
 
 constexpr double kLongestExposure = 400 * 86400.0;         // s, of the library's predictions
 constexpr double kSharedTime = 0.05;                       // of two exposures, that inaccurate times may have
@@ -80,7 +92,47 @@ void warn_far(const toliman_measure *reduced, Progress &progress) {
                       measured, predicted));
 }
 
+// hypotheses: NULL for the goodness only.
+toliman_sky_diagnosis diagnose(const toliman_measure *measured, const toliman_sky *sky, double scale_sigma,
+                               toliman_sky_hypothesis *hypotheses) {
+    auto result = toliman::sized<toliman_sky_diagnosis>();
+    toliman::check(toliman_sky_diagnose(sky, measured, scale_sigma, &result, hypotheses));
+    return result;
+}
+
 } // namespace
+
+ValueUnit unit_of(const std::string &name, const std::optional<double> &plate_scale) {
+    ValueUnit unit = known_units().at(name);
+    if (name == "px" && !plate_scale)
+        throw Failure(kExitUsage, "--unit px: needs --plate-scale");
+    if (name == "px")
+        unit.factor = plate_scale_of(plate_scale, 1);
+    else if (plate_scale)
+        throw Failure(kExitUsage, "--plate-scale: needs --unit px, --system or a state folder");
+    return unit;
+}
+
+ValueUnit unit_of(const std::string &option, const Series &series, const std::optional<double> &plate_scale) {
+    const bool stated = states_unit(series);
+    if (stated && !option.empty() && option != series.unit_name)
+        throw Failure(kExitUsage, "--unit " + option + ": " + series.name + " states that y is in " + series.unit_name);
+    const bool needs_scale = series.unit_name == "px" && !plate_scale;
+    return unit_of(stated && option.empty() && !needs_scale ? series.unit_name : option, plate_scale);
+}
+
+ValueUnit unit_of_separations(const Series &series, const ReductionOptions &options) {
+    const bool stated = states_unit(series);
+    if (!stated || (series.unit_name == "px" && options.plate_scale))
+        return unit_of(options.plate_scale ? "px" : "arcsec", options.plate_scale);
+    if (known_units().at(series.unit_name).is_velocity)
+        malformed(series.name, "y is in " + series.unit_name + ": must be measured separations");
+    if (series.unit_name == "px" || options.plate_scale)
+        throw Failure(kExitUsage, std::string("--plate-scale: ") +
+                                      (options.plate_scale ? "must not be given: " : "must be given: ") + series.name +
+                                      " states that y is in " + series.unit_name);
+    return unit_of(series.unit_name, std::nullopt);
+}
 
 void ReductionOptions::add_to(CLI::App &command, CLI::Option *needed) {
     observer.add_to(command);
@@ -154,6 +206,26 @@ ReductionNote reduce_to_orbit(const std::string &system, const ReductionOptions 
              diagnosis_of(measured.get(), sky.get(), scale_sigma, progress));
     return {json, system + " seen from: " + options.observer.text() +
                       formatted("; %lld samples left out", static_cast<long long>(reduced.left_out))};
+}
+
+std::optional<Json> diagnosis_of(const toliman_measure *measured, const toliman_sky *sky, double scale_sigma,
+                                 Progress &progress) {
+    if (info_of(measured).is_weighted == 0 ||
+        diagnose(measured, sky, scale_sigma, nullptr).goodness != TOLIMAN_GOODNESS_POOR)
+        return std::nullopt;
+    std::vector<toliman_sky_hypothesis> hypotheses(TOLIMAN_SKY_HYPOTHESES, toliman::sized<toliman_sky_hypothesis>());
+    const toliman_sky_diagnosis found = diagnose(measured, sky, scale_sigma, hypotheses.data());
+    if (found.cause == TOLIMAN_SKY_CAUSE_NONE)
+        return std::nullopt;
+    const toliman_sky_hypothesis &cause = hypotheses[static_cast<size_t>(found.cause - TOLIMAN_SKY_CAUSE_TIME)];
+    const std::string text = cause.text;
+    progress.warn(text + (text.back() == '?' ? "" : ".") +
+                  formatted(" The residuals about the orbit have a chi-square of %.3g per "
+                            "degree of freedom; %.3g if this is true",
+                            found.chi_square, cause.chi_square));
+    return Json("cause", toliman_constant_name(found.cause), "text", cause.text, "value", cause.value, "sigma",
+                cause.sigma, "chi_square_before", found.chi_square, "chi_square", cause.chi_square, "significance",
+                cause.significance);
 }
 
 } // namespace cli

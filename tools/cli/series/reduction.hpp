@@ -1,17 +1,19 @@
-// Reduces a series of measured separations to the orbit of its binary.
+// Measured separations: their unit, their reduction to the orbit of the binary, and what is wrong with them.
 #pragma once
-#include <cstdint>
-#include <optional>
-#include <vector>
-
+#include "common/common.hpp"
 #include "scenes/observer_options.hpp"
 #include "series/series.hpp"
 
-namespace CLI {
-class Option;
-}
-
 namespace cli {
+
+struct ValueUnit {
+    std::string name;  // "" = unknown
+    double factor = 0; // arcsec (velocities: m/s) per unit; 0 = unknown
+    bool is_velocity = false;
+
+    // A separation whose unit is known: results are also in microarcsec.
+    bool in_uas() const noexcept { return factor > 0 && !is_velocity; }
+};
 
 // --plate-scale, --exposure and the observer.
 struct ReductionOptions {
@@ -26,6 +28,16 @@ struct ReductionOptions {
     std::optional<double> exposure;    // s, whose middle is the time of a sample
     bool of_folder = false;            // the frames have their own exposures
 };
+
+// The unit of this name, "" for none. plate_scale: arcsec per px.
+ValueUnit unit_of(const std::string &name, const std::optional<double> &plate_scale);
+
+// The unit of --unit, or that of the file if none is given. Failure if they differ.
+ValueUnit unit_of(const std::string &option, const Series &series, const std::optional<double> &plate_scale);
+
+// The unit of measured separations: px of --plate-scale, that of the file, or arcsec. Failure if they differ, and for
+// velocities.
+ValueUnit unit_of_separations(const Series &series, const ReductionOptions &options);
 
 // How a series was reduced to the orbit.
 struct ReductionNote {
@@ -53,5 +65,11 @@ Reduced reduce(const toliman_measure *measured, const std::string &name, const R
 // with_functions.
 ReductionNote reduce_to_orbit(const std::string &system, const ReductionOptions &options, double scale_sigma,
                               bool with_functions, Series &series, Progress &progress);
+
+// If the chi-square about the orbit is poor and a wrong time scale, wrong axes or a wrong plate scale explain it, warns
+// of that and returns it as JSON: cause, text, value, sigma, chi_square before and after, significance. Otherwise, and
+// without sigmas, nothing.
+std::optional<Json> diagnosis_of(const toliman_measure *measured, const toliman_sky *sky, double scale_sigma,
+                                 Progress &progress);
 
 } // namespace cli

@@ -1,21 +1,8 @@
 // Reads time series with the library: whole files, or line by line where input grows or continues sums.
 #pragma once
-#include <functional>
-#include <memory>
-#include <string>
-#include <utility>
-#include <vector>
-
-#include <toliman/toliman.hpp>
-
-#include "common/failure.hpp"
 #include "common/library.hpp"
 #include "common/lines.hpp"
 #include "series/nuisance.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace cli {
 
@@ -113,5 +100,16 @@ std::vector<int64_t> tai_of(const Series &series);
 
 // All samples of a file of any format of measure.h, or of standard input: at least one.
 Series read_series(const std::string &name, const SampleOptions &options = {});
+
+// For the library, with its functions. kind: TOLIMAN_MEASURE_..., unit: arcsec (velocities: m/s) per unit of y, 0 =
+// unknown. intervals: [samples][2], start and end of the exposures, TAI ns; empty: not known.
+toliman::measurements measure_of(const Series &series, int32_t kind, double unit,
+                                 const std::vector<int64_t> &intervals = {});
+
+// The values of the functions that are fitted with the mean, [function][sample].
+std::vector<std::vector<double>> functions_of(const Series &series);
+
+// For the program; name: of its source in messages.
+Series series_of(const toliman_measure *measure, const std::string &name);
 
 } // namespace cli

@@ -1,8 +1,6 @@
-#include "run/controls.hpp"
+#include "run/outcome.hpp"
 
 #include <CLI/Validators.hpp>
-#include <algorithm>
-#include <vector>
 
 namespace cli {
 

@@ -1,15 +1,8 @@
-// The period of a state folder, as text and JSON.
+// The period of a state folder and the goodness of fit of its frames, as text and JSON.
 #pragma once
-#include <cmath>
-#include <optional>
-#include <string>
-
-#include <toliman/toliman.hpp>
-
-#include "common/json.hpp"
-#include "common/terminal.hpp"
-#include "series/aliases.hpp"
-#include "series/coefficients.hpp"
+#include "common/common.hpp"
+#include "series/goodness.hpp"
+#include "series/nuisance.hpp"
 
 namespace cli {
 
@@ -36,5 +29,12 @@ class PeriodFacts {
     std::optional<Aliases> aliases_; // unknown with Fit::none
     std::optional<double> log10_p_white_;
 };
+
+toliman_track_goodness goodness_of(const toliman::tracker &tracker);
+// Lines of `status`, each indented.
+std::string goodness_text(const toliman_track_goodness &goodness);
+Json goodness_json(const toliman_track_goodness &goodness);
+// What is wrong with the model of the frames, in a sentence; "" if nothing is.
+std::string model_complaint(const toliman_track_goodness &goodness);
 
 } // namespace cli

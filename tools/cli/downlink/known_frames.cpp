@@ -1,7 +1,7 @@
 // Method: ranges of consecutive ids, in any order of arrival. Frames that the camera dropped are gaps of a few ids, of
 // which a day may have 10^5; a file that has not arrived is a gap of thousands. Beyond kMostRanges, the smallest gap is
 // closed, the first of equal ones: a frame that arrives for it afterwards is taken for known.
-#include "downlink/frame_ids.hpp"
+#include "downlink/known_frames.hpp"
 
 #include <algorithm>
 #include <cinttypes>
@@ -20,7 +20,7 @@ std::string key_of(const toliman_frame &frame) {
 
 } // namespace
 
-bool FrameIds::contains(const toliman_frame &frame) const {
+bool KnownFrames::contains(const toliman_frame &frame) const {
     const auto key = keys_.find(key_of(frame));
     if (key == keys_.end())
         return false;
@@ -28,7 +28,7 @@ bool FrameIds::contains(const toliman_frame &frame) const {
     return next != key->second.begin() && std::prev(next)->second >= frame.frame_id;
 }
 
-void FrameIds::insert(const toliman_frame &frame) {
+void KnownFrames::insert(const toliman_frame &frame) {
     Ranges &ranges = keys_[key_of(frame)];
     insert(ranges, frame.frame_id, frame.frame_id);
     if (ranges.size() > kMostRanges)
@@ -36,7 +36,7 @@ void FrameIds::insert(const toliman_frame &frame) {
 }
 
 // Unites the range with those that overlap or touch it.
-void FrameIds::insert(Ranges &ranges, int64_t first, int64_t last) {
+void KnownFrames::insert(Ranges &ranges, int64_t first, int64_t last) {
     const auto touch = [](int64_t end, int64_t begin) { return begin <= end || begin - 1 == end; };
     auto at = ranges.upper_bound(first);
     if (at != ranges.begin() && touch(std::prev(at)->second, first))
@@ -49,7 +49,7 @@ void FrameIds::insert(Ranges &ranges, int64_t first, int64_t last) {
     ranges.emplace(first, last);
 }
 
-void FrameIds::close_smallest_gap(Ranges &ranges) {
+void KnownFrames::close_smallest_gap(Ranges &ranges) {
     auto best = ranges.begin();
     uint64_t least = UINT64_MAX;
     for (auto at = ranges.begin(), next = std::next(at); next != ranges.end(); at = next++) {
@@ -63,7 +63,7 @@ void FrameIds::close_smallest_gap(Ranges &ranges) {
     ranges.erase(std::next(best));
 }
 
-Json FrameIds::json() const {
+Json KnownFrames::json() const {
     Json all;
     for (const auto &[key, ranges] : keys_) {
         std::string text;
@@ -74,7 +74,7 @@ Json FrameIds::json() const {
     return all;
 }
 
-void FrameIds::read(const cJSON *object) {
+void KnownFrames::read(const cJSON *object) {
     if (!cJSON_IsObject(object))
         throw std::invalid_argument("no object");
     for (const cJSON *item = object->child; item != nullptr; item = item->next) {

@@ -1,14 +1,29 @@
-// Goodness of the fit of a series, and the samples that do not belong to it, as text and JSON.
+// What is said of a peak and of the fit of a series, as text, JSON and warnings: flags, aliases, goodness, outliers.
 #pragma once
-#include <cstdint>
-#include <string>
-#include <vector>
+#include <toliman/period_sampling.h>
 
-#include "common/json.hpp"
-#include "common/terminal.hpp"
+#include "common/common.hpp"
 #include "series/series.hpp"
 
 namespace cli {
+
+// ", long period" and ", annual" after the numbers of a peak.
+std::string flags_text(uint32_t flags);
+// Sets long_period and annual.
+void set_flags(uint32_t flags, Json &json);
+// One sentence for each flag. hint: option that fits a trend, ": --trend"; "" if there is one.
+// is_dated: the times are dates; plain numbers are taken as days.
+void warn_of_peak(uint32_t flags, const std::string &hint, bool is_dated, Progress &progress);
+
+using Aliases = std::vector<toliman_period_alias>;
+
+// Those of a peak at `frequency`; none outside the grid.
+Aliases aliases_of(const toliman_period *periodogram, double frequency);
+// A line for each alias that the samples do not tell from the peak, at most four; "" for none.
+std::string text_of(const Aliases &aliases);
+std::vector<Json> json_of(const Aliases &aliases);
+// Warns if a slow change may cause the peak. hint: option that fits a trend, ": --trend"; "" if there is one.
+void warn_of_aliases(const Aliases &aliases, const std::string &hint, Progress &progress);
 
 // "chi-square 0.98 +- 0.07 per degree of freedom: good, largest residual 3.1 sigma", of a result with the four members.
 std::string fit_text(double chi_square, double sigma, double largest, int32_t goodness);

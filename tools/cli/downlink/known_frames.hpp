@@ -10,7 +10,7 @@
 
 namespace cli {
 
-class FrameIds {
+class KnownFrames {
   public:
     bool contains(const toliman_frame &frame) const;
     void insert(const toliman_frame &frame);

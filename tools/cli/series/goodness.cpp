@@ -1,0 +1,125 @@
+#include "series/goodness.hpp"
+
+#include <toliman/goodness.h>
+
+#include "scenes/dates.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr size_t kMost = 16, kShown = 4;
+
+bool is_slow(const toliman_period_alias &alias) {
+    return alias.slow != 0 && alias.equal != 0;
+}
+
+std::string interval_text(const toliman_period_alias &alias) {
+    if (alias.interval_kind == TOLIMAN_PERIOD_INTERVAL_SAMPLING)
+        return formatted("the sampling interval of %.6g", alias.interval);
+    const std::string name = toliman_constant_name(alias.interval_kind);
+    return alias.parts > 1 ? formatted("1/%d of one ", alias.parts) + name : "one " + name;
+}
+
+std::string line_of(const toliman_period_alias &alias) {
+    const std::string at = " at " + interval_text(alias);
+    if (alias.slow != 0)
+        return "of a change slower than the grid," + at;
+    return formatted("%.6g", alias.period) + at +
+           (std::isnan(alias.power) ? ", outside the grid" : formatted(", power %.6f", alias.power));
+}
+
+constexpr double kMjdOf1970 = 40587, kNsPerDay = 86400e9;
+constexpr size_t kListed = 10;
+
+} // namespace
+
+std::string flags_text(uint32_t flags) {
+    return std::string((flags & TOLIMAN_PERIOD_LONG) != 0 ? ", long period" : "") +
+           ((flags & TOLIMAN_PERIOD_ANNUAL) != 0 ? ", annual" : "");
+}
+
+void set_flags(uint32_t flags, Json &json) {
+    json.set("long_period", (flags & TOLIMAN_PERIOD_LONG) != 0, "annual", (flags & TOLIMAN_PERIOD_ANNUAL) != 0);
+}
+
+void warn_of_peak(uint32_t flags, const std::string &hint, bool is_dated, Progress &progress) {
+    if ((flags & TOLIMAN_PERIOD_LONG) != 0)
+        progress.warn("the period exceeds half the time span: a trend may cause it" + hint);
+    if ((flags & TOLIMAN_PERIOD_ANNUAL) != 0)
+        progress.warn(std::string(is_dated ? "" : "if t is in days, ") +
+                      "the period is within one resolution of a year: the motion of the Earth, seasons and observing "
+                      "windows may cause it");
+}
+
+Aliases aliases_of(const toliman_period *periodogram, double frequency) {
+    const auto info = toliman::result<toliman_period_info>(toliman_period_get_info, periodogram);
+    const double last = info.f0 + info.df * static_cast<double>(info.nf - 1);
+    if (!(frequency >= info.f0 && frequency <= last))
+        return {};
+    Aliases aliases(kMost, toliman::sized<toliman_period_alias>());
+    size_t count = 0;
+    toliman::check(toliman_period_query_aliases(periodogram, frequency, aliases.data(), kMost, &count));
+    aliases.resize(count);
+    return aliases;
+}
+
+std::string text_of(const Aliases &aliases) {
+    std::string text;
+    size_t shown = 0;
+    for (const toliman_period_alias &alias : aliases)
+        if (alias.equal != 0 && shown++ < kShown)
+            text += "alias       " + line_of(alias) + "\n";
+    return text;
+}
+
+std::vector<Json> json_of(const Aliases &aliases) {
+    return array_of(aliases, [](const toliman_period_alias &alias) {
+        return Json("period", alias.period, "frequency", alias.frequency, "cause",
+                    toliman_constant_name(alias.interval_kind), "interval", alias.interval, "window", alias.window,
+                    "power", alias.power, "equal", alias.equal != 0, "slow", alias.slow != 0);
+    });
+}
+
+void warn_of_aliases(const Aliases &aliases, const std::string &hint, Progress &progress) {
+    const auto alias = std::find_if(aliases.begin(), aliases.end(), is_slow);
+    if (alias != aliases.end())
+        progress.warn("the period may be that of the sampling: a slow change, sampled at " + interval_text(*alias) +
+                      ", has this peak as an alias" + hint);
+}
+
+std::string fit_text(double chi_square, double sigma, double largest, int32_t goodness) {
+    return formatted("chi-square %.4g +- %.2g per degree of freedom: %s, largest residual %.4g sigma", chi_square,
+                     sigma, toliman_constant_name(goodness), largest);
+}
+
+void warn_of_fit(double chi_square, double sigma, int32_t goodness, Progress &progress) {
+    const std::string text = formatted("chi-square %.4g +- %.2g: ", chi_square, sigma);
+    if (goodness == TOLIMAN_GOODNESS_POOR)
+        progress.warn(text +
+                      "poor: the sigmas are too small, or the model lacks an effect, or times, unit or axes are wrong");
+    if (goodness == TOLIMAN_GOODNESS_TOO_GOOD)
+        progress.warn(text + "too good: the sigmas are too large: are they in the unit of the values?");
+}
+
+void warn_of_outliers(size_t count, const std::string &cure, Progress &progress) {
+    if (count > 0)
+        progress.warn("outliers" + cure + formatted(": %zu", count));
+}
+
+std::string listed_outliers(const std::vector<int64_t> &indices, const Series &series) {
+    std::string text;
+    for (size_t i = 0; i < std::min(indices.size(), kListed); i++) {
+        const double t = series.t[static_cast<size_t>(indices[i])];
+        text += i == 0 ? "" : ", ";
+        text += series.time_scale.empty() ? formatted("t = %.9g", t)
+                                          : date_text(std::llround((t - kMjdOf1970) * kNsPerDay)).substr(0, 16);
+    }
+    return text + (indices.size() > kListed ? ", ..." : "");
+}
+
+std::vector<Json> json_of_outliers(const std::vector<int64_t> &indices, const Series &series) {
+    return array_of(indices, [&](int64_t i) { return Json("index", i, "t", series.t[static_cast<size_t>(i)]); });
+}
+
+} // namespace cli
