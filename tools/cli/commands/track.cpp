@@ -7,6 +7,7 @@
 #include "common/input.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
+#include "downlink/known_sums.hpp"
 #include "downlink/downlink.hpp"
 #include "downlink/folder_options.hpp"
 #include "downlink/input_options.hpp"
