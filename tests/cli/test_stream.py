@@ -236,6 +236,22 @@ class Sums(StreamTest):
         done = self.run_program("coadd", "--fit", "s.json", "--dtype", "u16le", "--out", "wide", "in")
         self.assertIn("sum 0: the stars moved by 2.5 px rms: track takes up to 2 px: give --motion 1", done.stderr)
 
+    def test_sums_of_every_format(self):
+        """Files are read in the order of their times, whatever the number of digits: sums have the bytes of those of a pair."""
+        found = {}
+        for form in FORMS:
+            self.stream(form, "--jitter", "0.3", "--format", form, duration="3s")
+            self.run_program("coadd", "--fit", "s.json", "--every", "1s", "--dtype", "u16le", "--out", f"{form}_sums", form)
+            found[form] = (self.folder / f"{form}_sums/sums_frames.bin").read_bytes()
+            self.assertEqual(len(found[form]), 3 * 4 * SIDE**2, form)
+            self.assertEqual(found[form], found["pair"], form)
+        if "netcdf" not in FORMS:
+            return
+        for number, path in enumerate(sorted((self.folder / "netcdf").glob("*.nc"))):
+            path.rename(path.with_name(f"night_batch{9999 + number}.nc"))
+        self.run_program("coadd", "--fit", "s.json", "--every", "1s", "--out", "later", "netcdf")
+        self.assertEqual((self.folder / "later/sums_frames.bin").read_bytes(), found["pair"])
+
     def test_sums_know_their_noise(self):
         """The standard deviation of a sum is that of a frame over sqrt(frames) without jitter; a folder takes sums of 4 to 60 times
         as many frames as the one with which it was created."""

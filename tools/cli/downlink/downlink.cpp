@@ -1,6 +1,7 @@
 #include "downlink/downlink.hpp"
 
 #include <poll.h>
+#include <sys/stat.h>
 
 #include "base/name.hpp"
 #include "common/lines.hpp"

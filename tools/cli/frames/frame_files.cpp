@@ -39,6 +39,13 @@ constexpr size_t kLongestLine = 4096; // of a side file
     ::_exit(0);
 }
 
+// Orders names that end with a number by this: batch9999 is before batch10000.
+struct InTime {
+    bool operator()(const std::string &a, const std::string &b) const noexcept {
+        return a.size() != b.size() ? a.size() < b.size() : a < b;
+    }
+};
+
 } // namespace
 
 bool is_pair(const std::string &path) {
@@ -64,7 +71,8 @@ bool is_dated_file(const std::string &path) {
 
 std::vector<std::string> files_of(const std::string &path) {
     std::error_code error;
-    std::set<std::string> pairs, batches, fits;
+    std::set<std::string> pairs;
+    std::set<std::string, InTime> batches, fits;
     for (std::filesystem::directory_iterator entry(path, error), end; entry != end; entry.increment(error)) {
         const std::string name = entry->path().filename().native(), file = plain(path) + "/" + name;
         if (is_pair(name))
@@ -76,7 +84,9 @@ std::vector<std::string> files_of(const std::string &path) {
     }
     if (error)
         malformed(path, error.message());
-    const std::set<std::string> &files = !pairs.empty() ? pairs : !batches.empty() ? batches : fits;
+    if (!pairs.empty())
+        return {pairs.begin(), pairs.end()};
+    const auto &files = !batches.empty() ? batches : fits;
     return {files.begin(), files.end()};
 }
 

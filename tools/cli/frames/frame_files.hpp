@@ -15,7 +15,8 @@ std::string side_of(const std::string &path);
 void check_complete(const std::string &side);
 
 // Side files of the pairs of a folder, in the order of their names; either file of a pair may be missing. Without
-// pairs, its batches, and without these, its FITS files: the same frames may be there in several forms.
+// pairs, its batches, and without these, its FITS files, shorter names first, so that numbers and times of the camera
+// in them increase: the same frames may be there in several forms.
 std::vector<std::string> files_of(const std::string &folder);
 // Of pairs only.
 std::vector<std::string> pairs_of(const std::string &folder);
