@@ -17,6 +17,7 @@ namespace cli {
 namespace {
 
 constexpr size_t kAtOnce = 64;
+constexpr int64_t kSteps = 1 << 20; // indices before the range between two looks for a signal
 
 struct Frame {
     Exposure exposure;
@@ -105,8 +106,9 @@ void draw_stream(const SceneFit &scene, Stream stream, uint64_t seed, const Fram
     std::vector<Frame> frames(kAtOnce);
     for (int64_t k = 0; k < range.end;) {
         size_t count = 0;
-        for (; k < range.end && count < frames.size(); k++)
+        do
             count += stream.next(frames[count].exposure) && k >= range.first ? 1 : 0;
+        while (++k < range.end && count < frames.size() && k % kSteps != 0);
         run_parallel(count, [&](size_t i) { camera.draw(frames[i]); });
         for (size_t i = 0; i < count; i++) {
             if (!frames[i].exposure.is_dropped)
@@ -114,7 +116,8 @@ void draw_stream(const SceneFit &scene, Stream stream, uint64_t seed, const Fram
             truth.write(frames[i].exposure, frames[i].separation_px, frames[i].hits);
         }
         stop_if_asked();
-        progress.show("simulate", static_cast<double>(k - range.first) / static_cast<double>(range.end - range.first));
+        progress.show("simulate", static_cast<double>(std::max<int64_t>(0, k - range.first)) /
+                                      static_cast<double>(range.end - range.first));
     }
 }
 
