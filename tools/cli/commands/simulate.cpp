@@ -230,8 +230,9 @@ void add_simulate(CLI::App &app, Context &context) {
     add_option(command, "--frames", options->frames, "RANGE",
                "frames FIRST to END - 1: FIRST:END, FIRST:, :END or one number; default all of the cadence");
     add_seed(*command, options->seed, "seed of the noise; default: the scene's");
-    CLI::Option *session = command->add_option("--session", options->session,
-                                               "write the mission's pair of files, with this session name, into --out");
+    CLI::Option *session = command->add_option(
+        "--session", options->session,
+        "write the mission's files, with this session name, into --out: a pair, or with --rate a stream");
     CLI::Option *dtype = command->add_option("--dtype", options->dtype, "pixel type of the pair: u16le or u32le");
     session->check(CLI::Validator(session_complaint, "NAME"));
     dtype->needs(session)->check(CLI::IsMember({"u16le", "u32le"}));

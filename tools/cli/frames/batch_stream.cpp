@@ -2,6 +2,8 @@
 // one and the differences of successive ones. netCDF is loaded when the first batch is written, as by the library.
 #include <algorithm>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "common/failure.hpp"
 #include "common/text.hpp"
