@@ -298,8 +298,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_si
  *   expected  [count][rows][cols], in the unit of frames, as toliman_sim_expect and toliman_fit_predict write it.
  *             Light or charge of others may have been added
  *   images    [count][rows][cols], the frames; may be `expected`
- * Errors, after which images may hold some frames: TOLIMAN_E_ARGUMENT for a pixel that is not finite or expects less
- * than no light, as without the bias; TOLIMAN_E_RANGE for a frame below 0 and for more than 1e12 electrons. */
+ * Errors, after which images may hold some frames: TOLIMAN_E_ARGUMENT for a pixel that is not finite or below the bias;
+ * TOLIMAN_E_RANGE for a frame below 0 and for more than 1e12 electrons. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expose(const toliman_sim *sim, const double *expected,
                                                                  uint64_t seed, int64_t first, size_t count,
                                                                  double *images) TOLIMAN_NOEXCEPT;

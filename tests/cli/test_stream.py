@@ -313,6 +313,17 @@ class Sums(StreamTest):
         run.send_signal(signal.SIGTERM)
         self.assertIn("state saved", run.communicate(timeout=PATIENCE)[1])
 
+    def test_fits_files_are_followed(self):
+        self.stream("all", "--format", "fits", duration="0.06s")
+        (self.folder / "in").mkdir()
+        first, second, third = sorted((self.folder / "all").glob("*.fits.gz"))
+        shutil.copy(first, self.folder / "in")
+        run = self.follow("in")
+        self.assertEqual(len(self.frames(run, 1)), 1)
+        for path in (second, third):
+            shutil.copy(path, self.folder / "in")
+        self.assertEqual([frame["verdict"] for frame in self.frames(run, 2)], ["accepted"] * 2)
+
 
 if __name__ == "__main__":
     unittest.main()
