@@ -3,6 +3,7 @@
 #include <CLI/App.hpp>
 #include <tuple>
 
+#include "downlink/known_sums.hpp"
 #include "downlink/ledger_report.hpp"
 #include "options/command.hpp"
 
