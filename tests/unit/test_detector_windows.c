@@ -11,10 +11,10 @@
 
 enum { SIDE = 128, PIXELS = SIDE * SIDE, ROW = 912, COL = 40, BAD = 12, DOWN = 3, RIGHT = -2 };
 
-/* Of the bad pixels, in the scene's window; dead, with these counts. They are near the stars, where they matter, and no
- * two of them are DOWN and RIGHT apart. */
-static const int kBad[BAD][2] = {{70, 57}, {71, 58}, {73, 60}, {66, 63}, {55, 75}, {52, 77},
-                                 {50, 79}, {58, 70}, {40, 78}, {42, 81}, {64, 50}, {10, 100}};
+/* Of the bad pixels, in the scene's window. In the window that jumped they are where a loss of light moves the stars
+ * apart: those of the greatest effect of one sign. None is DOWN and RIGHT from another. */
+static const int kBad[BAD][2] = {{68, 48}, {67, 47}, {68, 47}, {54, 92}, {66, 46}, {55, 92},
+                                 {69, 49}, {78, 52}, {55, 93}, {56, 93}, {69, 48}, {53, 92}};
 static toliman_sim *plain, *known, *placed; /* without bad pixels; with them; and with the window's place */
 
 static void write_map(void) {
@@ -25,7 +25,7 @@ static void write_map(void) {
 }
 
 /* The scene of the bank's tests, whose stars rest, with these members of the detector. */
-static toliman_sim *scene_with(const char *detector) {
+static toliman_sim *scene_with(int side, const char *detector) {
     static char json[2048];
     const int size = snprintf(
         json, sizeof json,
@@ -40,10 +40,10 @@ static toliman_sim *scene_with(const char *detector) {
         " \"binary\": {%s},"
         " \"signal\": {\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": 1e-3, \"period_days\": 20},"
         " \"cadence\": {\"frames\": 51, \"interval_days\": 1, \"peak_photons\": 1e6},"
-        " \"detector\": {\"shape\": [128, 128], \"pixel_scale_arcsec\": 0.2%s},"
+        " \"detector\": {\"shape\": [%d, %d], \"pixel_scale_arcsec\": 0.2%s},"
         " \"noise\": {\"photon\": true, \"read_e\": 2.5, \"seed\": 7},"
         " \"preprocess\": {\"project\": [\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"]}}",
-        BANK_AT_REST, detector);
+        BANK_AT_REST, side, side, detector);
     assert_in_range(size, 1, sizeof json - 1);
     return sim_of(json);
 }
@@ -52,12 +52,12 @@ FIXTURE(set_up) {
     char detector[256];
     assert_int_equal(make_folder(NULL), 0);
     write_map();
-    plain = scene_with("");
+    plain = scene_with(SIDE, "");
     snprintf(detector, sizeof detector, ", \"bad_pixels\": \"%s\"", path_of("other.npy"));
-    known = scene_with(detector);
+    known = scene_with(SIDE, detector);
     snprintf(detector, sizeof detector, ", \"bad_pixels\": \"%s\", \"window\": [%d, %d]", path_of("other.npy"), ROW,
              COL);
-    placed = scene_with(detector);
+    placed = scene_with(SIDE, detector);
     return 0;
 }
 
@@ -125,8 +125,8 @@ static Estimate estimate(const Estimators *by, int which, const double *counts, 
     return (Estimate){value, goodness.bad_pixels, goodness.goodness};
 }
 
-/* Pixels that lose 2 % of their light, 2 to 20 sigma: the residual does not show most of them, so that they bias a value
- * unless their places are known. */
+/* Pixels that lose 1.5 % of their light, 2 to 6 sigma: no residual shows them, so that they bias a value by 2.5 sigma unless
+ * their places are known. */
 /* promise: bad-pixels-stay-on-the-detector */
 TEST(values_do_not_change_with_the_window) {
     static double still[PIXELS], jumped[PIXELS], clean[PIXELS];
@@ -135,7 +135,7 @@ TEST(values_do_not_change_with_the_window) {
     assert_ok(toliman_sim_get_bounds(placed, &bounds));
     const double sigma = bounds.crb_projected_px;
     Estimators with = estimators_of(placed), without = estimators_of(known);
-    frame_of(0, 0, 0.98, still), frame_of(DOWN, RIGHT, 0.98, jumped), frame_of(0, 0, 1, clean);
+    frame_of(0, 0, 0.985, still), frame_of(DOWN, RIGHT, 0.985, jumped), frame_of(0, 0, 1, clean);
     for (int which = 0; which < ESTIMATORS; which++) {
         const Estimate own = estimate(&with, which, still, windows[0]), none = estimate(&with, which, still, NULL),
                        there = estimate(&with, which, jumped, windows[1]),
@@ -145,9 +145,9 @@ TEST(values_do_not_change_with_the_window) {
         assert_int_equal(there.bad_pixels, BAD);
         /* The same pixels with all their light are left out, too: the value does not depend on it. */
         assert_close(there.value, light.value, 0, 0.02 * sigma);
-        assert_close(there.value, own.value, 0, 0.5 * sigma);
+        assert_close(there.value, own.value, 0, 0.7 * sigma);
         assert_int_equal(there.goodness, TOLIMAN_GOODNESS_GOOD);
-        assert_true(fabs(stale.value - own.value) > 3 * sigma || stale.goodness != TOLIMAN_GOODNESS_GOOD);
+        assert_true(fabs(stale.value - own.value) > 1.5 * sigma);
         /* A window without a pixel of the scene's: nothing is known of it. */
         assert_int_equal(estimate(&with, which, clean, windows[2]).bad_pixels, 0);
     }
@@ -162,7 +162,7 @@ TEST(every_frame_has_its_window) {
     double values[FRAMES];
     Estimators by = estimators_of(placed);
     for (int k = 0; k < FRAMES; k++) {
-        frame_of(k, -k, 0.98, frames[k]);
+        frame_of(k, -k, 0.985, frames[k]);
         windows[k][0] = ROW + k, windows[k][1] = COL - k;
     }
     const toliman_image image = {.struct_size = sizeof image, .pixels = frames, .windows = windows[0]};
@@ -186,7 +186,7 @@ TEST(networks_keep_the_window) {
     static double counts[PIXELS];
     const int64_t window[2] = {ROW + DOWN, COL + RIGHT};
     Estimators by = estimators_of(placed);
-    frame_of(DOWN, RIGHT, 0.98, counts);
+    frame_of(DOWN, RIGHT, 0.985, counts);
     const Estimate before = estimate(&by, CAE, counts, window);
     size_t size;
     uint8_t *const bytes = saved(by.cae, &size);
@@ -205,15 +205,15 @@ TEST(networks_keep_the_window) {
 
 /* The tracker takes the window of each frame, and adds its crop. */
 TEST(trackers_place_their_frames) {
-    enum { WIDE = SIDE + 6 };
+    enum { LARGE = SIDE + 6 };
     static double counts[PIXELS];
-    static float pixels[WIDE * WIDE];
+    static float pixels[LARGE * LARGE];
     Estimators by = estimators_of(placed);
-    frame_of(DOWN, RIGHT, 0.98, counts);
-    for (int i = 0; i < WIDE * WIDE; i++)
+    frame_of(DOWN, RIGHT, 0.985, counts);
+    for (int i = 0; i < LARGE * LARGE; i++)
         pixels[i] = 1;
     for (int i = 0; i < PIXELS; i++)
-        counts[i] = pixels[(i / SIDE + 2) * WIDE + i % SIDE + 4] = (float)counts[i];
+        counts[i] = pixels[(i / SIDE + 2) * LARGE + i % SIDE + 4] = (float)counts[i];
     const int64_t window[2] = {ROW + DOWN, COL + RIGHT};
     for (int which = 0; which < ESTIMATORS; which++) {
         toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
@@ -221,15 +221,17 @@ TEST(trackers_place_their_frames) {
         options.estimator.linear = which == LINEAR ? by.linear : NULL;
         options.estimator.fit = which >= FIT ? by.fit : NULL;
         options.estimator.bank = which == BANK ? by.bank : NULL;
-        options.frames.rows = options.frames.cols = WIDE;
+        options.frames.rows = options.frames.cols = LARGE;
+        options.ledger.capacity = 10;
+        options.grid.f0 = options.grid.df = 0.001;
+        options.grid.nf = 10;
         options.frames.crop_row = 2;
         options.frames.crop_col = 4;
-        options.value_limit = 1;
         toliman_track *track = NULL;
         assert_ok(toliman_track_create(&options, &track));
         toliman_frame frame = {.struct_size = sizeof frame, .pixel = TOLIMAN_PIXEL_F32, .session = "s", .roi = "core"};
         frame.pixels = pixels;
-        frame.rows = frame.cols = WIDE;
+        frame.rows = frame.cols = LARGE;
         frame.frame_id = 1;
         frame.window_row = window[0] - 2;
         frame.window_col = window[1] - 4;
@@ -244,47 +246,62 @@ TEST(trackers_place_their_frames) {
     destroy(&by);
 }
 
-/* Of stars that rest while the window jumps, the fit finds the same separation, at another place. */
-TEST(fits_follow_stars_that_the_window_leaves) {
-    static double wide[PIXELS], counts[PIXELS];
-    Estimators by = estimators_of(placed);
-    frame_of(0, 0, 1, wide);
-    const Estimate own = estimate(&by, FIT, wide, NULL);
+/* Window [SIDE][SIDE] of a frame [WIDE][WIDE]. */
+enum { MARGIN = 4, WIDE = SIDE + 2 * MARGIN };
+
+static void cut(const double *wide, int row, int col, double *counts) {
     for (int r = 0; r < SIDE; r++)
-        for (int c = 0; c < SIDE; c++) { /* dark sky enters at the edges */
-            const int row = r + DOWN, col = c + RIGHT, there = row < SIDE && col >= 0;
-            counts[r * SIDE + c] = there ? wide[row * SIDE + col] : wide[r * SIDE + c];
-        }
-    toliman_fit_result result = {.struct_size = sizeof result};
-    const toliman_image image = {
-        .struct_size = sizeof image, .pixels = counts, .windows = (int64_t[]){ROW + DOWN, COL + RIGHT}};
-    const toliman_fit_prediction prediction = {.struct_size = sizeof prediction, .x_px = -RIGHT, .y_px = -DOWN};
+        memcpy(counts + r * SIDE, wide + (row + r) * WIDE + col, SIDE * sizeof *counts);
+}
+
+/* Of stars that rest while the window jumps, the fit finds the same separation at another place; also without a
+ * prediction of it. */
+TEST(fits_follow_stars_that_the_window_leaves) {
+    static double wide[WIDE * WIDE], still[PIXELS], jumped[PIXELS];
+    toliman_sim *const detector = scene_with(WIDE, "");
+    Estimators by = estimators_of(placed);
+    assert_ok(toliman_sim_frame(detector, &(double){0}, 1, 4, 1, wide));
+    for (int k = 0; k < BAD; k++)
+        wide[(MARGIN + kBad[k][0]) * WIDE + MARGIN + kBad[k][1]] *= 0.985;
+    cut(wide, MARGIN, MARGIN, still), cut(wide, MARGIN + DOWN, MARGIN + RIGHT, jumped);
     toliman_sim_bounds bounds = {.struct_size = sizeof bounds};
     assert_ok(toliman_sim_get_bounds(placed, &bounds));
-    assert_ok(toliman_fit_frame(by.fit, &image, 1, &prediction, &result, NULL, NULL));
-    assert_close(result.y_px, -DOWN, 0, 0.01);
-    assert_close(result.x_px, -RIGHT, 0, 0.01);
-    assert_close(result.displacement_px, own.value, 0, 0.5 * bounds.crb_projected_px);
+    const Estimate own = estimate(&by, FIT, still, NULL);
+    const toliman_image image = {
+        .struct_size = sizeof image, .pixels = jumped, .windows = (int64_t[]){ROW + DOWN, COL + RIGHT}};
+    const toliman_fit_prediction prediction = {.struct_size = sizeof prediction, .x_px = -RIGHT, .y_px = -DOWN};
+    for (int predicted = 0; predicted < 2; predicted++) {
+        toliman_fit_result result = {.struct_size = sizeof result};
+        assert_ok(toliman_fit_frame(by.fit, &image, 1, predicted ? &prediction : NULL, &result, NULL, NULL));
+        assert_close(result.y_px, -DOWN, 0, 0.01);
+        assert_close(result.x_px, -RIGHT, 0, 0.01);
+        assert_close(result.displacement_px, own.value, 0, 0.5 * bounds.crb_projected_px);
+        assert_int_equal(result.bad_pixels, BAD);
+        assert_int_equal(result.goodness, TOLIMAN_GOODNESS_GOOD);
+    }
     /* A network has its stars at one place: the chi-square tells. */
-    assert_int_equal(estimate(&by, CAE, counts, NULL).goodness, TOLIMAN_GOODNESS_POOR);
-    destroy(&by);
+    assert_int_equal(estimate(&by, CAE, jumped, NULL).goodness, TOLIMAN_GOODNESS_POOR);
+    destroy(&by), toliman_sim_destroy(detector);
 }
 
 TEST(calibrations_refuse_bad_pixels_that_move) {
-    static double counts[PIXELS];
-    frame_of(0, 0, 1, counts);
-    toliman_image image = {.struct_size = sizeof image, .pixels = counts, .windows = (int64_t[]){ROW + 1, COL}};
+    enum { FRAMES = 2 };
+    static double counts[FRAMES][PIXELS];
+    int64_t windows[FRAMES][2] = {{ROW, COL}, {ROW, COL + 1}};
+    for (int k = 0; k < FRAMES; k++)
+        assert_ok(toliman_sim_frame(plain, &(double){0}, 1, k, 1, counts[k]));
+    const toliman_image image = {.struct_size = sizeof image, .pixels = counts, .windows = windows[0]};
     toliman_calibration *made = NULL;
-    const toliman_calibration_options options = {.struct_size = sizeof options, .free = "focus", .most_iterations = 1};
-    assert_refused(toliman_calibration_create(placed, &image, 1, NULL, &options, &made), TOLIMAN_E_UNSUPPORTED,
+    const toliman_calibration_options options = {
+        .struct_size = sizeof options, .free = "focus", .capture_px = 2, .most_iterations = 1};
+    assert_refused(toliman_calibration_create(placed, &image, FRAMES, NULL, &options, &made), TOLIMAN_E_UNSUPPORTED,
                    "image->windows");
     assert_null(made);
-    assert_ok(toliman_calibration_create(plain, &image, 1, NULL, &options, &made)); /* without bad pixels */
-    toliman_calibration_destroy(made);
-    made = NULL;
-    image.windows = (int64_t[]){ROW, COL};
-    assert_ok(toliman_calibration_create(placed, &image, 1, NULL, &options, &made));
-    toliman_calibration_destroy(made);
+    for (int moves = 1; moves >= 0; moves--) {
+        windows[1][1] = COL + moves; /* of a scene without bad pixels, it may */
+        assert_ok(toliman_calibration_create(moves ? plain : placed, &image, FRAMES, NULL, &options, &made));
+        toliman_calibration_destroy(made);
+    }
 }
 
 TEST(impossible_windows_are_refused) {
