@@ -32,6 +32,48 @@ def setUpModule():
     frames = simulator.frames(0, 12)
 
 
+class Windows(unittest.TestCase):
+    """Frames of the camera's window of 128x128 pixels."""
+
+    @classmethod
+    def setUpClass(cls):
+        scene = json.loads((ROOT / "examples" / "scenes" / "chapter.json").read_text())
+        scene["detector"]["shape"] = [128, 128]
+        scene["telescope"]["pupil_samples"] = 128
+        scene["band"]["step_nm"] = (scene["band"]["max_nm"] - scene["band"]["min_nm"]) / 4
+        cls.simulator = toliman.Simulator(scene)
+        cls.network = toliman.CAE(cls.simulator)
+        cls.network.train()
+
+    def test_layout(self):
+        info = self.network.info
+        self.assertEqual((info.layout, info.side, self.network.shape), ("core", 128, (128, 128)))
+        self.assertGreater(info.cosine, 0.98)
+        for image in (self.network.decode(0), self.network.target(),
+                      self.network.reconstruct(self.simulator.frame(0)).image):
+            self.assertEqual(image.shape, (128, 128))
+        self.assertEqual(toliman.CAE(simulator, layout="core").info.side, 128)
+        self.assertEqual(network.info.side, 256)
+        with refused(toliman.UnsupportedError, "detector.shape"):
+            toliman.CAE(self.simulator, layout="flight")
+
+    def test_windows(self):
+        """Without bad pixels they change nothing; without a shape of frames they are refused."""
+        frames = self.simulator.frames(0, 3)
+        latents = self.network.encode(frames)
+        places = numpy.array([[900 + k, 40 - k] for k in range(3)])
+        for one in (places, places[0], places.astype("i2").tolist()):
+            self.assertTrue((self.network.encode(frames, windows=one) == latents).all())
+        self.assertEqual(self.network.encode(frames[1], windows=(3, 4)), latents[1])
+        self.assertTrue((toliman.Template(self.simulator).encode(frames, windows=places)
+                         == toliman.Template(self.simulator).encode(frames)).all())
+        for wrong in (places[:2], places[:, :1], places + 0.5, (1, 2, 3)):
+            with self.assertRaisesRegex(ValueError, "windows"):
+                self.network.encode(frames, windows=wrong)
+        with refused(toliman.InputError, "image->windows"):
+            self.network.encode(frames, windows=(0, 2**40))
+
+
 class Network(unittest.TestCase):
     def test_training_reaches_the_photon_limit(self):
         other = toliman.CAE(simulator, seed=5)

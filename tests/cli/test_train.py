@@ -54,6 +54,25 @@ class Resumed(ProgramTest):
         latents = [self.succeed("encode", "--weights", "w", name) for name in ("f.npy", "moved.npy")]
         self.assertEqual(*(re.sub(r"\w+\.npy", "", text) for text in latents))
 
+    def test_windows_of_the_camera(self):
+        """Frames below 256x256 get the layout core, whose network refuses other frames; and those of 256x256 if asked."""
+        self.write_scene(2, shape=[128, 140])
+        how = ("train", "s.json", "--steps", "40", "--out", "core")
+        self.succeed(*how)
+        self.refuse(2, "detector.shape = [128, 140]: must be at least [256, 256] px for a network of layout flight",
+                    arguments=(*how, "--layout", "flight"))
+        self.refuse(2, "detector.shape = [128, 140]: ", arguments=(*how, "--layout", "paper", "--mode", "unsupervised"))
+        self.succeed("simulate", "s.json", "--out", "f.npy")
+        rows = self.succeed("encode", "--weights", "core", "f.npy").splitlines()[1:]
+        self.assertTrue(all(abs(float(row.split(",")[2])) < 1e-3 for row in rows))
+        self.write_scene(2)
+        self.succeed("simulate", "s.json", "--out", "large.npy")
+        self.refuse(3, "large.npy: frames of 256x256", "128x140", arguments=("encode", "--weights", "core", "large.npy"))
+        self.succeed("train", "s.json", "--out", "flight", "--steps", "10")
+        self.refuse(3, "f.npy: frames of 128x140", "256x256", arguments=("encode", "--weights", "flight", "f.npy"))
+        self.succeed("train", "s.json", "--layout", "core", "--steps", "40", "--out", "crop")
+        self.succeed("encode", "--weights", "crop", "large.npy")
+
     def test_log(self):
         how = (*UNSUPERVISED, "--layout", "paper", "--input", "raw")
         self.succeed(*how, "--epochs", "11", "--log", "whole.csv", "--out", "whole")
