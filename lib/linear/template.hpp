@@ -61,6 +61,7 @@ class TemplateEstimator {
     Buffer<double> filter_; // px per count
     Buffer<double> inverse_sigma_;
     PixelNoise noise_;
+    std::optional<DetectorWindow> window_;
     KnownBadPixels known_bad_;
     size_t rank_, padded_; // independent nuisances; pixels rounded up to a multiple of 16
     Buffer<double> units_; // [rank + 1][padded], orthonormal basis of the whitened nuisance images, then the whitened
