@@ -33,8 +33,8 @@ class Network {
     // Returns the latent of one frame (px after tied training). Status::argument for a non-finite count, Status::range
     // for a non-finite latent.
     // Bad pixels (frame/bad_pixels.hpp), those beyond the limit both before and after the fit of the target, are
-    // replaced by what the fit to the other pixels predicts; likewise those of the scene that are elsewhere in a frame of
-    // this window, if it is known. *goodness, unless NULL: of that fit.
+    // replaced by what the fit to the other pixels predicts; likewise those of the scene that are elsewhere in a frame
+    // of this window, if it is known. *goodness, unless NULL: of that fit.
     double encode(ImageView<const double> frame, Workspace &work, FrameGoodness *goodness = nullptr,
                   const std::optional<DetectorWindow> &window = {}) const;
 

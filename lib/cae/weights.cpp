@@ -1,6 +1,6 @@
-// Method: header of 104 bytes, 8 more if the crop follows the image, 16 more with the place of the window, payloads of weights and planes (cae/payload.hpp),
-// optional training, CRC32; little-endian. The blob contains the preprocessing planes, so that frames can be encoded
-// without the scene.
+// Method: header of 104 bytes, 8 more if the crop follows the image, 16 more with the place of the window, payloads of
+// weights and planes (cae/payload.hpp), optional training, CRC32; little-endian. The blob contains the preprocessing
+// planes, so that frames can be encoded without the scene.
 //
 // A blob is untrusted input. The reader checks size and CRC32 first, then every header field against its range, and
 // only then allocates. A zlib stream must inflate to exactly the length that layout and frame imply, so that a small

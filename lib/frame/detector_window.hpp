@@ -1,9 +1,10 @@
 // Windows that a camera reads of its detector, and the bad pixels that are known in them.
 //
-// Method: a scene's bad pixels are places on the detector, given in the scene's own window. In a frame of another window
-// they are elsewhere: pixel (row, column) of the scene is pixel (row - d, column - e) of a frame whose window is (d, e)
-// px further. Pixels that are bad in the scene's window only stay unused: a loss of light, not of truth. Of pixels that
-// the scene's window does not have, nothing is known; a bad one is found by its residual (frame/bad_pixels.hpp).
+// Method: a scene's bad pixels are places on the detector, given in the scene's own window. In a frame of another
+// window they are elsewhere: pixel (row, column) of the scene is pixel (row - d, column - e) of a frame whose window is
+// (d, e) px further. Pixels that are bad in the scene's window only stay unused: a loss of light, not of truth. Of
+// pixels that the scene's window does not have, nothing is known; a bad one is found by its residual
+// (frame/bad_pixels.hpp).
 #pragma once
 #include <cstddef>
 #include <cstdint>

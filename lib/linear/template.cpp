@@ -32,8 +32,8 @@ constexpr size_t kStep = 16; // the residual kernels take multiples of this
 
 TemplateEstimator::TemplateEstimator(const FrameModel &model)
     : rows_(model.rows), cols_(model.cols), reference_(model.reference), filter_(model.reference.size()),
-      inverse_sigma_(model.reference.size(), 1.0), noise_(model.reference, model.variance),
-      window_(model.window), known_bad_(model.rows, model.cols, model.variance, model.window),
+      inverse_sigma_(model.reference.size(), 1.0), noise_(model.reference, model.variance), window_(model.window),
+      known_bad_(model.rows, model.cols, model.variance, model.window),
       padded_((reference_.size() + kStep - 1) / kStep * kStep) {
     const size_t pixels = reference_.size(), nuisances = model.projected.size();
     Buffer<double> units(checked_product(nuisances, pixels, "projected images"));
@@ -180,7 +180,8 @@ void TemplateEstimator::estimate_many(const PixelFrames &frames, size_t count, u
 
 uint64_t TemplateEstimator::digest() const noexcept {
     const uint64_t hash = fnv1a(filter_, fnv1a(reference_, fnv1a(rows_, fnv1a(cols_, kFnvOffset))));
-    return window_ ? fnv1a(static_cast<uint64_t>(window_->col), fnv1a(static_cast<uint64_t>(window_->row), hash)) : hash;
+    return window_ ? fnv1a(static_cast<uint64_t>(window_->row), fnv1a(static_cast<uint64_t>(window_->col), hash))
+                   : hash;
 }
 
 } // namespace toliman::linear

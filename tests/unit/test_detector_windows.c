@@ -1,5 +1,6 @@
-/* Tests frames of windows that jump by whole pixels on the detector, as the camera's follow the stars: the bad pixels that
- * the scene knows stay at their places on the detector, for network, template, fit, bank, calibration and tracker. */
+/* Tests frames of windows that jump by whole pixels on the detector, as the camera's follow the stars: the bad pixels
+ * that the scene knows stay at their places on the detector, for network, template, fit, bank, calibration and tracker.
+ * */
 #include <toliman/calibrate.h>
 #include <toliman/linear.h>
 #include <toliman/track.h>
@@ -66,8 +67,8 @@ FIXTURE(tear_down) {
     return remove_folder(NULL);
 }
 
-/* A frame whose window follows the stars: they are where they are in the scene's window, but the dead pixels, which give
- * `share` of their light, are (down, right) px further up and left. */
+/* A frame whose window follows the stars: they are where they are in the scene's window, but the dead pixels, which
+ * give `share` of their light, are (down, right) px further up and left. */
 static void frame_of(int down, int right, double share, double *counts) {
     assert_ok(toliman_sim_frame(plain, &(double){0}, 1, 4, 1, counts));
     for (int k = 0; k < BAD; k++) {
@@ -125,8 +126,8 @@ static Estimate estimate(const Estimators *by, int which, const double *counts, 
     return (Estimate){value, goodness.bad_pixels, goodness.goodness};
 }
 
-/* Pixels that lose 1.5 % of their light, 2 to 6 sigma: no residual shows them, so that they bias a value by 2.5 sigma unless
- * their places are known. */
+/* Pixels that lose 1.5 % of their light, 2 to 6 sigma: no residual shows them, so that they bias a value by 2.5 sigma
+ * unless their places are known. */
 /* promise: bad-pixels-stay-on-the-detector */
 TEST(values_do_not_change_with_the_window) {
     static double still[PIXELS], jumped[PIXELS], clean[PIXELS];
