@@ -18,6 +18,7 @@ from ._pixels import frames_of, image_of, windows_of
 from ._predictions import FRAMES_PER_CALL, prediction_of, predictions_of, structured
 from ._progress import Progress, Watch
 from ._results import BankInfo, BankNetwork, BankPlan, BankResult, FitResult
+from ._words import number
 from .cae import layout_number
 from .fit import Fit
 from .sim import Simulator
