@@ -1,6 +1,7 @@
 // Method: ERFA's series for the Earth takes 50 us. Its states at whole days are therefore kept, and interpolated by
 // Lagrange's polynomial through the eight nearest. The error is that of the Moon's pull on the Earth, 12.5 m/s with a
-// period of 27 days: less than 1e-6 m/s, 4e-8 uas. Memory: 100 bytes per day.
+// period of 27 days: less than 1e-6 m/s, 4e-8 uas. Memory: 100 bytes per day. They do not depend on system or observer:
+// all objects of the process share them, and the last one frees them.
 #include "sky/earth.hpp"
 
 #include <array>
@@ -29,7 +30,32 @@ void add(double weight, const erfa::Vector &from, erfa::Vector &to) noexcept {
         to[k] += weight * from[k];
 }
 
+std::mutex sharing;
+const Earth *current = nullptr; // under the lock
+
+void destroy(const Earth *earth) noexcept {
+    const std::lock_guard<std::mutex> lock(sharing);
+    if (current == earth)
+        current = nullptr;
+    delete earth;
+}
+
+std::shared_ptr<const Earth> living() {
+    const std::lock_guard<std::mutex> lock(sharing);
+    return current == nullptr ? nullptr : current->weak_from_this().lock(); // null while another thread destroys it
+}
+
 } // namespace
+
+std::shared_ptr<const Earth> Earth::shared() {
+    std::shared_ptr<const Earth> earth = living();
+    if (earth == nullptr) {
+        earth.reset(new Earth, destroy); // without the lock, which `destroy` takes if memory is short
+        const std::lock_guard<std::mutex> lock(sharing);
+        current = earth.get();
+    }
+    return earth;
+}
 
 const Earth::State &Earth::day(int64_t number) const {
     const auto [place, added] = days_.try_emplace(number);

@@ -1,6 +1,7 @@
 // Position and velocity of the Earth's centre at any time.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <unordered_map>
 
@@ -9,8 +10,11 @@
 namespace toliman::sky {
 
 // Any number of threads may call at().
-class Earth {
+class Earth : public std::enable_shared_from_this<Earth> {
   public:
+    // The one that other objects of the process hold, or a new one.
+    static std::shared_ptr<const Earth> shared();
+
     struct State {
         erfa::EarthState earth;
         double tdb_minus_tt; // s

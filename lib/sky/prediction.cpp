@@ -99,7 +99,7 @@ void check_disjoint(std::vector<Interval> intervals) {
 } // namespace
 
 Predictor::Predictor(const System &system, Observer observer, uint32_t without)
-    : system_(system), observer_(std::move(observer)), without_(without), earth_(std::make_shared<const Earth>()) {
+    : system_(system), observer_(std::move(observer)), without_(without), earth_(Earth::shared()) {
     prepare();
 }
 
