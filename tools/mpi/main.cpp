@@ -62,6 +62,7 @@ std::string parse(int argc, char **argv, Options &options) {
                    "weights file of `toliman train`; default: least squares on the scene's derivative image")
         ->type_name("FILE");
     app.add_flag("--json", options.as_json, "print a JSON line, schema toliman-mpi/2");
+    describe(app, "mpi");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success &success) {

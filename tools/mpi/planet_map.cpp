@@ -26,6 +26,7 @@ std::string parse(int argc, char **argv, PlanetJobOptions &options) {
     CLI::App app(help_text("planet"), "toliman-mpi planet");
     app.formatter(std::make_shared<HelpFormatter>());
     options.add_to(app);
+    describe(app, "planet");
     try {
         app.parse(argc - 1, argv + 1);
     } catch (const CLI::Success &success) {

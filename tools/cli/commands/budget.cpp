@@ -57,9 +57,8 @@ Budget budget_of(const Scene &scene, const toliman_sim_budget_options &options, 
     try {
         toliman::check(toliman_sim_get_budget(scene.sim.get(), &options, &budget.summary));
     } catch (const toliman::error &error) {
-        if (error.field() != "options->free_names")
-            throw;
-        throw Failure(kExitUsage, "--free" + std::string(error.what()).substr(error.field().size()));
+        refuse_option(error, {{"free_names", "--free"}});
+        throw;
     }
     advance(0.1);
     budget.steps = steps_of(scene, options, budget.summary.steps);
@@ -234,18 +233,12 @@ void add_budget(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "budget");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    add_option(command, "--free", options->free, "NAMES",
-               "parameters that are fitted together with the separation, separated by commas; default: those of "
-               "preprocess.project; \"\" for none");
-    add_option(command, "--frames", options->budget.frames, "K",
-               "identical frames that share the parameters of the instrument, default 1")
-        ->check(CLI::Range(int64_t{1}, int64_t{1000000000}));
-    add_option(command, "--earth-px", options->budget.earth_px, "PX",
-               "displacement due to an Earth, default: from the scene")
-        ->check(CLI::Range(1e-12, 100.0));
-    command->add_flag("--without-mask", options->without_mask, "also compute the scene with a clear pupil");
-    command->add_flag("--all", options->all, "print Zernike polynomials up to 36 and all spectral modes");
-    command->add_flag("--json", options->as_json, "print JSON, schema toliman-budget/1");
+    add_option(command, "--free", options->free, "NAMES");
+    add_option(command, "--frames", options->budget.frames, "K")->check(CLI::Range(int64_t{1}, int64_t{1000000000}));
+    add_option(command, "--earth-px", options->budget.earth_px, "PX")->check(CLI::Range(1e-12, 100.0));
+    command->add_flag("--without-mask", options->without_mask);
+    command->add_flag("--all", options->all);
+    command->add_flag("--json", options->as_json);
     set_action(*command, context, options, budget);
 }
 

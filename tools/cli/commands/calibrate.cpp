@@ -52,49 +52,19 @@ void add_calibrate(CLI::App &app, Context &context) {
     request.frames.add_to(*command,
                           "seconds from frame to frame, default the times of the table FRAMES of a FITS file, "
                           "or else those of the scene's frames");
-    add_option(command, "--out", request.out, "FILE", "fitted scene to write (.json)")->required();
-    CLI::Option *free = add_option(
-        command, "--free", request.free, "NAMES",
-        "parameters to fit, in quotes and separated by spaces: NAME, NAME=SIGMA with the standard deviation of its "
-        "prior, or ranges such as zernike_5-21=50; +NAME adds to the default: focus zernike_5-21 scale mask_rotation "
-        "jitter_xx jitter_yy "
-        "jitter_xy temperature_a temperature_b, as far as the scene has them");
-    command
-        ->add_option("--choose", request.most_frames,
-                     "number of frames to choose, with --windows of each window; default 20")
-        ->check(CLI::Range(size_t{2}, size_t{1000000}));
-    command->add_flag("--map", options->map, "also fit the optical path difference of each pupil cell; takes minutes");
-    command->add_flag(
-        "--improve", options->improve,
-        "if the model is incomplete, try mask.edges = \"area\", more pupil samples, spectral modes and the "
-        "map, in this order, and keep what lowers chi-square; takes minutes");
-    command
-        ->add_option("--map-rms", request.options.map_rms_nm,
-                     "with --map: prior of the map, its rms over the open pupil in nm, default 10")
-        ->check(CLI::Range(1e-3, 1e4));
-    command
-        ->add_option("--windows", request.options.window_days,
-                     "length in days of windows: parameters change linearly from start to start; default: constant")
-        ->check(CLI::Range(1e-6, 1e6));
-    command
-        ->add_option("--smoothness", request.options.smoothness,
-                     "with --windows: standard deviation of the change of a parameter from start to start, in "
-                     "units of that of its prior, default 0.01")
-        ->check(CLI::Range(1e-9, 1e3));
-    command
-        ->add_option("--capture", request.options.capture_px,
-                     "largest shift of both stars from their expected places, px, default 6")
-        ->check(CLI::Range(0.1, 64.0));
-    command
-        ->add_option("--iterations", request.options.most_iterations,
-                     "largest number of iterations of the parameters, and again of the map, default 30")
-        ->check(CLI::Range(1, 1000));
-    command->add_option("--threads", request.options.threads, "worker threads, default one per processor")
-        ->check(CLI::Range(1u, 1024u));
-    command->add_flag("--resume", request.resume,
-                      "continue the calibration that was stopped or killed; without one, start from the scene that "
-                      "--out holds, if it exists");
-    command->add_flag("--json", options->as_json, "print JSON, schema toliman-calibration-result/1");
+    add_option(command, "--out", request.out, "FILE")->required();
+    CLI::Option *free = add_option(command, "--free", request.free, "NAMES");
+    command->add_option("--choose", request.most_frames)->check(CLI::Range(size_t{2}, size_t{1000000}));
+    command->add_flag("--map", options->map);
+    command->add_flag("--improve", options->improve);
+    command->add_option("--map-rms", request.options.map_rms_nm)->check(CLI::Range(1e-3, 1e4));
+    command->add_option("--windows", request.options.window_days)->check(CLI::Range(1e-6, 1e6));
+    command->add_option("--smoothness", request.options.smoothness)->check(CLI::Range(1e-9, 1e3));
+    command->add_option("--capture", request.options.capture_px)->check(CLI::Range(0.1, 64.0));
+    command->add_option("--iterations", request.options.most_iterations)->check(CLI::Range(1, 1000));
+    command->add_option("--threads", request.options.threads)->check(CLI::Range(1u, 1024u));
+    command->add_flag("--resume", request.resume);
+    command->add_flag("--json", options->as_json);
     set_action(*command, context, options, calibrate,
                [options, free] { options->request.by_free = free->count() > 0; });
 }

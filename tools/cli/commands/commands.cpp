@@ -1,5 +1,6 @@
 #include <map>
 #include <memory>
+#include <sstream>
 
 #include <toliman/toliman.hpp>
 
@@ -15,11 +16,7 @@ void add_commands(CLI::App &app, Context &context) {
     app.name("toliman");
     app.description(help_text("toliman"));
     app.set_version_flag("--version", std::string("toliman ") + toliman_version());
-    app.add_option(
-           "--progress", context.progress,
-           "progress on standard error: auto (default), a bar on a terminal, otherwise a message after every 10 s of a "
-           "stage; json, JSON lines; or none")
-        ->check(CLI::IsMember({"auto", "json", "none"}));
+    app.add_option("--progress", context.progress)->check(CLI::IsMember({"auto", "json", "none"}));
     app.require_subcommand(1);
     app.formatter(std::make_shared<HelpFormatter>());
     app.fallthrough();
@@ -31,6 +28,8 @@ void add_commands(CLI::App &app, Context &context) {
                              "pupil", "refit", "report", "status"})
         app.get_subcommand(name)->add_flag_callback("--force", replace_anything,
                                                     "replace any existing file, not only those written by toliman");
+    for (CLI::App *command : app.get_subcommands([](const CLI::App *) { return true; }))
+        describe(*command, command->get_name());
 }
 
 std::string help_text(const std::string &command) {
@@ -39,6 +38,38 @@ std::string help_text(const std::string &command) {
     };
     const std::string &text = texts.at(command);
     return text.substr(0, text.size() - 1);
+}
+
+// The texts of help/options.txt: "--name", or "command --name" where a command has another one.
+std::map<std::string, std::string> option_texts() {
+    std::istringstream lines(help_text("options"));
+    std::map<std::string, std::string> texts;
+    std::vector<std::string> keys;
+    for (std::string line; std::getline(lines, line);) {
+        const size_t start = line.find_first_not_of(' ');
+        if (start == 0) {
+            keys = CLI::detail::split(line, ' ');
+            const std::string option = keys.back();
+            if (keys.size() > 1)
+                keys.pop_back();
+            for (std::string &key : keys)
+                key = key == option ? option : key + " " + option;
+            continue;
+        }
+        for (const std::string &key : keys)
+            texts[key] += (texts[key].empty() ? "" : " ") + line.substr(start);
+    }
+    return texts;
+}
+
+void describe(CLI::App &command, const std::string &name) {
+    static const std::map<std::string, std::string> texts = option_texts();
+    for (CLI::Option *option : command.get_options()) {
+        if (!option->get_description().empty())
+            continue;
+        const auto own = texts.find(name + " " + option->get_name());
+        option->description(own != texts.end() ? own->second : texts.at(option->get_name()));
+    }
 }
 
 CLI::App *add_command(CLI::App &app, const std::string &name) {
@@ -57,22 +88,15 @@ void run_work(const CLI::App &command, Progress &progress, const std::function<v
 }
 
 void add_system(CLI::App &command, std::string &name) {
-    add_option(&command, "SYSTEM", name, "",
-               "alpha-cen (Akeson et al. 2021), or a system file (JSON, schema toliman-system/1)")
-        ->required();
+    add_option(&command, "SYSTEM", name, "")->required();
 }
 
 void add_bad_pixels(CLI::App &command, std::string &path) {
-    add_option(
-        &command, "--bad-pixels", path, "FILE",
-        "pixels that are not used, instead of those of the scene's detector.bad_pixels: .npy of the frames' shape, 0 "
-        "for a good pixel");
+    add_option(&command, "--bad-pixels", path, "FILE");
 }
 
 void add_scene(CLI::App &command, std::string &name) {
-    command.add_option("SCENE", name, "scene file (JSON, schema toliman-scene/1), or the name of a shipped scene")
-        ->type_name("")
-        ->required();
+    command.add_option("SCENE", name)->type_name("")->required();
 }
 
 } // namespace cli

@@ -35,9 +35,8 @@ void convert(const Options &options, Progress &progress) {
 void add_convert(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "convert");
     auto options = std::make_shared<Options>();
-    add_option(command, "IN", options->in, "", "file to read: .npy, .fits or .fits.fz")->required();
-    add_option(command, "OUT", options->out, "", "file to write: .npy or .fits; - writes .npy to standard output")
-        ->required();
+    add_option(command, "IN", options->in, "")->required();
+    add_option(command, "OUT", options->out, "")->required();
     set_action(*command, context, options, convert);
 }
 

@@ -7,7 +7,7 @@
 #include <unistd.h>
 #include <zlib.h>
 
-#include "common/provenance.hpp"
+#include "common/json.hpp"
 #include "frames/fits.hpp"
 #include "options/command.hpp"
 #include "scenes/observer_options.hpp"
@@ -164,9 +164,9 @@ void doctor(const Options &options, Progress &progress) {
 void add_doctor(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "doctor");
     auto options = std::make_shared<Options>();
-    add_option(command, "FOLDER", options->folder, "", "folder whose disk is tested; default: the current one");
+    add_option(command, "FOLDER", options->folder, "");
     options->observer.add_file_to(*command);
-    command->add_flag("--json", options->json, "print JSON, schema toliman-doctor/1");
+    command->add_flag("--json", options->json);
     set_action(*command, context, options, doctor);
 }
 

@@ -203,12 +203,9 @@ void merge_states(Options &options, Progress &progress) {
 void add_merge(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "merge");
     auto options = std::make_shared<Options>();
-    add_option(command, "STATES", options->files, "", "files of `toliman period --save-state`, or state folders")
-        ->required();
-    add_option(command, "--out", options->out, "PATH",
-               "file to write (.tlmp; - writes to standard output), or folder to create")
-        ->required();
-    command->add_flag("--salvage", options->salvage, "skip damaged records of a folder's ledger, and report them");
+    add_option(command, "STATES", options->files, "")->required();
+    add_option(command, "--out", options->out, "PATH")->required();
+    command->add_flag("--salvage", options->salvage);
     options->setup.add_to(*command);
     set_action(*command, context, options, merge_states);
 }

@@ -97,7 +97,7 @@ void warn_of_results(const Periodogram &periodogram, const Series *series, bool 
 // Writes and prints the results. series: NULL if only the sums are known. reduced: NULL if the series is as given.
 // folder: NULL without --out.
 void write_results(const Options &options, const Series *series, const ReductionNote *reduced,
-                   const Instruments &instruments, const Periodogram &periodogram, PeriodFolder *folder,
+                   const Instruments &instruments, const Periodogram &periodogram, OutputFolder *folder,
                    Progress &progress) {
     const std::string given = options.samples.time_scale.empty() ? "" : result_scale(options.samples.time_scale);
     const Fap fap(options.fap, periodogram.handle, series, progress);
@@ -120,7 +120,7 @@ void write_results(const Options &options, const Series *series, const Reduction
     warn_of_aliases(report.aliases, info.functions > 1 ? "" : ": --trend", progress);
     write_power(options, periodogram);
     if (folder != nullptr)
-        folder->write(report, *series, residual_of(options, *series, report, progress));
+        write(*folder, report, *series, residual_of(options, *series, report, progress));
     if (options.as_json)
         print_stdout(report.json().text());
     else
@@ -153,14 +153,12 @@ void period(Options &options, Progress &progress) {
             check_output(output);
     if (options.follow || !options.from_state.empty())
         return stream(options, progress);
-    std::optional<PeriodFolder> folder;
+    std::optional<OutputFolder> folder;
     if (!options.out.empty()) {
         check_not_input(options.out + "/series.csv", {options.file, options.nuisance.file});
-        folder.emplace(options.out);
+        folder.emplace(options.out, kPeriodFiles);
     }
-    Series series = read_series(options.file, options.samples);
-    for (const std::string &warning : series.warnings)
-        progress.warn(warning);
+    Series series = read_series(options.file, options.samples, progress);
     const std::optional<ReductionNote> reduced = add_functions(
         options, !options.sums.fixed_mean, options.save_state.empty() ? "" : "--save-state", series, progress);
     SumOptions sums = options.sums;
@@ -190,47 +188,35 @@ void period(Options &options, Progress &progress) {
 void add_period(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "period");
     auto options = std::make_shared<Options>();
-    CLI::Option *file =
-        add_option(command, "FILE", options->file, "",
-                   "series t,y or t,y,sigma: text, JSON Lines or .npy; - reads text or JSON Lines from standard input");
-    add_option(command, "--columns", options->samples.columns, "NAMES", kColumnsHelp);
+    CLI::Option *file = add_option(command, "FILE", options->file, "");
+    add_option(command, "--columns", options->samples.columns, "NAMES");
     add_times(*command, options->samples);
     add_instrument(*command, options->samples);
-    command->add_option("--f0", options->f0, "first frequency in cycles per unit of t, default 1.5/T");
-    command->add_option("--df", options->df, "frequency step in cycles per unit of t, default 1/(10 T)");
-    command->add_option("--nf", options->nf,
-                        "number of frequencies, default from the differences of the times, at most 131072");
-    command->add_flag("--fixed-mean", options->sums.fixed_mean,
-                      "subtract the weighted mean once instead of fitting an offset at each frequency");
+    command->add_option("--f0", options->f0);
+    command->add_option("--df", options->df);
+    command->add_option("--nf", options->nf);
+    command->add_flag("--fixed-mean", options->sums.fixed_mean);
     options->nuisance.add_to(*command);
     for (const char *name : kNuisanceOptions)
         command->get_option(name)->excludes(command->get_option("--fixed-mean"));
-    command->add_option("--value-bound", options->sums.value_bound,
-                        "largest distance of a value from the median (with --follow: from the first value); default "
-                        "from the samples (with --follow: 2^20)");
-    command->add_option("--sigma-floor", options->sums.sigma_floor,
-                        "smallest sigma allowed, and the sigma of samples without one; default from the samples");
-    command->add_option("--sigma-ceiling", options->sums.sigma_ceiling,
-                        "largest sigma allowed; default from the samples");
-    command->add_option("--peaks", options->peaks, "number of peaks to list, default 1")->check(CLI::Range(1u, 64u));
-    add_option(command, "--save-state", options->save_state, "FILE",
-               "write the sums to this file (.tlmp), for --from-state and merge");
-    CLI::Option *state =
-        add_option(command, "--from-state", options->from_state, "FILE", "continue from the sums in this file");
+    command->add_option("--value-bound", options->sums.value_bound);
+    command->add_option("--sigma-floor", options->sums.sigma_floor);
+    command->add_option("--sigma-ceiling", options->sums.sigma_ceiling);
+    command->add_option("--peaks", options->peaks)->check(CLI::Range(1u, 64u));
+    add_option(command, "--save-state", options->save_state, "FILE");
+    CLI::Option *state = add_option(command, "--from-state", options->from_state, "FILE");
     for (const char *name : {"--f0", "--df", "--nf", "--fixed-mean", "--trend", "--span", "--nuisance-file", "--prior",
                              "--value-bound", "--sigma-floor", "--sigma-ceiling", "--instrument"})
         state->excludes(command->get_option(name)); // contained in the state
-    command->add_flag("--json", options->as_json, "print JSON, schema toliman-period/2");
-    add_option(command, "--power", options->power_file, "FILE", "write the power at every frequency to this .npy file");
-    CLI::Option *out = add_option(command, "--out", options->out, "DIR",
-                                  "write result.json, series and periodograms into this folder, for toliman report");
+    command->add_flag("--json", options->as_json);
+    add_option(command, "--power", options->power_file, "FILE");
+    CLI::Option *out = add_option(command, "--out", options->out, "DIR");
     out->excludes(state);
-    add_choice(command, "--normalisation", options->normalisation, kNormalisations,
-               "normalisation of --power: standard (default), model, log or psd, as in astropy");
+    add_choice(command, "--normalisation", options->normalisation, kNormalisations);
     add_fap(*command, options->fap);
     add_noise(*command, options->noise);
     CLI::Option *noise = command->get_option("--noise")->excludes(state)->excludes(command->get_option("--fixed-mean"));
-    CLI::Option *follow = command->add_flag("--follow", options->follow, "print a JSON line after every sample");
+    CLI::Option *follow = command->add_flag("--follow", options->follow);
     for (const char *name : {"--power", "--normalisation", "--peaks", "--fap", "--resamplings", "--seed"})
         follow->excludes(command->get_option(name)); // of a result at the end
     follow->excludes(noise)->excludes(out);
@@ -238,8 +224,7 @@ void add_period(CLI::App &app, Context &context) {
         follow->excludes(command->get_option(name));
     CLI::Option *system = add_system_options(*command, *options);
     system->excludes(follow)->excludes(state); // which have the sums, but not the samples
-    command->add_flag("--strict", options->strict, "with --follow: exit with code 4 if lines were skipped")
-        ->needs(follow);
+    command->add_flag("--strict", options->strict)->needs(follow);
     set_action(*command, context, options, period, [options, file] {
         if (file->count() == 0 && (options->from_state.empty() || options->follow))
             throw CLI::RequiredError("FILE");

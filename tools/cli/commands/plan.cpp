@@ -70,9 +70,7 @@ SetUp set_up(const std::string &path, const toliman_sim_plan_info &plan, Progres
     const bool moving = has_stage(plan, "moving stars"), is_short = plan.setup_s <= kShort;
     if (!moving && !is_short)
         return found;
-    auto silent = toliman::sized<toliman_sim_options>(); // the plan has given the warnings
-    silent.progress = Progress::callback;
-    silent.progress_data = &progress;
+    auto silent = with_progress<toliman_sim_options>(progress); // the plan has given the warnings
     try {
         const Scene scene(path, silent);
         if (is_short)
@@ -205,9 +203,8 @@ void add_plan(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "plan");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    add_choice(command, "--engine", options->engine, {"auto", "mdft", "fft"},
-               "propagation: matrix DFT (mdft), padded FFT (fft, that of the book chapter) or auto (default)");
-    command->add_flag("--json", options->as_json, "print JSON, schema toliman-plan/1");
+    add_choice(command, "--engine", options->engine, {"auto", "mdft", "fft"});
+    command->add_flag("--json", options->as_json);
     set_action(*command, context, options, plan);
 }
 

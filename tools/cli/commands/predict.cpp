@@ -114,12 +114,12 @@ void add_predict(CLI::App &app, Context &context) {
     add_system(*command, options->system);
     options->observer.add_to(*command);
     add_sky_times(*command, options->times);
-    command->add_option("--without", options->without, "effects to leave out, separated by commas")
+    command->add_option("--without", options->without)
         ->type_name("EFFECT,...")
         ->delimiter(',')
         ->allow_extra_args(false)
         ->check(CLI::IsMember(kEffects));
-    command->add_flag("--json", options->as_json, "print JSON, schema toliman-predict/1");
+    command->add_flag("--json", options->as_json);
     set_action(*command, context, options, predict);
 }
 

@@ -62,10 +62,9 @@ Design result_of(const Scene &scene, const Options &options, Progress &progress)
     const std::string eight = scene.info.flux_ratio > 0 ? kEight : kEightOfOne;
     Design design = {scene, options, options.free.value_or(eight), {}, {}, {}, ""};
     const toliman::phase_mask mask = design_of(scene, options, design.free, progress);
-    for (size_t place = 0; place < std::max({size_t{1}, options.dates.size(), options.angles.size()}); place++) {
-        design.places.push_back(toliman::sized<toliman_mask_info>());
-        toliman::check(toliman_mask_get_place(mask.get(), static_cast<int64_t>(place), &design.places.back()));
-    }
+    const size_t places = std::max({size_t{1}, options.dates.size(), options.angles.size()});
+    const toliman_mask *const made = mask.get();
+    design.places = items_of(toliman_mask_get_place, made, static_cast<int64_t>(places));
     design.descent.resize(design.places[0].iterations);
     toliman::check(toliman_mask_get_descent(mask.get(), design.descent.size(), design.descent.data()));
     const auto side = static_cast<size_t>(scene.info.pupil_samples);
@@ -150,13 +149,6 @@ std::string as_json(const Design &design) {
     return json.text();
 }
 
-// Before the work: every file that it will write.
-void open_files(OutputFolder &out) {
-    out.open("mask.npy");
-    out.open("scene.json", Replaces::scenes);
-    out.open("pupil.json");
-}
-
 void write_folder(OutputFolder &out, const Design &design) {
     const auto side = static_cast<size_t>(design.scene.info.pupil_samples);
     write_npy(out.open("mask.npy"), design.cells, {side, side});
@@ -194,8 +186,10 @@ void print_summary(const Design &design) {
 
 void pupil(const Options &options, Progress &progress) {
     std::optional<OutputFolder> out;
-    if (!options.out.empty())
-        open_files(out.emplace(options.out));
+    if (!options.out.empty()) {
+        const std::vector<const char *> files = {"mask.npy", "pupil.json"};
+        out.emplace(options.out, files).open("scene.json", Replaces::scenes);
+    }
     const Scene scene(options.scene, progress);
     const Design design = result_of(scene, options, progress);
     progress.clear();
@@ -208,9 +202,8 @@ void pupil(const Options &options, Progress &progress) {
     stop_if_asked();
 }
 
-CLI::Option *add_list(CLI::App *command, const char *name, std::vector<double> &values, const char *type,
-                      const char *what) {
-    return add_option(command, name, values, type, what)->delimiter(',')->allow_extra_args(false);
+CLI::Option *add_list(CLI::App *command, const char *name, std::vector<double> &values, const char *type) {
+    return add_option(command, name, values, type)->delimiter(',')->allow_extra_args(false);
 }
 
 } // namespace
@@ -220,30 +213,18 @@ void add_pupil(CLI::App &app, Context &context) {
     auto options = std::make_shared<Options>();
     toliman_mask_options &design = options->design;
     add_scene(*command, options->scene);
-    add_option(command, "--out", options->out, "FOLDER",
-               "write mask.npy, scene.json and pupil.json to this folder, for other commands and `toliman report`");
-    add_option(command, "--free", options->free, "NAMES",
-               "parameters that are fitted together with the separation, separated by commas; default: fluxes, shifts, "
-               "roll, scale, focus and background; \"\" for none");
-    CLI::Option *dates = add_list(command, "--dates", options->dates, "YEAR,...",
-                                  "design for these Julian years of the stars' orbit; default: the scene's");
-    add_list(command, "--position-angles", options->angles, "DEG,...", "design for these position angles of star B")
-        ->excludes(dates);
-    add_option(command, "--peak-to-mean", design.peak_to_mean, "RATIO",
-               "largest peak-to-mean ratio, default: that of the scene's mask")
-        ->check(CLI::Range(1.000001, 1e12));
-    add_option(command, "--light", design.light_in_frame, "SHARE",
-               "smallest fraction of the light in the frame; default: 0.875, or none with peak_photons")
-        ->check(CLI::Range(0.001, 0.999));
-    add_option(command, "--feature", design.feature_cells, "CELLS", "side of the smallest feature, default 2")
-        ->check(CLI::Range(1u, 16u));
-    add_choice(command, "--symmetry", options->symmetry, {"none", "even", "odd"},
-               "under a rotation of the pupil by 180 degrees, default none");
-    add_option(command, "--iterations", design.iterations, "N", "iterations of the first descent, default 250")
-        ->check(CLI::Range(1u, 100000u));
+    add_option(command, "--out", options->out, "FOLDER");
+    add_option(command, "--free", options->free, "NAMES");
+    CLI::Option *dates = add_list(command, "--dates", options->dates, "YEAR,...");
+    add_list(command, "--position-angles", options->angles, "DEG,...")->excludes(dates);
+    add_option(command, "--peak-to-mean", design.peak_to_mean, "RATIO")->check(CLI::Range(1.000001, 1e12));
+    add_option(command, "--light", design.light_in_frame, "SHARE")->check(CLI::Range(0.001, 0.999));
+    add_option(command, "--feature", design.feature_cells, "CELLS")->check(CLI::Range(1u, 16u));
+    add_choice(command, "--symmetry", options->symmetry, {"none", "even", "odd"});
+    add_option(command, "--iterations", design.iterations, "N")->check(CLI::Range(1u, 100000u));
     design.seed = 1;
-    add_seed(*command, design.seed, "seed of the random spirals that it starts from, default 1");
-    command->add_flag("--json", options->as_json, "print JSON, schema toliman-pupil/1");
+    add_seed(*command, design.seed);
+    command->add_flag("--json", options->as_json);
     set_action(*command, context, options, pupil);
 }
 

@@ -65,9 +65,7 @@ toliman::measurements measured_of(Options &options, Progress &progress) {
         options.reduction.of_folder = true;
         return measured;
     }
-    const Series series = read_series(options.series, options.samples);
-    for (const std::string &warning : series.warnings)
-        progress.warn(warning);
+    const Series series = read_series(options.series, options.samples, progress);
     if (series.sigma.empty())
         malformed(series.name, "has no column sigma: must have the standard deviation of each separation");
     return separations_of(series, options.reduction);
@@ -176,16 +174,13 @@ void add_refit(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "refit");
     auto options = std::make_shared<Options>();
     add_system(*command, options->system);
-    add_option(command, "SERIES", options->series, "",
-               "series t,y,sigma of measured separations: text, JSON Lines or .npy; or a state folder of `track --fit`")
-        ->required();
-    add_option(command, "--columns", options->samples.columns, "NAMES", kColumnsHelp);
+    add_option(command, "SERIES", options->series, "")->required();
+    add_option(command, "--columns", options->samples.columns, "NAMES");
     add_times(*command, options->samples);
     options->reduction.add_to(*command, nullptr);
-    command->add_option("--scale-sigma", options->scale_sigma,
-                        "standard deviation of the relative error of the plate scale, default 0");
-    add_option(command, "--out", options->out, "FILE", "write the system with the new orbit to this file");
-    command->add_flag("--json", options->as_json, "print JSON, schema toliman-refit/1");
+    command->add_option("--scale-sigma", options->scale_sigma);
+    add_option(command, "--out", options->out, "FILE");
+    command->add_flag("--json", options->as_json);
     set_action(*command, context, options, refit);
 }
 

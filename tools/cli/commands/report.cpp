@@ -67,11 +67,10 @@ void report(const Options &options, Progress &progress) {
 void add_report(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "report");
     auto options = std::make_shared<Options>();
-    add_option(command, "DIR", options->folders, "", "folders of results, shown on one page in this order")->required();
-    add_option(command, "--out", options->out, "FOLDER",
-               "folder for the page and its figures, default DIR/report of the first DIR");
-    command->add_flag("--png", options->png, "write each figure as PNG too");
-    command->add_flag("--pdf", options->pdf, "write each figure as PDF too");
+    add_option(command, "DIR", options->folders, "")->required();
+    add_option(command, "--out", options->out, "FOLDER");
+    command->add_flag("--png", options->png);
+    command->add_flag("--pdf", options->pdf);
     set_action(*command, context, options, report,
                [command, options] { options->force = command->count("--force") > 0; });
 }

@@ -133,12 +133,13 @@ void run(const Options &options, Progress &progress) {
     const std::string text = whole_text(scene.path); // before the computation: the file may change meanwhile
     const JsonTree tree = parse_scene(scene.path, text);
     const cJSON *rotation = item_of(item_of(tree.get(), "detector"), "rotation_deg");
-    RunFolder folder(path);
+    OutputFolder folder(path);
+    open_files(folder);
     const RunOptions chosen = {options.seed_given ? options.seed : scene.info.seed, options.controls};
     const double setup = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const Pipeline pipeline = run_pipeline(scene, cadence, chosen, setup, progress);
     const double degrees = rotation != nullptr ? rotation->valuedouble : 0;
-    const std::string json = folder.write({scene, text, degrees, cadence, pipeline});
+    const std::string json = write(folder, {scene, text, degrees, cadence, pipeline});
     progress.clear();
     print_warnings(pipeline, path, progress);
     if (options.as_json)
@@ -154,15 +155,12 @@ void add_run(CLI::App &app, Context &context) {
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
     add_bad_pixels(*command, options->bad_pixels);
-    add_option(command, "--out", options->folder, "FOLDER",
-               "folder for the results; default NAME.run, where NAME is the name of the scene, or scene.run if "
-               "it has none");
-    CLI::Option *seed =
-        add_seed(*command, options->seed, "seed of the noise and the initial weights; default: the scene's");
+    add_option(command, "--out", options->folder, "FOLDER");
+    CLI::Option *seed = add_seed(*command, options->seed);
     add_controls(*command, options->controls,
                  "none: no frames without signal, no untrained network; quick: 200 frames without signal; full, the "
                  "default: at least 2000");
-    command->add_flag("--json", options->as_json, "print result.json instead of the summary");
+    command->add_flag("--json", options->as_json);
     set_action(*command, context, options, run, [options, seed] { options->seed_given = seed->count() > 0; });
 }
 

@@ -96,7 +96,7 @@ void status(Options &options, Progress &progress) {
     if (options.records)
         return print_records(tracker);
     if (options.series)
-        return print_series(tracker, how, print_stdout);
+        return print_series(tracker, how);
     if (options.missing)
         return print_missing(tracker);
     const toliman_track_options settings = settings_of(tracker);
@@ -144,17 +144,14 @@ void rebuild(RebuildOptions &options, Progress &progress) {
 void add_status(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "status");
     auto options = std::make_shared<Options>();
-    add_option(command, "DIR", options->folder, "", "a state folder")->required();
-    CLI::Option *json = command->add_flag("--json", options->as_json, "print JSON, schema toliman-track-status/2");
-    CLI::Option *records = command->add_flag(
-        "--records", options->records, "print every record of the ledger as a JSON line, schema toliman-record/1");
-    CLI::Option *series = command->add_flag(
-        "--series", options->series, "print CSV t,y,sigma of the samples in the periodogram (t in days, y in px)");
-    CLI::Option *missing = command->add_flag("--missing", options->missing,
-                                             "print CSV session,roi,first,last,restarts of missing frame ids");
-    CLI::Option *out =
-        add_option(command, "--out", options->out, "DIR", "also write the results as files into this folder")
-            ->check([](const std::string &name) { return name.empty() ? "\"\": must be the name of a folder" : ""; });
+    add_option(command, "DIR", options->folder, "")->required();
+    CLI::Option *json = command->add_flag("--json", options->as_json);
+    CLI::Option *records = command->add_flag("--records", options->records);
+    CLI::Option *series = command->add_flag("--series", options->series);
+    CLI::Option *missing = command->add_flag("--missing", options->missing);
+    CLI::Option *out = add_option(command, "--out", options->out, "DIR")->check([](const std::string &name) {
+        return name.empty() ? "\"\": must be the name of a folder" : "";
+    });
     records->excludes(json)->excludes(out);
     series->excludes(json)->excludes(records)->excludes(out);
     missing->excludes(json)->excludes(records)->excludes(series)->excludes(out);
@@ -164,12 +161,11 @@ void add_status(CLI::App &app, Context &context) {
 void add_rebuild(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "rebuild");
     auto options = std::make_shared<RebuildOptions>();
-    add_option(command, "DIR", options->folder, "", "a state folder")->required();
+    add_option(command, "DIR", options->folder, "")->required();
     options->setup.add_to(*command);
     options->reference.add_to(*command);
-    add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
-               "leap-seconds.list of the IERS, default the table of ERFA");
-    command->add_flag("--json", options->as_json, "print JSON, schema toliman-track-status/2");
+    add_option(command, "--leap-seconds", options->leap_seconds, "FILE");
+    command->add_flag("--json", options->as_json);
     set_action(*command, context, options, rebuild);
 }
 

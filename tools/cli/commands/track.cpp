@@ -12,7 +12,7 @@
 #include "downlink/input_options.hpp"
 #include "downlink/known_sums.hpp"
 #include "downlink/tracking.hpp"
-#include "frames/frame_files.hpp"
+#include "frames/frames_in.hpp"
 #include "options/command.hpp"
 
 namespace cli {

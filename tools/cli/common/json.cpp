@@ -4,6 +4,8 @@
 #include "common/json.hpp"
 
 #include <charconv>
+#include <ctime>
+#include <fstream>
 #include <limits>
 
 #include "common/common.hpp"
@@ -63,6 +65,34 @@ std::string indented(const std::string &line) {
     return text + "\n";
 }
 
+std::string in_quotes(const std::string &word) {
+    constexpr char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:=,+@%-";
+    if (!word.empty() && word.find_first_not_of(plain) == std::string::npos)
+        return word;
+    std::string text = "'";
+    for (const char letter : word)
+        text += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
+    return text + "'";
+}
+
+// /proc/self/cmdline holds the words, each ended by a zero byte. The first is the path of the program.
+std::string command_line() {
+    std::ifstream file("/proc/self/cmdline", std::ios::binary);
+    std::string word, text = "toliman";
+    std::getline(file, word, '\0');
+    while (std::getline(file, word, '\0'))
+        text += " " + in_quotes(word);
+    return text;
+}
+
+std::string utc_date() {
+    const std::time_t now = std::time(nullptr);
+    std::tm parts = {};
+    char text[32] = "";
+    std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", ::gmtime_r(&now, &parts));
+    return text;
+}
+
 } // namespace
 
 std::string text_of(const JsonTree &tree) {
@@ -106,6 +136,18 @@ void Json::add_number(double value) {
 void Json::add_exact(double value) {
     const Digits digits = digits_of(value, 17);
     std::isfinite(value) ? members_.append(digits.text, digits.length) : members_ += "null";
+}
+
+std::string processor_name() {
+    std::ifstream cpuinfo("/proc/cpuinfo");
+    for (std::string line; std::getline(cpuinfo, line);)
+        if (line.rfind("model name", 0) == 0 && line.find(": ") != std::string::npos)
+            return line.substr(line.find(": ") + 2);
+    return "unknown";
+}
+
+Json provenance() {
+    return Json("command", command_line(), "date", utc_date(), "processor", processor_name());
 }
 
 } // namespace cli

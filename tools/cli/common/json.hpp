@@ -107,4 +107,11 @@ template <class Items, class Work> std::vector<Json> array_of(const Items &items
     return array;
 }
 
+// The model name that Linux reports, "unknown" if there is none.
+std::string processor_name();
+
+// Keys command (the words of this process's command line, quoted for a shell where necessary), date (UTC,
+// YYYY-MM-DDThh:mm:ssZ) and processor.
+Json provenance();
+
 } // namespace cli

@@ -4,6 +4,8 @@
 
 #include <toliman/toliman.hpp>
 
+#include "common/terminal.hpp"
+
 namespace cli {
 
 // The bytes that save(data, capacity, &size) delivers.
@@ -13,6 +15,34 @@ template <class Save> std::vector<unsigned char> bytes_of(Save save) {
     std::vector<unsigned char> bytes(size);
     toliman::check(save(bytes.data(), size, &size));
     return bytes;
+}
+
+// Items 0 ... count - 1 that get(object, i, &item) delivers.
+template <class Object, class Item>
+std::vector<Item> items_of(toliman_status (*get)(const Object *, int64_t, Item *), const Object *object,
+                           int64_t count) {
+    std::vector<Item> items(static_cast<size_t>(count), toliman::sized<Item>());
+    for (int64_t i = 0; i < count; i++)
+        toliman::check(get(object, i, &items[static_cast<size_t>(i)]));
+    return items;
+}
+
+// All items that get(items, capacity, &count) delivers.
+template <class Item, class Get> std::vector<Item> all_of(Get get) {
+    size_t count = 0;
+    toliman::check_asked(get(nullptr, size_t{0}, &count));
+    std::vector<Item> items(count, toliman::sized<Item>());
+    if (count > 0)
+        toliman::check(get(items.data(), count, &count));
+    return items;
+}
+
+// Options of a long call, which shows its progress and is stopped by a signal.
+template <class Options> Options with_progress(Progress &progress) {
+    auto options = toliman::sized<Options>();
+    options.progress = Progress::callback;
+    options.progress_data = &progress;
+    return options;
 }
 
 // Contiguous frames as a toliman_image, of doubles unless its `pixel` is changed.

@@ -190,6 +190,11 @@ OutputFolder::OutputFolder(const std::string &path)
         throw Failure(kExitOutput, path + ": cannot be written: " + std::strerror(errno));
 }
 
+OutputFolder::OutputFolder(const std::string &path, const std::vector<const char *> &names) : OutputFolder(path) {
+    for (const char *name : names)
+        open(name);
+}
+
 OutputFolder::~OutputFolder() {
     files_.clear();
     if (made_)
@@ -223,6 +228,19 @@ void OutputFolder::commit(const std::string &last) {
         std::filesystem::remove(path, error);
     files_.at(last).commit();
     keep();
+}
+
+void write_csv(OutputFile &out, const std::string &mark, const std::vector<Column> &columns) {
+    const char *separator = "";
+    out.write(mark);
+    for (const Column &column : columns)
+        out.write(std::exchange(separator, ",") + column.name);
+    for (size_t row = 0; row < columns[0].values->size(); row++) {
+        separator = "\n";
+        for (const Column &column : columns)
+            out.write(std::exchange(separator, ",") + formatted("%.17g", (*column.values)[row]));
+    }
+    out.write(std::string("\n"));
 }
 
 void check_not_input(const std::string &output, const std::vector<std::string> &inputs) {

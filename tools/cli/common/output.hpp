@@ -58,6 +58,8 @@ class OutputFile {
 class OutputFolder {
   public:
     explicit OutputFolder(const std::string &path);
+    // The same, with files that are opened at once, so that one that cannot be written fails before the work.
+    OutputFolder(const std::string &path, const std::vector<const char *> &names);
     ~OutputFolder();
     std::string file(const std::string &name) const { return path_ + "/" + name; }
     // A new file of this name, or the same as before.
@@ -75,6 +77,14 @@ class OutputFolder {
     std::map<std::string, OutputFile> files_;
     std::vector<std::string> removed_; // paths
 };
+
+// Values of one name, [rows].
+struct Column {
+    std::string name;
+    const std::vector<double> *values;
+};
+// CSV: `mark`, the names, and a line for each value of the first column, with 17 digits.
+void write_csv(OutputFile &out, const std::string &mark, const std::vector<Column> &columns);
 
 // Throws Failure if the output is one of the inputs, also under another name; - is standard output.
 void check_not_input(const std::string &output, const std::vector<std::string> &inputs);

@@ -9,7 +9,7 @@
 #include "common/json.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
-#include "frames/frame_files.hpp"
+#include "frames/frames_in.hpp"
 
 namespace cli {
 

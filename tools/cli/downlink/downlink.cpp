@@ -5,7 +5,7 @@
 
 #include "base/name.hpp"
 #include "common/lines.hpp"
-#include "frames/frame_files.hpp"
+#include "frames/frames_in.hpp"
 
 namespace cli {
 

@@ -211,39 +211,18 @@ toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estima
 void FolderOptions::add_to(CLI::App &command) {
     estimator_options.self_by_default = true;
     estimator_options.add_to(command);
-    add_option(&command, "--state", folder, "FOLDER",
-               "state folder: ledger, settings and sums; created if it does not exist")
-        ->required()
-        ->transform(plain);
+    add_option(&command, "--state", folder, "FOLDER")->required()->transform(plain);
     setup.add_to(command);
     reference.add_to(command);
-    add_choice(&command, "--sync", sync, {"frame", "group", "none"},
-               "durability of ledger records: fsync after each record (frame), after 64 records or a second (group, "
-               "default), or never (none)");
-    command.add_option("--jobs", jobs,
-                       "threads that estimate frames between two updates, default 1; 0: one per processor");
-    command
-        .add_option("--bit-depth", bit_depth,
-                    "N: a frame with a pixel of 2^N or more is rejected; default 12 for u16le, 32 for u32le")
-        ->check(CLI::Range(1, 32));
-    add_option(&command, "--shape", shape, "ROWSxCOLS",
-               "size of the frames, ROWSxCOLS; default: that of the scene or weights");
-    add_option(&command, "--crop", crop, "ROW,COL",
-               "row and column of the first pixel used, ROW,COL; required for frames larger than the default size");
-    command.add_option("--bin", bin, "N: add up blocks of N x N pixels, default 1")->check(CLI::Range(1, 65536));
-    command
-        .add_option("--value-limit", value_limit,
-                    "largest absolute value in px, beyond which a frame is an outlier; default 10,000 times the "
-                    "Cramer-Rao bound of a frame, with --system at least 0.25 px")
-        ->check(CLI::PositiveNumber);
-    command
-        .add_option("--sigma", sigma,
-                    "smallest standard deviation of a value in px, that of a frame may be up to 32 times as large; "
-                    "default that of a frame of the scene or weights, with --fit half of it; for sums of coadd, an "
-                    "eighth of that of the largest one among the inputs of a new folder")
-        ->check(CLI::PositiveNumber);
-    command.add_option("--capacity", capacity, "largest number of frames, 24 bytes of memory each, default 2^20")
-        ->check(CLI::Range(int64_t{1}, int64_t{1} << 28));
+    add_choice(&command, "--sync", sync, {"frame", "group", "none"});
+    command.add_option("--jobs", jobs);
+    command.add_option("--bit-depth", bit_depth)->check(CLI::Range(1, 32));
+    add_option(&command, "--shape", shape, "ROWSxCOLS");
+    add_option(&command, "--crop", crop, "ROW,COL");
+    command.add_option("--bin", bin)->check(CLI::Range(1, 65536));
+    command.add_option("--value-limit", value_limit)->check(CLI::PositiveNumber);
+    command.add_option("--sigma", sigma)->check(CLI::PositiveNumber);
+    command.add_option("--capacity", capacity)->check(CLI::Range(int64_t{1}, int64_t{1} << 28));
 }
 
 } // namespace cli

@@ -5,7 +5,7 @@
 
 #include "common/input.hpp"
 #include "common/json.hpp"
-#include "frames/frame_files.hpp"
+#include "frames/frames_in.hpp"
 
 namespace cli {
 

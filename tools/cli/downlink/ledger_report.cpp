@@ -3,7 +3,7 @@
 #include <array>
 
 #include "common/content.hpp"
-#include "common/provenance.hpp"
+#include "common/json.hpp"
 #include "downlink/folder_facts.hpp"
 #include "downlink/state_folder.hpp"
 #include "series/fap.hpp"
@@ -17,9 +17,7 @@ namespace {
 constexpr size_t kChunk = 4096; // records read and printed at once
 
 // Texts of lines, printed many at once.
-template <class Each>
-void each_line(const toliman::tracker &tracker, Each each,
-               const std::function<void(const std::string &text)> &print = print_stdout) {
+template <class Each> void each_line(const toliman::tracker &tracker, Each each) {
     std::vector<toliman_track_record> lines(kChunk);
     lines[0].struct_size = sizeof lines[0];
     size_t done = kChunk;
@@ -28,7 +26,7 @@ void each_line(const toliman::tracker &tracker, Each each,
         std::string text;
         for (size_t i = 0; i < done; i++)
             each(lines[i], text);
-        print(text);
+        print_stdout(text);
     }
 }
 
@@ -78,22 +76,17 @@ Json session_json(const toliman_track_stream &stream) {
                 "last_id", stream.last_id, "frames", stream.frames, "missing", stream.missing);
 }
 
-void write_periodogram(const std::vector<double> &power, const toliman_track_options &how, OutputFile &out) {
-    out.write(std::string(kStatePeriodogramMark) + "frequency,power\n");
-    for (size_t k = 0; k < power.size(); k++)
-        out.write(formatted("%.17g,%.17g\n", how.grid.f0 + how.grid.df * static_cast<double>(k), power[k]));
+void write_periodogram(OutputFile &out, const toliman_track_options &how, const std::vector<double> &power) {
+    const std::vector<double> frequencies = frequencies_of({how.grid.f0, how.grid.df, how.grid.nf});
+    write_csv(out, kStatePeriodogramMark, {{"frequency", &frequencies}, {"power", &power}});
 }
 
 } // namespace
 
 std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker) {
-    size_t count = 0;
-    toliman::check_asked(toliman_track_get_streams(tracker.get(), nullptr, 0, &count));
-    std::vector<toliman_track_stream> streams(count);
-    if (count == 0)
-        return streams;
-    streams[0].struct_size = sizeof streams[0];
-    toliman::check(toliman_track_get_streams(tracker.get(), streams.data(), streams.size(), &count));
+    auto streams = all_of<toliman_track_stream>([&](toliman_track_stream *items, size_t capacity, size_t *count) {
+        return toliman_track_get_streams(tracker.get(), items, capacity, count);
+    });
     for (toliman_track_stream &stream : streams)
         if (stream.session[0] == '\0')
             std::snprintf(stream.session, sizeof stream.session, "#%016llx",
@@ -132,17 +125,12 @@ void print_records(const toliman::tracker &tracker) {
     });
 }
 
-void print_series(const toliman::tracker &tracker, const toliman_track_options &how,
-                  const std::function<void(const std::string &text)> &print) {
-    print("t,y,sigma\n");
-    each_line(
-        tracker,
-        [&](const toliman_track_record &line, std::string &text) {
-            if (line.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED)
-                return;
+void print_series(const toliman::tracker &tracker, const toliman_track_options &how) {
+    print_stdout("t,y,sigma\n");
+    each_line(tracker, [&](const toliman_track_record &line, std::string &text) {
+        if (line.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED)
             text += formatted("%.17g,%.17g,%.17g\n", time_of(line.tai_ns, how), line.value, line.sigma);
-        },
-        print);
+    });
 }
 
 void print_missing(const toliman::tracker &tracker) {
@@ -193,14 +181,6 @@ Json status_json(const toliman::tracker &tracker, const toliman_track_options &h
 
 namespace {
 
-// t, y, sigma and the values of mean and nuisance functions at the peak.
-void write_modelled(const Series &series, const Coefficients &fitted, OutputFile &out) {
-    const std::vector<double> model = nuisance_values(series, fitted.all);
-    out.write(std::string("t,y,sigma,nuisance\n"));
-    for (size_t i = 0; i < model.size(); i++)
-        out.write(formatted("%.17g,%.17g,%.17g,%.17g\n", series.t[i], series.y[i], series.sigma[i], model[i]));
-}
-
 // Power of the series without the fitted sinusoid, with the same functions.
 std::vector<double> residual_power(const Series &series, const toliman_period_peak &fit,
                                    const toliman_track_options &how) {
@@ -224,23 +204,25 @@ std::vector<double> residual_power(const Series &series, const toliman_period_pe
 
 void write_results(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period,
                    const std::string &path) {
-    OutputFolder folder(path);
-    OutputFile &result = folder.open("result.json"), &out = folder.open("series.csv");
-    out.write(std::string(kSeriesMark));
+    OutputFolder folder(path, {"result.json"});
     const Series series = tracked_series(tracker);
-    if (period.fitted().all.empty())
-        print_series(tracker, how, [&](const std::string &text) { out.write(text); });
-    else
-        write_modelled(series, period.fitted(), out);
+    std::vector<Column> columns = {{"t", &series.t}, {"y", &series.y}, {"sigma", &series.sigma}};
+    std::vector<double> model;
+    if (!period.fitted().all.empty()) {
+        model = nuisance_values(series, period.fitted().all);
+        columns.push_back({"nuisance", &model});
+    }
+    write_csv(folder.open("series.csv"), kSeriesMark, columns);
     if (period.fit() && std::isfinite(period.fit()->amplitude_error))
-        write_periodogram(residual_power(series, *period.fit(), how), how, folder.open("residual_periodogram.csv"));
+        write_periodogram(folder.open("residual_periodogram.csv"), how, residual_power(series, *period.fit(), how));
     const toliman_period *sums = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &sums));
-    write_periodogram(power_of(sums, how.grid.nf), how, folder.open("periodogram.csv"));
-    result.write(Json("schema", "toliman-state/1", "version", toliman_version(), "provenance", provenance(), "unit_s",
-                      how.grid.unit_ns * 1e-9, "power_at_fap_1e-3", power_at_fap_1e_3(sums), "status",
-                      status_json(tracker, how, period))
-                     .text());
+    write_periodogram(folder.open("periodogram.csv"), how, power_of(sums, how.grid.nf));
+    folder.open("result.json")
+        .write(Json("schema", "toliman-state/1", "version", toliman_version(), "provenance", provenance(), "unit_s",
+                    how.grid.unit_ns * 1e-9, "power_at_fap_1e-3", power_at_fap_1e_3(sums), "status",
+                    status_json(tracker, how, period))
+                   .text());
     folder.commit("result.json"); // a result.json implies that the other files are complete
 }
 

@@ -9,10 +9,9 @@ namespace cli {
 std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker);
 // JSON lines, schema toliman-record/1.
 void print_records(const toliman::tracker &tracker);
-// CSV t,y,sigma of the samples in the periodogram, part by part; t in units of how.grid.unit_ns of TAI since
+// CSV t,y,sigma of the samples in the periodogram; t in units of how.grid.unit_ns of TAI since
 // how.grid.time_offset_ns.
-void print_series(const toliman::tracker &tracker, const toliman_track_options &how,
-                  const std::function<void(const std::string &text)> &print);
+void print_series(const toliman::tracker &tracker, const toliman_track_options &how);
 // CSV session,roi,first,last,restarts of missing frame ids.
 void print_missing(const toliman::tracker &tracker);
 

@@ -16,26 +16,21 @@ constexpr const char *kOfSeries[] = {"--columns",  "--time-format", "--time-scal
 } // namespace
 
 void PlanetJobOptions::add_to(CLI::App &command) {
-    add_option(&command, "SERIES", file, "",
-               "series t,y,sigma as of `toliman period`, or a state folder of `toliman track`")
-        ->required();
-    add_option(&command, "--columns", samples.columns, "NAMES", kColumnsHelp);
+    add_option(&command, "SERIES", file, "")->required();
+    add_option(&command, "--columns", samples.columns, "NAMES");
     add_times(command, samples);
     add_instrument(command, samples);
     nuisance.add_to(command);
     CLI::Option *system_option = add_system_options(command, *this);
     command.get_option("--plate-scale")->remove_needs(system_option); // also of --unit px
     CLI::Option *unit_option =
-        add_choice(&command, "--unit", unit, std::vector<std::string>{"arcsec", "mas", "uas", "px", "m/s", "km/s"},
-                   "unit of y, for masses: arcsec, mas, uas, px (--plate-scale); m/s and km/s are "
-                   "radial velocities; default: that of the file, otherwise unknown separations");
+        add_choice(&command, "--unit", unit, std::vector<std::string>{"arcsec", "mas", "uas", "px", "m/s", "km/s"});
     unit_option->excludes(system_option); // whose values are in arcsec or px
     planets.add_to(command);
-    command.add_flag("--limits", limits, "list upper limits and detectable planets at 40 periods");
+    command.add_flag("--limits", limits);
     map.add_to(command);
-    command.add_flag("--json", as_json, "print JSON, schema toliman-planet/1");
-    add_option(&command, "--out", out, "DIR",
-               "write result.json, series, samples, limits and map into this folder, for toliman report");
+    command.add_flag("--json", as_json);
+    add_option(&command, "--out", out, "DIR");
 }
 
 void PlanetJobOptions::see(const CLI::App &command) {
@@ -69,9 +64,7 @@ PlanetJob::Input PlanetJob::input_of_state(Progress &progress) const {
 
 PlanetJob::Input PlanetJob::input_of_series(Progress &progress) const {
     const PlanetJobOptions &options = options_;
-    Input input = {read_series(options.file, options.samples), {}, {}, std::nullopt};
-    for (const std::string &warning : input.series.warnings)
-        progress.warn(warning);
+    Input input = {read_series(options.file, options.samples, progress), {}, {}, std::nullopt};
     input.unit = options.system ? unit_of_separations(input.series, options.reduction)
                                 : unit_of(options.unit, input.series, options.reduction.plate_scale);
     options.planets.check(input.unit); // before the reduction, which takes seconds
@@ -88,7 +81,7 @@ PlanetJob::PlanetJob(PlanetJobOptions &options, bool writes, Progress &progress)
     options.planets.velocity_samples.leap_seconds = options.samples.leap_seconds;
     if (writes && !options.out.empty()) {
         check_not_input(options.out + "/series.csv", {options.file, options.nuisance.file});
-        folder_.emplace(options.out, options.limits);
+        folder_.emplace(options.out, files_of(options.limits));
     }
     input_.emplace(is_folder(options.file) ? input_of_state(progress) : input_of_series(progress));
     options.planets.check(input_->unit);
@@ -97,7 +90,7 @@ PlanetJob::PlanetJob(PlanetJobOptions &options, bool writes, Progress &progress)
     if (options.map.is_wanted)
         map_.emplace(empty_map(options.map, *search_, options.planets.seed));
     if (map_ && folder_)
-        file_.emplace(folder_->map_path(), *map_, *search_, input_->series);
+        file_.emplace(folder_->file("map.csv"), *map_, *search_, input_->series);
 }
 
 void PlanetJob::finish(Progress &progress) {
@@ -107,7 +100,7 @@ void PlanetJob::finish(Progress &progress) {
     progress.clear();
     report.warn(progress);
     if (folder_)
-        folder_->write(report);
+        write(*folder_, report);
     if (options_.as_json)
         print_stdout(report.json().text());
     else

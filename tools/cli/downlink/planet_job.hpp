@@ -45,7 +45,7 @@ class PlanetJob {
     Input input_of_series(Progress &progress) const;
 
     PlanetJobOptions &options_;
-    std::optional<PlanetFolder> folder_;
+    std::optional<OutputFolder> folder_;
     std::optional<Input> input_;
     std::optional<PlanetSearch> search_;
     std::optional<DetectionMap> map_;

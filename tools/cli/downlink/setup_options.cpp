@@ -68,38 +68,14 @@ std::string system_of(const std::string &folder, Progress &progress) {
 } // namespace
 
 void SetupOptions::add_to(CLI::App &command) {
-    CLI::Option *grid =
-        add_option(&command, "--grid", grid_, "GRID",
-                   "frequencies F0:DF:NF, that is F0 + k DF with k < NF, in cycles per day; default: the folder's");
-    command
-        .add_option("--mission-days", mission_days_,
-                    "instead of --grid: the default grid of a mission of so many days with one frame per day")
-        ->check(CLI::Range(4.0, 1e6))
-        ->excludes(grid);
-    command
-        .add_option("--trend", trend_,
-                    "order of a trend that is fitted with the mean, 0 to 8; default: that of the folder; for a new "
-                    "folder, with --system the errors of the orbit, otherwise 4 if the stars move, else 0")
-        ->check(CLI::Range(0, 8));
-    add_option(
-        &command, "--chi-limit", chi_limit_, "LIMIT",
-        "chi-square per pixel above which a frame is a misfit and not in the periodogram, or the word median: 4 "
-        "times the median of the folder's frames, at least 2 and at most 100; default: that of the folder; for a "
-        "new folder, 2 for --fit of a calibrated scene, otherwise median");
-    add_option(&command, "--clock", clock_, "FILE",
-               "CSV file of pairs camera_ns,tai_ns, or the word camera if the camera's time is TAI; default: that "
-               "of the folder; for a new folder, camera");
-    add_option(&command, "--epoch", epoch_, "TIME",
-               "time 0, to which phases refer: TAI in ns, or a date of UTC; default: that of the folder; for a new "
-               "folder, that of a scene with an observer, otherwise 0");
-    add_choice(&command, "--stamp", stamp_, {std::begin(kStamps), std::end(kStamps)},
-               "point of the exposure to which the time stamps of raw pairs refer; default: that of the folder; "
-               "for a new folder, start");
-    command
-        .add_option("--exposure", exposure_s_,
-                    "length of an exposure of raw pairs in s, 0 if unknown; default: that of the folder; for a new "
-                    "folder, that of the scene of the estimator, or unknown")
-        ->check(CLI::Range(0.0, 1e9));
+    CLI::Option *grid = add_option(&command, "--grid", grid_, "GRID");
+    command.add_option("--mission-days", mission_days_)->check(CLI::Range(4.0, 1e6))->excludes(grid);
+    command.add_option("--trend", trend_)->check(CLI::Range(0, 8));
+    add_option(&command, "--chi-limit", chi_limit_, "LIMIT");
+    add_option(&command, "--clock", clock_, "FILE");
+    add_option(&command, "--epoch", epoch_, "TIME");
+    add_choice(&command, "--stamp", stamp_, {std::begin(kStamps), std::end(kStamps)});
+    command.add_option("--exposure", exposure_s_)->check(CLI::Range(0.0, 1e9));
 }
 
 void SetupOptions::set(toliman_track_options &how, Progress &progress) {
@@ -154,16 +130,10 @@ std::string SetupOptions::text() const {
 }
 
 void ReferenceOptions::add_to(CLI::App &command) {
-    add_option(&command, "--system", system_, "SYSTEM",
-               "reduce separations to the orbit of alpha-cen or of a system file; default: that of the folder");
+    add_option(&command, "--system", system_, "SYSTEM");
     observer_.add_to(command, ObserverOptions::Times::given_elsewhere);
-    add_option(&command, "--plate-scale", plate_scale_, "ARCSEC",
-               "arcsec per pixel of the reduction; default: that of the folder; for a new folder, that of the scene");
-    command
-        .add_option("--scale-sigma", scale_sigma_,
-                    "standard deviation of the relative error of the plate scale; default: that of the folder; for a "
-                    "new folder, 0")
-        ->check(CLI::Range(0.0, 0.999));
+    add_option(&command, "--plate-scale", plate_scale_, "ARCSEC");
+    command.add_option("--scale-sigma", scale_sigma_)->check(CLI::Range(0.0, 0.999));
 }
 
 void ReferenceOptions::check() const {

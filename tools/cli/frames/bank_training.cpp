@@ -77,9 +77,7 @@ BankTraining::BankTraining(const BankRequest &request, Progress &progress)
       bank_(new_bank(request, scene_fit_)) {}
 
 bool BankTraining::run(Progress &progress) {
-    auto how = toliman::sized<toliman_bank_train_options>();
-    how.progress = Progress::callback;
-    how.progress_data = &progress;
+    auto how = with_progress<toliman_bank_train_options>(progress);
     how.journal = request_.journal.empty() ? nullptr : request_.journal.c_str();
     const toliman_status status = toliman_bank_train(bank_.get(), scene_fit_.fit.get(), &how);
     progress.clear();
@@ -99,9 +97,8 @@ std::vector<unsigned char> BankTraining::bytes(int32_t encoding) const {
 std::string BankTraining::result() const {
     const toliman_bank_info all = info();
     double least = 1, most = 0;
-    for (int64_t i = 0; i < all.networks; i++) {
-        auto network = toliman::sized<toliman_bank_network>();
-        toliman::check(toliman_bank_get_network(bank_.get(), i, &network));
+    const toliman_bank *const bank = bank_.get();
+    for (const toliman_bank_network &network : items_of(toliman_bank_get_network, bank, all.networks)) {
         least = std::min(least, network.cosine);
         most = std::max(most, network.cosine);
     }

@@ -15,12 +15,6 @@ namespace {
 constexpr char kSuffix[] = ".json";
 constexpr int32_t kIterations = 30; // the default
 
-// Fields of the library's messages, and the options that set them.
-constexpr std::pair<const char *, const char *> kOptions[] = {{"options->free", "--free"},
-                                                              {"options->start", "--resume"},
-                                                              {"options->window_days", "--windows"},
-                                                              {"options->capture_px", "--capture"}};
-
 } // namespace
 
 CalibrationFiles::CalibrationFiles(const std::string &out) : out_(out) {
@@ -100,7 +94,7 @@ void Calibration::run(Progress &progress) {
 
 // An error of the library in terms of files and options.
 void Calibration::refuse(const toliman::error &error) const {
-    std::string why = error.what();
+    const std::string why = error.what();
     if (error.status() == TOLIMAN_E_CANCELLED) {
         if (exists(files_.journal()))
             progress_->tell("the same command with --resume continues from " + files_.journal());
@@ -108,9 +102,8 @@ void Calibration::refuse(const toliman::error &error) const {
     }
     if (error.field() == files_.journal())
         refuse_journal(error);
-    for (const auto &[field, option] : kOptions)
-        if (error.field() == field)
-            why.replace(why.find(field), std::string(field).size(), option);
+    refuse_option(
+        error, {{"free", "--free"}, {"start", "--resume"}, {"window_days", "--windows"}, {"capture_px", "--capture"}});
     const std::string of_frame = "frame ";
     if (error.status() == TOLIMAN_E_ARGUMENT && why.rfind(of_frame, 0) == 0) {
         const size_t colon = why.find(": ");
@@ -118,9 +111,7 @@ void Calibration::refuse(const toliman::error &error) const {
         if (colon != std::string::npos && frame < frames_.places.size())
             malformed(frames_.name(frame), why.substr(colon + 2));
     }
-    if (error.field().empty() || why == error.what())
-        throw error;
-    throw Failure(kExitUsage, why);
+    throw error;
 }
 
 bool Calibration::reached_limit(const toliman_calibration_info &info) const {

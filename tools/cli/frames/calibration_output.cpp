@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
+#include "common/json.hpp"
 #include "common/npy.hpp"
-#include "common/provenance.hpp"
 #include "scenes/windows.hpp"
 
 namespace cli {
@@ -97,24 +97,12 @@ std::string lacks_of(const toliman_calibration_info &info) {
     return joined(lacks);
 }
 
-std::vector<toliman_calibration_attempt> attempts_of(const Calibration &calibration,
-                                                     const toliman_calibration_info &info) {
-    std::vector<toliman_calibration_attempt> attempts;
-    for (int64_t i = 0; i < info.attempts; i++) {
-        attempts.push_back(toliman::sized<toliman_calibration_attempt>());
-        toliman::check(toliman_calibration_get_attempt(calibration.get(), i, &attempts.back()));
-    }
-    return attempts;
+std::vector<toliman_calibration_attempt> attempts_of(const Calibration &calibration) {
+    return items_of(toliman_calibration_get_attempt, calibration.get(), info_of(calibration).attempts);
 }
 
-std::vector<toliman_calibration_left_out> left_out_of(const Calibration &calibration,
-                                                      const toliman_calibration_info &info) {
-    std::vector<toliman_calibration_left_out> left_out;
-    for (int64_t i = 0; i < info.left_out; i++) {
-        left_out.push_back(toliman::sized<toliman_calibration_left_out>());
-        toliman::check(toliman_calibration_get_left_out(calibration.get(), i, &left_out.back()));
-    }
-    return left_out;
+std::vector<toliman_calibration_left_out> left_out_of(const Calibration &calibration) {
+    return items_of(toliman_calibration_get_left_out, calibration.get(), info_of(calibration).left_out);
 }
 
 std::string names_with(const std::vector<Window> &windows, uint32_t flag) {
@@ -262,8 +250,8 @@ void CalibrationOutput::write(const Calibration &calibration) {
              "map_rms_nm", info.map_rms_nm, "map_parameters", info.map_parameters, "pupil_error", info.pupil_error,
              "peak_noise", info.peak_noise);
     json.set("lacks", names_of(info.lacks), "changes", names_of(info.changes), "attempts",
-             array_of(attempts_of(calibration, info), [](const auto &attempt) { return json_of(attempt); }), "left_out",
-             array_of(left_out_of(calibration, info), [](const auto &left_out) { return json_of(left_out); }));
+             array_of(attempts_of(calibration), [](const auto &attempt) { return json_of(attempt); }), "left_out",
+             array_of(left_out_of(calibration), [](const auto &left_out) { return json_of(left_out); }));
     json.set("windows", of_windows, "separations", of_frames, "steps",
              array_of(calibration.steps(), [](const auto &step) { return json_of(step); }));
     json_ = json.text();
@@ -305,13 +293,12 @@ void CalibrationOutput::write_arrays(const Calibration &calibration) {
     const auto rows = static_cast<size_t>(info.rows), cols = static_cast<size_t>(info.cols),
                cells = static_cast<size_t>(info.cells), windows = static_cast<size_t>(info.windows);
     std::vector<double> image(rows * cols), opd(windows * cells * cells);
-    const auto write_image = [&](OutputFile &file) { write_npy(file, image, {rows, cols}); };
-    toliman::check(toliman_calibration_get_image(made, TOLIMAN_CALIBRATION_IMAGE_BEFORE, image.data(), cols));
-    write_image(before_);
-    toliman::check(toliman_calibration_get_image(made, TOLIMAN_CALIBRATION_IMAGE_AFTER, image.data(), cols));
-    write_image(after_);
-    toliman::check(toliman_calibration_get_image(made, TOLIMAN_CALIBRATION_IMAGE_CHI, image.data(), cols));
-    write_image(chi_map_);
+    for (const auto &[kind, file] :
+         {std::pair(TOLIMAN_CALIBRATION_IMAGE_BEFORE, &before_), std::pair(TOLIMAN_CALIBRATION_IMAGE_AFTER, &after_),
+          std::pair(TOLIMAN_CALIBRATION_IMAGE_CHI, &chi_map_)}) {
+        toliman::check(toliman_calibration_get_image(made, kind, image.data(), cols));
+        write_npy(*file, image, {rows, cols});
+    }
     for (size_t i = 0; i < windows; i++)
         toliman::check(toliman_calibration_get_opd(made, static_cast<int64_t>(i), &opd[i * cells * cells]));
     write_npy(opd_, opd, {windows, cells, cells});
@@ -320,7 +307,7 @@ void CalibrationOutput::write_arrays(const Calibration &calibration) {
 void CalibrationOutput::warn(const Calibration &calibration, Progress &progress) const {
     const toliman_calibration_info info = info_of(calibration);
     const bool improved = has(calibration.request().options.flags, TOLIMAN_CALIBRATION_IMPROVE);
-    for (const auto &left_out : left_out_of(calibration, info))
+    for (const auto &left_out : left_out_of(calibration))
         progress.warn(std::string(left_out.name) + " is not fitted: " + left_out.reason);
     if (has(info.flags, TOLIMAN_CALIBRATION_TOO_GOOD))
         progress.warn("the noise of the frames is smaller than that of the scene: " + chi_square_of(info) +
@@ -351,9 +338,9 @@ void CalibrationOutput::print(const Calibration &calibration) const {
     if (info.map_iterations > 0)
         std::printf("map          %.3g nm rms over the open pupil, as good as %.0f parameters\n", info.map_rms_nm,
                     info.map_parameters);
-    for (const auto &attempt : attempts_of(calibration, info))
+    for (const auto &attempt : attempts_of(calibration))
         print_attempt(attempt);
-    for (const auto &left_out : left_out_of(calibration, info))
+    for (const auto &left_out : left_out_of(calibration))
         std::printf("not fitted   %s: %s\n", left_out.name, left_out.reason);
     for (size_t i = 0; i < windows.size(); i++)
         print_window(windows[i], i, windows.size());

@@ -23,12 +23,9 @@ void check_weights(const EstimatorOptions &given) {
 
 void EstimatorOptions::add_to(CLI::App &command) {
     // Not a CLI11 option group: it would report any mistyped word as a missing option.
-    add_option(&command, "--weights", weights, "FILE",
-               "weights file of `toliman train`: encode frames by its network; with --fit: by its bank of networks");
-    add_option(&command, "--template", scene, "SCENE",
-               "instead of --weights: scene file; encode frames by least squares on its derivative image");
-    add_option(&command, "--fit", fit, "SCENE",
-               "scene file; fit its forward model to each frame, which follows moving stars");
+    add_option(&command, "--weights", weights, "FILE");
+    add_option(&command, "--template", scene, "SCENE");
+    add_option(&command, "--fit", fit, "SCENE");
     const std::string names =
         std::string("with --fit: further free parameters, in quotes and separated by spaces, e.g. \"scale "
                     "jitter_xx\"; self: jitter and aberrations that may drift; none; default: ") +

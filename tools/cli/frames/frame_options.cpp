@@ -1,6 +1,6 @@
 #include "frames/frame_options.hpp"
 
-#include "frames/frame_files.hpp"
+#include "frames/frames_in.hpp"
 #include "frames/predictions.hpp"
 #include "options/command.hpp"
 
@@ -19,27 +19,13 @@ void shape_of(const std::string &text, int64_t &rows, int64_t &cols) {
 
 void FrameOptions::add_to(CLI::App &command, const char *cadence_text) {
     command.add_option("--cadence", cadence, cadence_text)->check(CLI::PositiveNumber);
-    add_choice(&command, "--dtype", dtype, dtypes(),
-               "pixel type of raw pairs, u16le or u32le, and of files without header: u16le, u32le, i16le, f32le, or "
-               "big-endian u16be, u32be, "
-               "i16be, f32be");
-    add_option(&command, "--shape", shape, "ROWSxCOLS", "size of the frames in files without header: ROWSxCOLS");
-    add_option(&command, "--roi", roi, "LABEL",
-               "use only frames of this region of raw pairs; required if there are several");
-    command
-        .add_option("--exposure", exposure_s,
-                    "length of an exposure of raw pairs and batches in s, 0 if unknown; default: that of the scene")
-        ->check(CLI::Range(0.0, 1e9));
-    add_choice(&command, "--stamp", stamp, {std::begin(kStamps), std::end(kStamps)},
-               "point of the exposure to which the time stamps of raw pairs refer: start (default), middle or end");
-    add_option(
-        &command, "--hdu", unit, "NAME",
-        "name or number of the HDU of FITS files, 0 for the primary one; default: CORE, or the first with pixels");
-    add_option(
-        &command, "FRAMES", files, "",
-        "raw pairs, .nc, .npy and FITS files, folders of these, or files without header with --dtype and --shape; - "
-        "reads standard input")
-        ->required();
+    add_choice(&command, "--dtype", dtype, dtypes());
+    add_option(&command, "--shape", shape, "ROWSxCOLS");
+    add_option(&command, "--roi", roi, "LABEL");
+    command.add_option("--exposure", exposure_s)->check(CLI::Range(0.0, 1e9));
+    add_choice(&command, "--stamp", stamp, {std::begin(kStamps), std::end(kStamps)});
+    add_option(&command, "--hdu", unit, "NAME");
+    add_option(&command, "FRAMES", files, "")->required();
 }
 
 std::vector<std::string> FrameOptions::inputs() const {

@@ -3,7 +3,6 @@
 // notes().
 #include <set>
 
-#include "frames/frame_files.hpp"
 #include "frames/frames_in.hpp"
 
 namespace cli {

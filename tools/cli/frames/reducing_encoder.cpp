@@ -163,15 +163,10 @@ class ReducingEncoder final : public Encoder {
 } // namespace
 
 void FrameReductionOptions::add_to(CLI::App &command) {
-    CLI::Option *const chosen =
-        add_option(&command, "--system", system, "SYSTEM",
-                   "with --fit: reduce separations to the orbit of this binary: alpha-cen, or a system file; default: "
-                   "binary.orbit of a scene with binary.observer");
+    CLI::Option *const chosen = add_option(&command, "--system", system, "SYSTEM");
     observer.add_to(command);
-    add_option(&command, "--plate-scale", plate_scale, "ARCSEC_PER_PX",
-               "size of a pixel in the reduction, default that of the scene");
-    add_option(&command, "--epoch", epoch, "TIME",
-               "time 0 of the scene, a date of UTC or TAI in ns; default: binary.date of the scene");
+    add_option(&command, "--plate-scale", plate_scale, "ARCSEC_PER_PX");
+    add_option(&command, "--epoch", epoch, "TIME");
     chosen->needs(command.get_option("--fit"));
 }
 

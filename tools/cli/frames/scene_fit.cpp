@@ -33,10 +33,8 @@ Scene scene_with(toliman_log_fn log, const std::string &file, Progress &progress
 toliman::frame_fit make_fit(const std::string &list, const std::vector<const Scene *> &scenes,
                             const std::vector<double> &starts, const std::string &free, Progress &progress) {
     const StopLimit limit;
-    auto options = toliman::sized<toliman_fit_options>();
+    auto options = with_progress<toliman_fit_options>(progress);
     options.free = free.c_str();
-    options.progress = Progress::callback;
-    options.progress_data = &progress;
     std::vector<const toliman_sim *> sims;
     for (const Scene *scene : scenes)
         sims.push_back(scene->sim.get());

@@ -24,10 +24,13 @@ void add_commands(CLI::App &app, Context &context);
 std::string help_text(const std::string &command);
 // A subcommand with its help text.
 CLI::App *add_command(CLI::App &app, const std::string &name);
+// Gives the options that have no text that of help/options.txt, where `name` is the command.
+void describe(CLI::App &command, const std::string &name);
 
 // An option whose value is one of the names, which are a list or the keys of a map.
 template <class Names = std::vector<std::string>>
-CLI::Option *add_choice(CLI::App *command, const char *name, std::string &value, const Names &names, const char *what) {
+CLI::Option *add_choice(CLI::App *command, const char *name, std::string &value, const Names &names,
+                        const char *what = "") {
     return command->add_option(name, value, what)->check(CLI::IsMember(names));
 }
 
@@ -50,7 +53,7 @@ void set_action(
 
 // An option or positional (whose `type` is empty) that shows `type` as its value in --help.
 template <class Value>
-CLI::Option *add_option(CLI::App *command, const char *name, Value &value, const char *type, const char *what) {
+CLI::Option *add_option(CLI::App *command, const char *name, Value &value, const char *type, const char *what = "") {
     return command->add_option(name, value, what)->type_name(type);
 }
 
@@ -65,7 +68,7 @@ void add_system(CLI::App &command, std::string &name);
 
 // --seed: a whole number of 64 bits without sign. Parsed here because CLI11 wraps -1 around and clips numbers that are
 // too large.
-template <class Seed> CLI::Option *add_seed(CLI::App &command, Seed &seed, const std::string &description) {
+template <class Seed> CLI::Option *add_seed(CLI::App &command, Seed &seed, const std::string &description = "") {
     const auto take = [&seed](const std::string &text) {
         uint64_t value = 0;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -1,8 +1,6 @@
 // The computation of `run`: scene -> frames -> values -> period, with all controls.
 #pragma once
-#include "run/fit_run.hpp"
-#include "run/network_run.hpp"
-#include "run/outcome.hpp"
+#include "run/estimators.hpp"
 
 namespace cli {
 

@@ -1,10 +1,11 @@
 #include "run/run_folder.hpp"
 
 #include <filesystem>
+#include <numeric>
 
 #include "base/constants.hpp"
 #include "common/content.hpp"
-#include "common/provenance.hpp"
+#include "common/json.hpp"
 #include "scenes/scene_json.hpp"
 
 namespace cli {
@@ -154,15 +155,10 @@ std::string run_result(const RunFiles &files) {
     return json.text();
 }
 
-struct Column {
-    const char *name;
-    const std::vector<double> *values;
-};
-
 // Values of the frames, as far as the run has them.
-std::vector<Column> value_columns(const RunFiles &files) {
+void add_values(const RunFiles &files, std::vector<Column> &columns) {
     const Pipeline &pipeline = files.pipeline;
-    std::vector<Column> columns = {{"true", &files.cadence.displacements}};
+    columns.push_back({"true", &files.cadence.displacements});
     if (pipeline.network) {
         columns.push_back({"latent", &pipeline.network->latent.values});
         columns.push_back({"template", &pipeline.network->template_fit.values});
@@ -173,86 +169,70 @@ std::vector<Column> value_columns(const RunFiles &files) {
     }
     if (pipeline.fit)
         columns.push_back({"fit", &pipeline.fit->signal.values});
-    return columns;
 }
 
 // Powers; that of the latents has the name power.
-std::vector<Column> power_columns(const Pipeline &pipeline) {
-    std::vector<Column> columns;
-    if (pipeline.network)
-        columns = {{"power", &pipeline.network->latent.power}, {"template", &pipeline.network->template_fit.power}};
+void add_powers(const Pipeline &pipeline, std::vector<Column> &columns) {
+    if (pipeline.network) {
+        columns.push_back({"power", &pipeline.network->latent.power});
+        columns.push_back({"template", &pipeline.network->template_fit.power});
+    }
     if (pipeline.bank)
-        columns = {{"power", &pipeline.bank->signal.power}};
+        columns.push_back({"power", &pipeline.bank->signal.power});
     columns.push_back({"true", &pipeline.truth.power});
     if (pipeline.fit)
         columns.push_back({"fit", &pipeline.fit->signal.power});
-    return columns;
 }
 
-std::string names_of(const std::vector<Column> &columns) {
-    std::string names;
-    for (const Column &column : columns)
-        names += std::string(",") + column.name;
-    return names;
+std::vector<double> numbers_from(size_t first, size_t count) {
+    std::vector<double> numbers(count);
+    std::iota(numbers.begin(), numbers.end(), static_cast<double>(first));
+    return numbers;
 }
 
-std::string cells_of(const std::vector<Column> &columns, size_t row) {
-    std::string cells;
-    for (const Column &column : columns)
-        cells += formatted(",%.17g", (*column.values)[row]);
-    return cells;
+void write_tables(OutputFolder &folder, const RunFiles &files) {
+    const Pipeline &pipeline = files.pipeline;
+    const std::vector<double> frames = numbers_from(0, files.cadence.times.size()),
+                              frequencies = frequencies_of(pipeline.grid);
+    std::vector<Column> values = {{"frame", &frames}, {"t", &files.cadence.times}},
+                        powers = {{"frequency", &frequencies}};
+    add_values(files, values);
+    add_powers(pipeline, powers);
+    write_csv(folder.open("series.csv"), kSeriesMark, values);
+    write_csv(folder.open("periodogram.csv"), kPeriodogramMark, powers);
+    if (!pipeline.network)
+        return;
+    const std::vector<double> &losses = pipeline.network->losses, steps = numbers_from(1, losses.size());
+    write_csv(folder.open("training.csv"), kTrainingMark, {{"step", &steps}, {"loss", &losses}});
 }
 
 } // namespace
 
-RunFolder::RunFolder(const std::string &path) : folder_(path) {
+void open_files(OutputFolder &folder) {
     for (const char *name :
          {"result.json", "series.csv", "periodogram.csv", "training.csv", "weights.tlmw", "weights.tlmb"})
-        folder_.open(name);
-    folder_.open("scene.json", Replaces::scenes);
+        folder.open(name);
+    folder.open("scene.json", Replaces::scenes);
 }
 
-std::string RunFolder::write(const RunFiles &files) {
+std::string write(OutputFolder &folder, const RunFiles &files) {
     const Pipeline &pipeline = files.pipeline;
-    write_tables(files);
-    folder_.open("scene.json").write(files.scene_text);
+    write_tables(folder, files);
+    folder.open("scene.json").write(files.scene_text);
     if (pipeline.network)
-        folder_.open("weights.tlmw").write(pipeline.network->weights);
+        folder.open("weights.tlmw").write(pipeline.network->weights);
     if (pipeline.bank)
-        folder_.open("weights.tlmb").write(pipeline.bank->weights);
+        folder.open("weights.tlmb").write(pipeline.bank->weights);
     std::string result = run_result(files);
-    folder_.open("result.json").write(result);
+    folder.open("result.json").write(result);
     if (!pipeline.network) { // of a previous run
-        folder_.remove("training.csv");
-        folder_.remove("weights.tlmw");
+        folder.remove("training.csv");
+        folder.remove("weights.tlmw");
     }
     if (!pipeline.bank)
-        folder_.remove("weights.tlmb");
-    folder_.commit("result.json");
+        folder.remove("weights.tlmb");
+    folder.commit("result.json");
     return result;
-}
-
-void RunFolder::write_tables(const RunFiles &files) {
-    const Pipeline &pipeline = files.pipeline;
-    const Cadence &cadence = files.cadence;
-    const auto csv = [&](const char *name, const char *mark, const std::string &header, size_t rows,
-                         const std::function<std::string(size_t)> &row) {
-        OutputFile &out = folder_.open(name);
-        out.write(mark + header + "\n");
-        for (size_t k = 0; k < rows; k++)
-            out.write(row(k) + "\n");
-    };
-    const std::vector<Column> values = value_columns(files), powers = power_columns(pipeline);
-    csv("series.csv", kSeriesMark, "frame,t" + names_of(values), cadence.times.size(),
-        [&](size_t k) { return formatted("%zu,%.17g", k, cadence.times[k]) + cells_of(values, k); });
-    csv("periodogram.csv", kPeriodogramMark, "frequency" + names_of(powers), pipeline.truth.power.size(),
-        [&](size_t k) {
-            return formatted("%.17g", pipeline.grid.f0 + pipeline.grid.df * static_cast<double>(k)) +
-                   cells_of(powers, k);
-        });
-    if (pipeline.network)
-        csv("training.csv", kTrainingMark, "step,loss", pipeline.network->losses.size(),
-            [&](size_t k) { return formatted("%zu,%.17g", k + 1, pipeline.network->losses[k]); });
 }
 
 } // namespace cli

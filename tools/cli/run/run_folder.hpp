@@ -14,15 +14,8 @@ struct RunFiles {
 };
 
 // Opens every file before the computation, so that an unwritable folder fails at once.
-class RunFolder {
-  public:
-    explicit RunFolder(const std::string &path);
-    // Returns the text of result.json, schema toliman-run/2.
-    std::string write(const RunFiles &files);
-
-  private:
-    void write_tables(const RunFiles &files);
-    OutputFolder folder_;
-};
+void open_files(OutputFolder &folder);
+// Returns the text of result.json, schema toliman-run/2.
+std::string write(OutputFolder &folder, const RunFiles &files);
 
 } // namespace cli

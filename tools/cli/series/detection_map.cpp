@@ -86,14 +86,10 @@ Json settings_of(const DetectionMap &map, const PlanetSearch &search, const Seri
 } // namespace
 
 void MapOptions::add_to(CLI::App &command) {
-    CLI::Option *map = command.add_flag("--map", is_wanted,
-                                        "compute a detection map: inject planets in cells of period and mass, and "
-                                        "count those that are detected");
-    add_option(&command, "--map-cells", cells, "PxM", "number of periods x number of masses, default 20x15");
-    add_option(&command, "--map-masses", masses, "MIN,MAX",
-               "masses in Earths, times g or sin i; default: a decade on either side of the detectable one");
-    command.add_option("--map-injections", injections, "planets per cell, default 100")
-        ->check(CLI::Range(1u, 1000000u));
+    CLI::Option *map = command.add_flag("--map", is_wanted);
+    add_option(&command, "--map-cells", cells, "PxM");
+    add_option(&command, "--map-masses", masses, "MIN,MAX");
+    command.add_option("--map-injections", injections)->check(CLI::Range(1u, 1000000u));
     for (const char *name : {"--map-cells", "--map-masses", "--map-injections"})
         command.get_option(name)->needs(map);
 }

@@ -20,10 +20,8 @@ const std::map<std::string, int32_t> kMethods = {{"baluev", TOLIMAN_PERIOD_FAP_B
 
 std::vector<double> resample(const FapOptions &options, const toliman::periodogram &periodogram, const Series &series,
                              Progress &progress) {
-    auto how = toliman::sized<toliman_period_bootstrap_options>();
+    auto how = with_progress<toliman_period_bootstrap_options>(progress);
     how.seed = options.seed;
-    how.progress = Progress::callback;
-    how.progress_data = &progress;
     const std::vector<double> rows = series.nuisance.rows();
     how.rows = rows.empty() ? nullptr : rows.data();
     std::vector<double> peaks(options.resamplings);
@@ -38,10 +36,8 @@ const char *const kAr1 = "ar1";
 
 std::vector<double> resample(const FapOptions &options, const toliman_measure *series, const FrequencyGrid &grid,
                              double rho, Progress &progress) {
-    auto how = toliman::sized<toliman_period_noise_bootstrap_options>();
+    auto how = with_progress<toliman_period_noise_bootstrap_options>(progress);
     how.seed = options.seed;
-    how.progress = Progress::callback;
-    how.progress_data = &progress;
     std::vector<double> peaks(options.resamplings);
     toliman::check(toliman_measure_query_noise_bootstrap(series, grid.f0, grid.df, grid.nf, rho, &how, peaks.size(),
                                                          peaks.data()));
@@ -64,11 +60,9 @@ void add_fap(CLI::App &command, FapOptions &options) {
     std::vector<std::string> names = {kBootstrap};
     for (const auto &[name, method] : kMethods)
         names.push_back(name);
-    command.add_option("--fap", options.method, "method of the false alarm probability (see above), default baluev")
-        ->check(CLI::IsMember(names));
-    command.add_option("--resamplings", options.resamplings, "number of resamplings of --fap bootstrap, default 1000")
-        ->check(CLI::Range(1u, 1000000u));
-    add_seed(command, options.seed, "seed of --fap bootstrap, default 0");
+    command.add_option("--fap", options.method)->check(CLI::IsMember(names));
+    command.add_option("--resamplings", options.resamplings)->check(CLI::Range(1u, 1000000u));
+    add_seed(command, options.seed);
 }
 
 Fap::Fap(const FapOptions &options, const toliman::periodogram &periodogram, const Series *series, Progress &progress)
@@ -121,9 +115,7 @@ std::string Resampled::text(double log10_residual) const {
 }
 
 void add_noise(CLI::App &command, NoiseOptions &options) {
-    command
-        .add_option("--noise", options.model, "noise between samples: white (default), or ar1, correlated (see above)")
-        ->check(CLI::IsMember({"white", kAr1}));
+    command.add_option("--noise", options.model)->check(CLI::IsMember({"white", kAr1}));
 }
 
 Noise::Noise(const NoiseOptions &options, const FapOptions &fap, const Series &series, FrequencyGrid grid,
@@ -149,10 +141,8 @@ Noise::Noise(const NoiseOptions &options, const FapOptions &fap, const Series &s
 }
 
 void Noise::search(const toliman_measure *series, const FrequencyGrid &grid, Progress &progress) {
-    auto options = toliman::sized<toliman_period_noise_options>();
+    auto options = with_progress<toliman_period_noise_options>(progress);
     options.flags = is_ar1() ? 0 : TOLIMAN_PERIOD_WHITE_NOISE;
-    options.progress = Progress::callback;
-    options.progress_data = &progress;
     auto found = toliman::sized<toliman_period_noise>();
     coefficients_.resize(static_cast<size_t>(info_of(series).functions));
     errors_.resize(coefficients_.size());

@@ -2,7 +2,7 @@
 
 #include "base/constants.hpp"
 #include "common/content.hpp"
-#include "common/provenance.hpp"
+#include "common/json.hpp"
 #include "series/goodness.hpp"
 #include "series/series.hpp"
 
@@ -31,9 +31,6 @@ Json listed_json(const toliman_period_peak &peak, const Fap &fap) {
     set_flags(peak.flags, json);
     return json;
 }
-
-constexpr char kResult[] = "result.json", kSeries[] = "series.csv", kPower[] = "periodogram.csv",
-               kResidualPower[] = "residual_periodogram.csv";
 
 } // namespace
 
@@ -114,40 +111,24 @@ std::vector<double> nuisance_values(const Series &series, const std::vector<Coef
     return values;
 }
 
-PeriodFolder::PeriodFolder(const std::string &path) : folder_(path) {
-    for (const char *name : {kResult, kSeries, kPower, kResidualPower})
-        folder_.open(name);
-}
-
-void PeriodFolder::write(const PeriodReport &report, const Series &series, const toliman::periodogram &residual) {
-    write_series(report, series);
-    write_power(kPower, report.periodogram.handle, report.grid);
-    write_power(kResidualPower, residual, report.grid);
+void write(OutputFolder &folder, const PeriodReport &report, const Series &series,
+           const toliman::periodogram &residual) {
+    const std::vector<double> nuisance = report.fitted ? nuisance_values(series, report.fitted->all)
+                                                       : std::vector<double>(series.t.size(), report.offset());
+    std::vector<Column> columns = columns_of(series);
+    columns.push_back({"nuisance", &nuisance});
+    write_csv(folder.open("series.csv"), kPeriodSeriesMark, columns);
+    const std::vector<double> frequencies = frequencies_of(report.grid);
+    for (const auto &[name, sums] : {std::pair("periodogram.csv", report.periodogram.handle.get()),
+                                     std::pair("residual_periodogram.csv", residual.get())}) {
+        const std::vector<double> power = power_of(sums, report.grid.nf);
+        write_csv(folder.open(name), kPeriodPowerMark, {{"frequency", &frequencies}, {"power", &power}});
+    }
     Json json = report.json();
     json.set("version", toliman_version(), "provenance", provenance(), "power_at_fap_1e-3",
              power_at_fap_1e_3(report.periodogram.handle.get()));
-    folder_.open(kResult).write(json.text());
-    folder_.commit(kResult); // a result.json implies that the other files are complete
-}
-
-void PeriodFolder::write_series(const PeriodReport &report, const Series &series) {
-    const std::vector<double> nuisance = report.fitted ? nuisance_values(series, report.fitted->all)
-                                                       : std::vector<double>(series.t.size(), report.offset());
-    std::string text =
-        std::string(kPeriodSeriesMark) + (series.sigma.empty() ? "t,y,nuisance\n" : "t,y,sigma,nuisance\n");
-    for (size_t i = 0; i < nuisance.size(); i++)
-        text += formatted("%.17g,%.17g,", series.t[i], series.y[i]) +
-                (series.sigma.empty() ? "" : formatted("%.17g,", series.sigma[i])) + formatted("%.17g\n", nuisance[i]);
-    folder_.open(kSeries).write(text);
-}
-
-void PeriodFolder::write_power(const std::string &name, const toliman::periodogram &periodogram,
-                               const FrequencyGrid &grid) {
-    const std::vector<double> power = power_of(periodogram.get(), grid.nf);
-    std::string text = std::string(kPeriodPowerMark) + "frequency,power\n";
-    for (size_t k = 0; k < power.size(); k++)
-        text += formatted("%.17g,%.17g\n", grid.f0 + grid.df * static_cast<double>(k), power[k]);
-    folder_.open(name).write(text);
+    folder.open("result.json").write(json.text());
+    folder.commit("result.json"); // which implies that the other files are complete
 }
 
 Series without(const Sinusoid &sinusoid, const Series &series) {

@@ -36,18 +36,11 @@ struct PeriodReport {
     Json json() const;
 };
 
-class PeriodFolder {
-  public:
-    // Opens every file before the computation, so that an unwritable folder fails at once.
-    explicit PeriodFolder(const std::string &path);
-    // residual: sums of the series without the sinusoid of the report.
-    void write(const PeriodReport &report, const Series &series, const toliman::periodogram &residual);
-
-  private:
-    void write_series(const PeriodReport &report, const Series &series);
-    void write_power(const std::string &name, const toliman::periodogram &periodogram, const FrequencyGrid &grid);
-    OutputFolder folder_;
-};
+// The files of period --out, all or none. residual: sums of the series without the sinusoid of the report.
+inline const std::vector<const char *> kPeriodFiles = {"result.json", "series.csv", "periodogram.csv",
+                                                       "residual_periodogram.csv"};
+void write(OutputFolder &folder, const PeriodReport &report, const Series &series,
+           const toliman::periodogram &residual);
 
 // Values of mean and nuisance functions of a series.
 std::vector<double> nuisance_values(const Series &series, const std::vector<Coefficient> &coefficients);

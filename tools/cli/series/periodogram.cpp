@@ -25,6 +25,13 @@ const double *sigmas_of(const Series &series) {
 
 } // namespace
 
+std::vector<double> frequencies_of(const FrequencyGrid &grid) {
+    std::vector<double> frequencies;
+    for (int64_t k = 0; k < grid.nf; k++)
+        frequencies.push_back(grid.f0 + grid.df * static_cast<double>(k));
+    return frequencies;
+}
+
 FrequencyGrid grid_of_days(double days) {
     return suggested({}, days);
 }

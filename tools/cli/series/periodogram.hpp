@@ -9,6 +9,8 @@ struct FrequencyGrid {
     int64_t nf;
 };
 
+// f0 + k df.
+std::vector<double> frequencies_of(const FrequencyGrid &grid);
 // Default grid of a mission of so many days with one sample per day.
 FrequencyGrid grid_of_days(double days);
 // Default grid of a series, by toliman_period_suggest.

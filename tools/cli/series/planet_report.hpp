@@ -34,18 +34,8 @@ struct PlanetReport {
     Json limit_json(const toliman_planet_limit &limit) const;
 };
 
-class PlanetFolder {
-  public:
-    // Opens the files before the computation, so that an unwritable folder fails at once.
-    PlanetFolder(const std::string &path, bool with_limits);
-    std::string map_path() const { return folder_.file("map.csv"); }
-    void write(const PlanetReport &report);
-
-  private:
-    void write_series(const PlanetReport &report);
-    void write_samples(const PlanetSearch &search, uint32_t index);
-    void write_limits(const PlanetReport &report);
-    OutputFolder folder_;
-};
+// The files of planet --out: all or none, except the map, which is written as it grows.
+std::vector<const char *> files_of(bool with_limits);
+void write(OutputFolder &folder, const PlanetReport &report);
 
 } // namespace cli

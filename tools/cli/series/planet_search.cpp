@@ -30,7 +30,7 @@ constexpr double kMostMass = 500, kMostParallax = 770; // solar masses, mas
 }
 
 toliman_planet_options for_library(const PlanetOptions &options, const StarData &stars, Progress &progress) {
-    auto how = toliman::sized<toliman_planet_options>();
+    auto how = with_progress<toliman_planet_options>(progress);
     how.flags = (options.no_jitter ? TOLIMAN_PLANET_NO_JITTER : 0) | (options.clip ? TOLIMAN_PLANET_CLIP : 0);
     how.max_planets = options.most;
     how.threads = options.threads;
@@ -42,19 +42,15 @@ toliman_planet_options for_library(const PlanetOptions &options, const StarData 
     how.detection_fap = options.fap;
     how.samples = options.samples;
     how.seed = options.seed;
-    how.progress = Progress::callback;
-    how.progress_data = &progress;
     return how;
 }
 
 Instruments instruments_in(const PlanetSearch &search) {
-    size_t count = 0;
-    const toliman_status status = toliman_planet_get_instruments(search.handle.get(), nullptr, 0, &count);
-    if (status != TOLIMAN_E_CAPACITY)
-        toliman::check(status);
-    Instruments all(count, toliman::sized<toliman_measure_instrument>());
-    toliman::check(toliman_planet_get_instruments(search.handle.get(), all.data(), count, &count));
-    return count > 1 ? all : Instruments();
+    const auto all =
+        all_of<toliman_measure_instrument>([&](toliman_measure_instrument *items, size_t capacity, size_t *count) {
+            return toliman_planet_get_instruments(search.handle.get(), items, capacity, count);
+        });
+    return all.size() > 1 ? all : Instruments();
 }
 
 void check_positive(const char *option, double value, double most, const char *unit) {
@@ -65,33 +61,21 @@ void check_positive(const char *option, double value, double most, const char *u
 } // namespace
 
 void PlanetOptions::add_to(CLI::App &command) {
-    command
-        .add_option("--star-masses", star_masses,
-                    "masses of A and B in solar masses; one for the star of velocities; default: those of the system")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->type_name("A,B");
-    add_option(&command, "--velocities", velocities[0], "FILE",
-               "radial velocities of A, fitted together with the separations");
-    add_option(&command, "--velocities-b", velocities[1], "FILE", "radial velocities of B");
-    command
-        .add_option("--velocity-trend", velocity_trend,
-                    "order of a polynomial in time for the motion of each star in the binary, default 3")
-        ->check(CLI::Range(0, kMostTrend));
-    add_option(&command, "--parallax", parallax_mas, "MAS", "parallax of the binary; default: that of the system");
-    command.add_option("--max", most, "largest number of planets, 1 to 4, default 1")
-        ->check(CLI::Range(1u, TOLIMAN_PLANET_MOST));
-    command.add_flag("--no-jitter", no_jitter, "take the sigmas as exact: fit no further white noise");
-    command.add_flag("--clip", clip, "leave out samples that do not belong to the series");
-    command.add_option("--period-min", period_min, "shortest period, default 60 d");
-    command.add_option("--period-max", period_max, "longest period, default 1000 d");
-    command.add_option("--threshold", threshold,
-                       "log10 of the Bayes factor at which a candidate counts as a planet, default 2");
-    command.add_option("--fap", fap, "false alarm probability of a detection in --limits and --map, default 0.001");
-    command.add_option("--samples", samples, "samples of each posterior, default 4096")
-        ->check(CLI::Range(100u, 1000000u));
-    add_seed(command, seed, "seed of samples and injections, default 0");
-    command.add_option("--threads", threads, "worker threads, default one per processor")->check(CLI::Range(0u, 1024u));
+    command.add_option("--star-masses", star_masses)->delimiter(',')->allow_extra_args(false)->type_name("A,B");
+    add_option(&command, "--velocities", velocities[0], "FILE");
+    add_option(&command, "--velocities-b", velocities[1], "FILE");
+    command.add_option("--velocity-trend", velocity_trend)->check(CLI::Range(0, kMostTrend));
+    add_option(&command, "--parallax", parallax_mas, "MAS");
+    command.add_option("--max", most)->check(CLI::Range(1u, TOLIMAN_PLANET_MOST));
+    command.add_flag("--no-jitter", no_jitter);
+    command.add_flag("--clip", clip);
+    command.add_option("--period-min", period_min);
+    command.add_option("--period-max", period_max);
+    command.add_option("--threshold", threshold);
+    command.add_option("--fap", fap);
+    command.add_option("--samples", samples)->check(CLI::Range(100u, 1000000u));
+    add_seed(command, seed);
+    command.add_option("--threads", threads)->check(CLI::Range(0u, 1024u));
 }
 
 void PlanetOptions::check(const ValueUnit &unit) const {
@@ -155,9 +139,7 @@ Velocities velocities_of(const PlanetOptions &options, Progress &progress) {
         const std::string &file = options.velocities[star];
         if (file.empty())
             continue;
-        Series series = read_series(plain(file), options.velocity_samples);
-        for (const std::string &warning : series.warnings)
-            progress.warn(warning);
+        Series series = read_series(plain(file), options.velocity_samples, progress);
         if (series.sigma.empty())
             malformed(series.name, "has no column sigma: must have the standard deviation of each velocity");
         const ValueUnit unit = unit_of(series.unit_name.empty() ? "m/s" : "", series, std::nullopt);
@@ -195,10 +177,8 @@ PlanetSearch find_planets(const Series &series, const PlanetOptions &options, co
     }
     search.options.velocity_a = search.options.velocity_b = nullptr; // they end here
     search.info = toliman::result<toliman_planet_info>(toliman_planet_get_info, search.handle.get());
-    for (int64_t i = 0; i < search.info.candidates; i++) {
-        search.candidates.push_back(toliman::sized<toliman_planet_candidate>());
-        toliman::check(toliman_planet_get_candidate(search.handle.get(), i, &search.candidates.back()));
-    }
+    const toliman_planet *const found = search.handle.get();
+    search.candidates = items_of(toliman_planet_get_candidate, found, search.info.candidates);
     search.outliers.resize(search.info.outliers);
     toliman::check(toliman_planet_get_outliers(search.handle.get(), search.outliers.size(), search.outliers.data()));
     const auto of_velocities =

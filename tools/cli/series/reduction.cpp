@@ -136,10 +136,8 @@ ValueUnit unit_of_separations(const Series &series, const ReductionOptions &opti
 
 void ReductionOptions::add_to(CLI::App &command, CLI::Option *needed) {
     observer.add_to(command);
-    add_option(&command, "--plate-scale", plate_scale, "ARCSEC_PER_PX",
-               "separations are in px of this size; default: in arcsec");
-    add_option(&command, "--exposure", exposure, "SECONDS",
-               "length of each exposure, whose middle is t; needed with an observer in orbit");
+    add_option(&command, "--plate-scale", plate_scale, "ARCSEC_PER_PX");
+    add_option(&command, "--exposure", exposure, "SECONDS");
     if (needed != nullptr)
         for (const char *name : {"--observer", "--altitude", "--plate-scale", "--exposure"})
             command.get_option(name)->needs(needed);

@@ -123,21 +123,12 @@ void add_functions(const Series &series, toliman_measure *measure) {
 } // namespace
 
 void add_times(CLI::App &command, SampleOptions &options) {
-    command
-        .add_option("--time-format", options.time_format,
-                    "times are dates (iso), Modified Julian Days (mjd), Julian Days (jd) or plain numbers (days); "
-                    "default: from the first time and the column's name")
-        ->check(CLI::IsMember({"days", "iso", "jd", "mjd"}));
-    command
-        .add_option("--time-scale", options.time_scale,
-                    "time scale of dates, mjd and jd: utc (default), tai, tt, tdb or gps; utc becomes TAI")
-        ->check(CLI::IsMember({"utc", "tai", "tt", "tdb", "gps"}));
+    command.add_option("--time-format", options.time_format)->check(CLI::IsMember({"days", "iso", "jd", "mjd"}));
+    command.add_option("--time-scale", options.time_scale)->check(CLI::IsMember({"utc", "tai", "tt", "tdb", "gps"}));
 }
 
 void add_instrument(CLI::App &command, SampleOptions &options) {
-    add_option(&command, "--instrument", options.instrument, "COLUMN",
-               "name, or number from 1, of the column that names the instrument of each sample: each has an offset and "
-               "a jitter");
+    add_option(&command, "--instrument", options.instrument, "COLUMN");
 }
 
 std::string result_scale(const std::string &scale) {
@@ -272,7 +263,7 @@ std::vector<int64_t> tai_of(const Series &series) {
     return times;
 }
 
-Series read_series(const std::string &name, const SampleOptions &options) {
+Series read_series(const std::string &name, const SampleOptions &options, Progress &progress) {
     const SampleParser options_are_valid(nullptr, options); // an error before the file is opened
     need(name, "a series of t, y[, sigma]",                 // or sums: the reader states how to give them
          {Content::npy, Content::text, Content::json, Content::result, Content::empty, Content::sums});
@@ -282,7 +273,7 @@ Series read_series(const std::string &name, const SampleOptions &options) {
     auto how = toliman::sized<toliman_measure_options>();
     const LeapSeconds table(options.leap_seconds);
     set_options(options, table, how);
-    std::vector<std::string> warnings;
+    std::vector<std::string> warnings; // told once the series is accepted
     how.log = collect;
     how.log_data = &warnings;
     toliman_measure *made = nullptr;
@@ -303,15 +294,22 @@ Series read_series(const std::string &name, const SampleOptions &options) {
     const toliman::measurements measure(made);
     Series series = series_of(measure.get(), source);
     check_times(options, series.time_format);
-    series.warnings = std::move(warnings);
+    for (const std::string &warning : warnings)
+        progress.warn(warning);
     if (series.time_unit_days != 1) {
         for (double &t : series.t)
             t *= series.time_unit_days;
-        series.warnings.push_back(source +
-                                  formatted(": the times are converted to days, %g per unit", series.time_unit_days));
+        progress.warn(source + formatted(": the times are converted to days, %g per unit", series.time_unit_days));
         series.time_unit_days = 1;
     }
     return series;
+}
+
+std::vector<Column> columns_of(const Series &series) {
+    std::vector<Column> columns = {{"t", &series.t}, {"y", &series.y}};
+    if (!series.sigma.empty())
+        columns.push_back({"sigma", &series.sigma});
+    return columns;
 }
 
 toliman::measurements measure_of(const Series &series, int32_t kind, double unit,

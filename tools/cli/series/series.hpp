@@ -17,9 +17,6 @@ struct SampleOptions {
 };
 void add_times(CLI::App &command, SampleOptions &options);
 void add_instrument(CLI::App &command, SampleOptions &options);
-inline constexpr char kColumnsHelp[] =
-    "names, or numbers from 1, of the columns to use: T,Y or T,Y,SIGMA; default t, y "
-    "and sigma, or the usual names, such as bjd, rv and e_rv";
 
 struct Series {
     std::string name;                            // the file's name in messages
@@ -33,7 +30,6 @@ struct Series {
     double time_unit_days = 1;                   // days per unit of t
     std::vector<int64_t> instrument = {};        // of each sample, index into the names; empty: one instrument
     std::vector<std::string> instruments = {};   // names; their offsets are columns of the nuisance functions
-    std::vector<std::string> warnings = {};      // of the reader
 };
 
 // Reads the value of an option, a time in the format of such a series: a number if its times are, otherwise a date, a
@@ -99,7 +95,9 @@ class SampleReader {
 std::vector<int64_t> tai_of(const Series &series);
 
 // All samples of a file of any format of measure.h, or of standard input: at least one.
-Series read_series(const std::string &name, const SampleOptions &options = {});
+Series read_series(const std::string &name, const SampleOptions &options, Progress &progress);
+// t, y and, if there is one, sigma.
+std::vector<Column> columns_of(const Series &series);
 
 // For the library, with its functions. kind: TOLIMAN_MEASURE_..., unit: arcsec (velocities: m/s) per unit of y, 0 =
 // unknown. intervals: [samples][2], start and end of the exposures, TAI ns; empty: not known.

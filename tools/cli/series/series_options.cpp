@@ -14,20 +14,12 @@ constexpr double kLeastPrior = 1e-98; // standard deviation
 } // namespace
 
 void NuisanceOptions::add_to(CLI::App &command) {
-    command
-        .add_option("--trend", trend,
-                    "order of a polynomial in time that is fitted with the mean at each frequency, 0 to 8; default 0")
-        ->check(CLI::Range(0, kMostTrend));
-    add_option(&command, "--span", span, "START,END",
-               "times between which the trend is defined; default: those of the samples");
-    add_option(&command, "--nuisance-file", file, "FILE",
-               "CSV file t,NAME,... of more functions that are fitted with the mean: their values for each sample");
-    CLI::Option *prior =
-        add_option(&command, "--prior", priors, "NAME=S,...",
-                   "standard deviations of coefficients, of columns of --nuisance-file or of T1, T2, ... of --trend");
+    command.add_option("--trend", trend)->check(CLI::Range(0, kMostTrend));
+    add_option(&command, "--span", span, "START,END");
+    add_option(&command, "--nuisance-file", file, "FILE");
+    CLI::Option *prior = add_option(&command, "--prior", priors, "NAME=S,...");
     prior->delimiter(',')->allow_extra_args(false);
-    command.add_option("--scale-sigma", scale_sigma,
-                       "standard deviation of the relative error of the plate scale, default 0");
+    command.add_option("--scale-sigma", scale_sigma);
 }
 
 void NuisanceOptions::check() const {
@@ -106,9 +98,7 @@ void set_priors(const NuisanceOptions &options, Series &series) {
 }
 
 CLI::Option *add_system_options(CLI::App &command, SeriesOptions &options) {
-    CLI::Option *system = add_option(&command, "--system", options.system, "SYSTEM",
-                                     "reduce measured separations to the orbit of this binary: alpha-cen, or a system "
-                                     "file");
+    CLI::Option *system = add_option(&command, "--system", options.system, "SYSTEM");
     options.reduction.add_to(command, system);
     command.get_option("--scale-sigma")
         ->needs(system)
