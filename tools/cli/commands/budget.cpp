@@ -31,25 +31,6 @@ struct Budget {
     std::vector<Correlation> correlations; // those above kNotable
 };
 
-std::vector<toliman_sim_budget_step> steps_of(const Scene &scene, const toliman_sim_budget_options &options,
-                                              size_t capacity) {
-    std::vector<toliman_sim_budget_step> steps(capacity, toliman::sized<toliman_sim_budget_step>());
-    size_t count = 0;
-    toliman::check(toliman_sim_get_budget_steps(scene.sim.get(), &options, steps.data(), capacity, &count));
-    steps.resize(count);
-    return steps;
-}
-
-std::vector<toliman_sim_budget_row> rows_of(const Scene &scene, const toliman_sim_budget_options &options,
-                                            size_t capacity, std::vector<double> &correlations, size_t side) {
-    std::vector<toliman_sim_budget_row> rows(capacity, toliman::sized<toliman_sim_budget_row>());
-    size_t count = 0;
-    toliman::check(toliman_sim_get_budget_rows(scene.sim.get(), &options, correlations.data(), side, rows.data(),
-                                               capacity, &count));
-    rows.resize(count);
-    return rows;
-}
-
 Budget budget_of(const Scene &scene, const toliman_sim_budget_options &options, const Advance &advance) {
     const StopLimit limit;
     advance(0);
@@ -61,11 +42,16 @@ Budget budget_of(const Scene &scene, const toliman_sim_budget_options &options, 
         throw;
     }
     advance(0.1);
-    budget.steps = steps_of(scene, options, budget.summary.steps);
+    size_t count = 0;
+    budget.steps.assign(budget.summary.steps, toliman::sized<toliman_sim_budget_step>());
+    toliman::check(
+        toliman_sim_get_budget_steps(scene.sim.get(), &options, budget.steps.data(), budget.steps.size(), &count));
     advance(0.3);
     const size_t n = budget.summary.free_count + 1;
     std::vector<double> matrix(n * n);
-    budget.rows = rows_of(scene, options, budget.summary.rows, matrix, n);
+    budget.rows.assign(budget.summary.rows, toliman::sized<toliman_sim_budget_row>());
+    toliman::check(toliman_sim_get_budget_rows(scene.sim.get(), &options, matrix.data(), n, budget.rows.data(),
+                                               budget.rows.size(), &count));
     const auto name = [&](size_t i) { return i == 0 ? "separation" : budget.rows[i - 1].name; };
     for (size_t i = 0; i < n; i++)
         for (size_t j = i + 1; j < n; j++)

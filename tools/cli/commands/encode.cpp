@@ -4,7 +4,6 @@
 #include "common/warnings.hpp"
 #include "frames/encoder.hpp"
 #include "frames/frame_options.hpp"
-#include "frames/reducing_encoder.hpp"
 #include "options/command.hpp"
 
 namespace cli {

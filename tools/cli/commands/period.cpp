@@ -53,14 +53,13 @@ std::optional<Coefficients> fitted_of(const Options &options, const Series *seri
     const double frequency = periodogram.peak.frequency;
     if (info.trend + info.columns == 0)
         return std::nullopt;
+    const std::vector<NuisanceColumn> columns =
+        series != nullptr ? series->nuisance.columns : std::vector<NuisanceColumn>();
     if (series == nullptr || !(frequency > 0))
-        return with_counts(
-            periodogram.handle.get(),
-            coefficients_at(periodogram.handle.get(), nearest_index(info, frequency),
-                            series != nullptr ? series->nuisance.columns : std::vector<NuisanceColumn>()));
+        return coefficients_at(periodogram.handle.get(), nearest_index(info, frequency), columns);
     const toliman::periodogram at_peak =
         sums_of(*series, {frequency, info.df, 1}, options_for(*series, options.sums), progress);
-    return with_counts(periodogram.handle.get(), coefficients_at(at_peak.get(), 0, series->nuisance.columns));
+    return coefficients_at(at_peak.get(), 0, columns);
 }
 
 // Sums of the series without the sinusoid that was found.

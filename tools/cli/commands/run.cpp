@@ -4,7 +4,7 @@
 
 #include "frames/frame_loop.hpp"
 #include "options/command.hpp"
-#include "run/run_folder.hpp"
+#include "run/pipeline.hpp"
 #include "scenes/scene_json.hpp"
 #include "series/fap.hpp"
 

@@ -1,6 +1,6 @@
 #include "downlink/bank_watch.hpp"
 
-#include "frames/bank.hpp"
+#include "frames/scene_fit.hpp"
 
 namespace cli {
 

@@ -69,7 +69,7 @@ PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit, Progress &pro
     if (!peak_)
         return;
     const auto k = static_cast<int64_t>(std::lround((peak_->frequency - info.f0) / info.df));
-    fitted_ = with_counts(period, coefficients_at(period, k, element_columns(tracker)));
+    fitted_ = coefficients_at(period, k, element_columns(tracker));
     toliman::check(
         toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, peak_->log10_residual, &sequential_));
     if (fit != Fit::none)

@@ -81,6 +81,25 @@ void write_periodogram(OutputFile &out, const toliman_track_options &how, const 
     write_csv(out, kStatePeriodogramMark, {{"frequency", &frequencies}, {"power", &power}});
 }
 
+// Power of the series without the fitted sinusoid, with the same functions.
+std::vector<double> residual_power(const Series &series, const toliman_period_peak &fit,
+                                   const toliman_track_options &how) {
+    const Series rest = without({fit.amplitude, fit.frequency, fit.phase, 0}, series);
+    const std::vector<double> rows = rest.nuisance.rows();
+    auto options = toliman::sized<toliman_period_batch_options>();
+    options.flags = how.grid.flags & TOLIMAN_PERIOD_FIXED_MEAN;
+    options.trend = rest.nuisance.trend.order;
+    options.trend_start = rest.nuisance.trend.start;
+    options.trend_end = rest.nuisance.trend.end;
+    options.columns = static_cast<int32_t>(rest.nuisance.columns.size());
+    options.rows = rows.data();
+    std::copy(rest.nuisance.precision.begin(), rest.nuisance.precision.end(), options.prior_precision + 1);
+    std::vector<double> power(static_cast<size_t>(how.grid.nf));
+    toliman::check(toliman_period_batch(how.grid.f0, how.grid.df, how.grid.nf, rest.t.data(), rest.y.data(),
+                                        rest.sigma.data(), rest.t.size(), &options, power.data()));
+    return power;
+}
+
 } // namespace
 
 std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker) {
@@ -178,29 +197,6 @@ Json status_json(const toliman::tracker &tracker, const toliman_track_options &h
     add_timing(how, json);
     return json;
 }
-
-namespace {
-
-// Power of the series without the fitted sinusoid, with the same functions.
-std::vector<double> residual_power(const Series &series, const toliman_period_peak &fit,
-                                   const toliman_track_options &how) {
-    const Series rest = without({fit.amplitude, fit.frequency, fit.phase, 0}, series);
-    const std::vector<double> rows = rest.nuisance.rows();
-    auto options = toliman::sized<toliman_period_batch_options>();
-    options.flags = how.grid.flags & TOLIMAN_PERIOD_FIXED_MEAN;
-    options.trend = rest.nuisance.trend.order;
-    options.trend_start = rest.nuisance.trend.start;
-    options.trend_end = rest.nuisance.trend.end;
-    options.columns = static_cast<int32_t>(rest.nuisance.columns.size());
-    options.rows = rows.data();
-    std::copy(rest.nuisance.precision.begin(), rest.nuisance.precision.end(), options.prior_precision + 1);
-    std::vector<double> power(static_cast<size_t>(how.grid.nf));
-    toliman::check(toliman_period_batch(how.grid.f0, how.grid.df, how.grid.nf, rest.t.data(), rest.y.data(),
-                                        rest.sigma.data(), rest.t.size(), &options, power.data()));
-    return power;
-}
-
-} // namespace
 
 void write_results(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period,
                    const std::string &path) {

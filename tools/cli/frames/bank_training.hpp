@@ -1,6 +1,5 @@
 // Training of a bank of networks, for `train --bank`.
 #pragma once
-#include "frames/bank.hpp"
 #include "frames/scene_fit.hpp"
 
 namespace cli {

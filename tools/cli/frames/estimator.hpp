@@ -1,8 +1,8 @@
 // The estimator of a command: a network (--weights), the template of a scene (--template), its fit (--fit), or a bank
 // of networks that follow the fit (--fit and --weights).
 #pragma once
-#include "frames/bank.hpp"
 #include "frames/network.hpp"
+#include "frames/scene_fit.hpp"
 #include "scenes/scene_defaults.hpp"
 
 namespace cli {

@@ -1,6 +1,6 @@
 // Method: the time of a frame, in TAI, is that of its encoder. It is the middle of the exposure, whose length and
 // on-target intervals are those of the scene's cadence.
-#include "frames/reducing_encoder.hpp"
+#include "frames/encoder.hpp"
 
 #include "options/command.hpp"
 #include "scenes/dates.hpp"

@@ -1,4 +1,5 @@
-// The fit of a scene file, or of the scenes of a calibration with windows (--fit, --free).
+// The fit of a scene file, or of the scenes of a calibration with windows (--fit, --free), and banks of networks that
+// follow it: until when one can be used.
 #pragma once
 #include "common/common.hpp"
 #include "scenes/scene.hpp"
@@ -26,5 +27,28 @@ struct SceneFit {
     SceneFit(const std::string &file, const std::vector<WindowScene> &windows, const std::string &free,
              const std::string &bad_pixels, Progress &progress, bool self_by_default);
 };
+
+constexpr double kLeastEfficiency = 0.95; // as of TOLIMAN_BANK_LOW_EFFICIENCY
+
+// Throws Failure, with the type of the file if it is known, unless it is a bank.
+toliman::network_bank load_bank(const std::string &path);
+// The same, unless all its networks are trained.
+toliman::network_bank trained_bank(const std::string &path);
+
+// Throws Failure if the bank of the file `path` is for another fit than that of `scene` with the parameters `free`.
+void check_bank(const toliman::network_bank &bank, const toliman::frame_fit &fit, const std::string &path,
+                const std::string &scene, const std::string &free);
+
+// " --free "scale focus"" of a command line; "" for no names.
+std::string free_text(const std::string &free);
+
+// Efficiency of an undisturbed frame.
+double efficiency_at(const toliman::network_bank &bank, const toliman::frame_fit &fit, double days);
+
+// "an efficiency of at least 0.95 until 2029-08-03", for undisturbed frames. "" if the scene's stars follow no orbit.
+std::string use_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene);
+// The same with the command that trains the next bank, for a message. file: the scene as named on the command line.
+std::string renewal_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene,
+                       const std::string &file, const std::string &free);
 
 } // namespace cli

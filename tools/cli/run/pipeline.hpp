@@ -1,4 +1,4 @@
-// The computation of `run`: scene -> frames -> values -> period, with all controls.
+// The computation of `run`: scene -> frames -> values -> period, with all controls, and the folder of its results.
 #pragma once
 #include "run/estimators.hpp"
 
@@ -38,5 +38,19 @@ class Pipeline {
 // Training uses no frames, and the control frames have noise of their own: no noise is used twice.
 Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, const RunOptions &options, double setup_seconds,
                       Progress &progress);
+
+// Everything that a run writes.
+struct RunFiles {
+    const Scene &scene;
+    const std::string &scene_text;
+    double rotation_deg; // position angle of the detector's +y axis
+    const Cadence &cadence;
+    const Pipeline &pipeline;
+};
+
+// Opens every file before the computation, so that an unwritable folder fails at once.
+void open_files(OutputFolder &folder);
+// Returns the text of result.json, schema toliman-run/2.
+std::string write(OutputFolder &folder, const RunFiles &files);
 
 } // namespace cli

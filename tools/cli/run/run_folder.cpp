@@ -1,4 +1,4 @@
-#include "run/run_folder.hpp"
+#include "run/pipeline.hpp"
 
 #include <filesystem>
 #include <numeric>

@@ -1,4 +1,5 @@
-// What is said of a peak and of the fit of a series, as text, JSON and warnings: flags, aliases, goodness, outliers.
+// What is said of a peak and of the fit of a series, as text, JSON and warnings: flags, aliases, goodness, outliers, and
+// its instruments with their offsets and jitters.
 #pragma once
 #include <toliman/period_sampling.h>
 
@@ -44,5 +45,18 @@ std::string listed_outliers(const std::vector<int64_t> &indices, const Series &s
 
 // [{"index": 7, "t": 61041.5}, ...]
 std::vector<Json> json_of_outliers(const std::vector<int64_t> &indices, const Series &series);
+
+using Instruments = std::vector<toliman_measure_instrument>;
+
+// Those of a series with several, in a fit of its functions, and of a sinusoid unless the frequency is 0; otherwise
+// none.
+Instruments instruments_of(const Series &series, double frequency = 0);
+
+// Adds the jitter of each instrument whose residuals its sigmas do not explain.
+void add_jitters(const Instruments &instruments, Series &series);
+
+// A line for each; "" for none. unit: of the values, may be empty.
+std::string text_of(const Instruments &instruments, const std::string &unit);
+std::vector<Json> json_of(const Instruments &instruments);
 
 } // namespace cli

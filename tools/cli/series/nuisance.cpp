@@ -55,11 +55,10 @@ std::vector<std::string> names_of_trend(int32_t order) {
     return names;
 }
 
-std::vector<Coefficient> coefficients_at(const toliman_period *period, int64_t k,
-                                         const std::vector<NuisanceColumn> &columns) {
+Coefficients coefficients_at(const toliman_period *period, int64_t k, const std::vector<NuisanceColumn> &columns) {
     const auto info = toliman::result<toliman_period_info>(toliman_period_get_info, period);
     if (info.trend + info.columns == 0)
-        return {};
+        return {{}, info.functions, info.free_functions};
     std::vector<Coefficient> all = named(info, columns);
     std::vector<double> values(all.size()), errors(all.size());
     toliman::check(toliman_period_query_coefficients(period, k, all.size(), values.data(), errors.data()));
@@ -67,12 +66,7 @@ std::vector<Coefficient> coefficients_at(const toliman_period *period, int64_t k
         all[i].value = values[i] * all[i].unit;
         all[i].error = errors[i] * all[i].unit;
     }
-    return all;
-}
-
-Coefficients with_counts(const toliman_period *period, std::vector<Coefficient> coefficients) {
-    const auto info = toliman::result<toliman_period_info>(toliman_period_get_info, period);
-    return {std::move(coefficients), info.functions, info.free_functions};
+    return {std::move(all), info.functions, info.free_functions};
 }
 
 std::string text_of(const Coefficients &coefficients) {

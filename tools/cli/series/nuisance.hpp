@@ -47,11 +47,8 @@ struct Coefficients {
     int32_t functions, free;      // in use, with the mean; of these, those without a prior
 };
 
-// At grid frequency k. columns: their names and units; empty: "column 1", ... Nothing if the mean alone is fitted.
-std::vector<Coefficient> coefficients_at(const toliman_period *period, int64_t k,
-                                         const std::vector<NuisanceColumn> &columns);
-// With the numbers of functions of a periodogram.
-Coefficients with_counts(const toliman_period *period, std::vector<Coefficient> coefficients);
+// At grid frequency k. columns: their names and units; empty: "column 1", ... No coefficients if the mean alone is fitted.
+Coefficients coefficients_at(const toliman_period *period, int64_t k, const std::vector<NuisanceColumn> &columns);
 
 std::string text_of(const Coefficients &coefficients);
 void print(const Coefficients &coefficients);

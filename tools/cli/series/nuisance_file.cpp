@@ -1,4 +1,4 @@
-#include "series/nuisance_file.hpp"
+#include "series/series_options.hpp"
 
 #include <iterator>
 

@@ -2,7 +2,6 @@
 #pragma once
 #include "series/fap.hpp"
 #include "series/goodness.hpp"
-#include "series/instruments.hpp"
 #include "series/nuisance.hpp"
 #include "series/periodogram.hpp"
 #include "series/reduction.hpp"

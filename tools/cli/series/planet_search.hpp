@@ -3,7 +3,7 @@
 #include <array>
 
 #include "scenes/star_data.hpp"
-#include "series/instruments.hpp"
+#include "series/goodness.hpp"
 #include "series/reduction.hpp"
 #include "series/series.hpp"
 

@@ -3,7 +3,6 @@
 #include <CLI/App.hpp>
 
 #include "options/command.hpp"
-#include "series/nuisance_file.hpp"
 
 namespace cli {
 

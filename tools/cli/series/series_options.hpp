@@ -48,4 +48,8 @@ CLI::Option *add_system_options(CLI::App &command, SeriesOptions &options);
 std::optional<ReductionNote> add_functions(const SeriesOptions &options, bool with_orbit, const std::string &growing,
                                            Series &series, Progress &progress);
 
+// CSV: the first line has the names t,NAME,...; a row for each sample of the series, with its time, in the same order.
+// samples: how the times of the series were read. Throws Failure, with file and line, for anything else.
+std::vector<NuisanceColumn> read_columns(const std::string &path, const Series &series, const SampleOptions &samples);
+
 } // namespace cli
