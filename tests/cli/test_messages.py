@@ -1,8 +1,9 @@
 """Messages for mistyped words, seeds, files and scenes: the name, the value and what is allowed."""
 import json
+import re
 import unittest
 
-from program import SCENES, TINY, ProgramTest
+from program import ROOT, SCENES, TINY, ProgramTest
 
 CHAPTER = SCENES / "chapter.json"
 
@@ -64,6 +65,17 @@ class Words(ProgramTest):
     def test_help_is_a_command_too(self):
         self.assertEqual(self.succeed("help"), self.succeed("--help"))
         self.assertEqual(self.succeed("help", "period"), self.succeed("period", "--help"))
+
+    def test_texts_of_options_are_used(self):
+        folder = ROOT / "tools" / "cli" / "help"
+        commands = {path.stem for path in folder.glob("*.txt")} - {"toliman", "options"}
+        helps = {name: " ".join(self.succeed(name, "--help").split()) for name in commands}
+        for entry in re.split(r"\n(?=\S)", (folder / "options.txt").read_text()):
+            key, *text = entry.split("\n")
+            *names, option = key.split()
+            for named in [{name} for name in names] or [commands]:
+                with self.subTest(option, commands=named):
+                    self.assertTrue(any(f"{option} " in helps[name] and " ".join(" ".join(text).split()) in helps[name] for name in named))
 
     def test_seeds(self):
         for command in (["train", CHAPTER, "--out", "w"], ["simulate", CHAPTER, "--out", "f.npy"], ["run", CHAPTER], ["pupil", CHAPTER]):
