@@ -3,7 +3,7 @@
 // promise: parsers-are-safe
 
 #include "common/failure.hpp"
-#include "frames/frame_times.hpp"
+#include "frames/predictions.hpp"
 #include "fuzz.hpp"
 
 using namespace fuzz;

@@ -35,7 +35,8 @@ void read_frames(const std::string &path, size_t size) {
 }
 
 void read_table(const std::string &path) {
-    const cli::Series series = cli::read_series(path);
+    cli::Progress quiet(cli::Progress::Style::none);
+    const cli::Series series = cli::read_series(path, {}, quiet);
     require(!series.t.empty() && series.t.size() == series.y.size(), "an empty table");
     for (const double sigma : series.sigma)
         require(sigma > 0, "an impossible sigma");

@@ -28,6 +28,11 @@ template <class Work> std::string refusal(Work work) {
     return "";
 }
 
+void table(const std::string &path) {
+    cli::Progress quiet(cli::Progress::Style::none);
+    cli::read_series(path, {}, quiet);
+}
+
 using Read = void (*)(const std::string &path);
 
 void costs(const char *what, const std::string &text, size_t model, Read read) {
@@ -37,7 +42,7 @@ void costs(const char *what, const std::string &text, size_t model, Read read) {
 }
 
 void samples(const char *what, const std::string &text, size_t model = 0) {
-    costs(what, text, model, [](const std::string &path) { cli::read_series(path); });
+    costs(what, text, model, table);
 }
 
 void past_misreadings() {
@@ -46,7 +51,6 @@ void past_misreadings() {
         file.set(text.data(), text.size());
         return refusal([&] { read(file.path()); });
     };
-    const auto table = [](const std::string &path) { cli::read_series(path); };
     expect(reads(std::string("{\"t\":1,\"y\":2}\0x\n", 16), table).find("not a JSON object") != std::string::npos,
            "text after a zero byte");
     expect(reads("1,2\n" + std::string(70000, '3') + ",4\n", table).find(":2: is longer than 65536 bytes") !=

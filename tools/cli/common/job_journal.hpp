@@ -15,6 +15,7 @@ void remove_journal(const std::string &path);
 // Writes the results of work whose journal remains until then: a Failure names it. Removes it afterwards.
 void write_and_remove(const std::string &journal, const std::function<void()> &write);
 
+// An append-only file of lines, from which a stopped command resumes.
 class JournalFile {
   public:
     // Opens or creates the file. Removes an incomplete last line, left by a process that died. Throws Failure if

@@ -7,6 +7,7 @@
 
 namespace cli {
 
+// .npy and FITS files as sources of frames with session, frame id and time.
 struct DatedFileOptions {
     std::optional<double> cadence; // seconds
     std::string session;           // empty: the name of the file

@@ -10,6 +10,7 @@ namespace cli {
 // Sets the order of the trend, 0 for the mean alone.
 void set_trend(toliman_track_options &how, int32_t order);
 
+// Options for grid, trend, clock and time stamps.
 class SetupOptions {
   public:
     void add_to(CLI::App &command);
@@ -41,6 +42,7 @@ class SetupOptions {
     std::vector<int64_t> pairs_;
 };
 
+// Options of `track` and `rebuild` for the reduction of separations: system, observer and plate scale.
 class ReferenceOptions {
   public:
     void add_to(CLI::App &command);

@@ -67,6 +67,7 @@ std::unique_ptr<Encoder> make_encoder(const Estimator &estimator, size_t most, c
 std::unique_ptr<Encoder> make_fit_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,
                                           Progress &progress);
 
+// The reduction of the separations of encoded frames to the orbit of a binary.
 struct FrameReductionOptions {
     void add_to(CLI::App &command);
     // Takes what is not given from the scene of a fit: time 0, observer, and the system of an observer that is known.

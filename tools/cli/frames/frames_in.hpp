@@ -9,6 +9,7 @@ namespace cli {
 
 using FrameWindow = std::array<int64_t, 2>; // row and column on the detector of a frame's first pixel
 
+// Frames of a file or of standard input, one by one.
 class FrameFile {
   public:
     virtual ~FrameFile() = default;

@@ -9,6 +9,7 @@
 
 namespace cli {
 
+// The values of one estimator in a run, their scatter and periodogram.
 struct Outcome {
     std::vector<double> values; // of the first frames of the cadence; NaN: the frame gave none
     double sigma_px = NAN;      // over frames without signal; NaN without controls
@@ -17,11 +18,13 @@ struct Outcome {
     double power_at_fap_1e_3 = 0;
 };
 
+// How much is computed of frames without signal, by --controls.
 enum class Controls { none, quick, full };
 
 std::string name_of(Controls controls);
 void add_controls(CLI::App &command, Controls &controls, const std::string &description);
 
+// Errors of the reconstructions of a run's frames by the network.
 struct Reconstructions {
     size_t validation_frames = 0;                 // the first frames, over which the means are taken
     double mmse = 0, mssim = 0, photon_floor = 0; // means

@@ -58,6 +58,7 @@ struct NoiseOptions {
 };
 void add_noise(CLI::App &command, NoiseOptions &options);
 
+// Correlated noise of a series: whiteness, and the highest peak for noise of the fitted correlation.
 class Noise {
   public:
     // Searches the series with the model of the options. For white noise a short series is tested only, and nothing is

@@ -46,6 +46,7 @@ std::string listed_outliers(const std::vector<int64_t> &indices, const Series &s
 // [{"index": 7, "t": 61041.5}, ...]
 std::vector<Json> json_of_outliers(const std::vector<int64_t> &indices, const Series &series);
 
+// The instruments of a series: offsets and jitters.
 using Instruments = std::vector<toliman_measure_instrument>;
 
 // Those of a series with several, in a fit of its functions, and of a sinusoid unless the frequency is 0; otherwise

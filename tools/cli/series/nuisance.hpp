@@ -35,6 +35,7 @@ struct Nuisance {
 // "mean", "T1" ... "T<trend>".
 std::vector<std::string> names_of_trend(int32_t order);
 
+// A coefficient of the mean or of a nuisance function, fitted with a sinusoid.
 struct Coefficient {
     std::string name;    // "mean", "T1", or that of a column
     double value, error; // error: infinite if the function is not in use

@@ -6,6 +6,7 @@
 
 namespace cli {
 
+// Unit of the values of a series: of an option, or of the file.
 struct ValueUnit {
     std::string name;  // "" = unknown
     double factor = 0; // arcsec (velocities: m/s) per unit; 0 = unknown

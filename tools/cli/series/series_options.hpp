@@ -7,6 +7,7 @@
 
 namespace cli {
 
+// --trend, --span, --nuisance-file, --prior and --scale-sigma.
 struct NuisanceOptions {
     std::optional<int32_t> trend;
     std::string span; // "START,END"
