@@ -1,5 +1,5 @@
-// What is said of a peak and of the fit of a series, as text, JSON and warnings: flags, aliases, goodness, outliers, and
-// its instruments with their offsets and jitters.
+// What is said of a peak and of the fit of a series, as text, JSON and warnings: flags, aliases, goodness, outliers,
+// and its instruments with their offsets and jitters.
 #pragma once
 #include <toliman/period_sampling.h>
 

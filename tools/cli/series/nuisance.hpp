@@ -48,7 +48,8 @@ struct Coefficients {
     int32_t functions, free;      // in use, with the mean; of these, those without a prior
 };
 
-// At grid frequency k. columns: their names and units; empty: "column 1", ... No coefficients if the mean alone is fitted.
+// At grid frequency k. columns: their names and units; empty: "column 1", ... No coefficients if the mean alone is
+// fitted.
 Coefficients coefficients_at(const toliman_period *period, int64_t k, const std::vector<NuisanceColumn> &columns);
 
 std::string text_of(const Coefficients &coefficients);
