@@ -295,8 +295,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load(const void *by
                                                                   const toliman_load_options *options,
                                                                   toliman_period **out) TOLIMAN_NOEXCEPT;
 
-/* Saves a periodogram. Files are replaced atomically: on failure the old one remains
- * (promise: files-are-replaced-atomically). */
+/* Saves a periodogram. Files are replaced atomically: after a failure there is the whole old file or, if its folder
+ * cannot be synchronized, the whole new one (promise: files-are-replaced-atomically). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save_file(const toliman_period *period,
                                                                        const char *path) TOLIMAN_NOEXCEPT;
 

@@ -131,7 +131,7 @@ class Coadd(ProgramTest):
             chosen = sorted(chance.sample(range(FRAMES), count))
             pixels[chosen].tofile(self.folder / f"{name}_frames.bin")
             (self.folder / f"{name}_meta.jsonl").write_text("".join(lines[k] for k in chosen))
-        done = subprocess.run(self.command("copies", "--gap", "0"), cwd=self.folder, check=True, capture_output=True, text=True)
+        done = subprocess.run(self.command("copies", "--gap", "1d"), cwd=self.folder, check=True, capture_output=True, text=True)
         counts, sums = self.sums("copies")
         self.assertEqual(sum(line["frames"] for line in sums), FRAMES, done.stderr)
         numpy.testing.assert_array_equal(counts.sum(0), self.sums("whole")[0].sum(0))

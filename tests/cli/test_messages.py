@@ -20,6 +20,24 @@ class Words(ProgramTest):
             self.refuse(2, f"toliman: {text}\n", arguments=words)
         self.refuse(2, "unknown command statsu (did you mean status?)", arguments=("statsu", "x"))  # not the first, the nearest
 
+    # promises: data-goes-to-stdout, exit-codes-are-the-same
+    def test_every_command(self):
+        """A wrong option, a missing input: the code of its kind, a message and no data."""
+        (self.folder / "s.json").write_text(json.dumps(TINY))
+        missing = {"budget": (), "calibrate": ("f.fits", "--out", "o.json"), "coadd": ("--fit", "s.json", "--every", "1h", "--out", "o"),
+                   "convert": ("o.npy",), "encode": ("--template", "s.json"), "period": (), "plan": (), "planet": (),
+                   "psf": ("--out", "o.npy"), "pupil": ("--out", "o.npy"), "refit": ("--system", "alpha-cen"), "run": (),
+                   "simulate": ("--out", "o.npy"), "status": (), "train": ("--out", "o.tlmw")}
+        commands = {path.stem for path in (ROOT / "tools" / "cli" / "help").glob("*.txt")} - {"toliman", "options"}
+        for command in sorted(commands):
+            with self.subTest(command):
+                self.refuse(2, "unknown option --elephant", arguments=(command, "--elephant"))
+            if command in missing:
+                done = self.run_program(command, "missing.fits", *missing[command])
+                with self.subTest(command, missing=True):
+                    self.assertEqual((done.returncode, done.stdout), (3, ""), done.stderr)
+                    self.assertIn("missing.fits", done.stderr)
+
     def test_unknown_values(self):
         for words, *texts in (
             (("--progress", "jsn", "doctor"), "--progress jsn: must be one of auto, json, none (did you mean json?)"),

@@ -197,9 +197,9 @@ class Scenes(ProgramTest):
             self.refuse(2, f"s.json: cadence.frames = {frames}: ", arguments=("run", "s.json"))
 
     def test_what_the_network_takes(self):
-        self.scene(detector={"shape": [128, 256]})
+        self.scene(detector={"shape": [127, 256]})
         for command in (["run", "s.json"], ["train", "s.json", "--out", "w"]):
-            self.refuse(2, "s.json: detector.shape = [128, 256]: ", arguments=command)
+            self.refuse(2, "s.json: detector.shape = [127, 256]: ", arguments=command)
         scene = json.loads((self.folder / "s.json").read_text())
         scene["detector"]["shape"] = [256, 256]
         scene["stars"].pop("B")

@@ -313,6 +313,17 @@ class Sums(StreamTest):
         run.send_signal(signal.SIGTERM)
         self.assertIn("state saved", run.communicate(timeout=PATIENCE)[1])
 
+    # promise: copied-frames-are-added-once
+    def test_copies_of_fits_files(self):
+        """Files of other folders with the same names are the same frames, those with other names are not."""
+        self.stream("in", "--format", "fits", duration="0.2s")
+        shutil.copytree(self.folder / "in", self.folder / "copy")
+        one = sorted((self.folder / "copy").glob("*.fits.gz"))[3]
+        shutil.copy(one, one.with_name("other_7.fits.gz"))
+        self.succeed("coadd", "--fit", "s.json", "--every", "1s", "--gap", "1d", "--out", "sums", "copy", "in")
+        (line,) = (self.folder / "sums" / "sums_meta.jsonl").read_text().splitlines()
+        self.assertEqual(json.loads(line)["frames"], 11)
+
     def test_fits_files_are_followed(self):
         self.stream("all", "--format", "fits", duration="0.06s")
         (self.folder / "in").mkdir()

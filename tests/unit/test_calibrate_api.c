@@ -230,16 +230,21 @@ TEST(contradictions_of_saved_scenes_are_refused) {
     char *const text = text_of(in_folder("fitted.json"));
     char *const group = strstr(text, "\"calibration\":");
     assert_non_null(group);
-    static const char *const fields[] = {"calibration.pupil_samples", "calibration.edges"};
-    for (size_t i = 0; i < 2; i++) {
-        char *const place = strstr(group, i == 0 ? "32" : "area"), kept[5] = {0};
+    static const struct {
+        const char *key, *value;
+    } rows[] = {{"pupil_samples", "50"}, {"step_nm", "54"}, {"edges", "\"cell\""}, {"accuracy", "1e-9"}};
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        char key[40], field[40], *const changed = calloc(strlen(text) + 20, 1);
+        snprintf(key, sizeof key, "\"%s\":", rows[i].key);
+        snprintf(field, sizeof field, "calibration.%s", rows[i].key);
+        const char *const place = strstr(group, key);
         assert_non_null(place);
-        memcpy(kept, place, 4);
-        memcpy(place, i == 0 ? "50" : "cell", i == 0 ? 2 : 4);
+        const char *const value = place + strlen(key), *const end = value + strcspn(value, ",}");
+        sprintf(changed, "%.*s%s%s", (int)(value - text), text, rows[i].value, end);
         toliman_sim *sim = NULL;
-        assert_refused(toliman_sim_create_json(text, strlen(text), NULL, NULL, &sim), TOLIMAN_E_SCENE, fields[i]);
+        assert_refused(toliman_sim_create_json(changed, strlen(changed), NULL, NULL, &sim), TOLIMAN_E_SCENE, field);
         assert_null(sim);
-        memcpy(place, kept, 4);
+        free(changed);
     }
     free(text);
 }

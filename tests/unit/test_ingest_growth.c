@@ -174,6 +174,26 @@ TEST_WITH_PAIR(test_replaced) {
     }
 }
 
+/* A new file of pixels of the same size. */
+/* promise: replaced-pairs-start-again */
+TEST_WITH_PAIR(test_replaced_pixels) {
+    start_files();
+    put_lines(0, 2);
+    put_pixels(2 * FRAME_BYTES);
+    toliman_ingest *const ingest = open_pair(TOLIMAN_INGEST_GROWING);
+    assert_frame(ingest, 0, 1, 0);
+    assert_frame(ingest, 1, 2, FRAME_BYTES);
+    assert_nothing(ingest);
+    char kept[400];
+    snprintf(kept, sizeof kept, "%s/kept", pair_folder);
+    assert_int_equal(rename(pixel_path, kept), 0);
+    put_pixels(2 * FRAME_BYTES);
+    assert_nothing(ingest); // was replaced
+    assert_frame(ingest, 0, 1, 0);
+    assert_frame(ingest, 1, 2, FRAME_BYTES);
+    toliman_ingest_destroy(ingest);
+}
+
 /* The files disappear and come back; the file of pixels is truncated while frames are read. */
 /* promise: replaced-pairs-start-again */
 TEST_WITH_PAIR(test_unreadable) {

@@ -55,11 +55,11 @@ void Adding::take(const std::shared_ptr<FrameSource> &, const toliman_frame &fra
     check_region(frame.roi, place);
     if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE) {
         report(Severity::damage, toliman_constant_name(event.reason), place, event.text);
-    } else if (files_.frames().contains(frame)) {
+    } else if (const FrameKey key(frame, event); files_.frames().contains(key)) {
         known_++;
     } else {
         add(frame, event);
-        files_.frames().insert(frame);
+        files_.frames().insert(key);
     }
     if (std::chrono::steady_clock::now() - saved_ > kPatience)
         save();

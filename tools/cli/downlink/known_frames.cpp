@@ -4,33 +4,45 @@
 #include "downlink/known_frames.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cinttypes>
 #include <cstdio>
 #include <stdexcept>
+
+#include "frames/frames_in.hpp"
 
 namespace cli {
 
 namespace {
 
-constexpr size_t kMostRanges = 1024; // of a key
-
-std::string key_of(const toliman_frame &frame) {
-    return std::string(frame.session) + "/" + std::to_string(frame.restarts) + "/" + frame.roi;
-}
+constexpr size_t kMostRanges = 1024; // of a source
 
 } // namespace
 
-bool KnownFrames::contains(const toliman_frame &frame) const {
-    const auto key = keys_.find(key_of(frame));
-    if (key == keys_.end())
-        return false;
-    const auto next = key->second.upper_bound(frame.frame_id);
-    return next != key->second.begin() && std::prev(next)->second >= frame.frame_id;
+FrameKey::FrameKey(const toliman_frame &frame, const toliman_ingest_event &event)
+    : source(frame.session), id(frame.frame_id) {
+    if (!is_dated_file(event.file)) {
+        source += "/" + std::to_string(frame.restarts) + "/" + frame.roi;
+        return;
+    }
+    const size_t start = source.find_last_not_of("0123456789") + 1, digits = source.size() - start; // of the number
+    id = 0;
+    if (std::from_chars(source.data() + start, source.data() + source.size(), id).ec == std::errc())
+        source = source.substr(0, start) + "#" + std::to_string(digits); // 7 is not 07
+    source += "/" + std::to_string(event.line);
 }
 
-void KnownFrames::insert(const toliman_frame &frame) {
-    Ranges &ranges = keys_[key_of(frame)];
-    insert(ranges, frame.frame_id, frame.frame_id);
+bool KnownFrames::contains(const FrameKey &key) const {
+    const auto known = sources_.find(key.source);
+    if (known == sources_.end())
+        return false;
+    const auto next = known->second.upper_bound(key.id);
+    return next != known->second.begin() && std::prev(next)->second >= key.id;
+}
+
+void KnownFrames::insert(const FrameKey &key) {
+    Ranges &ranges = sources_[key.source];
+    insert(ranges, key.id, key.id);
     if (ranges.size() > kMostRanges)
         close_smallest_gap(ranges);
 }
@@ -65,11 +77,11 @@ void KnownFrames::close_smallest_gap(Ranges &ranges) {
 
 Json KnownFrames::json() const {
     Json all;
-    for (const auto &[key, ranges] : keys_) {
+    for (const auto &[source, ranges] : sources_) {
         std::string text;
         for (const auto &[first, last] : ranges)
             text += (text.empty() ? "" : " ") + std::to_string(first) + "-" + std::to_string(last);
-        all.set(key.c_str(), text);
+        all.set(source.c_str(), text);
     }
     return all;
 }
@@ -78,7 +90,7 @@ void KnownFrames::read(const cJSON *object) {
     if (!cJSON_IsObject(object))
         throw std::invalid_argument("no object");
     for (const cJSON *item = object->child; item != nullptr; item = item->next) {
-        Ranges &ranges = keys_[item->string];
+        Ranges &ranges = sources_[item->string];
         const char *text = cJSON_IsString(item) ? item->valuestring : "-";
         while (*text != '\0') {
             int64_t first = 0, last = 0;

@@ -1,20 +1,28 @@
-// The frames that were taken into account, by their keys: session, restarts of the camera, region and id.
+// The frames that were taken into account, by their keys.
 #pragma once
-#include <cstdint>
 #include <map>
 #include <string>
 
-#include <toliman/frame.h>
+#include <toliman/ingest.h>
 
 #include "common/json.hpp"
 
 namespace cli {
 
+// What tells a frame from all others, in whatever file it arrives.
+struct FrameKey {
+    FrameKey(const toliman_frame &frame, const toliman_ingest_event &event);
+    // Of raw pairs and batches: session, restarts of the camera and region; and the frame's id. Of .npy and FITS files:
+    // the name without the number at its end, and the number of the frame in the file; and the number of the name.
+    std::string source;
+    int64_t id;
+};
+
 class KnownFrames {
   public:
-    bool contains(const toliman_frame &frame) const;
-    void insert(const toliman_frame &frame);
-    // {"session/restarts/roi": "0-41 43-99", ...}; text of each: ranges of ids.
+    bool contains(const FrameKey &key) const;
+    void insert(const FrameKey &key);
+    // {"session/restarts/roi": "0-41 43-99", ...}: ranges of ids.
     Json json() const;
     void read(const cJSON *object); // throws std::invalid_argument for anything else
 
@@ -23,7 +31,7 @@ class KnownFrames {
 
     static void insert(Ranges &ranges, int64_t first, int64_t last);
     static void close_smallest_gap(Ranges &ranges);
-    std::map<std::string, Ranges> keys_;
+    std::map<std::string, Ranges> sources_;
 };
 
 } // namespace cli
