@@ -37,7 +37,8 @@ typedef struct toliman_frame {
     const double *intervals;        /* [interval_count][2]: on-target intervals (good-time intervals) in s from the
                                        start of the exposure, increasing and within it; NULL without */
     size_t interval_count;          /* at most 65536; 0 = unknown */
-    int64_t window_row, window_col; /* of the first pixel on the detector, at most 2^31 */
+    int64_t window_row, window_col; /* of the first pixel on the detector, at most 2^31; 0, 0 = that of the scene, as
+                                       frames of raw pairs have it */
     int64_t restarts;               /* of the camera within the session before this frame, after which its ids begin
                                        again; 0 to 2^31 */
     const toliman_spread *spread;   /* of a sum of frames (coadd.h), for trackers with fit or estimate (others:

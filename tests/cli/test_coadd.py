@@ -137,6 +137,33 @@ class Coadd(ProgramTest):
         numpy.testing.assert_array_equal(counts.sum(0), self.sums("whole")[0].sum(0))
 
     # promise: killed-coadds-continue
+    def test_a_full_disk(self):
+        """The state can be written, the sum cannot: the frames of that sum are not known."""
+        subprocess.run(self.command("whole"), cwd=self.folder, check=True, capture_output=True)
+        for size in (60 << 10, 70 << 10):
+            limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+            done = subprocess.run(self.command("full"), cwd=self.folder, capture_output=True, preexec_fn=limit)
+            self.assertEqual(done.returncode, 6, done.stderr)
+        subprocess.run(self.command("full"), cwd=self.folder, check=True, capture_output=True)
+        self.assertEqual(self.pair("full"), self.pair("whole"))
+
+    def test_unsuitable_frames(self):
+        """Sums and frames of other shapes among the inputs are named and left out; the others are added."""
+        subprocess.run(self.command("whole"), cwd=self.folder, check=True, capture_output=True)
+        sums = self.pair("whole")
+        numpy.zeros((2, 8, 8), "<u2").tofile(self.folder / "in/small_frames.bin")
+        line = json.loads((self.folder / "in/night_meta.jsonl").read_text().splitlines()[0])
+        (self.folder / "in/small_meta.jsonl").write_text("".join(
+            json.dumps({**line, "frame_id": k, "n_rows": 8, "n_cols": 8, "session_id": "small"}) + "\n" for k in range(2)))
+        done = subprocess.run(self.command("out"), cwd=self.folder, check=True, capture_output=True, text=True)
+        self.assertIn("small_meta.jsonl:1: frame->rows", done.stderr)
+        self.assertEqual(self.pair("out"), sums)
+
+    def test_names_of_sessions(self):
+        for name in ("a b", "", ".x", "../esc"):
+            self.refuse(2, "--session: ", arguments=self.command("out", "--session", name)[1:])
+
+    # promise: killed-coadds-continue
     def test_a_death_before_the_first_state(self):
         """A file may have 32 kB: a sum fits, not the state, whose writer dies."""
         subprocess.run(self.command("whole"), cwd=self.folder, check=True, capture_output=True)

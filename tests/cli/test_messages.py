@@ -26,7 +26,7 @@ class Words(ProgramTest):
         (self.folder / "s.json").write_text(json.dumps(TINY))
         missing = {"budget": (), "calibrate": ("f.fits", "--out", "o.json"), "coadd": ("--fit", "s.json", "--every", "1h", "--out", "o"),
                    "convert": ("o.npy",), "encode": ("--template", "s.json"), "period": (), "plan": (), "planet": (),
-                   "psf": ("--out", "o.npy"), "pupil": ("--out", "o.npy"), "refit": ("--system", "alpha-cen"), "run": (),
+                   "psf": ("--out", "o.npy"), "pupil": ("--out", "o.npy"), "refit": ("alpha-cen",), "run": (),
                    "simulate": ("--out", "o.npy"), "status": (), "train": ("--out", "o.tlmw")}
         commands = {path.stem for path in (ROOT / "tools" / "cli" / "help").glob("*.txt")} - {"toliman", "options"}
         for command in sorted(commands):
@@ -56,6 +56,8 @@ class Words(ProgramTest):
             (("period", "x", "--f0", "abc"), "--f0 abc: must be a number"),
             (("period", "x", "--nf", "1.5"), "--nf 1.5: must be a whole number"),
             (("period", "x", "--peaks", "0"), "--peaks 0: must be in [1, 64]"),
+            (("period", "x", "--f0", "nan"), "--f0 nan: must be a finite number"),
+            (("simulate", CHAPTER, "--rate", "nan", "--duration", "1s", "--out", "o"), "--rate nan: must be a finite number"),
             (("period", "x", "--f0"), "--f0: needs a value"),
             (("period", "x", "--f0=1", "--f0=2"), "--f0: must be given once"),
         ):

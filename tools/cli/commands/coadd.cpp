@@ -81,8 +81,11 @@ void coadd(Options &options, Progress &progress) {
     if (!is_folder(options.out))
         throw Failure(kExitOutput, options.out + ": must be a folder");
     SumFiles files(options.out, options.session,
-                   formatted("--every %g --gap %g --motion %g --exposure %.17g", every, gap, options.motion,
-                             settings.frames.exposure_s) +
+                   formatted("--every %.17g --gap %.17g --motion %.17g --exposure %.17g --range %u --chi-limit %.17g "
+                             "--days %.17g",
+                             every, gap, options.motion, settings.frames.exposure_s, options.range, options.chi,
+                             options.days) +
+                       (options.shift.empty() ? "" : " --shift " + options.shift) +
                        (options.input.roi.empty() ? "" : " --roi " + options.input.roi),
                    info.digest);
     if (files.resumes())
@@ -113,7 +116,8 @@ void add_coadd(CLI::App &app, Context &context) {
         ->required();
     add_option(command, "--out", options->out, "FOLDER", "folder of the sums, which is created")->required();
     add_option(command, "--session", options->session, "NAME",
-               "session of the sums and name of their files, default sums");
+               "session of the sums and name of their files, default sums")
+        ->check(CLI::Validator(session_complaint, "NAME"));
     add_option(command, "--every", options->every, "TIME",
                "a sum ends at multiples of this camera time: 90s, 10min, 1h, 1d; default: no limit");
     add_option(command, "--gap", options->gap, "TIME", "a sum ends at a longer pause; default: no limit");

@@ -76,6 +76,15 @@ CLI::App *add_command(CLI::App &app, const std::string &name) {
     return app.add_subcommand(name, help_text(name));
 }
 
+void check_finite(const CLI::App &command) {
+    for (const CLI::Option *option : command.get_options())
+        for (const std::string &text : option->results()) {
+            double number = 0;
+            if (option->get_type_name().rfind("FLOAT", 0) == 0 && number_of(text, number) && !std::isfinite(number))
+                throw Failure(kExitUsage, option->get_name() + " " + text + ": must be a finite number");
+        }
+}
+
 void run_work(const CLI::App &command, Progress &progress, const std::function<void()> &work) {
     try {
         work();

@@ -4,7 +4,6 @@
 #include <optional>
 #include <utility>
 
-#include "base/name.hpp"
 #include "common/failure.hpp"
 #include "common/output.hpp"
 #include "common/stop.hpp"
@@ -103,19 +102,24 @@ StreamOptions stream_of(const Options &options) {
     const auto is_long = [](double time_s) { return time_s == 0 || time_s >= 3; };
     require(is_long(stream.restart_s), "--restarts", options.restarts, "must be at least 3 s");
     require(is_long(stream.session_s), "--sessions", options.sessions, "must be at least 3 s");
+    require(stream.restart_s == 0 || stream.session_s == 0 || stream.restart_s < stream.session_s, "--restarts",
+            options.restarts, "must be shorter than --sessions: restarts count from the start of a session");
+    require((stream.restart_s == 0 && stream.session_s == 0) || stream.rate_hz >= 1,
+            "--restarts, --sessions:", "the rate", "must be at least 1 Hz, as the pause after them is 1 s");
     require(stream.duration_s * stream.rate_hz < 0x1p40, "--duration", options.duration, "is too long");
     set_pair("--jitter", options.jitter, "RMS or RMS:HZ", stream.jitter_px, stream.corner_hz);
     require(stream.jitter_px >= 0 && stream.corner_hz > 0, "--jitter", options.jitter, "must be positive numbers");
     const size_t colon = options.drift.find(':');
     set_pair("--drift", options.drift.substr(0, colon), "PX or PX:TIME", stream.drift_px, stream.drift_s);
+    require(colon != 0, "--drift", options.drift, "must be PX or PX:TIME");
     if (colon != std::string::npos)
         stream.drift_s = seconds_of("--drift", options.drift.substr(colon + 1));
     require(stream.drift_px >= 0 && stream.drift_s > 0, "--drift", options.drift, "must be positive numbers");
     require(6 * stream.jitter_px + stream.drift_px <= kFarthestPx, "--drift, --jitter:", "the stars",
             "must move by at most 14 px, the drift and 6 times the jitter");
     set_pair("--drops", options.drops, "FRACTION or FRACTION:RUN", stream.drops, stream.drop_run);
-    require(stream.drops >= 0 && stream.drops <= 0.5 && stream.drop_run >= 1, "--drops", options.drops,
-            "must be a fraction up to 0.5 and a mean length of at least 1 frame");
+    require(stream.drops >= 0 && stream.drops <= 0.5 && stream.drop_run >= 1 && stream.drop_run <= 1e9, "--drops",
+            options.drops, "must be a fraction up to 0.5 and a mean length of at least 1 frame");
     return stream;
 }
 
@@ -176,11 +180,6 @@ void simulate(const Options &options, Progress &progress) {
         for_frames(scene, frames.seed, frames.range.first, total, nullptr, write);
     }
     out->commit();
-}
-
-std::string session_complaint(const std::string &name) {
-    return toliman::is_name(name) ? ""
-                                  : name + ": must be 1 to 64 characters of A-Z a-z 0-9 . _ - and not begin with a dot";
 }
 
 void add_stream(CLI::App &command, Options &options) {

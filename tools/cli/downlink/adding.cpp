@@ -18,7 +18,8 @@ namespace {
 using toliman::check;
 
 constexpr double kMostVariance = 4;          // px^2, of toliman_spread
-constexpr std::chrono::seconds kPatience(1); // of frames that are not in the state on the disk
+constexpr std::chrono::seconds kPatience(1); // of frames that are not in the state on the disk, at least
+constexpr int kWork = 20;                    // time of work for each time of saving
 
 std::string place_of(const toliman_ingest_event &event) {
     return std::string(event.file) + ":" + std::to_string(event.line);
@@ -61,7 +62,7 @@ void Adding::take(const std::shared_ptr<FrameSource> &, const toliman_frame &fra
         add(frame, event);
         files_.frames().insert(key);
     }
-    if (std::chrono::steady_clock::now() - saved_ > kPatience)
+    if (std::chrono::steady_clock::now() - saved_ > patience_)
         save();
 }
 
@@ -101,7 +102,10 @@ void Adding::add(toliman_frame frame, const toliman_ingest_event &event) {
     if (frame.pixel == TOLIMAN_PIXEL_F64 && !to_counts(frame, place))
         return;
     auto outcome = toliman::sized<toliman_coadd_outcome>();
-    check(toliman_coadd_add(adder_.get(), &frame, &outcome));
+    const toliman_status status = toliman_coadd_add(adder_.get(), &frame, &outcome);
+    if (status == TOLIMAN_E_ARGUMENT || status == TOLIMAN_E_UNSUPPORTED)
+        return report(Severity::damage, "unsuitable", place, toliman_last_error());
+    check(status);
     if (outcome.verdict == TOLIMAN_COADD_VERDICT_NEXT) {
         end_sum(toliman_constant_name(outcome.reason));
         check(toliman_coadd_add(adder_.get(), &frame, &outcome));
@@ -121,7 +125,9 @@ void Adding::end_sum(const char *reason) {
     auto frame = toliman::sized<toliman_frame>();
     auto sum = toliman::sized<toliman_coadd_sum>();
     check(toliman_coadd_take(adder_.get(), &frame, &sum));
+    is_written_ = false;
     files_.append(frame, sum);
+    is_written_ = true;
     save();
     sums_++;
     const toliman_spread &spread = *frame.spread;
@@ -148,7 +154,7 @@ void Adding::report(Severity severity, const std::string &warning, const std::st
 }
 
 void Adding::wait() {
-    if (std::chrono::steady_clock::now() - saved_ > kPatience)
+    if (std::chrono::steady_clock::now() - saved_ > patience_)
         save();
 }
 
@@ -160,19 +166,26 @@ void Adding::finish() {
         save();
 }
 
+// The frames of a sum that could not be written stay unknown to the state.
 void Adding::save() {
+    if (!is_written_)
+        return;
+    const auto start = std::chrono::steady_clock::now();
     size_t size = 0;
     toliman::check_asked(toliman_coadd_save(adder_.get(), nullptr, 0, &size));
     std::vector<uint8_t> bytes(size);
     check(toliman_coadd_save(adder_.get(), bytes.data(), bytes.size(), &size));
     files_.save(bytes);
     saved_ = std::chrono::steady_clock::now();
+    patience_ = std::max<std::chrono::steady_clock::duration>(kPatience, kWork * (saved_ - start));
 }
 
 void Adding::end() {
     warnings_.end([](const std::string &name, int64_t count, int64_t most) {
         return formatted("%lld more: %s", static_cast<long long>(count - most), name.c_str());
     });
+    if (known_ > 0)
+        progress_.tell(formatted("%lld frames were known, and are not added again", static_cast<long long>(known_)));
     int64_t frames = 0;
     for (const auto &[verdict, count] : verdicts_)
         frames += count;

@@ -43,9 +43,11 @@ class Adding : public FrameSink {
     Progress &progress_;
     Warnings warnings_;
     std::chrono::steady_clock::time_point saved_;
-    std::vector<uint16_t> counts_;        // of a frame of a file of doubles
-    std::string region_;                  // of the first frame
-    std::map<int32_t, int64_t> verdicts_; // of this run
+    std::chrono::steady_clock::duration patience_ = std::chrono::seconds(1); // from one state to the next
+    bool is_written_ = true;                                                 // all sums that were taken are in the pair
+    std::vector<uint16_t> counts_;                                           // of a frame of a file of doubles
+    std::string region_;                                                     // of the first frame
+    std::map<int32_t, int64_t> verdicts_;                                    // of this run
     int64_t sums_ = 0, skipped_ = 0, known_ = 0, damaged_ = 0;
 };
 

@@ -1,6 +1,5 @@
-// Method: ranges of consecutive ids, in any order of arrival. Frames that the camera dropped are gaps of a few ids, of
-// which a day may have 10^5; a file that has not arrived is a gap of thousands. Beyond kMostRanges, the smallest gap is
-// closed, the first of equal ones: a frame that arrives for it afterwards is taken for known.
+// Method: ranges of consecutive ids, in any order of arrival. Ids that the camera dropped before a frame join its range
+// where they are just the gap to the range before: no frame has them. Other gaps remain, as their frames may arrive.
 #include "downlink/known_frames.hpp"
 
 #include <algorithm>
@@ -13,23 +12,23 @@
 
 namespace cli {
 
-namespace {
-
-constexpr size_t kMostRanges = 1024; // of a source
-
-} // namespace
-
 FrameKey::FrameKey(const toliman_frame &frame, const toliman_ingest_event &event)
-    : source(frame.session), id(frame.frame_id) {
+    : source(frame.session), id(frame.frame_id), dropped(frame.dropped) {
     if (!is_dated_file(event.file)) {
         source += "/" + std::to_string(frame.restarts) + "/" + frame.roi;
         return;
     }
+    dropped = 0;
+    id = event.line;
     const size_t start = source.find_last_not_of("0123456789") + 1, digits = source.size() - start; // of the number
-    id = 0;
-    if (std::from_chars(source.data() + start, source.data() + source.size(), id).ec == std::errc())
-        source = source.substr(0, start) + "#" + std::to_string(digits); // 7 is not 07
-    source += "/" + std::to_string(event.line);
+    int64_t number = 0;
+    const auto read = std::from_chars(source.data() + start, source.data() + source.size(), number);
+    if (event.line > 0 || read.ec != std::errc()) {
+        source += "/";
+        return;
+    }
+    id = number;
+    source = source.substr(0, start) + "#" + std::to_string(digits); // 7 is not 07
 }
 
 bool KnownFrames::contains(const FrameKey &key) const {
@@ -42,9 +41,10 @@ bool KnownFrames::contains(const FrameKey &key) const {
 
 void KnownFrames::insert(const FrameKey &key) {
     Ranges &ranges = sources_[key.source];
-    insert(ranges, key.id, key.id);
-    if (ranges.size() > kMostRanges)
-        close_smallest_gap(ranges);
+    const auto next = ranges.lower_bound(key.id);
+    const bool is_gap =
+        key.dropped > 0 && next != ranges.begin() && key.id - key.dropped - 1 == std::prev(next)->second;
+    insert(ranges, is_gap ? key.id - key.dropped : key.id, key.id);
 }
 
 // Unites the range with those that overlap or touch it.
@@ -59,20 +59,6 @@ void KnownFrames::insert(Ranges &ranges, int64_t first, int64_t last) {
         at = ranges.erase(at);
     }
     ranges.emplace(first, last);
-}
-
-void KnownFrames::close_smallest_gap(Ranges &ranges) {
-    auto best = ranges.begin();
-    uint64_t least = UINT64_MAX;
-    for (auto at = ranges.begin(), next = std::next(at); next != ranges.end(); at = next++) {
-        const uint64_t gap = static_cast<uint64_t>(next->first) - static_cast<uint64_t>(at->second);
-        if (gap < least) {
-            least = gap;
-            best = at;
-        }
-    }
-    best->second = std::next(best)->second;
-    ranges.erase(std::next(best));
 }
 
 Json KnownFrames::json() const {

@@ -13,9 +13,9 @@ namespace cli {
 struct FrameKey {
     FrameKey(const toliman_frame &frame, const toliman_ingest_event &event);
     // Of raw pairs and batches: session, restarts of the camera and region; and the frame's id. Of .npy and FITS files:
-    // the name without the number at its end, and the number of the frame in the file; and the number of the name.
+    // the name without the number at its end, and this; of frames behind the first, the name and their number.
     std::string source;
-    int64_t id;
+    int64_t id, dropped; // dropped: ids before it that no frame has
 };
 
 class KnownFrames {
@@ -30,7 +30,6 @@ class KnownFrames {
     using Ranges = std::map<int64_t, int64_t>; // first -> last id, neither overlapping nor touching
 
     static void insert(Ranges &ranges, int64_t first, int64_t last);
-    static void close_smallest_gap(Ranges &ranges);
     std::map<std::string, Ranges> sources_;
 };
 

@@ -57,7 +57,9 @@ class MissionFrames final : public FrameFile {
     std::vector<toliman_spread> spreads() override { return has_sums_ ? spreads_ : std::vector<toliman_spread>(); }
     std::optional<int64_t> first_id() override { return id_; }
     double exposure_s() override { return options_.exposure_s; }
-    std::optional<FrameWindow> window(size_t frame) override { return windows_.at(frame); }
+    std::optional<FrameWindow> window(size_t frame) override { // 0, 0: unknown
+        return windows_.at(frame) != FrameWindow() ? std::optional(windows_.at(frame)) : std::nullopt;
+    }
     const std::vector<std::string> &notes() const noexcept override { return notes_; }
 
   private:

@@ -34,6 +34,9 @@ CLI::Option *add_choice(CLI::App *command, const char *name, std::string &value,
     return command->add_option(name, value, what)->check(CLI::IsMember(names));
 }
 
+// Throws Failure for a number among the options given that is not finite: CLI::Range lets NaN pass.
+void check_finite(const CLI::App &command);
+
 // Runs the work of a command, then warns of expired leap seconds, also if it was stopped or rejected its results.
 void run_work(const CLI::App &command, Progress &progress, const std::function<void()> &work);
 
@@ -43,6 +46,7 @@ void set_action(
     CLI::App &command, Context &context, const std::shared_ptr<Options> &options, Work work,
     const std::function<void()> &check = [] {}) {
     command.callback([&command, &context, options, work, check] {
+        check_finite(command);
         check();
         context.action = [&command, &context, options, work] {
             Progress progress(context.style());

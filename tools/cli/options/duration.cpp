@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "base/name.hpp"
 #include "common/failure.hpp"
 #include "common/text.hpp"
 
@@ -19,6 +20,11 @@ double seconds_of(const char *option, const std::string &text) {
         throw Failure(kExitUsage,
                       std::string(option) + " " + text + ": must be a time above 0 such as 90s, 10min, 1h or 1d");
     return 0;
+}
+
+std::string session_complaint(const std::string &name) {
+    return toliman::is_name(name) ? ""
+                                  : name + ": must be 1 to 64 characters of A-Z a-z 0-9 . _ - and not begin with a dot";
 }
 
 } // namespace cli
