@@ -13,7 +13,7 @@ static double times[MOST], values[MOST], sigmas[MOST];
 /* The trials of the benchmark on shorter series. */
 /* promise: sequential-alarms-are-rare */
 TEST(alarm_rate_is_as_documented) {
-    enum { ENDS = 1200, STREAMS = 100 };
+    enum { ENDS = 2500, STREAMS = 200 };
     toliman_period *const period = fap_periodogram(DAYS);
     int at_end[FAP_METHODS] = {0}, ever[FAP_METHODS] = {0};
     for (uint64_t i = 0; i < ENDS; i++) {
@@ -41,7 +41,7 @@ TEST(alarm_rate_is_as_documented) {
 /* The chapter's signal of 1e-6 px, with a standard error of 1.24e-6 px per frame: the sequential method must not need
  * many more samples. */
 TEST(sequential_finds_signals) {
-    enum { SERIES = 31, SIGNAL_DAYS = 280 };
+    enum { SERIES = 51, SIGNAL_DAYS = 280 };
     static int found[FAP_METHODS][SERIES];
     toliman_period *const period = fap_periodogram(1095);
     for (int i = 0; i < SERIES; i++) {

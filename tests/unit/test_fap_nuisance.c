@@ -5,7 +5,7 @@
 /* 30 samples, of which the functions take a large part: without counting them, 0.28 of the series with 6 functions
  * would be below 0.1. */
 TEST(false_alarms_are_as_many_as_promised) {
-    enum { SERIES = 500 };
+    enum { SERIES = 1250 };
     static const int functions[] = {1, 6, 9};
     for (size_t k = 0; k < sizeof functions / sizeof *functions; k++)
         for (int priors = 0; priors < (functions[k] > 1 ? 2 : 1); priors++) {

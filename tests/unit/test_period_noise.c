@@ -211,21 +211,21 @@ TEST(correlation_has_the_largest_likelihood) {
 /* The trials of the benchmark, fewer. */
 /* promise: correlated-alarms-are-rare */
 TEST(alarms_are_as_documented) {
-    enum { SERIES = 60 };
+    enum { SERIES = 150 };
     const noise_times few = noise_regular(200, 5), many = noise_regular(400, 5);
     const fap_signal none = {0, 365, 0};
     const noise_counts red = noise_count(&few, 0.5, none, SERIES, 1), white = noise_count(&few, 0, none, SERIES, 1);
     print_message("alarms at 0.01 of %d: rho 0.5 %d, by the noise model %d, flagged %d; white %d, flagged %d\n", SERIES,
                   red.alarms_white, red.alarms, red.flagged, white.alarms, white.flagged);
     assert_true(red.alarms_white > 0.4 * SERIES); /* the reason for the model */
-    assert_at_most(red.alarms, 3);
+    assert_at_most(red.alarms, 5);
     assert_true(red.flagged > 0.97 * SERIES);
     assert_close(red.rho, 0.5, 0, 0.03);
-    assert_at_most(white.alarms, 3);
-    assert_at_most(white.flagged, 1);
-    const noise_counts strong = noise_count(&many, 0, (fap_signal){0.85, 133, -1}, 15, 1);
+    assert_at_most(white.alarms, 5);
+    assert_at_most(white.flagged, 2);
+    const noise_counts strong = noise_count(&many, 0, (fap_signal){0.85, 133, -1}, 30, 1);
     print_message("strong signal: log10 FAP %.1f, by the noise model %.1f\n", strong.white_fap, strong.fap);
-    assert_int_equal(strong.same_peak, 15);
+    assert_int_equal(strong.same_peak, 30);
     assert_true(strong.fap < 0.93 * strong.white_fap);
 }
 
