@@ -104,7 +104,8 @@ typedef struct toliman_coadd_outcome {
 /* Registers and tests a frame, and adds it to the sum.
  *   frame  with pixels of an unsigned type; counts above 65534 are saturated. camera_ns is the middle of the exposure,
  *          exposure_s its length. Without spread. frame_id and sigma are not used
- * Errors: TOLIMAN_E_ARGUMENT for another shape or a pixel type with sign, and for members that a tracker refuses. */
+ * Errors: TOLIMAN_E_ARGUMENT for another shape or a pixel type with sign, and for members that a tracker refuses;
+ * TOLIMAN_E_UNSUPPORTED for a window in which bad pixels of the scene move. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_coadd_add(toliman_coadd *coadd, const toliman_frame *frame,
                                                                 toliman_coadd_outcome *outcome) TOLIMAN_NOEXCEPT;
 

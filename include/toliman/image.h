@@ -38,8 +38,9 @@ typedef struct toliman_image {
     int64_t frame_stride;   /* at least 1; 0 = rows * stride */
     const int64_t *windows; /* [count][2] row and column on the detector of each frame's first pixel, at most 2^31: if
                                the scene has detector.window, its bad pixels are left out at their places there
-                               (promise: bad-pixels-stay-on-the-detector); calibrations refuse frames in which they
-                               move (TOLIMAN_E_UNSUPPORTED). NULL = the scene's window */
+                               (promise: bad-pixels-stay-on-the-detector). If more than 30 move into a frame, its
+                               goodness is POOR; calibrations refuse frames in which they move
+                               (TOLIMAN_E_UNSUPPORTED). NULL = the scene's window */
 } toliman_image;
 #define TOLIMAN_IMAGE_INIT TOLIMAN_INIT(toliman_image)
 

@@ -37,7 +37,7 @@ class Instruments(unittest.TestCase):
         return series.set_instruments([self.names[k] for k in self.which]) if names else series
 
     def test_offsets_and_jitters_of_each(self):
-        found = toliman.planets(self.series(3), period_min=85, period_max=120, samples=500, star_masses=(1, 0))
+        found = toliman.planets(self.series(3), period_min=60, samples=500, star_masses=(1, 0))
         planet, = found.planets
         self.assertAlmostEqual(planet.period[1], 97.3, delta=2 * (planet.period[2] - planet.period[0]))
         self.assertAlmostEqual(planet.amplitude[1], 3, delta=2 * (planet.amplitude[2] - planet.amplitude[0]))
@@ -75,7 +75,7 @@ class Instruments(unittest.TestCase):
         which = numpy.arange(100) % 25
         y = 10 * which + numpy.random.default_rng(2).normal(size=100) + 4 * numpy.cos(2 * math.pi * self.t / 97.3)
         series = toliman.Measurements.of(self.t, y, 1.0, kind="velocity").set_instruments([f"i{k}" for k in which])
-        found = toliman.planets(series, period_min=85, period_max=120, samples=100)
+        found = toliman.planets(series, period_min=80, samples=100)
         self.assertEqual((len(found.planets), len(found.instruments)), (1, 25))
 
     def test_they_stay_through_the_series(self):
@@ -130,8 +130,7 @@ class Velocities(unittest.TestCase):
     def test_star_direction_and_true_mass(self):
         for star in range(2):
             separations, a, b = self.mission(star, 1 + star)
-            planet, = toliman.planets(separations, velocities=a, velocities_b=b, samples=500, period_min=240, period_max=400,
-                                      **ARCSEC).planets
+            planet, = toliman.planets(separations, velocities=a, velocities_b=b, samples=500, period_min=150, **ARCSEC).planets
             true = model.mass_of_separation(self.axis, self.period, MASSES[star], PARALLAX)
             mass = (planet.mass_a, planet.mass_b)[star]
             self.assertEqual(planet.star, star)
@@ -181,7 +180,7 @@ class Velocities(unittest.TestCase):
                 Turned.inclination, Turned.node = math.radians(inclination), math.radians(node)
                 separations, a, b = Turned.mission(0, 9, speed=0.1)
                 planet = toliman.planets(separations, velocities=a, velocities_b=b, samples=200, jitter=False,
-                                         period_min=240, period_max=400, **ARCSEC).candidates[0]
+                                         period_min=150, **ARCSEC).candidates[0]
                 self.assertAlmostEqual(planet.inclination_deg[1], 90 - abs(90 - inclination), delta=4)
                 mass = model.mass_of_separation(self.axis, self.period, MASSES[0], PARALLAX)
                 self.assertAlmostEqual(planet.mass_a[1] / mass, 1, delta=0.02)

@@ -77,9 +77,9 @@ class Reasons(unittest.TestCase):
 
     # promise: one-reason-forbids-a-planet
     def test_range(self):
-        y = self.y + model.separation(self.t, 80, 0, 0, 7, 6e-6)
+        y = self.y + model.separation(self.t, 40, 0, 0, 7, 6e-6)
         self.assert_refused(self.search(y, velocity=False, threshold=0.5), "JITTER", "RANGE")
-        self.assertEqual(self.search(y, period_min=75, period_max=320, max_planets=2, samples=100).info.planets, 2)
+        self.assertEqual(self.search(y, period_min=38, period_max=320, max_planets=2, samples=100).info.planets, 2)
 
     # promise: one-reason-forbids-a-planet
     def test_mass(self):

@@ -2,6 +2,7 @@
  * that the scene knows stay at their places on the detector, for network, template, fit, bank, calibration and tracker.
  * */
 #include <toliman/calibrate.h>
+#include <toliman/coadd.h>
 #include <toliman/linear.h>
 #include <toliman/track.h>
 
@@ -245,6 +246,33 @@ TEST(trackers_place_their_frames) {
         toliman_track_destroy(track);
     }
     destroy(&by);
+}
+
+TEST(sums_refuse_bad_pixels_that_move) {
+    static uint16_t pixels[PIXELS];
+    toliman_fit *fit = NULL;
+    toliman_coadd *coadd = NULL;
+    assert_ok(toliman_fit_create((const toliman_sim *[]){placed}, NULL, 1, NULL, &fit));
+    assert_ok(toliman_coadd_create(fit, NULL, NULL, &coadd));
+    const int64_t rows[] = {0, ROW, ROW + 1}, cols[] = {0, COL, COL};
+    for (int k = 0; k < 3; k++) {
+        toliman_frame frame = {.struct_size = sizeof frame,
+                               .pixel = TOLIMAN_PIXEL_U16,
+                               .session = "s",
+                               .roi = "r",
+                               .pixels = pixels,
+                               .rows = SIDE,
+                               .cols = SIDE,
+                               .window_row = rows[k],
+                               .window_col = cols[k]};
+        toliman_coadd_outcome outcome = TOLIMAN_COADD_OUTCOME_INIT;
+        if (k < 2)
+            assert_ok(toliman_coadd_add(coadd, &frame, &outcome)); /* unknown, and that of the scene */
+        else
+            assert_refused(toliman_coadd_add(coadd, &frame, &outcome), TOLIMAN_E_UNSUPPORTED, "frame->window_row");
+    }
+    toliman_coadd_destroy(coadd);
+    toliman_fit_destroy(fit);
 }
 
 /* Window [SIDE][SIDE] of a frame [WIDE][WIDE]. */
