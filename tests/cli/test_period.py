@@ -237,8 +237,9 @@ class BadSeries(ProgramTest):
         for name in ("f.npy", "none.csv"):
             self.refuse(3, f"{name}: ", arguments=("period", name))
         self.refuse(2, "--f0", arguments=("period", DATA, "--f0", 1))
-        for f0, df, nf, text in (("nan", 1, 5, "f0 = nan: "), (1, "inf", 5, "df = inf: "), (1, 1, 0, "nf = 0: "), (0, 1, 1, "")):
-            self.refuse(2, text, "--f0, --df, --nf: ", arguments=("period", DATA, "--f0", f0, "--df", df, "--nf", nf))
+        for f0, df, nf, *texts in (("nan", 1, 5, "--f0 nan: "), (1, "inf", 5, "--df inf: "),
+                                   (1, 1, 0, "nf = 0: ", "--f0, --df, --nf: "), (0, 1, 1, "--f0, --df, --nf: ")):
+            self.refuse(2, *texts, arguments=("period", DATA, "--f0", f0, "--df", df, "--nf", nf))
         self.refuse(2, "--nf", arguments=("period", DATA, "--nf", "many"))
         self.refuse(2, "--fap", arguments=("period", DATA, "--fap", "analytic"))
         self.refuse(6, "no/power.npy", arguments=("period", DATA, "--power", "no/power.npy"))

@@ -1,8 +1,8 @@
-// Method: a frame is good if all pixels have a value, it has no more rows of zeros than most, its light is from half to
-// twice the median, and no earlier frame has the same pixels and time. Of the good frames of a window, the first in
-// time is chosen, then again and again the one that is farthest from all chosen ones, in time and pointing, each over
-// its span (at least 1 px): parameters are told apart by other dates and other places of the stars.
-// T. F. Gonzalez, Theor. Comput. Sci. 38, 293 (1985): the largest distance to a chosen one is at most twice the least
+// Method: a frame is good if all pixels have a value, it has not over twice as many rows of zeros as most, its light is
+// from half to twice the median, and no earlier frame has the same pixels and time. Of the good frames of a window, the
+// first in time is chosen, then again and again the one that is farthest from all chosen ones, in time and pointing,
+// each over its span (at least 1 px): parameters are told apart by other dates and other places of the stars. T. F.
+// Gonzalez, Theor. Comput. Sci. 38, 293 (1985): the largest distance to a chosen one is at most twice the least
 // possible.
 #include "frames/frame_set.hpp"
 
@@ -26,6 +26,7 @@ namespace {
 
 constexpr double kLeastLight = 0.5, kMostLight = 2; // of the median
 constexpr double kLeastSpan = 1;                    // px
+constexpr size_t kFewRows = 2;                      // of zeros, which a frame without bias may have
 
 // A frame of a file.
 struct Candidate {
@@ -94,7 +95,7 @@ void judge(std::vector<Candidate> &frames) {
     std::set<std::tuple<double, double, double, double>> known;
     for (Candidate *frame : read) {
         const double ratio = light_of(*frame) / light;
-        if (frame->dark_rows > dark)
+        if (frame->dark_rows > 2 * dark + kFewRows)
             frame->fault = std::to_string(frame->dark_rows) + " rows of zeros: a part is missing";
         else if (!(ratio >= kLeastLight && ratio <= kMostLight))
             frame->fault = formatted("%.3g times the light of the others", ratio);
