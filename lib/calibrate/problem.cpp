@@ -21,8 +21,9 @@ bool Frames::has_sums() const noexcept {
 
 Spread Frames::mean_spread() const noexcept {
     Spread mean;
+    const double all = exposures();
     for (const fit::Prediction &one : predictions) {
-        const double weight = one.spread.frames / exposures();
+        const double weight = one.spread.frames / all;
         mean.xx += weight * one.spread.xx;
         mean.yy += weight * one.spread.yy;
         mean.xy += weight * one.spread.xy;

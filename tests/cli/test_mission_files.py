@@ -2,27 +2,12 @@
 toliman.Pair find each frame, its pixels, times, ids and place on the detector."""
 import gzip
 import json
-import os
-import pathlib
 import shutil
-import sys
 import unittest
 
 import numpy
-from program import PROGRAM, ROOT, ProgramTest
-
-os.environ.setdefault("TOLIMAN_LIBRARY", str(pathlib.Path(PROGRAM).parents[1] / "lib" / "libtoliman.so"))
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
-
-try:
-    from astropy.io import fits
-except ImportError:
-    fits = None
-try:
-    import netCDF4
-except ImportError:
-    netCDF4 = None
+from peers import fits, netCDF4, toliman
+from program import ROOT, ProgramTest
 
 DAY = 86400 * 10**9
 SCENE = ROOT / "tests" / "cases" / "files" / "mini.json"  # 12 frames of 32x32, one per day

@@ -2,29 +2,15 @@
 import csv
 import json
 import os
-import pathlib
 import shutil
 import signal
 import subprocess
-import sys
 import time
 import unittest
 
 import numpy
-from program import PATIENCE, PROGRAM, ROOT, ProgramTest
-
-os.environ.setdefault("TOLIMAN_LIBRARY", str(pathlib.Path(PROGRAM).parents[1] / "lib" / "libtoliman.so"))
-sys.path.append(str(ROOT / "build" / "python"))
-import toliman  # noqa: E402
-
-try:
-    from astropy.io import fits
-except ImportError:
-    fits = None
-try:
-    import netCDF4
-except ImportError:
-    netCDF4 = None
+from peers import fits, netCDF4, toliman
+from program import PATIENCE, PROGRAM, ProgramTest
 
 SIDE = 48
 SCENE = {

@@ -42,9 +42,10 @@ bool KnownFrames::contains(const FrameKey &key) const {
 void KnownFrames::insert(const FrameKey &key) {
     Ranges &ranges = sources_[key.source];
     const auto next = ranges.lower_bound(key.id);
-    const bool is_gap =
-        key.dropped > 0 && next != ranges.begin() && key.id - key.dropped - 1 == std::prev(next)->second;
-    insert(ranges, is_gap ? key.id - key.dropped : key.id, key.id);
+    int64_t first = key.id; // of the ids that were dropped
+    const bool is_gap = next != ranges.begin() && !__builtin_sub_overflow(key.id, key.dropped, &first) &&
+                        first == std::prev(next)->second + 1;
+    insert(ranges, is_gap ? first : key.id, key.id);
 }
 
 // Unites the range with those that overlap or touch it.
