@@ -76,7 +76,7 @@ typedef struct toliman_sim_budget_row {
     const char *name, *unit; /* "px", "nm", "K", ..., "" for a ratio */
     double bias_px;          /* not free: error of the separation per unit */
     double curvature_px;     /* free: error of the separation per unit squared; unknown for jitter, motions of the
-                                mask and PADDED_FFT */
+                                mask, the detector and PADDED_FFT */
     double earth_amount;     /* with the effect of an Earth */
     double tenth_crb_amount; /* with the effect of a tenth of crb_px */
     double deviation;        /* free: standard deviation in the fit */
@@ -84,8 +84,9 @@ typedef struct toliman_sim_budget_row {
 } toliman_sim_budget_row;
 #define TOLIMAN_SIM_BUDGET_ROW_INIT TOLIMAN_INIT(toliman_sim_budget_row)
 
-/* Writes the rows: the free parameters in the order of their names, then every other one with a derivative. Propagates
- * the frame twice per free parameter that is not linear. Errors as toliman_sim_get_budget.
+/* Writes the rows: the free parameters in the order of their names, then every other one with a derivative, and flat: its
+ * bias_px is the standard deviation due to independent errors of all pixels. Propagates the frame twice per free
+ * parameter that is not linear. Errors as toliman_sim_get_budget.
  *   correlations  [side][side], or NULL: of the separation and the free parameters; NaN for one that depends on those
  *                 before it
  *   side          toliman_sim_budget.free_count + 1; not used without correlations */

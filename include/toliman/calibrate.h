@@ -10,8 +10,9 @@
  *
  * Parameters of the instrument (sim_derivative.h), constant or, with windows, linear in time between the starts of
  * these: scale, anisotropy, shear, focus, zernike_5 ... _36, mask_rotation, mask_shift_x, _y, jitter_xx, _yy, _xy,
- * temperature_a, _b, spectrum_a_1 ... _11, spectrum_b_1 ... _11. Values are changes against the nominal scene, each
- * with a normal prior around 0. They are fitted together with the parameters of each frame (fit.h), by maximum
+ * temperature_a, _b, spectrum_a_1 ... _11, spectrum_b_1 ... _11, and those of the detector: diffusion, instead of
+ * jitter_xx and jitter_yy, transfer_smear, brighter_fatter, interpixel_capacitance, nonlinearity, where pointing moves
+ * the stars by pixels. Values are changes against the nominal scene, each with a normal prior around 0. They are fitted together with the parameters of each frame (fit.h), by maximum
  * likelihood.
  *
  * Frames do not determine
@@ -78,7 +79,8 @@ typedef struct toliman_calibration_options {
      * addition to the default. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation jitter_xx
      * jitter_yy jitter_xy temperature_a temperature_b spectrum_a_1-2 spectrum_b_1-2". SIGMA by default: aberrations 100
      * nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m, jitter 0.1 px^2, temperatures 200
-     * K, spectral modes 0.1. */
+     * K, spectral modes 0.1, diffusion 0.1 px^2, smear and capacitance 1e-2, brighter_fatter and nonlinearity 0.1 over
+     * the charge of the brightest pixel. */
     const char *free;
     /* Scene to start from, such as one saved by an interrupted calibration (its mask.edges and pupil_samples with
      * IMPROVE only); NULL: the nominal one, around which priors remain. */

@@ -60,7 +60,8 @@ typedef struct toliman_coadd_options {
  *   fit         of the scene of one short frame; not needed afterwards
  *   prediction  time and expected places of the stars, without spread; NULL: time 0, no shift
  * Model images take 400 bytes per pixel of a frame. Errors: TOLIMAN_E_ARGUMENT if range_px + 1 is beyond capture_px of
- * the fit or half a side of the frame; TOLIMAN_E_UNSUPPORTED for frames of more than 2^22 pixels; TOLIMAN_E_SCENE if
+ * the fit or half a side of the frame; TOLIMAN_E_UNSUPPORTED for frames of more than 2^22 pixels and detectors
+ * with nonlinearity_per_e or brighter_fatter_px2_per_e; TOLIMAN_E_SCENE if
  * the light of the frame does not move with the stars. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_coadd_create(const toliman_fit *fit,
                                                                    const toliman_fit_prediction *prediction,

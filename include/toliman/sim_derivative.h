@@ -25,9 +25,13 @@
  *                                temperature T = 5790 K (A), 5260 K (B)
  *   spectrum_a_1 ... _11         coefficients of stars.A.spectrum.modes; spectrum_b_... likewise
  *   wavelength          nm       all wavelengths increase
+ *   diffusion           px^2     square of detector.diffusion_px
+ *   transfer_smear, brighter_fatter (px^2/e-), interpixel_capacitance, nonlinearity (1/e-)
+ *                                keys of detector
+ *   flat                         the response of each pixel: a row of the budget, without derivative
  *
  * Derivatives are exact, except those of the rotation and the shifts of the mask, whose error is 1e-3 of their largest
- * pixel (promise: derivatives-are-exact). preprocess.project of a scene takes all but separation. */
+ * pixel (promise: derivatives-are-exact). preprocess.project of a scene takes all but separation and flat. */
 #ifndef TOLIMAN_SIM_DERIVATIVE_H
 #define TOLIMAN_SIM_DERIVATIVE_H
 

@@ -80,7 +80,7 @@ toliman_status toliman_sim_get_budget(const toliman_sim *sim, const toliman_sim_
         budget.earth_from = request.earth.from;
         budget.free_count = request.free.size();
         budget.steps = information::budget_steps(simulator).size();
-        budget.rows = request.free.size() + information::others_than(simulator, request.free).size();
+        budget.rows = request.free.size() + information::others_than(simulator, request.free).size() + 1; // flat
         deliver(budget, out, "out");
     });
 }

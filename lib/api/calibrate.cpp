@@ -138,8 +138,10 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
                 calibrate::adopt_cells(Use(given.start, "options->start")->simulator.scene(), problem.nominal);
         const optics::Outline outline = optics::outline_of(problem.nominal, problem.settings);
         problem.peak_photons = simulator.images().peak_photons();
+        problem.peak_e = problem.peak_photons * problem.nominal.detector.qe /
+                         static_cast<double>(problem.nominal.detector.coadds);
         const std::string free = given.free != nullptr ? given.free : "";
-        problem.free = calibrate::free_of(free, problem.nominal, outline.plan, &problem.left_out);
+        problem.free = calibrate::free_of(free, problem.nominal, outline.plan, problem.peak_e, &problem.left_out);
         problem.capture_px = given.capture_px;
         problem.smoothness = given.smoothness;
         const PixelFrames frames =

@@ -233,9 +233,12 @@ void make_frames(size_t pixels, size_t count, uint32_t threads, double *images, 
 void electrons_of(const optics::Simulator &simulator, const double *expected, size_t frame, double *electrons) {
     constexpr double kRoundingE = 1e-6;
     const size_t pixels = simulator.pixels(), cols = simulator.scene().detector.cols;
+    const optics::DetectorStages &detector = simulator.detector();
+    std::copy_n(expected + frame * pixels, pixels, electrons);
+    detector.undo_counts(electrons);
     for (size_t i = 0; i < pixels; i++) {
         const double counts = expected[frame * pixels + i];
-        electrons[i] = simulator.detector().electrons_of(counts);
+        electrons[i] = (electrons[i] - detector.bias()) * detector.e_per_count();
         if (!std::isfinite(counts) || electrons[i] < -kRoundingE)
             fail(Status::argument, "{expected}[%zu][%zu][%zu] = %g: must be finite, and at least the bias, %g", frame,
                  i / cols, i % cols, counts, simulator.detector().bias());
@@ -371,7 +374,7 @@ toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, doubl
         fill_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             const Buffer<double> &source = image_of(simulator, kind);
             std::copy(source.begin(), source.end(), whole);
-            simulator.detector().to_counts(quantity_of(kind), whole);
+            simulator.detector().to_counts(quantity_of(kind), simulator.images().both(), whole);
         });
     });
 }
@@ -418,7 +421,7 @@ toliman_status toliman_sim_propagate(const toliman_sim *sim, double displacement
         check_displacement(displacement_px, toliman::kFarthestDisplacement);
         fill_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             simulator.propagate(displacement_px, whole);
-            simulator.detector().to_counts(optics::Quantity::frame, whole);
+            simulator.detector().to_counts(whole);
         });
     });
 }
@@ -429,7 +432,7 @@ toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px
         check_displacement(displacement_px, toliman::kLargestDisplacement);
         fill_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             simulator.expect(displacement_px, whole);
-            simulator.detector().to_counts(optics::Quantity::frame, whole);
+            simulator.detector().to_counts(whole);
         });
     });
 }

@@ -58,7 +58,8 @@ toliman_status toliman_sim_get_derivative(const toliman_sim *sim, const char *na
         const Parameter parameter = parameter_named(name);
         check_parameter(simulator.scene(), simulator.plan(), parameter);
         const Buffer<double> whole =
-            simulator.detector().in_counts(image_of(simulator.images(), parameter), optics::Quantity::derivative);
+            simulator.detector().in_counts(optics::Quantity::derivative, simulator.images().both(),
+                                           image_of(simulator.images(), parameter));
         api::copy_rows(whole.data(), detector.rows, detector.cols, image, stride);
     });
 }
@@ -70,8 +71,8 @@ toliman_status toliman_sim_get_opd_gradient(const toliman_sim *sim, const double
         const toliman::Detector &detector = simulator.scene().detector;
         api::required_image(weights, stride, detector.cols, "weights");
         api::required(gradient, "gradient");
-        const Buffer<double> per_electron =
-            simulator.detector().in_counts(weights_of(detector, weights, stride), optics::Quantity::derivative);
+        Buffer<double> per_electron = weights_of(detector, weights, stride);
+        simulator.detector().weights_to_charge(simulator.images().both(), per_electron.data());
         const Buffer<double> whole = simulator.images().opd_gradient(per_electron);
         std::copy(whole.begin(), whole.end(), gradient);
     });

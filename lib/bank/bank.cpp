@@ -298,7 +298,8 @@ Estimate Bank::estimate(const fit::Fit &fit, ImageView<const double> counts, con
     Estimate estimate;
     fit.frame(counts, prediction, fit_work, work.fitted);
     if ((work.fitted.flags & fit::not_converged) == 0) {
-        measure(fit, &counts, prediction, fit_work, work, estimate);
+        const ImageView<const double> ideal = fit.undo(counts, fit_work);
+        measure(fit, &ideal, prediction, fit_work, work, estimate);
         return estimate;
     }
     estimate.flags = not_fitted;

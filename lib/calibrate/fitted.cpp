@@ -107,6 +107,21 @@ void set(Parameter parameter, const Scene &scene, Value &tree) {
     case Kind::jitter_yy:
     case Kind::jitter_xy:
         return set_jitter(scene, tree.member("systematics"));
+    case Kind::diffusion:
+        detector.member("diffusion_px") = Value::of(std::sqrt(std::max(0.0, scene.detector.diffusion_px2)));
+        return;
+    case Kind::transfer_smear:
+        detector.member("transfer_smear") = Value::of(scene.detector.transfer_smear);
+        return;
+    case Kind::brighter_fatter:
+        detector.member("brighter_fatter_px2_per_e") = Value::of(scene.detector.brighter_fatter_px2_per_e);
+        return;
+    case Kind::interpixel_capacitance:
+        detector.member("interpixel_capacitance") = Value::of(scene.detector.interpixel_capacitance);
+        return;
+    case Kind::nonlinearity:
+        detector.member("nonlinearity_per_e") = Value::of(scene.detector.nonlinearity_per_e);
+        return;
     case Kind::temperature_a:
     case Kind::spectrum_a:
         return set_spectrum(scene, 0, tree.member("stars"));

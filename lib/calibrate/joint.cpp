@@ -59,7 +59,8 @@ Block Joint::block(size_t frame, const Planes &planes, double blend) const {
     }
     columns.push_back(nullptr); // residual
     Planes::Places places;
-    planes.place(values, places);
+    planes.place(values, places, scratch.data());
+    fit->model().undo(counts.data());
     fit::Work work = fit->model().work();
     const ImageView<const double> view = {counts.data(), rows, cols, cols};
     fit->model().visit(&view, values, blend, work, [&](const fit::Model::Row &row) {
@@ -123,6 +124,7 @@ void Joint::whiten(const std::vector<size_t> &frames, const std::function<void(c
             Buffer<double> counts(pixels);
             problem_.frames.read(frame, counts.data());
             const std::shared_ptr<const fit::Fit> fit = fit_of(frames[first + i]);
+            fit->model().undo(counts.data());
             fit::Work work = fit->model().work();
             const ImageView<const double> view = {counts.data(), rows, cols, cols};
             fit->model().visit(&view, point_.own[frame].data(), 0, work, [&](const fit::Model::Row &row) {

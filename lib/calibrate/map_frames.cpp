@@ -25,7 +25,7 @@ class MapFrames::Rows {
         : owner_(owner), atlas_(owner.planes_.atlas()), values_(owner.point_.own[frame].data()), cols_(atlas_.cols()),
           size_(kOwn + owner.planes_.parameters()), lines_(size_ * cols_, 1.0), work_(7 * cols_),
           scratch_(owner.planes_.scratch_size()), sums_((size_ + 1) * (size_ + 1) * kernels::kNormalLanes) {
-        owner.planes_.place(values_, derivative_places_);
+        owner.planes_.place(values_, derivative_places_, scratch_.data());
         for (size_t star = 0; star < 2; star++)
             places_[star] = atlas_.place(star, values_[2 * star], values_[2 * star + 1], 2);
         for (size_t i = 0; i < size_; i++)
@@ -107,7 +107,8 @@ class MapFrames::Rows {
     const double *values_;
     size_t cols_, size_;
     Buffer<double> lines_, work_, scratch_, sums_; // lines_: the background's derivative remains 1
-    Planes::Places places_, derivative_places_;
+    optics::Atlas::Place places_[2];
+    Planes::Places derivative_places_;
     std::vector<double *> line_of_;
     std::vector<const double *> columns_;
 };
@@ -204,6 +205,7 @@ void MapFrames::add_residuals(const Joint &joint, Residuals &sum) const {
             in_frame(frame, [&] {
                 problem_.frames.read(frame, counts.data());
                 const std::shared_ptr<const fit::Fit> fit = joint.fit_of(frame);
+                fit->model().undo(counts.data());
                 fit::Work work = fit->model().work();
                 Rows of(*this, frame);
                 const ImageView<const double> view = {counts.data(), rows, cols, cols};

@@ -25,7 +25,10 @@ constexpr double kAccuracy = 1e-4; // of the planes
 constexpr size_t kModesAtOnce = 8; // of one propagation, which holds their fields and images
 
 size_t place_of(Kind kind) noexcept {
-    return kind == Kind::jitter_xx ? 3 : kind == Kind::jitter_xy ? 4 : kind == Kind::jitter_yy ? 5 : 0;
+    return kind == Kind::jitter_xx || kind == Kind::diffusion ? 3
+           : kind == Kind::jitter_xy                          ? 4
+           : kind == Kind::jitter_yy                          ? 5
+                                                              : 0;
 }
 
 bool is_of_pupil(Kind kind) noexcept {
@@ -62,8 +65,17 @@ Planes::Planes(const optics::Outline &outline, const std::vector<Parameter> &par
     : memo_(memo), key_(key), plan_(plan_of(outline)), reach_(reach_of(outline, capture_px)) {
     for (const Parameter parameter : parameters) {
         const size_t place = place_of(parameter.kind);
-        entries_.push_back({parameter, {0, 0}, place, parameter.kind == Kind::jitter_xy ? 1 : 0.5});
+        entries_.push_back({parameter,
+                            {0, 0},
+                            {place, parameter.kind == Kind::diffusion ? size_t{5} : 0},
+                            parameter.kind == Kind::jitter_xy ? 1 : 0.5});
         orders_ = place != 0 ? 3 : orders_;
+        if (optics::Readout::has(parameter.kind) && detector_ == nullptr)
+            detector_ = std::make_unique<optics::DetectorStages>(outline.scene);
+    }
+    if (detector_ != nullptr) {
+        response_.assign(outline.plan.pixels.rows * outline.plan.pixels.cols, 1.0);
+        detector_->apply_response(response_.data());
     }
     std::vector<optics::Planes> both; // drawn with those of A
     atlas_ = std::make_unique<optics::Atlas>(
@@ -101,7 +113,7 @@ std::vector<optics::Planes> Planes::draw(const optics::Outline &outline, const o
             modes.push_back(i);
         else if (optics::star_of_spectrum(kind) < 2)
             of_spectrum.push_back(i);
-        else if (entries_[i].place == 0)
+        else if (entries_[i].place[0] == 0 && !optics::Readout::has(kind))
             of_geometry.push_back(i);
     }
     optics::ImageRequest request;
@@ -149,36 +161,71 @@ bool Planes::covers(const double *values) const noexcept {
     return atlas_->covers(0, values[0], values[1]) && atlas_->covers(1, values[2], values[3]);
 }
 
-void Planes::place(const double *values, Places &places) const noexcept {
+// The expected charges of one frame.
+Buffer<double> Planes::charge(const double *values, const Places &places, double *scratch) const {
+    const size_t cols = atlas_->cols(), rows = response_.size() / cols;
+    Buffer<double> charge(rows * cols, values[6]);
+    double *line = scratch, *const work = scratch + kPlaceLines * cols;
     for (size_t star = 0; star < 2; star++)
-        places[star] = atlas_->place(star, values[2 * star], values[2 * star + 1], orders_);
+        for (size_t r = 0; r < rows; r++) {
+            atlas_->row(star, 0, places.star[star], r, 1, &line, work);
+            for (size_t x = 0; x < cols; x++)
+                charge[r * cols + x] += (1 + values[4 + star]) * line[x];
+        }
+    detector_->collect(charge);
+    for (double &value : charge)
+        value += detector_->dark_e();
+    return charge;
+}
+
+void Planes::place(const double *values, Places &places, double *scratch) const {
+    for (size_t star = 0; star < 2; star++)
+        places.star[star] = atlas_->place(star, values[2 * star], values[2 * star + 1], orders_);
+    places.readout.clear();
+    if (detector_ == nullptr)
+        return;
+    const Buffer<double> at = charge(values, places, scratch);
+    for (const Entry &entry : entries_)
+        if (optics::Readout::has(entry.parameter.kind)) {
+            places.readout.push_back(detector_->readout().derivative(entry.parameter.kind, at, detector_->dark_e()));
+            for (size_t i = 0; i < response_.size(); i++) // charges to photons
+                places.readout.back()[i] /= response_[i];
+        }
 }
 
 void Planes::row(const double *values, const Places &places, size_t r, double *const *lines,
                  double *scratch) const noexcept {
     const size_t cols = atlas_->cols();
     double *const of_place = scratch, *const work = scratch + kPlaceLines * cols;
+    size_t of_readout = 0;
     for (size_t i = 0; i < entries_.size(); i++)
-        std::fill_n(lines[i], cols, 0.0);
+        if (optics::Readout::has(entries_[i].parameter.kind))
+            std::copy_n(&places.readout[of_readout++][r * cols], cols, lines[i]);
+        else
+            std::fill_n(lines[i], cols, 0.0);
     for (size_t star = 0; star < 2; star++) {
         const double flux = 1 + values[4 + star];
         double *out[kPlaceLines];
         for (size_t i = 0; i < kPlaceLines; i++)
             out[i] = of_place + i * cols;
         if (orders_ > 1)
-            atlas_->row(star, 0, places[star], r, orders_, out, work);
-        for (size_t i = 0; i < entries_.size(); i++) {
-            const Entry &entry = entries_[i];
-            const double factor = flux * (entry.place != 0 ? entry.factor : 1);
-            if (entry.place == 0 && entry.plane[star] == 0)
-                continue;
-            const double *from = of_place + entry.place * cols;
-            if (entry.place == 0) {
-                double *first = of_place;
-                atlas_->row(star, entry.plane[star], places[star], r, 1, &first, work);
-            }
+            atlas_->row(star, 0, places.star[star], r, orders_, out, work);
+        const auto add = [&](size_t i, double factor, const double *from) {
             for (size_t x = 0; x < cols; x++)
                 lines[i][x] += factor * from[x];
+        };
+        for (size_t i = 0; i < entries_.size(); i++) {
+            const Entry &entry = entries_[i];
+            for (const size_t place : entry.place)
+                if (place != 0)
+                    add(i, flux * entry.factor, of_place + place * cols);
+        }
+        for (size_t i = 0; i < entries_.size(); i++) {
+            if (entries_[i].plane[star] == 0)
+                continue;
+            double *first = of_place;
+            atlas_->row(star, entries_[i].plane[star], places.star[star], r, 1, &first, work);
+            add(i, flux, first);
         }
     }
 }

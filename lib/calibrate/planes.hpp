@@ -5,6 +5,7 @@
 
 #include "fit/spread.hpp"
 #include "optics/atlas.hpp"
+#include "optics/detector.hpp"
 #include "optics/simulator.hpp"
 
 namespace toliman::calibrate {
@@ -30,10 +31,13 @@ class Planes {
 
     size_t scratch_size() const noexcept { return atlas_->scratch_size() + kPlaceLines * atlas_->cols(); }
 
-    using Places = optics::Atlas::Place[2];
+    struct Places {
+        optics::Atlas::Place star[2];
+        std::vector<Buffer<double>> readout; // derivatives [rows][cols] by the parameters of the detector's readout
+    };
     // Whether the stars may be at these values of the model (fit/model.hpp), and where their pixels are.
     bool covers(const double *values) const noexcept;
-    void place(const double *values, Places &places) const noexcept;
+    void place(const double *values, Places &places, double *scratch) const;
     // Row r of the derivatives of the photons of both stars: lines [parameters()][cols].
     void row(const double *values, const Places &places, size_t r, double *const *lines,
              double *scratch) const noexcept;
@@ -41,15 +45,16 @@ class Planes {
   private:
     static constexpr size_t kPlaceLines = 6; // of Atlas::row() with all orders
 
-    // A plane of each star, 0 = none; or a second derivative by its place.
+    // A plane of each star, 0 = none; or second derivatives by its place.
     struct Entry {
         Parameter parameter;
         size_t plane[2];
-        size_t place;  // 3 to 5: xx, xy, yy of Atlas::row(); 0 = none
-        double factor; // of that
+        size_t place[2]; // 3 to 5: xx, xy, yy of Atlas::row(); 0 = none
+        double factor;   // of these
     };
     std::vector<optics::Planes> draw(const optics::Outline &outline, const optics::Plan &plan,
                                      const optics::Imager &imager, const optics::Light &light);
+    Buffer<double> charge(const double *values, const Places &places, double *scratch) const;
     void take(size_t entry, size_t star, Buffer<double> &image, optics::Planes &planes);
 
     Memo *const memo_;
@@ -58,6 +63,8 @@ class Planes {
     optics::Plan plan_;
     std::array<double, 2> reach_;
     size_t orders_ = 1; // of the atlas' rows of the image
+    std::unique_ptr<const optics::DetectorStages> detector_; // if parameters of its readout are among the entries
+    Buffer<double> response_;                                // of this detector, electrons per photon
     std::unique_ptr<optics::Atlas> atlas_;
 };
 

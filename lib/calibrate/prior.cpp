@@ -77,8 +77,8 @@ bool is_always_free(Kind kind) noexcept {
            kind == Kind::flux_b || kind == Kind::background;
 }
 
-void add(const std::string &text, const Item &item, const Scene &scene, const optics::Plan &plan, bool named,
-         std::vector<Free> &all, std::vector<LeftOut> *left_out) {
+void add(const std::string &text, const Item &item, const Scene &scene, const optics::Plan &plan, double peak_e,
+         bool named, std::vector<Free> &all, std::vector<LeftOut> *left_out) {
     for (const Parameter parameter : range_of(text, item)) {
         if (const char *const why = why_not_adjustable(parameter))
             fail(is_always_free(parameter.kind) ? Status::argument : Status::unsupported, "{options->free}: \"%s\": %s",
@@ -94,8 +94,18 @@ void add(const std::string &text, const Item &item, const Scene &scene, const op
         }
         if (std::any_of(all.begin(), all.end(), [=](const Free &one) { return one.parameter == parameter; }))
             refuse(name_of(parameter), "must be named once");
-        all.push_back({parameter, item.sigma != 0 ? item.sigma : default_sigma(parameter)});
+        all.push_back({parameter, item.sigma != 0 ? item.sigma : default_sigma(parameter, peak_e)});
     }
+}
+
+// Diffusion adds to the variance of the jitter in x and in y.
+void check_blur(const std::vector<Free> &all) {
+    const auto has = [&all](Kind kind) {
+        return std::any_of(all.begin(), all.end(), [=](const Free &one) { return one.parameter.kind == kind; });
+    };
+    if (has(Kind::diffusion) && (has(Kind::jitter_xx) || has(Kind::jitter_yy)))
+        fail(Status::argument, "{options->free}: \"diffusion\": blurs as jitter_xx and jitter_yy do together: name it "
+                               "instead of both");
 }
 
 } // namespace
@@ -103,7 +113,7 @@ void add(const std::string &text, const Item &item, const Scene &scene, const op
 const char *const kDefaultParameters = "focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy jitter_xy "
                                        "temperature_a temperature_b spectrum_a_1-2 spectrum_b_1-2";
 
-double default_sigma(Parameter parameter) noexcept {
+double default_sigma(Parameter parameter, double peak_e) noexcept {
     switch (parameter.kind) {
     case Kind::focus:
     case Kind::zernike:
@@ -123,12 +133,17 @@ double default_sigma(Parameter parameter) noexcept {
     case Kind::spectrum_a:
     case Kind::spectrum_b:
         return 0.1;
+    case Kind::diffusion:
+        return 0.1; // px^2
+    case Kind::brighter_fatter:
+    case Kind::nonlinearity:
+        return 0.1 / peak_e; // px^2, and share, of the brightest pixel
     default:
-        return 1e-2; // scale, anisotropy, shear
+        return 1e-2; // scale, anisotropy, shear, transfer_smear, interpixel_capacitance
     }
 }
 
-std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan,
+std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan, double peak_e,
                           std::vector<LeftOut> *left_out) {
     const std::vector<std::string> items = words_of(text);
     const auto is_added = [](const std::string &item) { return item[0] == '+'; };
@@ -137,9 +152,9 @@ std::vector<Free> free_of(const std::string &text, const Scene &scene, const opt
         refuse(text, "all names or none begin with +, which adds to the default parameters");
     std::vector<Free> all, added;
     for (const std::string &item : adds ? words_of(kDefaultParameters) : items)
-        add(item, parse(item), scene, plan, !adds, all, left_out);
+        add(item, parse(item), scene, plan, peak_e, !adds, all, left_out);
     for (size_t i = 0; adds && i < items.size(); i++)
-        add(items[i], parse(items[i].substr(1)), scene, plan, true, added, left_out);
+        add(items[i], parse(items[i].substr(1)), scene, plan, peak_e, true, added, left_out);
     for (const Free &one : added) { // one of the default parameters gets another prior
         const auto same =
             std::find_if(all.begin(), all.end(), [&](const Free &other) { return other.parameter == one.parameter; });
@@ -148,6 +163,7 @@ std::vector<Free> free_of(const std::string &text, const Scene &scene, const opt
         else
             all.push_back(one);
     }
+    check_blur(all);
     return all;
 }
 

@@ -7,7 +7,7 @@
 namespace toliman::calibrate {
 
 // Standard deviation of the default prior.
-double default_sigma(Parameter parameter) noexcept;
+double default_sigma(Parameter parameter, double peak_e) noexcept; // peak_e: charge of the brightest pixel
 
 // The parameters that are fitted by default.
 extern const char *const kDefaultParameters;
@@ -16,7 +16,7 @@ extern const char *const kDefaultParameters;
 // toliman_calibration_options.free. Empty, or each with + before it: the default ones that the scene has, and
 // these. Status::argument or unsupported.
 // left_out: gets the default ones that the scene does not have.
-std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan,
+std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan, double peak_e,
                           std::vector<LeftOut> *left_out = nullptr);
 
 } // namespace toliman::calibrate

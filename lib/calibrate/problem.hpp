@@ -58,6 +58,7 @@ struct Problem {
     std::vector<Free> free;
     std::vector<LeftOut> left_out;
     double peak_photons = 0; // of the brightest pixel of the nominal scene's frames
+    double peak_e = 0;       // its charge in one exposure
     Frames frames;
     std::vector<Window> windows;
     double smoothness = 0.01; // standard deviation of the change from start to start, in those of the priors

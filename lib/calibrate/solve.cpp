@@ -169,8 +169,8 @@ bool solve(const Reduced &sum, const Buffer<double> &matrix, const std::vector<b
     return true;
 }
 
-// Fixes the jitter of each window where the step would make it impossible: its change becomes that to the nearest
-// possible covariance. Whether any was fixed.
+// Fixes jitter and diffusion of each window where the step would make their sum impossible: its change becomes that to
+// the nearest possible covariance. Whether any was fixed.
 bool hold_jitter(const Problem &problem, const Point &point, std::vector<double> &change, std::vector<bool> &fixed) {
     const size_t n = problem.free.size();
     bool any = false;
@@ -178,7 +178,10 @@ bool hold_jitter(const Problem &problem, const Point &point, std::vector<double>
         std::vector<double> values = point.instrument[window];
         for (size_t i = 0; i < n; i++)
             values[i] += change[window * n + i];
-        const Jitter wanted = scene_at(problem, values).systematics.jitter;
+        const Scene scene = scene_at(problem, values);
+        Jitter wanted = scene.systematics.jitter;
+        wanted.xx += scene.detector.diffusion_px2;
+        wanted.yy += scene.detector.diffusion_px2;
         Jitter possible = wanted;
         if (!make_possible(possible))
             continue;
@@ -187,8 +190,9 @@ bool hold_jitter(const Problem &problem, const Point &point, std::vector<double>
             const double by = kind == Kind::jitter_xx   ? possible.xx - wanted.xx
                               : kind == Kind::jitter_yy ? possible.yy - wanted.yy
                               : kind == Kind::jitter_xy ? possible.xy - wanted.xy
-                                                        : 0;
-            if (kind != Kind::jitter_xx && kind != Kind::jitter_yy && kind != Kind::jitter_xy)
+                                                        : 0.5 * (possible.xx - wanted.xx + possible.yy - wanted.yy);
+            if (kind != Kind::jitter_xx && kind != Kind::jitter_yy && kind != Kind::jitter_xy &&
+                kind != Kind::diffusion)
                 continue;
             change[window * n + i] += by;
             fixed[window * n + i] = any = true;

@@ -70,6 +70,12 @@ std::vector<Parameter> all_of(const Scene &scene, const std::vector<Parameter> &
                      : "must be named once");
         if (parameter.kind == Kind::roll || parameter.kind == Kind::anisotropy || parameter.kind == Kind::shear)
             fail(Status::unsupported, "{options->free}: \"%s\": moves the stars, whose places are free", name.c_str());
+        if (parameter.kind == Kind::diffusion)
+            fail(Status::unsupported, "{options->free}: \"%s\": blurs as jitter_xx and jitter_yy do together",
+                 name.c_str());
+        if (optics::Readout::has(parameter.kind))
+            fail(Status::unsupported, "{options->free}: \"%s\": is the same in all frames: a calibration finds it",
+                 name.c_str());
         if (all.size() == kMostParameters)
             fail(Status::argument, "{options->free}: at most %zu names", kMostParameters - always);
         all.push_back(parameter);
@@ -125,7 +131,7 @@ std::shared_ptr<const Fit> of_sum(std::shared_ptr<const Fit> frame, const Spread
 }
 
 FitWork Fit::work() const {
-    return {model_.work(), Search(rows(), cols(), capture_px_), Buffer<double>(rows() * cols()), {}, {}};
+    return {model_.work(), Search(rows(), cols(), capture_px_), Buffer<double>(rows() * cols()), {}, {}, {}};
 }
 
 uint64_t Fit::digest_of_all() const {
@@ -319,7 +325,22 @@ bool Fit::search(ImageView<const double> counts, const Start &start, double *val
     return model_.covers(values);
 }
 
+ImageView<const double> Fit::undo(ImageView<const double> counts, FitWork &work) const {
+    if (!model_.has_readout())
+        return counts;
+    work.ideal.resize(rows() * cols());
+    for (size_t r = 0; r < rows(); r++)
+        std::copy_n(counts.row(r), cols(), &work.ideal[r * cols()]);
+    model_.undo(work.ideal.data());
+    return {work.ideal.data(), rows(), cols(), cols()};
+}
+
 void Fit::frame(ImageView<const double> counts, const Prediction &prediction, FitWork &work, Result &result) const {
+    frame_of_ideal(undo(counts, work), prediction, work, result);
+}
+
+void Fit::frame_of_ideal(ImageView<const double> counts, const Prediction &prediction, FitWork &work,
+                         Result &result) const {
     const Start start = start_of(prediction);
     result = {};
     work.known_bad.clear();
@@ -349,7 +370,13 @@ void Fit::frame(ImageView<const double> counts, const Prediction &prediction, Fi
 }
 
 void Fit::expect(const Prediction &prediction, ImageView<double> counts, FitWork &work) const {
-    model_.expect(start_of(prediction).values, counts, work.model);
+    if (!model_.has_readout())
+        return model_.expect(start_of(prediction).values, counts, work.model);
+    work.ideal.resize(rows() * cols());
+    model_.expect(start_of(prediction).values, {work.ideal.data(), rows(), cols(), cols()}, work.model);
+    model_.read(work.ideal.data());
+    for (size_t r = 0; r < rows(); r++)
+        std::copy_n(&work.ideal[r * cols()], cols(), counts.row(r));
 }
 
 void Fit::predict(const Prediction &prediction, FitWork &work, Result &result) const {

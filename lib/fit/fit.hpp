@@ -45,6 +45,7 @@ struct FitWork {
     Work model;
     Search search;
     Buffer<double> expected;  // counts [rows][cols]; also the excess of each pixel
+    Buffer<double> ideal;     // counts [rows][cols] of an ideal detector, if that of the scene is not
     Buffer<double> repaired;  // counts [rows][cols] without spikes; allocated for the first frame that has some
     BadPixels known_bad = {}; // of the scene, at their places in this frame
 };
@@ -67,6 +68,8 @@ class Fit {
     FitWork work() const;
     // Fits counts of rows() x cols(). The result depends on the arguments only.
     void frame(ImageView<const double> counts, const Prediction &prediction, FitWork &work, Result &result) const;
+    // The counts that an ideal detector would give; all functions but frame() take these. In work.ideal, or the same.
+    ImageView<const double> undo(ImageView<const double> counts, FitWork &work) const;
     // Whether the model images cover the predicted places.
     bool covers(const Prediction &prediction) const { return model_.covers(places_of(prediction).values); }
     // The expected counts, and the result of their fit: values and covariance.
@@ -102,6 +105,8 @@ class Fit {
 
   private:
     Start places_of(const Prediction &prediction) const;
+    void frame_of_ideal(ImageView<const double> counts, const Prediction &prediction, FitWork &work,
+                        Result &result) const;
     bool step(ImageView<const double> counts, double blend, double *values, FitWork &work, double &moved) const;
     bool converge(ImageView<const double> counts, double blend, double *values, FitWork &work, Result &result) const;
     bool leave_out_bad_pixels(ImageView<const double> counts, double *values, FitWork &work, Result &result) const;

@@ -80,22 +80,37 @@ optics::Offsets reach_of(const Scene &scene, const optics::Light &light, double 
     return {reach, reach};
 }
 
+// Pixels whose neighbours' charge is not known: of bad pixels, and of the border of the frame.
+void leave_out_neighbours(const std::vector<size_t> &bad, size_t rows, size_t cols, Buffer<double> &usable) {
+    for (const size_t pixel : bad) {
+        const size_t r = pixel / cols, c = pixel % cols;
+        for (size_t y = r - std::min<size_t>(r, 1); y <= std::min(r + 1, rows - 1); y++)
+            for (size_t x = c - std::min<size_t>(c, 1); x <= std::min(c + 1, cols - 1); x++)
+                usable[y * cols + x] = 0;
+    }
+    for (size_t i = 0; i < usable.size(); i++)
+        if (i / cols == 0 || i / cols == rows - 1 || i % cols == 0 || i % cols == cols - 1)
+            usable[i] = 0;
+}
+
 } // namespace
 
 Model::Model(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px,
              unsigned workers, const Progress &progress, Effects effects)
     : rows_(simulator.scene().detector.rows), cols_(simulator.scene().detector.cols), pitch_((cols_ + 7) / 8 * 8),
-      response_(rows_ * cols_, 1.0) {
+      response_(rows_ * cols_, 1.0), readout_(simulator.detector().readout()) {
     const Scene &scene = simulator.scene();
     if (simulator.plan().atlas.oversampling == 0)
         fail(Status::unsupported, "%s: {accuracy} = %g: must be at least %g for a fit", scene.source.c_str(),
              scene.accuracy, optics::kRounding);
     const optics::DetectorStages &detector = simulator.detector();
     const Buffer<double> &both = simulator.images().both();
-    detector.apply_response(response_);
+    detector.apply_response(response_.data());
     usable_ = response_;
     for (const size_t pixel : scene.detector.bad_pixels)
         usable_[pixel] = 0;
+    if (readout_.mixes())
+        leave_out_neighbours(scene.detector.bad_pixels, rows_, cols_, usable_);
     tail_ = kBadPixelTail / *std::min_element(response_.begin(), response_.end());
     how_ = {detector.e_per_count(),
             detector.bias(),
@@ -130,6 +145,9 @@ Model::Model(const Model &first, const Model &next, double share) : Model(first)
 }
 
 Model::Model(const Model &frame, const Spread &spread) : Model(frame) {
+    if (spread.moves() && !readout_.is_linear())
+        fail(Status::unsupported, "{spread}: with detector.nonlinearity_per_e or brighter_fatter_px2_per_e, the sum of "
+                                  "frames whose stars move does not tell their charges");
     const SpreadTransfer transfer(spread);
     for (std::shared_ptr<const optics::Atlas> *const atlas : {&atlas_, &next_})
         if (*atlas != nullptr)
@@ -137,6 +155,7 @@ Model::Model(const Model &frame, const Spread &spread) : Model(frame) {
                                                                     : (*atlas)->scaled(spread.frames));
     for (double *const number : {&how_.bias, &how_.dark, &how_.added_variance, &how_.floor, &how_.limit})
         *number *= spread.frames;
+    readout_ = readout_.of_frames(spread.frames);
 }
 
 // The planes of a parameter are not rounding alone: Zernike polynomials of even order do not change, in first order,
@@ -229,6 +248,7 @@ Work Model::work() const {
     work.sums.resize((n + 1) * (n + 1) * kernels::kNormalLanes);
     work.matrix.resize(n * n);
     std::fill_n(work.lines.data() + shared(ones) * pitch_, pitch_, 1.0);
+    work.smear.resize(readout_.smears() ? cols_ : 0);
     std::vector<size_t> columns = {1, 2, line_of(1, 0) + 1, line_of(1, 0) + 2, image(0), image(1), shared(ones)};
     for (size_t k = 0; k < extras_.size(); k++)
         columns.push_back(shared(first_extra + k));
@@ -309,6 +329,8 @@ void Model::compute_row(const double *values, const Places &places, size_t order
     mix.add(image(1), 1 + values[flux_b]);
     mix.add(shared(ones), values[background]);
     mix.sum(lines, pitch_, cols_, line(shared(light)));
+    for (size_t c = 0; c < work.smear.size(); c++)
+        line(shared(light))[c] += work.smear[c] / response_[r * cols_ + c];
     if (orders < orders_)
         return;
     for (size_t k = 0; k < extras_.size(); k++) {
@@ -363,9 +385,43 @@ void Model::weigh(size_t r, const double *light, double *weight, double *scratch
                                     &saturated);
 }
 
-void Model::begin(const double *values, Work &work) const noexcept {
+// The shift of the frame is known from the frame itself, so that it is part of no derivative. With light u_i, the counts
+// of n usable pixels of a column sum to the light of these plus n s sum(u); that of the others is the expected one.
+// Without counts, all is.
+void Model::set_smear(const ImageView<const double> *counts, const double *values, Work &work) const {
+    std::fill(work.smear.begin(), work.smear.end(), 0.0);
+    std::vector<double> light_sum(cols_), used(cols_);
+    const double *const photons = work.lines.data() + shared(light) * pitch_;
+    for (size_t r = 0; r < rows_; r++) {
+        const double *const response = &response_[r * cols_], *const usable = &usable_[r * cols_];
+        if (counts == nullptr || std::any_of(usable, usable + cols_, [](double value) { return value == 0; }))
+            compute_row(values, work.places, orders_, r, work);
+        for (size_t c = 0; c < cols_; c++) {
+            const bool counted = counts != nullptr && usable[c] > 0;
+            light_sum[c] += counted ? (counts->row(r)[c] - how_.bias) * how_.e_per_count - how_.dark
+                                    : photons[c] * response[c];
+            used[c] += counted ? 1 : 0;
+        }
+    }
+    for (size_t c = 0; c < cols_; c++)
+        work.smear[c] = readout_.smear() * light_sum[c] / (1 + used[c] * readout_.smear());
+}
+
+void Model::begin(const ImageView<const double> *counts, const double *values, Work &work) const {
     prepare(values, orders_, work.places);
+    if (readout_.smears())
+        set_smear(counts, values, work);
     work.used = work.saturated = 0;
+}
+
+void Model::read(double *counts) const {
+    if (!has_readout())
+        return;
+    for (size_t i = 0; i < rows_ * cols_; i++)
+        counts[i] = (counts[i] - how_.bias) * how_.e_per_count;
+    readout_.read(counts);
+    for (size_t i = 0; i < rows_ * cols_; i++)
+        counts[i] = counts[i] / how_.e_per_count + how_.bias;
 }
 
 Model::Row Model::row(const ImageView<const double> *counts, const double *values, double blend, size_t r,
@@ -421,7 +477,7 @@ void Model::refuse(const double *counts, size_t r) const {
 }
 
 void Model::expect(const double *values, ImageView<double> counts, Work &work) const {
-    prepare(values, orders_, work.places);
+    begin(nullptr, values, work);
     for (size_t r = 0; r < rows_; r++) {
         compute_row(values, work.places, orders_, r, work);
         counts_of_row(r, work.lines.data() + shared(light) * pitch_, counts.row(r));
@@ -430,7 +486,7 @@ void Model::expect(const double *values, ImageView<double> counts, Work &work) c
 
 void Model::whiten_derivative(const double *values, const double *coefficients, double *image, Work &work) const {
     const double *const lines = work.lines.data();
-    prepare(values, orders_, work.places);
+    begin(nullptr, values, work);
     for (size_t r = 0; r < rows_; r++) {
         compute_row(values, work.places, orders_, r, work);
         weigh_row(nullptr, r, 0, work);
@@ -454,7 +510,7 @@ void Model::whiten_residual(const ImageView<const double> *counts, const double 
     const bool elsewhere = predicted != values;
     if (elsewhere)
         prepare(predicted, value_orders, work.predicted);
-    prepare(values, orders_, work.places);
+    begin(counts, values, work);
     std::fill(work.sums.begin(), work.sums.end(), 0.0);
     for (size_t r = 0; r < rows_; r++) {
         if (elsewhere) {
@@ -476,6 +532,7 @@ uint64_t Model::digest() const noexcept {
     uint64_t hash = fnv1a(usable_, fnv1a(rows_, fnv1a(cols_, kFnvOffset)));
     for (const double number : {how_.e_per_count, how_.bias, how_.dark, how_.added_variance, how_.floor, how_.limit})
         hash = fnv1a(std::array<double, 1>{number}, hash);
+    hash = readout_.digest(hash);
     for (const Extra &extra : extras_)
         hash = fnv1a(static_cast<uint64_t>(extra.parameter.number),
                      fnv1a(static_cast<uint64_t>(extra.parameter.kind), hash));

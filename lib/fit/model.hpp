@@ -35,6 +35,7 @@ struct Work {
     double inverse_counts = 0;      // sum of response^2/variance: with 2 per pixel, about the variance of chi_square
     size_t used = 0, saturated = 0; // pixels
     double largest = 0, excess = 0; // of linearise(): the largest squared residual over its variance, and excess_of()
+    std::vector<double> smear;      // electrons that each pixel of a column receives from the shift of the frame; or empty
     BadPixels bad;                  // left out as if they had no response, until the caller changes them
 };
 
@@ -84,7 +85,7 @@ class Model {
     template <class OnRow>
     void visit(const ImageView<const double> *counts, const double *values, double blend, Work &work,
                const OnRow &on_row) const {
-        begin(values, work);
+        begin(counts, values, work);
         for (size_t r = 0; r < rows_; r++)
             on_row(row(counts, values, blend, r, work));
     }
@@ -108,6 +109,13 @@ class Model {
     // and filter.
     void whiten_residual(const ImageView<const double> *counts, const double *predicted, const double *values,
                          const double *filter, double *image, double *filtered, Work &work) const;
+
+    // Whether frames are to be changed by undo() before they are given to the other functions: counts of an ideal
+    // detector. Expected counts are those of an ideal detector, too, until read() changes them.
+    bool has_readout() const noexcept { return readout_.any(); }
+    void undo(double *counts) const { readout_.undo_counts(how_.e_per_count, how_.bias, how_.limit, counts); }
+    void read(double *counts) const;
+    const optics::Readout &readout() const noexcept { return readout_; }
 
     double bias() const noexcept { return how_.bias; }
     const kernels::CountModel &counts() const noexcept { return how_; }
@@ -135,7 +143,8 @@ class Model {
     size_t spare() const noexcept; // first line for the rows of `next`
     void check_planes(const Scene &scene) const;
     void prepare(const double *values, size_t orders, Places &places) const noexcept;
-    void begin(const double *values, Work &work) const noexcept;
+    void begin(const ImageView<const double> *counts, const double *values, Work &work) const;
+    void set_smear(const ImageView<const double> *counts, const double *values, Work &work) const;
     Row row(const ImageView<const double> *counts, const double *values, double blend, size_t r, Work &work) const;
     void read_row(size_t star, size_t plane, const Places &places, size_t r, size_t orders, double *const *out,
                   Work &work) const noexcept;
@@ -147,7 +156,8 @@ class Model {
 
     size_t rows_, cols_, pitch_; // of a line: columns, rounded up
     Buffer<double> response_;    // electrons per photon
-    Buffer<double> usable_;      // the same, 0 for the scene's bad pixels
+    Buffer<double> usable_;      // the same, 0 for the scene's bad pixels, and for those that these or the border mix with
+    optics::Readout readout_;
     double tail_;                // kBadPixelTail over the least response: excess_of() of electrons from photons
     kernels::CountModel how_;
     std::vector<Extra> extras_;

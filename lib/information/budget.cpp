@@ -98,6 +98,20 @@ double bias_of(const BudgetFit &fit, const Buffer<double> &residual) {
     return std::fabs(bias) > kernels::kRounding * largest ? bias : 0;
 }
 
+// Standard deviation of the error due to responses of unit standard deviation, independent from pixel to pixel.
+double flat_bias(const optics::Simulator &simulator, const BudgetFit &fit) {
+    if (fit.weights.empty())
+        return kUnknown;
+    Buffer<double> light = simulator.images().both();
+    for (double &value : light)
+        value -= simulator.detector().dark_e();
+    const Buffer<double> residual = whitened(simulator.images(), light);
+    double square = 0;
+    for (size_t i = 0; i < residual.size(); i++)
+        square += fit.weights[i] * fit.weights[i] * residual[i] * residual[i];
+    return std::sqrt(square);
+}
+
 } // namespace
 
 Earth earth_of(const Scene &scene) {
@@ -215,6 +229,7 @@ std::vector<BudgetRow> budget_rows(const optics::Simulator &simulator, const std
     }
     for (const Parameter parameter : others)
         rows.push_back({parameter, false, bias(image_of(images, parameter)), kUnknown});
+    rows.push_back({{Kind::flat}, false, flat_bias(simulator, fit), kUnknown});
     return rows;
 }
 

@@ -140,7 +140,7 @@ void add_frame(const Model &model, const DetectorStages &detector, double weight
     for (size_t star = 0; star < model.scene.stars.size(); star++) {
         StarImages images = imager.images(model.light, star, 0, {});
         Buffer<double> &image = images.derivatives[0].image;
-        detector.apply_response(image);
+        detector.collect(image);
         for (size_t i = 0; i < sum.size(); i++)
             sum[i] += weight * image[i];
     }

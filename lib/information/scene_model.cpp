@@ -15,14 +15,16 @@ FrameModel model_of(const optics::Simulator &simulator, const Log &log) {
     model.source = scene.source;
     model.rows = scene.detector.rows;
     model.cols = scene.detector.cols;
-    model.reference = detector.in_counts(images.both(), Quantity::frame);
+    const auto derivative = [&](const Buffer<double> &image) {
+        return detector.in_counts(Quantity::derivative, images.both(), image);
+    };
+    model.reference = detector.in_counts(images.both());
     model.background = detector.counts_of(detector.dark_e());
-    model.variance = detector.in_counts(images.variance(), Quantity::variance);
-    model.derivative = detector.in_counts(images.motion()[0], Quantity::derivative);
+    model.variance = detector.in_counts(Quantity::variance, images.both(), images.variance());
+    model.derivative = derivative(images.motion()[0]);
     images.prepare(scene.projected);
     for (const Parameter parameter : scene.projected)
-        model.projected.push_back(
-            {name_of(parameter), detector.in_counts(image_of(images, parameter), Quantity::derivative)});
+        model.projected.push_back({name_of(parameter), derivative(image_of(images, parameter))});
     model.crb_px = bound_with(simulator.bound_images(), scene.projected);
     model.scene_digest = scene.digest;
     model.window = scene.detector.window;

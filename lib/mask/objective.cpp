@@ -72,7 +72,7 @@ Objective::Objective(const Scene &scene, const std::vector<Parameter> &free, dou
         if (pupil.amplitude[i] > 0)
             pupil.mixed.push_back({i, 0});
     response_.assign(outline_.plan.pixels.rows * outline_.plan.pixels.cols, 1.0);
-    detector_.apply_response(response_);
+    detector_.apply_response(response_.data());
     for (const std::vector<double> &star : outline_.light.photons)
         photons_ += std::accumulate(star.begin(), star.end(), 0.0);
 }

@@ -17,6 +17,7 @@
 #include "base/constants.hpp"
 #include "base/error.hpp"
 #include "optics/nodes.hpp"
+#include "optics/readout.hpp"
 
 namespace toliman::optics {
 
@@ -32,7 +33,7 @@ bool is_mask_motion(Kind kind) noexcept {
 
 bool is_place(Kind kind) noexcept {
     return kind == Kind::position_angle || kind == Kind::anisotropy || kind == Kind::shear || kind == Kind::jitter_xx ||
-           kind == Kind::jitter_yy || kind == Kind::jitter_xy;
+           kind == Kind::jitter_yy || kind == Kind::jitter_xy || kind == Kind::diffusion;
 }
 
 // sum += weight image
@@ -54,6 +55,10 @@ void add_place(const StarImages &star, const Light &light, size_t number, Kind k
                      v = light.offset_px[1][1] - light.offset_px[0][1];
         add(number == 1 ? -v * x + u * y : 0, star.at(1, 0), sum);
         return add(number == 1 ? v * y + u * x : 0, star.at(0, 1), sum);
+    }
+    if (kind == Kind::diffusion) { // in x and in y
+        add(0.5, star.at(2, 0), sum);
+        return add(0.5, star.at(0, 2), sum);
     }
     // d/dx = x d/da - y d/dc and d/dy = y d/da + x d/dc, applied twice.
     const bool xx = kind == Kind::jitter_xx, yy = kind == Kind::jitter_yy;
@@ -124,7 +129,7 @@ Light changed_spectrum(const Scene &scene, const Light &light, Parameter paramet
 
 bool has_own_derivative(Parameter parameter) noexcept {
     return is_mode(parameter.kind) || is_place(parameter.kind) || star_of_spectrum(parameter.kind) < 2 ||
-           parameter.kind == Kind::wavelength;
+           parameter.kind == Kind::wavelength || Readout::has(parameter.kind);
 }
 
 const char *why_no_derivative(const Scene &scene, const Plan &plan, Parameter parameter) noexcept {
@@ -135,6 +140,10 @@ const char *why_no_derivative(const Scene &scene, const Plan &plan, Parameter pa
         return "the scene has star A only";
     if (is_mask_motion(parameter.kind) && (mask.kind != Mask::Kind::spiral || mask.edges != Mask::Edges::area))
         return "needs a spiral mask with mask.edges = \"area\"";
+    if (parameter.kind == Kind::flat)
+        return "is a number for each pixel";
+    if (Readout::has(parameter.kind))
+        return nullptr;
     if (has_own_derivative(parameter) && plan.engine == EngineKind::padded_fft)
         return "the padded FFT does not compute it";
     if (star < 2 && scene.stars[star].spectrum.kind == Spectrum::Kind::lines)

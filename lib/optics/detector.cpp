@@ -32,7 +32,7 @@ Buffer<double> response_of(const Scene &scene, size_t pixels) {
 } // namespace
 
 DetectorStages::DetectorStages(const Scene &scene)
-    : pixels_(scene.detector.rows * scene.detector.cols), photon_noise_(scene.noise.photon),
+    : pixels_(scene.detector.rows * scene.detector.cols), readout_(scene), photon_noise_(scene.noise.photon),
       has_qe_(scene.detector.qe != 1), response_(response_of(scene, pixels_)),
       dark_e_(scene.detector.dark_e_per_s * scene.cadence.exposure_s),
       read_e_(scene.noise.read_e * std::sqrt(static_cast<double>(scene.detector.coadds))),
@@ -48,13 +48,23 @@ void DetectorStages::apply_response(double *image) const noexcept {
         image[i] *= response_[i];
 }
 
+void DetectorStages::collect(double *image) const {
+    apply_response(image);
+    readout_.add_smear(image);
+}
+
+void DetectorStages::spread(double *weights) const {
+    readout_.add_smear(weights); // symmetric
+    apply_response(weights);
+}
+
 double DetectorStages::added_variance_e2() const noexcept {
     const double rounding = largest_count_ > 0 ? e_per_count_ * e_per_count_ / 12 : 0;
-    return read_e_ * read_e_ + rounding;
+    return (read_e_ * read_e_ + rounding) * readout_.noise_gain();
 }
 
 double DetectorStages::saturation_e() const noexcept {
-    return largest_count_ > 0 ? std::min(full_well_e_, (largest_count_ - bias_) * e_per_count_) : full_well_e_;
+    return largest_count_ > 0 ? std::min(full_well_e_, electrons_of(largest_count_)) : full_well_e_;
 }
 
 Unit DetectorStages::unit() const noexcept {
@@ -64,32 +74,36 @@ Unit DetectorStages::unit() const noexcept {
 }
 
 bool DetectorStages::whole_counts() const noexcept {
-    const bool whole_electrons = photon_noise_ && read_e_ == 0 && std::floor(full_well_e_) == full_well_e_;
+    const bool whole_electrons = photon_noise_ && read_e_ == 0 && !readout_.any() && std::floor(full_well_e_) == full_well_e_;
     return largest_count_ > 0 || (whole_electrons && e_per_count_ == 1 && std::floor(bias_) == bias_);
 }
 
-void DetectorStages::detect(uint64_t seed, uint64_t frame, double *expected, double *image) const noexcept {
+void DetectorStages::detect(uint64_t seed, uint64_t frame, double *expected, double *image) const {
     const kernels::PoissonKernels &random = kernels::poisson_kernels();
     if (photon_noise_)
         random.poisson(expected, pixels_, 0, {seed, frame, kernels::kStreamPhotons}, image);
     else
         std::copy_n(expected, pixels_, image);
+    readout_.exchange(image);
     if (std::isfinite(full_well_e_))
         for (size_t i = 0; i < pixels_; i++)
             image[i] = std::min(image[i], full_well_e_);
+    readout_.couple(image);
+    readout_.bend(image);
     if (read_e_ != 0) {
         double *const normals = expected;
         random.gaussian(pixels_, 0, {seed, frame, kernels::kStreamReadout}, normals);
         for (size_t i = 0; i < pixels_; i++)
             image[i] += read_e_ * normals[i];
     }
-    to_counts(Quantity::frame, image);
+    scale(Quantity::frame, image);
     if (largest_count_ > 0)
         for (size_t i = 0; i < pixels_; i++) // adding 2^52 leaves no fractional bits: rounds to nearest, ties to even
             image[i] = (std::min(std::max(0.0, image[i]), largest_count_) + 0x1p52) - 0x1p52;
 }
 
-void DetectorStages::to_counts(Quantity quantity, double *image) const noexcept {
+// From electrons that are read to the frame's unit.
+void DetectorStages::scale(Quantity quantity, double *image) const noexcept {
     if (e_per_count_ == 1 && bias_ == 0)
         return;
     const double unit = quantity == Quantity::variance ? e_per_count_ * e_per_count_ : e_per_count_;
@@ -98,9 +112,34 @@ void DetectorStages::to_counts(Quantity quantity, double *image) const noexcept 
         image[i] = image[i] / unit + offset;
 }
 
-Buffer<double> DetectorStages::in_counts(Buffer<double> image, Quantity quantity) const noexcept {
-    to_counts(quantity, image.data());
+void DetectorStages::to_counts(double *charge) const {
+    readout_.read(charge);
+    scale(Quantity::frame, charge);
+}
+
+void DetectorStages::to_counts(Quantity quantity, const Buffer<double> &charge, double *image) const {
+    if (quantity == Quantity::frame)
+        return to_counts(image);
+    if (readout_.any())
+        quantity == Quantity::derivative ? readout_.differentiate(charge.data(), image)
+                                         : readout_.read_variance(charge.data(), image);
+    scale(quantity, image);
+}
+
+Buffer<double> DetectorStages::in_counts(Buffer<double> charge) const {
+    to_counts(charge.data());
+    return charge;
+}
+
+Buffer<double> DetectorStages::in_counts(Quantity quantity, const Buffer<double> &charge, Buffer<double> image) const {
+    to_counts(quantity, charge, image.data());
     return image;
+}
+
+void DetectorStages::weights_to_charge(const Buffer<double> &charge, double *weights) const {
+    scale(Quantity::derivative, weights);
+    if (readout_.any())
+        readout_.adjoint(charge.data(), weights);
 }
 
 void DetectorStages::warn(const Buffer<double> &electrons, const char *about, const std::string &source,

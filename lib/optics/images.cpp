@@ -96,7 +96,7 @@ Images::Images(const Scene &scene, const Pupil &pupil, const Imager &imager, con
         fail(Status::internal, "%s: the darkest pixel expects %g of the brightest: the stated error is %g",
              scene.source.c_str(), darkest, error);
     total_photons_ = std::accumulate(both_.begin(), both_.end(), 0.0);
-    detector.apply_response(both_);
+    detector.collect(both_);
     for (double &value : both_)
         value += detector.dark_e();
     for (Buffer<double> &star : star_)
@@ -107,6 +107,11 @@ Images::Images(const Scene &scene, const Pupil &pupil, const Imager &imager, con
     if (!(brightest <= limit))
         fail(Status::scene, "%s: {cadence}: the brightest pixel expects up to %g photons: must be at most %g",
              scene.source.c_str(), brightest, limit);
+    if (!(brightest <= detector.readout().most_charge()))
+        fail(Status::scene,
+             "%s: {detector}: the brightest pixel expects up to %g electrons: nonlinearity_per_e and "
+             "brighter_fatter_px2_per_e are approximations up to %g",
+             scene.source.c_str(), brightest, detector.readout().most_charge());
     variance_ = variance_of(detector, both_);
     for (const size_t pixel : scene.detector.bad_pixels)
         variance_[pixel] = std::numeric_limits<double>::infinity();
@@ -143,6 +148,13 @@ void Images::prepare(const std::vector<Parameter> &parameters) const {
     if (missing.empty())
         return;
     const MemoryScope scope(memory_);
+    const auto of_light = std::stable_partition(missing.begin(), missing.end(), [](Parameter parameter) {
+        return !Readout::has(parameter.kind);
+    });
+    for (auto parameter = of_light; parameter != missing.end(); ++parameter)
+        derivatives_.emplace(*parameter,
+                             detector_.readout().derivative(parameter->kind, both_, detector_.dark_e()));
+    missing.erase(of_light, missing.end());
     std::vector<Buffer<double>> images = derivatives(scene_, pupil_, plan_, imager_, light_, missing);
     for (size_t i = 0; i < missing.size(); i++) {
         finish(images[i]);
@@ -150,12 +162,13 @@ void Images::prepare(const std::vector<Parameter> &parameters) const {
     }
 }
 
-// The detector's response multiplies pixels: it is its own adjoint.
 Buffer<double> Images::opd_gradient(Buffer<double> weights) const {
     if (plan_.engine == EngineKind::padded_fft)
         fail(Status::unsupported, "%s: gradient by the OPD: the padded FFT does not compute it", scene_.source.c_str());
     const MemoryScope scope(memory_);
-    finish(weights);
+    for (double &weight : weights)
+        weight *= factor_;
+    detector_.spread(weights.data());
     Buffer<double> gradient(pupil_.samples * pupil_.samples);
     for (size_t s = 0; s < scene_.stars.size(); s++)
         gradient = sum(gradient, imager_.opd_gradient(light_, s, weights));
@@ -182,7 +195,7 @@ void Images::propagate(bool motion, bool disturbed) const {
          {&by_others.shift_x, &by_others.shift_y, &by_others.roll, &by_others.scale, &by_others.focus})
         finish(*image);
     by_others.background.assign(both_.size(), 1.0);
-    detector_.apply_response(by_others.background);
+    detector_.collect(by_others.background);
     disturbed_ = std::move(by_others);
 }
 
@@ -199,7 +212,7 @@ void Images::set_motion(StarImages &star) const {
 void Images::finish(Buffer<double> &image) const {
     for (double &value : image)
         value *= factor_;
-    detector_.apply_response(image);
+    detector_.collect(image);
 }
 
 const Buffer<double> &image_of(const Images &images, Parameter parameter) {

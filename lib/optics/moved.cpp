@@ -98,7 +98,7 @@ void MovedStars::expect(double displacement_px, const Disturbances &disturbances
         const bool interpolated = plan_.frames == Frames::atlas && atlas().covers(star, place[0], place[1]);
         interpolated ? add_interpolated(star, place, weights, image) : add_propagated(star, place, weights, image);
     }
-    detector_.apply_response(image);
+    detector_.collect(image);
     for (size_t i = 0; i < pixels; i++)
         image[i] = std::max(0.0, image[i] + detector_.dark_e());
 }

@@ -23,6 +23,7 @@
 #include "optics/padded_fft.hpp"
 #include "optics/reach.hpp"
 #include "scene/geometry.hpp"
+#include "scene/instrument.hpp"
 
 namespace toliman::optics {
 
@@ -298,7 +299,7 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     const Detector &detector = scene.detector;
     plan.pixels = grid_of(detector);
     const double cutoff = cutoff_of(pupil, light, plan.pixels);
-    const Blur blur = {detector.integrated, scene.systematics.jitter, 1, {}};
+    const Blur blur = {detector.integrated, blur_of(scene), 1, {}};
     plan.filter = make_filter(cutoff, blur, scene.accuracy);
     plan.atlas = atlas_plan(cutoff, blur, scene.accuracy);
     if (engine == EngineKind::padded_fft)

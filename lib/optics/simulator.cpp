@@ -143,7 +143,7 @@ double Simulator::displacement_px(int64_t k) const noexcept {
 
 Buffer<double> Simulator::star_at(const Light &light, size_t star, double displacement_px) const {
     StarImages images = imager_.images(light, star, displacement_px, ImageRequest());
-    detector_.apply_response(images.derivatives[0].image);
+    detector_.collect(images.derivatives[0].image);
     return std::move(images.derivatives[0].image);
 }
 

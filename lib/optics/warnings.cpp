@@ -31,7 +31,7 @@ Buffer<double> rough_frame(const Outline &outline, const DetectorStages &detecto
     const double factor = scene.cadence.peak_photons > 0 && peak > 0 ? scene.cadence.peak_photons / peak : 1;
     for (double &value : frame)
         value = std::max(0.0, value) * factor; // with few nodes faint pixels may be negative
-    detector.apply_response(frame);
+    detector.collect(frame);
     for (double &value : frame)
         value += detector.dark_e();
     return frame;

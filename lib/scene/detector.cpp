@@ -35,6 +35,11 @@ void read_pixel(const Reader &reader, const Row &row, Detector &detector) {
                       detector.focal_length_m, detector.pixel_scale_arcsec, kPixelScale.low, kPixelScale.high);
 }
 
+void read_diffusion(const Reader &reader, const Row &row, Detector &detector) {
+    const double sigma = reader.number(row);
+    detector.diffusion_px2 = sigma * sigma;
+}
+
 void check_dark(const Reader &reader, const Detector &detector) {
     if (detector.dark_e_per_s > 0 && reader.scene().cadence.exposure_s == 0)
         reader.refuse(Status::scene, "dark_e_per_s", " = %g: needs cadence.exposure_s", detector.dark_e_per_s);
@@ -87,6 +92,20 @@ constexpr Row kDetectorRows[] = {
                                 "of the sum"),
     optional<&Detector::flat_rms>("flat_rms", within(0, 0.1), // keeps responses above 0
                                   "Pixel response non-uniformity, relative rms; a fixed pattern of noise.seed"),
+    optional<read_diffusion>("diffusion_px", within(0, 10, "px"),
+                             "Diffusion of charge before it is collected: a Gaussian blur, standard deviation"),
+    optional<&Detector::transfer_smear>("transfer_smear", within(-0.1, 0.1),
+                                        "Light that a pixel receives while the frame is shifted to its store, as a share "
+                                        "of the sum of its column: time of one row over the exposure"),
+    optional<&Detector::brighter_fatter_px2_per_e>(
+        "brighter_fatter_px2_per_e", within(-1, 1, "px^2 per e-"),
+        "Brighter-fatter effect: charge flows to neighbours as in a blur of this variance times the pixel's mean "
+        "charge, in each of the coadds"),
+    optional<&Detector::interpixel_capacitance>(
+        "interpixel_capacitance", within(-0.05, 0.05),
+        "Share of a pixel's charge, with its noise, that each of its four neighbours measures instead of it"),
+    optional<&Detector::nonlinearity_per_e>("nonlinearity_per_e", within(-1, 1, "per e-"),
+                                            "A charge c of each of the coadds is measured as c - nonlinearity_per_e c^2"),
     optional<&Detector::dark_e_per_s>("dark_e_per_s", within(0, 1e9, "e-/s"),
                                       "Dark current per pixel; needs cadence.exposure_s")
         .checked<check_dark>(),

@@ -81,6 +81,16 @@ double *member_of(Scene &scene, Kind kind) noexcept {
         return &scene.systematics.jitter.yy;
     case Kind::jitter_xy:
         return &scene.systematics.jitter.xy;
+    case Kind::diffusion:
+        return &scene.detector.diffusion_px2;
+    case Kind::transfer_smear:
+        return &scene.detector.transfer_smear;
+    case Kind::brighter_fatter:
+        return &scene.detector.brighter_fatter_px2_per_e;
+    case Kind::interpixel_capacitance:
+        return &scene.detector.interpixel_capacitance;
+    case Kind::nonlinearity:
+        return &scene.detector.nonlinearity_per_e;
     default:
         return nullptr;
     }
@@ -122,6 +132,8 @@ const char *why_not_adjustable(Parameter parameter) noexcept {
     case Kind::flux_b:
     case Kind::background:
         return "is always free in each frame";
+    case Kind::flat:
+        return "is a number for each pixel: a map of the pixels' response finds them";
     default:
         return nullptr;
     }
@@ -173,7 +185,9 @@ bool is_readable(const Scene &scene) noexcept {
     bool readable = detector.pixel_scale_arcsec > 0 && within(detector.scale_anisotropy, kMostDistortion) &&
                     within(detector.shear, kMostDistortion) && within(mask.rotation_deg, 360) &&
                     within(mask.shift_m[0], 0.1) && within(mask.shift_m[1], 0.1) && within(jitter.xx, 100) &&
-                    within(jitter.yy, 100) && within(jitter.xy, 100);
+                    within(jitter.yy, 100) && within(jitter.xy, 100) && within(detector.diffusion_px2, 100) &&
+                    within(detector.transfer_smear, 0.1) && within(detector.interpixel_capacitance, 0.05) &&
+                    within(detector.brighter_fatter_px2_per_e, 1) && within(detector.nonlinearity_per_e, 1);
     for (const ZernikeTerm &term : scene.telescope.zernikes)
         readable &= within(term.rms_m, 1e-3);
     for (size_t star = 0; star < scene.stars.size(); star++) {
@@ -194,6 +208,15 @@ bool make_possible(Jitter &jitter) noexcept {
     const double large = std::fmax(m + d, 0), half = 0.5 * large, part = d > 0 ? half / d : 0;
     jitter = {half + part * h, half - part * h, part * jitter.xy};
     return true;
+}
+
+Jitter blur_of(const Scene &scene) noexcept {
+    Jitter blur = scene.systematics.jitter;
+    blur.xx += scene.detector.diffusion_px2;
+    blur.yy += scene.detector.diffusion_px2;
+    if (scene.detector.diffusion_px2 != 0)
+        make_possible(blur);
+    return blur;
 }
 
 } // namespace toliman

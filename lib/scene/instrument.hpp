@@ -24,4 +24,7 @@ bool is_readable(const Scene &scene) noexcept;
 // Changes the covariance (px^2) to the nearest one whose variances are not negative along any axis. Whether it changed.
 bool make_possible(Jitter &jitter) noexcept;
 
+// Covariance of the blur of a frame: jitter and diffusion of charge.
+Jitter blur_of(const Scene &scene) noexcept;
+
 } // namespace toliman

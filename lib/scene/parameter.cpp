@@ -40,6 +40,12 @@ constexpr Row kRows[] = {
     {"spectrum_a", "", Kind::spectrum_a, Scope::instrument, 1, kSpectralModes},
     {"spectrum_b", "", Kind::spectrum_b, Scope::instrument, 1, kSpectralModes},
     {"wavelength", "nm", Kind::wavelength, Scope::instrument},
+    {"diffusion", "px^2", Kind::diffusion, Scope::instrument},
+    {"transfer_smear", "", Kind::transfer_smear, Scope::instrument},
+    {"brighter_fatter", "px^2/e-", Kind::brighter_fatter, Scope::instrument},
+    {"interpixel_capacitance", "", Kind::interpixel_capacitance, Scope::instrument},
+    {"nonlinearity", "1/e-", Kind::nonlinearity, Scope::instrument},
+    {"flat", "", Kind::flat, Scope::instrument},
 };
 
 const Row &row_of(Parameter parameter) noexcept {

@@ -35,6 +35,12 @@ struct Parameter {
         spectrum_a,
         spectrum_b,
         wavelength,
+        diffusion,
+        transfer_smear,
+        brighter_fatter,
+        interpixel_capacitance,
+        nonlinearity,
+        flat,
     };
     Kind kind = Kind::separation;
     int number = 0; // of a Zernike polynomial or spectral mode, else 0
@@ -54,7 +60,7 @@ std::string name_of(Parameter parameter);
 const char *unit_of(Parameter parameter) noexcept;
 Scope scope_of(Parameter parameter) noexcept;
 
-// The names that preprocess.project takes: all but the separation.
+// The names that preprocess.project takes: all but the separation and flat, which is no single image.
 constexpr const char kProjectable[] =
     "flux_a flux_b shift_x shift_y roll scale focus background position_angle anisotropy shear zernike_5 "
     "zernike_6 zernike_7 zernike_8 zernike_9 zernike_10 zernike_11 zernike_12 zernike_13 zernike_14 "
@@ -64,7 +70,8 @@ constexpr const char kProjectable[] =
     "jitter_yy jitter_xy temperature_a temperature_b spectrum_a_1 spectrum_a_2 spectrum_a_3 spectrum_a_4 "
     "spectrum_a_5 spectrum_a_6 spectrum_a_7 spectrum_a_8 spectrum_a_9 spectrum_a_10 spectrum_a_11 "
     "spectrum_b_1 spectrum_b_2 spectrum_b_3 spectrum_b_4 spectrum_b_5 spectrum_b_6 spectrum_b_7 "
-    "spectrum_b_8 spectrum_b_9 spectrum_b_10 spectrum_b_11 wavelength";
+    "spectrum_b_8 spectrum_b_9 spectrum_b_10 spectrum_b_11 wavelength diffusion transfer_smear "
+    "brighter_fatter interpixel_capacitance nonlinearity";
 
 // Their number; all of them, in a fixed order; and the one with this name.
 size_t parameter_count() noexcept;

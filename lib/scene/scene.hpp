@@ -125,6 +125,11 @@ struct Detector {
     double qe = 1;                          // electrons per photon
     int64_t coadds = 1;                     // frames summed on board
     double flat_rms = 0;                    // of the pixels' response, relative
+    double diffusion_px2 = 0;               // variance of the charge's diffusion, along each axis
+    double transfer_smear = 0;              // of the light of a pixel, on each pixel of its column
+    double brighter_fatter_px2_per_e = 0;   // variance that a pixel's mean charge adds, in each coadded frame
+    double interpixel_capacitance = 0;      // share of a pixel's charge that each of its four neighbours measures
+    double nonlinearity_per_e = 0;          // charge c of each coadded frame is measured as c - c^2 times this
     double dark_e_per_s = 0;                // per pixel
     std::optional<double> full_well_e;      // of each coadded frame
     double gain_e_per_dn = 1, bias_dn = 0;

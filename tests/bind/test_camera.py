@@ -1,0 +1,203 @@
+"""The detector's effects against a slow model in numpy, their derivatives against differences of whole images, frames that
+are drawn by numpy through that model, and calibrations that find them."""
+import copy
+import json
+import pathlib
+import tempfile
+import unittest
+
+import numpy
+
+from package import toliman
+from refusal import refused
+
+SCENE = {
+    "schema": "toliman-scene/1",
+    "telescope": {"aperture_m": 0.125, "secondary_m": 0.032, "pupil_samples": 32, "struts": {"count": 3, "width_m": 0.004},
+                  "mask": {"kind": "spiral", "opd_nm": 292.5, "edges": "area", "terms": [{"a": 1, "f": 1.2, "m": -5, "p": 1}]}},
+    "band": {"min_nm": 530, "max_nm": 640, "step_nm": 55},
+    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "photons_per_s": 7.5e6},
+              "B": {"spectrum": {"kind": "blackbody", "temperature_k": 5260}, "photons_per_s": 2.5e6}},
+    "binary": {"separation_arcsec": 4.5, "position_angle_deg": 40},
+    "cadence": {"frames": 6, "interval_days": 15, "exposure_s": 100},
+    "detector": {"shape": [40, 36], "pixel_scale_arcsec": 0.375, "pixel": "integrated"},
+    "noise": {"photon": True, "seed": 7},
+}
+EFFECTS = {"transfer_smear": 1e-3, "brighter_fatter_px2_per_e": 1e-8, "interpixel_capacitance": 0.01,
+           "nonlinearity_per_e": 1e-8}
+DARK = {"dark_e_per_s": 3.0, "qe": 0.8, "flat_rms": 0.01}
+
+
+def scene_with(detector, **groups):
+    scene = copy.deepcopy(SCENE)
+    scene["detector"].update(detector)
+    for name, group in groups.items():
+        scene[name] = {**scene.get(name, {}), **group}
+    return scene
+
+
+def flow(values):
+    """The sum over the four neighbours of their value minus a pixel's own; nothing crosses the border."""
+    padded = numpy.pad(values, 1, mode="edge")
+    return padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:] - 4 * values
+
+
+def read_out(light, effects, coadds=1, dark=0, draw=lambda charge: charge):
+    """What a detector reads, in electrons, by the definitions of toliman-scene-1.schema.json."""
+    charge = draw(light + effects.get("transfer_smear", 0) * light.sum(axis=0) + dark)
+    charge = charge + effects.get("brighter_fatter_px2_per_e", 0) / coadds / 4 * flow(charge**2)
+    charge = charge + effects.get("interpixel_capacitance", 0) * flow(charge)
+    return charge - effects.get("nonlinearity_per_e", 0) / coadds * charge**2
+
+
+class Images(unittest.TestCase):
+    def test_against_numpy(self):
+        light = toliman.Simulator(scene_with({"qe": 0.8, "flat_rms": 0.01})).image()
+        cases = [{name: value} for name, value in EFFECTS.items()] + [EFFECTS]
+        for effects in cases:
+            for coadds in 1, 4:
+                with self.subTest(effects=effects, coadds=coadds):
+                    simulator = toliman.Simulator(scene_with({**DARK, **effects, "coadds": coadds}))
+                    wanted = read_out(light, effects, coadds, dark=300)
+                    numpy.testing.assert_allclose(simulator.image(), wanted, rtol=0, atol=1e-13 * light.max())
+                    self.assertGreater(abs(wanted - light - 300).max(), 1e-6 * light.max())
+
+    def test_diffusion_is_a_blur(self):
+        blurred = toliman.Simulator(scene_with({"diffusion_px": 0.3})).image()
+        same = toliman.Simulator(scene_with({}, systematics={"jitter_sigma_px": 0.3})).image()
+        numpy.testing.assert_allclose(blurred, same, rtol=0, atol=1e-12 * same.max())
+
+    def test_derivatives_against_differences(self):
+        """Of whole images, of each parameter and of the stars' places, with all effects on."""
+        steps = {"transfer_smear": 1e-4, "brighter_fatter": 1e-9, "interpixel_capacitance": 1e-3, "nonlinearity": 1e-9}
+        simulator = toliman.Simulator(scene_with({**DARK, **EFFECTS}))
+        keys = dict(zip(steps, EFFECTS))
+
+        def image(name, change):
+            return toliman.Simulator(scene_with({**DARK, **EFFECTS, keys[name]: EFFECTS[keys[name]] + change})).image()
+
+        for name, step in steps.items():
+            with self.subTest(name):
+                wanted = (image(name, step) - image(name, -step)) / (2 * step)
+                ours = simulator.derivative(name)
+                numpy.testing.assert_allclose(ours, wanted, rtol=0, atol=1e-6 * abs(wanted).max())
+        with self.subTest("diffusion"):
+            def diffused(variance):
+                return toliman.Simulator(scene_with({**DARK, **EFFECTS, "diffusion_px": variance**0.5})).image()
+            wanted = (diffused(0.04 + 1e-4) - diffused(0.04 - 1e-4)) / 2e-4
+            ours = toliman.Simulator(scene_with({**DARK, **EFFECTS, "diffusion_px": 0.2})).derivative("diffusion")
+            numpy.testing.assert_allclose(ours, wanted, rtol=0, atol=1e-6 * abs(wanted).max())
+        with self.subTest("separation"):
+            wanted = (simulator.propagate(1e-4) - simulator.propagate(-1e-4)) / 2e-4
+            numpy.testing.assert_allclose(simulator.derivative("separation"), wanted, rtol=0, atol=1e-6 * abs(wanted).max())
+
+    def test_the_gradient_by_the_opd_is_the_adjoint(self):
+        simulator = toliman.Simulator(scene_with({**DARK, **EFFECTS}))
+        weights = numpy.random.default_rng(1).normal(size=simulator.shape)
+        pupil = simulator.pupil()[0]
+        radius = (numpy.arange(32) - 15.5) / 16
+        x, y = numpy.meshgrid(radius, radius)
+        coma = numpy.sqrt(8) * (3 * (x**2 + y**2) - 2) * y * 1e-9  # Noll 7 of 1 nm
+        wanted = (weights * simulator.derivative("zernike_7")).sum()
+        ours = (coma * (pupil > 0) * simulator.opd_gradient(weights)).sum()
+        self.assertAlmostEqual(ours / wanted, 1, delta=1e-9)
+
+    def test_frames_are_those_of_numpy_in_mean_and_variance(self):
+        """With coupled noise: the variance of a pixel, and the covariance of neighbours."""
+        effects = {"interpixel_capacitance": 0.02, "nonlinearity_per_e": 1e-7}
+        scene = scene_with(effects, cadence={"exposure_s": 0.1})
+        simulator = toliman.Simulator(scene)
+        frames = simulator.frames(0, 3000, displacements=numpy.zeros(3000))
+        rest = frames - simulator.image()
+        light = toliman.Simulator(scene_with({}, cadence={"exposure_s": 0.1})).image()
+        rng = numpy.random.default_rng(2)
+        drawn = numpy.array([read_out(light, effects, draw=rng.poisson) for _ in range(3000)]) - simulator.image()
+        for ours, theirs in ((rest**2, drawn**2), (rest[:, 1:] * rest[:, :-1], drawn[:, 1:] * drawn[:, :-1])):
+            noise = numpy.sqrt((ours.std(axis=0)**2 + theirs.std(axis=0)**2) / 3000)
+            pulls = (ours.mean(axis=0) - theirs.mean(axis=0)) / noise
+            self.assertLess(abs(pulls).max(), 5.5)
+            self.assertAlmostEqual(pulls.std(), 1, delta=0.1)
+        covariance = (rest[:, 1:] * rest[:, :-1]).mean(axis=0).sum() / (rest**2).mean(axis=0).sum()
+        self.assertAlmostEqual(covariance, 0.04, delta=0.005)  # 2 k
+
+
+class Fits(unittest.TestCase):
+    def test_a_fit_undoes_the_readout(self):
+        """Frames of numpy: places at the bound and chi-square 1; without the effects in the scene, neither."""
+        scene = scene_with({**DARK, **EFFECTS})
+        simulator = toliman.Simulator(scene)
+        light = toliman.Simulator(scene_with({"qe": 0.8, "flat_rms": 0.01})).image()
+        rng = numpy.random.default_rng(3)
+        frames = numpy.array([read_out(light, EFFECTS, dark=300, draw=rng.poisson) for _ in range(200)])
+        ours = toliman.Fit(simulator, capture_px=2).frames(frames)
+        truth = numpy.hypot(*(simulator.offsets()[1] - simulator.offsets()[0]))
+        pulls = (ours["separation_px"] - truth) / ours["separation_sigma_px"]
+        self.assertLess(abs(pulls.mean()), 4 / 200**0.5)
+        self.assertAlmostEqual(pulls.std(), 1, delta=0.16)
+        self.assertAlmostEqual(ours["chi_square"].mean(), 1, delta=0.012)
+        for name in EFFECTS:
+            with self.subTest(name):
+                without = toliman.Simulator(scene_with({**DARK, **{key: value for key, value in EFFECTS.items() if key != name}}))
+                wrong = toliman.Fit(without, capture_px=2).frames(frames[:2])
+                self.assertGreater(wrong["chi_square"].min(), 1.5)
+
+    def test_the_expected_frame_is_read_out(self):
+        simulator = toliman.Simulator(scene_with({**DARK, **EFFECTS}))
+        image, _ = toliman.Fit(simulator, capture_px=2).predict()[:2]
+        numpy.testing.assert_allclose(image, simulator.image(), rtol=0, atol=1e-7 * image.max())
+
+    def test_saturated_pixels_and_their_neighbours_are_left_out(self):
+        effects = {"interpixel_capacitance": 0.01, "full_well_e": 1e6}
+        simulator = toliman.Simulator(scene_with(effects))
+        frame = simulator.frame(0)
+        ours = toliman.Fit(simulator, capture_px=2).frames(frame[None])
+        saturated = (frame > 0.95e6).sum()
+        self.assertGreater(saturated, 0)
+        self.assertGreaterEqual(int(ours["excluded"][0]), saturated)
+        self.assertAlmostEqual(ours["chi_square"][0], 1, delta=0.2)
+
+    def test_mistakes(self):
+        for free in ("nonlinearity", "transfer_smear", "diffusion", "flat"):
+            with self.subTest(free):
+                with refused(toliman.UnsupportedError, "options->free"):
+                    toliman.Fit(toliman.Simulator(SCENE), free=[free])
+        for detector in ({"nonlinearity_per_e": 1e-5}, {"brighter_fatter_px2_per_e": 1e-5}):
+            with self.subTest(detector):
+                with refused(toliman.InputError, "detector"):
+                    toliman.Simulator(scene_with(detector))
+
+
+class Calibrations(unittest.TestCase):
+    def test_effects_are_found(self):
+        """Unknown smear, non-linearity, coupling, brighter-fatter and diffusion, from frames with pointing."""
+        motion = {"pointing_rms_px": 0.7}
+        truth = toliman.Simulator(scene_with({**DARK, **EFFECTS, "diffusion_px": 0.2}, systematics=motion))
+        nominal = toliman.Simulator(scene_with(DARK, systematics=motion))
+        free = "jitter_xx jitter_yy jitter_xy focus zernike_5-8 transfer_smear nonlinearity interpixel_capacitance brighter_fatter"
+        found = toliman.calibrate(nominal, truth.frames(), free=free)
+        self.assertEqual(found.flags, (), found.verdict)
+        values = found.values()
+        wanted = {"jitter_xx": 0.04, "jitter_yy": 0.04, "jitter_xy": 0, "transfer_smear": 1e-3, "nonlinearity": 1e-8,
+                  "interpixel_capacitance": 0.01, "brighter_fatter": 1e-8}
+        for name, value in wanted.items():
+            with self.subTest(name):
+                self.assertLess(abs(values[name].value - value), 4 * values[name].sigma)
+                self.assertLess(values[name].sigma, 0.1 * max(value, 1e-2))
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "fitted.json"
+            found.save(path)
+            detector = json.loads(path.read_text())["detector"]
+            for name, key in (("transfer_smear", "transfer_smear"), ("nonlinearity", "nonlinearity_per_e")):
+                self.assertAlmostEqual(detector[key], values[name].value, delta=1e-12 * abs(detector[key]))
+            self.assertGreater(toliman.Simulator(path).image().min(), 0)
+
+    def test_diffusion_is_no_other_parameter_than_jitter(self):
+        nominal = toliman.Simulator(SCENE)
+        with refused(toliman.InputError, "options->free"):
+            toliman.calibrate(nominal, nominal.frames(), free="+diffusion")
+        found = toliman.calibrate(nominal, nominal.frames(), free="diffusion jitter_xy")
+        self.assertLess(abs(found.values()["diffusion"].value), 4 * found.values()["diffusion"].sigma)
+
+
+if __name__ == "__main__":
+    unittest.main()
