@@ -167,6 +167,39 @@ class Fits(unittest.TestCase):
                     toliman.Simulator(scene_with(detector))
 
 
+class Budgets(unittest.TestCase):
+    """Rows of the budget against fits of whole frames by a model that lacks the effect."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.nominal = toliman.Simulator(scene_with(DARK))
+        cls.fit = toliman.Fit(cls.nominal, capture_px=2)
+        cls.rows = {row.name: row for row in cls.nominal.budget(
+            ["flux_a", "flux_b", "shift_x", "shift_y", "roll", "background"], earth_px=1e-6).rows}
+        cls.truth = cls.error_of(cls.nominal.image())
+
+    @classmethod
+    def error_of(cls, frame):
+        return float(cls.fit.frames(frame[None])["separation_px"][0])
+
+    def test_effects_of_the_detector(self):
+        keys = {"diffusion": "diffusion_px", "transfer_smear": "transfer_smear", "brighter_fatter": "brighter_fatter_px2_per_e",
+                "interpixel_capacitance": "interpixel_capacitance", "nonlinearity": "nonlinearity_per_e"}
+        for name, key in keys.items():
+            with self.subTest(name):
+                amount = self.rows[name].tenth_crb_amount
+                value = amount**0.5 if name == "diffusion" else amount
+                frame = toliman.Simulator(scene_with({**DARK, key: value})).image()
+                self.assertAlmostEqual((self.error_of(frame) - self.truth) / (self.rows[name].bias_px * amount), 1, delta=0.02)
+
+    def test_flat(self):
+        """The standard deviation over responses of 1e-4 that numpy draws."""
+        rng, frame, dark = numpy.random.default_rng(4), self.nominal.image(), 300
+        errors = [self.error_of(dark + (frame - dark) * (1 + 1e-4 * rng.normal(size=frame.shape))) - self.truth
+                  for _ in range(300)]
+        self.assertAlmostEqual(numpy.std(errors) / (1e-4 * self.rows["flat"].bias_px), 1, delta=0.13)
+
+
 class Calibrations(unittest.TestCase):
     def test_effects_are_found(self):
         """Unknown smear, non-linearity, coupling, brighter-fatter and diffusion, from frames with pointing."""
