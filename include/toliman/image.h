@@ -40,7 +40,8 @@ typedef struct toliman_image {
                                the scene has detector.window, its bad pixels are left out at their places there
                                (promise: bad-pixels-stay-on-the-detector). If more than 30 move into a frame, its
                                goodness is POOR; calibrations refuse frames in which they move
-                               (TOLIMAN_E_UNSUPPORTED). NULL = the scene's window */
+                               (TOLIMAN_E_UNSUPPORTED), and fits those in which detector.response moves. NULL = the
+                               scene's window */
 } toliman_image;
 #define TOLIMAN_IMAGE_INIT TOLIMAN_INIT(toliman_image)
 

@@ -38,15 +38,16 @@ namespace {
 constexpr size_t kMostUnknowns = 4096; // parameters times windows
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// A calibration leaves out the same pixels of all frames.
+// A calibration leaves out the same pixels of all frames, and has one response of each.
 void check_windows(const PixelFrames &frames, size_t count, const Scene &scene) {
     const Detector &detector = scene.detector;
     const KnownBadPixels bad(detector.rows, detector.cols, detector.bad_pixels, detector.window);
     for (size_t k = 0; frames.windows != nullptr && k < count; k++)
-        if (const DetectorWindow window = *frames.window(k); bad.move_with(window))
+        if (const DetectorWindow window = *frames.window(k);
+            bad.move_with(window) || detector.response_moves_with(window))
             fail(Status::unsupported,
                  "{image->windows}[%zu] = [%lld, %lld]: must be detector.window of %s, [%lld, %lld], as its "
-                 "detector.bad_pixels would move",
+                 "detector.bad_pixels or detector.response would move",
                  k, static_cast<long long>(window.row), static_cast<long long>(window.col), scene.source.c_str(),
                  static_cast<long long>(detector.window->row), static_cast<long long>(detector.window->col));
 }

@@ -80,12 +80,12 @@ template <class T> const uint16_t *narrowed(const T *pixels, size_t rows, size_t
 struct toliman_coadd : Handle<toliman_coadd> {
     toliman_coadd(std::shared_ptr<const fit::Fit> fit, const fit::Prediction &prediction, const coadd::Limits &limits,
                   unsigned workers, const Progress &progress)
-        : bad(fit->known_bad()), shift{prediction.shift_px[0], prediction.shift_px[1]},
+        : model(*fit), shift{prediction.shift_px[0], prediction.shift_px[1]},
           coadd(std::move(fit), prediction, limits, workers, progress), pixels(coadd.rows() * coadd.cols()) {}
 
     static constexpr char kType[] = "toliman_coadd";
-    KnownBadPixels bad; // of the scene
-    double shift[2];    // of the prediction
+    const fit::Fit &model; // which `coadd` owns
+    double shift[2];       // of the prediction
     coadd::Coadd coadd;
     Buffer<uint16_t> pixels; // of a frame of another type
     coadd::Registered registered = {};
@@ -156,11 +156,12 @@ coadd::Frame frame_of(const toliman_frame *frame, toliman_coadd &object) {
     const toliman_frame given = copied(&required(frame, "frame"), "frame");
     check_members(given, object.coadd.rows(), object.coadd.cols());
     const DetectorWindow window = {given.window_row, given.window_col};
-    if (!(window == DetectorWindow()) && object.bad.move_with(window))
-        fail(
-            Status::unsupported,
-            "{frame->window_row} = %lld, window_col = %lld: must be detector.window of the scene, which has bad pixels",
-            static_cast<long long>(window.row), static_cast<long long>(window.col));
+    if (!(window == DetectorWindow()) &&
+        (object.model.known_bad().move_with(window) || object.model.scene().detector.response_moves_with(window)))
+        fail(Status::unsupported,
+             "{frame->window_row} = %lld, window_col = %lld: must be detector.window of the scene, which has bad "
+             "pixels or detector.response",
+             static_cast<long long>(window.row), static_cast<long long>(window.col));
     coadd::Frame out = {};
     out.session = required_name(given.session, "session");
     out.roi = required_name(given.roi, "roi");

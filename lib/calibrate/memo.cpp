@@ -61,6 +61,7 @@ uint64_t hash_of(const Scene &scene, const optics::Outline &nominal) noexcept {
     if (scene.binary.sky != nullptr)
         hash = fnv1a(scene.binary.sky->digest(), hash);
     hash = fnv1a(scene.cadence.times_days, fnv1a(scene.detector.bad_pixels, hash));
+    hash = fnv1a(scene.detector.response, hash);
     hash = fnv1a(nominal.pupil.opd_m, fnv1a(nominal.pupil.amplitude, hash));
     for (const std::vector<double> &photons : nominal.light.photons)
         hash = fnv1a(photons, hash);

@@ -111,7 +111,10 @@ Model::Model(const optics::Simulator &simulator, const std::vector<Parameter> &f
         usable_[pixel] = 0;
     if (readout_.mixes())
         leave_out_neighbours(scene.detector.bad_pixels, rows_, cols_, usable_);
-    tail_ = kBadPixelTail / *std::min_element(response_.begin(), response_.end());
+    double least = *std::max_element(response_.begin(), response_.end());
+    for (const double used : usable_)
+        least = used > 0 ? std::min(least, used) : least;
+    tail_ = kBadPixelTail / least;
     how_ = {detector.e_per_count(),
             detector.bias(),
             detector.dark_e(),

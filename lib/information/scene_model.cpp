@@ -1,5 +1,6 @@
 #include "information/scene_model.hpp"
 
+#include "base/error.hpp"
 #include "information/dependence.hpp"
 #include "information/information.hpp"
 
@@ -11,6 +12,11 @@ FrameModel model_of(const optics::Simulator &simulator, const Log &log) {
     const Scene &scene = simulator.scene();
     const optics::DetectorStages &detector = simulator.detector();
     const optics::Images &images = simulator.images();
+    if (scene.detector.window && !scene.detector.response.empty())
+        fail(Status::unsupported,
+             "%s: {detector.response}: an estimator that is trained cannot follow it to frames of another window: use "
+             "a fit, or remove detector.window",
+             scene.source.c_str());
     FrameModel model;
     model.source = scene.source;
     model.rows = scene.detector.rows;

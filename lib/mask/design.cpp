@@ -92,6 +92,7 @@ Sketch sketch_of(const Scene &full, double field) {
     scene.detector.cols = part(full.detector.cols);
     scene.detector.pixel_scale_arcsec *= binned;
     scene.detector.flat_rms = 0;
+    scene.detector.response.clear();
     scene.detector.dark_e_per_s *= binned * binned;
     scene.noise.read_e *= binned;
     scene.cadence.peak_photons *= binned * binned;

@@ -16,16 +16,18 @@ namespace {
 
 constexpr double kBiasSigmas = 4; // pixels nearer to 0 DN than this many sigma of read noise may be clipped
 
-// qe times flat field, the same in all frames; empty if all are 1.
+// qe times flat field and response file, the same in all frames; empty if all are 1.
 Buffer<double> response_of(const Scene &scene, size_t pixels) {
     const Detector &detector = scene.detector;
-    if (detector.qe == 1 && detector.flat_rms == 0)
+    if (detector.qe == 1 && detector.flat_rms == 0 && detector.response.empty())
         return {};
     Buffer<double> response(pixels);
     if (detector.flat_rms != 0)
         kernels::poisson_kernels().gaussian(pixels, 0, {scene.noise.seed, 0, kernels::kStreamFlat}, response.data());
     for (double &value : response)
         value = detector.qe * (1 + detector.flat_rms * value);
+    for (size_t i = 0; i < detector.response.size(); i++)
+        response[i] *= detector.response[i];
     return response;
 }
 

@@ -1,6 +1,6 @@
 // Detector model, from expected photons to counts:
-//     photons x qe x flat + smear + dark -> Poisson -> exchange -> full well -> coupling -> non-linearity
-//     -> + read noise -> / gain + bias -> integers of bit_depth bits
+//     photons x qe x flat x response + smear + dark -> Poisson -> exchange -> full well -> coupling
+//     -> non-linearity -> + read noise -> / gain + bias -> integers of bit_depth bits
 // (readout.hpp). Images are in electrons before exchange unless said otherwise; estimators undo what
 // comes after.
 // Stages that the scene does not name are skipped and cost nothing.

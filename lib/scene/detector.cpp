@@ -9,6 +9,8 @@ namespace toliman::scene {
 
 namespace {
 
+constexpr double kMostResponse = 10;
+
 void read_shape(const Reader &reader, const Row &row, Detector &detector) {
     const std::vector<double> shape = reader.numbers(row);
     if (shape[0] != std::floor(shape[0]) || shape[1] != std::floor(shape[1]))
@@ -45,13 +47,29 @@ void check_dark(const Reader &reader, const Detector &detector) {
         reader.refuse(Status::scene, "dark_e_per_s", " = %g: needs cadence.exposure_s", detector.dark_e_per_s);
 }
 
+// A file with a value of each pixel.
+NpyImage read_pixels(const Reader &reader, const char *key, const std::string &path, const Detector &detector) {
+    NpyImage image = parse_npy(file::read(path, detector.rows * detector.cols * sizeof(double) + 65536), path);
+    if (image.rows != detector.rows || image.cols != detector.cols)
+        reader.refuse(Status::scene, key, ": %s is %zu x %zu: must be %zu x %zu, as shape", path.c_str(), image.rows,
+                      image.cols, detector.rows, detector.cols);
+    return image;
+}
+
+void read_response(const Reader &reader, Detector &detector) {
+    const std::string &path = detector.response_file;
+    const NpyImage image = read_pixels(reader, "response", path, detector);
+    for (size_t i = 0; i < image.values.size(); i++)
+        if (!(image.values[i] > 0 && image.values[i] <= kMostResponse))
+            fail(Status::format, "{%s}: element [%zu][%zu] = %g: must be in (0, %g], 1 for the mean response",
+                 path.c_str(), i / image.cols, i % image.cols, image.values[i], kMostResponse);
+    detector.response.assign(image.values.begin(), image.values.end());
+}
+
 void read_bad_pixels(const Reader &reader, Detector &detector) {
     const std::string &path = detector.bad_pixels_file;
     const size_t pixels = detector.rows * detector.cols;
-    const NpyImage image = parse_npy(file::read(path, pixels * sizeof(double) + 65536), path);
-    if (image.rows != detector.rows || image.cols != detector.cols)
-        reader.refuse(Status::scene, "bad_pixels", ": %s is %zu x %zu: must be %zu x %zu, as shape", path.c_str(),
-                      image.rows, image.cols, detector.rows, detector.cols);
+    const NpyImage image = read_pixels(reader, "bad_pixels", path, detector);
     for (size_t i = 0; i < pixels; i++) {
         if (!std::isfinite(image.values[i]))
             fail(Status::format,
@@ -106,6 +124,11 @@ constexpr Row kDetectorRows[] = {
         "Share of a pixel's charge, with its noise, that each of its four neighbours measures instead of it"),
     optional<&Detector::nonlinearity_per_e>("nonlinearity_per_e", within(-1, 1, "per e-"),
                                             "A charge c of each of the coadds is measured as c - nonlinearity_per_e c^2"),
+    optional<&Detector::response_file>("response",
+                                       "Relative response of each pixel, times qe and flat_rms: .npy of the frames' "
+                                       "shape, in (0, 10], such as calibrate --detector writes; with window, that of "
+                                       "the frames' pixels there")
+        .checked<read_response>(),
     optional<&Detector::dark_e_per_s>("dark_e_per_s", within(0, 1e9, "e-/s"),
                                       "Dark current per pixel; needs cadence.exposure_s")
         .checked<check_dark>(),

@@ -134,9 +134,16 @@ struct Detector {
     std::optional<double> full_well_e;      // of each coadded frame
     double gain_e_per_dn = 1, bias_dn = 0;
     int bit_depth = 0; // 0 = counts are not rounded
+    std::string response_file;
+    std::vector<double> response; // [rows*cols] of each pixel, relative; empty: 1
     std::string bad_pixels_file;
     std::vector<size_t> bad_pixels;       // row*cols + column of the pixels that estimators do not use, increasing
     std::optional<DetectorWindow> window; // of the frames
+
+    // Whether the file's response is that of other pixels in a frame of this window.
+    bool response_moves_with(const std::optional<DetectorWindow> &of_frame) const noexcept {
+        return !response.empty() && window && of_frame && !(*window == *of_frame);
+    }
 };
 
 // One kind of systematics: frame k has rms times its own normal variate, plus the drift times its time in days.
@@ -196,8 +203,8 @@ struct Scene {
 // The text of a scene with this file as detector.bad_pixels, by its absolute path.
 std::string with_bad_pixels(const std::string &json, const std::string &source, const std::string &path);
 
-// Reads a scene from JSON text. File names in it are relative to `folder`; of the files only times_days and bad_pixels
-// are read, the others are checked to exist. Status::format if the text is not JSON, Status::scene or
+// Reads a scene from JSON text. File names in it are relative to `folder`; of the files only times_days, response and
+// bad_pixels are read, the others are checked to exist. Status::format if the text is not JSON, Status::scene or
 // Status::unsupported for its content.
 Scene read_scene(const std::string &json, const std::string &source, const std::string &folder);
 

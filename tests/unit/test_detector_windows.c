@@ -248,11 +248,10 @@ TEST(trackers_place_their_frames) {
     destroy(&by);
 }
 
-TEST(sums_refuse_bad_pixels_that_move) {
-    static uint16_t pixels[PIXELS];
+static void sums_refuse_what_moves(const toliman_sim *sim, const uint16_t *pixels) {
     toliman_fit *fit = NULL;
     toliman_coadd *coadd = NULL;
-    assert_ok(toliman_fit_create((const toliman_sim *[]){placed}, NULL, 1, NULL, &fit));
+    assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, NULL, &fit));
     assert_ok(toliman_coadd_create(fit, NULL, NULL, &coadd));
     const int64_t rows[] = {0, ROW, ROW + 1}, cols[] = {0, COL, COL};
     for (int k = 0; k < 3; k++) {
@@ -273,6 +272,20 @@ TEST(sums_refuse_bad_pixels_that_move) {
     }
     toliman_coadd_destroy(coadd);
     toliman_fit_destroy(fit);
+}
+
+TEST(sums_refuse_pixels_that_move) {
+    static uint16_t pixels[PIXELS];
+    static uint8_t response[PIXELS];
+    char detector[256];
+    for (int i = 0; i < PIXELS; i++)
+        response[i] = (uint8_t)(1 + i % 2);
+    write_npy("response.npy", "|u1", "(128, 128)", response, PIXELS);
+    snprintf(detector, sizeof detector, ", \"response\": \"%s\", \"window\": [%d, %d]", path_of("response.npy"), ROW,
+             COL);
+    toliman_sim *const uneven = scene_with(SIDE, detector);
+    sums_refuse_what_moves(placed, pixels), sums_refuse_what_moves(uneven, pixels);
+    toliman_sim_destroy(uneven);
 }
 
 /* Window [SIDE][SIDE] of a frame [WIDE][WIDE]. */

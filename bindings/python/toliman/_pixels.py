@@ -64,4 +64,5 @@ def image_of(images: NDArray, windows: NDArray | None = None) -> tuple[typing.An
                                stride=row // size, frame_stride=frame // size)
     if windows is not None:
         image.windows = windows.ctypes.data_as(ctypes.POINTER(ctypes.c_int64))
+        image._array_of_windows = windows  # the pointer alone does not keep a converted array
     return image, images
