@@ -5,7 +5,7 @@
  *   toliman_sim (nominal scene), frames, times -> create, destroy -> toliman_calibration
  *   values, errors, verdict              get_info, get_value, get_covariance, get_frame
  *   what the model lacks                 get_attempt, get_left_out
- *   images                               get_opd, get_image
+ *   images, response of the pixels       get_opd, get_image
  *   fitted scene, for all other uses     save_file, get_window
  *
  * Parameters of the instrument (sim_derivative.h), constant or, with windows, linear in time between the starts of
@@ -43,6 +43,11 @@ typedef struct toliman_calibration toliman_calibration;
  * fitted scene. */
 #define TOLIMAN_CALIBRATION_IMPROVE 2u
 
+/* Flag of options: then fit the relative response of each pixel, too, which all frames have in common: stars move by
+ * pixels from frame to frame, so that it differs from the optics. Needs hundreds of frames. Their fluxes are free: the
+ * mean response is 1 by its prior, and a gradient of the response remains at the prior. */
+#define TOLIMAN_CALIBRATION_RESPONSE 4u
+
 /* Changes of a model.
  *   EDGES     telescope.mask.edges = "area", for a spiral mask
  *   SAMPLES   twice as many pupil cells per axis, repeatedly, up to 1024; not with files of the pupil
@@ -56,13 +61,16 @@ typedef struct toliman_calibration toliman_calibration;
 /* An iteration of a calibration. */
 typedef struct toliman_calibration_step {
     uint32_t struct_size;
-    int32_t is_map;    /* 1: of the OPD map; 0: of the parameters */
+    int32_t is_map;    /* 1: of the OPD map */
     int32_t iteration; /* from 1 for each change */
     int32_t accepted;  /* 1: accepted */
     double chi_square;
-    double largest_step; /* of a parameter, in its standard deviations; of the map: rms, nm */
+    double largest_step; /* of a parameter, in its standard deviations; of the response: their rms; of the map: rms,
+                            nm */
     uint32_t change;     /* TOLIMAN_CALIBRATION_CHANGE_..., or 0 */
     int32_t recalled;    /* 1: from the journal */
+    int32_t is_response; /* 1: of the response, and all parameters */
+    int32_t reserved;
 } toliman_calibration_step;
 #define TOLIMAN_CALIBRATION_STEP_INIT TOLIMAN_INIT(toliman_calibration_step)
 
@@ -74,7 +82,7 @@ typedef int32_t (*toliman_calibration_step_fn)(const toliman_calibration *so_far
 /* Options of a calibration. */
 typedef struct toliman_calibration_options {
     uint32_t struct_size;
-    uint32_t flags; /* TOLIMAN_CALIBRATION_MAP and _IMPROVE, or 0 */
+    uint32_t flags; /* TOLIMAN_CALIBRATION_MAP, _IMPROVE and _RESPONSE, or 0 */
     /* Parameters to fit, a list of NAME, NAME=SIGMA (of the prior), NAME-LAST: "scale=1e-3 zernike_5-21=50". +NAME: in
      * addition to the default. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation jitter_xx
      * jitter_yy jitter_xy temperature_a temperature_b spectrum_a_1-2 spectrum_b_1-2". SIGMA by default: aberrations 100
@@ -85,7 +93,7 @@ typedef struct toliman_calibration_options {
     /* Scene to start from, such as one saved by an interrupted calibration (its mask.edges and pupil_samples with
      * IMPROVE only); NULL: the nominal one, around which priors remain. */
     const toliman_sim *start;
-    int32_t most_iterations; /* of the parameters, and again of the map, in [1, 1000]; 0 = 30 */
+    int32_t most_iterations; /* of the parameters, of the map, of the response, in [1, 1000]; 0 = 30 */
     uint32_t threads;
     double capture_px;  /* as in toliman_fit_options, in [0.1, 64] px; 0 = 6 */
     double window_days; /* length of the windows, in [1e-6, 1e6] days; 0 = constant: no windows */
@@ -95,10 +103,11 @@ typedef struct toliman_calibration_options {
     void *step_data;
     const toliman_allocator *allocator;
     /* File to which each iteration is appended (formats.md, "TLMJ"), 4 KiB per frame, with a map also 8 bytes per cell
-     * and step; NULL: none. With an existing journal, the call continues with the bits of an uninterrupted one
-     * (promise: journals-continue-calibrations), also with more iterations. The caller removes it once the result is
-     * saved. */
+     * and step, with a response 8 bytes per pixel and pass over the frames; NULL: none. With an existing journal, the
+     * call continues with the bits of an uninterrupted one (promise: journals-continue-calibrations), also with more
+     * iterations. The caller removes it once the result is saved. */
     const char *journal;
+    double response_rms; /* prior rms of the relative response, in [1e-6, 0.5]; 0 = 0.01 */
 } toliman_calibration_options;
 #define TOLIMAN_CALIBRATION_OPTIONS_INIT TOLIMAN_INIT(toliman_calibration_options)
 
@@ -110,7 +119,8 @@ typedef struct toliman_calibration_options {
  * Errors, in addition to image.h:
  *   - TOLIMAN_E_ARGUMENT for a frame without stars within capture_px; fewer than 2 frames; more than 4096 parameters
  *     times windows; a parameter that is always free;
- *   - TOLIMAN_E_UNSUPPORTED for a single star; PADDED_FFT; a named parameter that the scene does not have;
+ *   - TOLIMAN_E_UNSUPPORTED for RESPONSE with window_days or with frames of several windows of the detector; for a
+ *     single star; PADDED_FFT; a named parameter that the scene does not have;
  *     position_angle, roll and wavelength;
  *   - TOLIMAN_E_MISMATCH if options->start has other pupil cells, aperture, step of the mask, wavelengths, or shape of
  *     the frames; for a journal of other inputs or options, naming the first that differs
@@ -156,18 +166,22 @@ typedef struct toliman_calibration_info {
                                     chi-square distributed with 6 degrees of freedom for white residuals */
     double structure_limit;      /* 50, which white residuals exceed once in 2e8; more with a map */
     double separation_sigma_px;  /* in a frame (median), the instrument known */
-    double calibration_sigma_px; /* likewise, due to errors of the instrument without the map */
+    double calibration_sigma_px; /* likewise, due to errors of the instrument without map and response */
     double map_rms_nm;           /* over the open pupil; 0 without a map */
     double map_parameters;       /* effective number */
     double largest_residual;
     int32_t goodness; /* with a map, the limit of TOO_GOOD is lower */
     uint32_t lacks;   /* with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that may help */
     uint32_t changes; /* those kept */
-    int32_t reserved;
+    int32_t response_iterations;
     int64_t attempts;
-    int64_t left_out;   /* default parameters that the scene does not have */
-    double pupil_error; /* as in toliman_sim_plan_info; above peak_noise, the model may be incomplete */
-    double peak_noise;  /* relative photon noise of the brightest pixel in all frames */
+    int64_t left_out;           /* default parameters that the scene does not have */
+    double pupil_error;         /* as in toliman_sim_plan_info; above peak_noise, the model may be incomplete */
+    double peak_noise;          /* relative photon noise of the brightest pixel in all frames */
+    int64_t response_pixels;    /* whose response is known better than 0.7 response_rms of the options; others are held
+                                   by the prior */
+    double response_rms;        /* of the change against the nominal scene, of these pixels */
+    double response_parameters; /* number that the frames determine */
 } toliman_calibration_info;
 #define TOLIMAN_CALIBRATION_INFO_INIT TOLIMAN_INIT(toliman_calibration_info)
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
@@ -251,15 +265,18 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_opd(const 
 #define TOLIMAN_CALIBRATION_IMAGE_CHI 851    /* mean over frames of squared residual over variance */
 #define TOLIMAN_CALIBRATION_IMAGE_BEFORE 852 /* residual of the first frame over its standard deviation, at the start */
 #define TOLIMAN_CALIBRATION_IMAGE_AFTER 853  /* at the end */
+#define TOLIMAN_CALIBRATION_IMAGE_RESPONSE 854       /* detector.response of the fitted scene */
+#define TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA 855 /* its standard deviation over the mean, all parameters free */
 
-/* Writes TOLIMAN_CALIBRATION_IMAGE_... to image[rows][stride]. Pixels excluded in all frames are 0. */
+/* Writes TOLIMAN_CALIBRATION_IMAGE_... to image[rows][stride]. Pixels excluded in all frames are 0, with
+ * the prior's response. RESPONSE without TOLIMAN_CALIBRATION_RESPONSE is NaN. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_image(const toliman_calibration *calibration,
                                                                             int32_t kind, double *image,
                                                                             size_t stride) TOLIMAN_NOEXCEPT;
 
 /* Saves the fitted scene at the start of a window as `path`, NAME.json, with the verdict in its group `calibration`,
- * and its map as NAME.opd.npy next to it; relative file names are adapted. TOLIMAN_E_UNSUPPORTED without
- * convergence. */
+ * and next to it its map as NAME.opd.npy, its response as NAME.response.npy; relative file names are adapted.
+ * TOLIMAN_E_UNSUPPORTED without convergence. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_save_file(const toliman_calibration *calibration,
                                                                             int64_t window,
                                                                             const char *path) TOLIMAN_NOEXCEPT;

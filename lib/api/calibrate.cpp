@@ -39,7 +39,7 @@ constexpr size_t kMostUnknowns = 4096; // parameters times windows
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 // A calibration leaves out the same pixels of all frames, and has one response of each.
-void check_windows(const PixelFrames &frames, size_t count, const Scene &scene) {
+void check_windows(const PixelFrames &frames, size_t count, const Scene &scene, bool fits_response) {
     const Detector &detector = scene.detector;
     const KnownBadPixels bad(detector.rows, detector.cols, detector.bad_pixels, detector.window);
     for (size_t k = 0; frames.windows != nullptr && k < count; k++)
@@ -50,6 +50,12 @@ void check_windows(const PixelFrames &frames, size_t count, const Scene &scene) 
                  "detector.bad_pixels or detector.response would move",
                  k, static_cast<long long>(window.row), static_cast<long long>(window.col), scene.source.c_str(),
                  static_cast<long long>(detector.window->row), static_cast<long long>(detector.window->col));
+    for (size_t k = 1; frames.windows != nullptr && fits_response && k < count; k++)
+        if (const DetectorWindow window = *frames.window(k), first = *frames.window(0); !(window == first))
+            fail(Status::unsupported,
+                 "{image->windows}[%zu] = [%lld, %lld]: must be that of frame 0, [%lld, %lld], for a response", k,
+                 static_cast<long long>(window.row), static_cast<long long>(window.col),
+                 static_cast<long long>(first.row), static_cast<long long>(first.col));
 }
 
 std::vector<fit::Prediction> predictions_of(const toliman_fit_prediction *given, size_t count,
@@ -89,6 +95,7 @@ toliman_calibration_step public_step(const calibrate::Report &report) {
     toliman_calibration_step step = {};
     step.struct_size = sizeof step;
     step.is_map = report.of_map ? 1 : 0;
+    step.is_response = report.of_response ? 1 : 0;
     step.iteration = report.iteration;
     step.accepted = report.accepted ? 1 : 0;
     step.chi_square = report.chi_square;
@@ -103,6 +110,8 @@ calibrate::Options options_of(const toliman_calibration_options &given) {
     options.map = (given.flags & TOLIMAN_CALIBRATION_MAP) != 0;
     options.most_iterations = given.most_iterations;
     options.map_rms_m = 1e-9 * given.map_rms_nm;
+    options.response = (given.flags & TOLIMAN_CALIBRATION_RESPONSE) != 0;
+    options.response_rms = given.response_rms;
     options.on_step = [given](const calibrate::Calibration &so_far, const calibrate::Report &report) {
         if (given.step == nullptr)
             return;
@@ -112,6 +121,31 @@ calibrate::Options options_of(const toliman_calibration_options &given) {
             fail(Status::cancelled, "calibrate: cancelled by the step callback");
     };
     return options;
+}
+
+// Of the pixels whose response the frames determine better than its prior.
+void describe_response(const calibrate::Calibration &calibration, toliman_calibration_info &info) {
+    const Buffer<double> &sigma = calibration.response_sigma;
+    double square = 0;
+    for (size_t i = 0; i < sigma.size(); i++)
+        if (sigma[i] <= calibrate::kHeld * calibration.response_rms) {
+            square += calibration.point.response[i] * calibration.point.response[i];
+            info.response_pixels++;
+        }
+    info.response_rms = info.response_pixels > 0 ? std::sqrt(square / static_cast<double>(info.response_pixels)) : 0;
+    info.response_parameters = calibration.response_parameters;
+}
+
+// Of the fitted response, with its standard deviation.
+Buffer<double> response_image(const calibrate::Calibration &calibration, bool of_sigma) {
+    const Buffer<double> &sigma = calibration.response_sigma;
+    if (sigma.empty() || !calibration.has_values())
+        return {};
+    const std::vector<double> response = calibrate::fitted_response(calibration);
+    Buffer<double> image(response.begin(), response.end());
+    for (size_t i = 0; of_sigma && i < image.size(); i++)
+        image[i] *= sigma[i] / (1 + calibration.point.response[i]);
+    return image;
 }
 
 } // namespace
@@ -147,7 +181,7 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
         problem.smoothness = given.smoothness;
         const PixelFrames frames =
             frames_of(image, count, simulator.scene().detector.rows, simulator.scene().detector.cols);
-        check_windows(frames, count, simulator.scene());
+        check_windows(frames, count, simulator.scene(), how.response);
         problem.frames.count = count;
         problem.frames.read = [&frames](size_t k, double *counts) {
             Buffer<double> converted;
@@ -159,6 +193,12 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
         if (how.map && problem.frames.has_sums())
             fail(Status::unsupported,
                  "{options->flags}: a map takes no sums of frames: predictions must have no spread");
+        if (how.response && given.window_days > 0)
+            fail(
+                Status::unsupported,
+                "{options->window_days} = %g: must be 0 with TOLIMAN_CALIBRATION_RESPONSE: the response is one for all "
+                "frames",
+                given.window_days);
         problem.windows = calibrate::windows_of(problem.frames.predictions, given.window_days);
         if (problem.windows.size() * problem.free.size() > kMostUnknowns)
             fail(Status::argument, "{options->window_days} = %g: %zu windows of %zu parameters: must be at most %zu",
@@ -199,6 +239,8 @@ toliman_status toliman_calibration_get_info(const toliman_calibration *handle, t
         info.separation_sigma_px = valid ? calibration.separation_sigma_px : kNan;
         info.calibration_sigma_px = valid ? calibration.calibration_sigma_px : kNan;
         info.map_rms_nm = valid ? 1e9 * calibration.map_rms_m : kNan;
+        info.response_iterations = calibration.response_iterations;
+        describe_response(calibration, info);
         info.map_parameters = valid ? calibration.map_parameters : kNan;
         info.pupil_error = calibration.pupil_error;
         info.peak_noise = calibration.peak_noise;
@@ -311,11 +353,20 @@ toliman_status toliman_calibration_get_image(const toliman_calibration *handle, 
                                              size_t stride) noexcept {
     return call(handle, "calibration", [&](auto &self) {
         const calibrate::Calibration &calibration = self.calibration;
-        const Buffer<double> *const images[] = {&calibration.chi_map, &calibration.before, &calibration.after};
-        const auto known = static_cast<size_t>(int64_t{kind} - TOLIMAN_CALIBRATION_IMAGE_CHI);
-        if (known >= std::size(images))
+        switch (kind) {
+        case TOLIMAN_CALIBRATION_IMAGE_CHI:
+            return deliver_image(calibration.chi_map, calibration, image, stride);
+        case TOLIMAN_CALIBRATION_IMAGE_BEFORE:
+            return deliver_image(calibration.before, calibration, image, stride);
+        case TOLIMAN_CALIBRATION_IMAGE_AFTER:
+            return deliver_image(calibration.after, calibration, image, stride);
+        case TOLIMAN_CALIBRATION_IMAGE_RESPONSE:
+        case TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA:
+            return deliver_image(response_image(calibration, kind == TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA),
+                                 calibration, image, stride);
+        default:
             fail(Status::argument, "{kind} = %d: must be a constant TOLIMAN_CALIBRATION_IMAGE_...", kind);
-        deliver_image(*images[known], calibration, image, stride);
+        }
     });
 }
 

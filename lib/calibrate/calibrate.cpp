@@ -23,6 +23,7 @@
 #include "calibrate/map.hpp"
 #include "calibrate/memo.hpp"
 #include "calibrate/prior.hpp"
+#include "calibrate/response.hpp"
 #include "calibrate/start.hpp"
 #include "calibrate/verdict.hpp"
 #include "scene/instrument.hpp"
@@ -40,7 +41,8 @@ constexpr double kSameChiSquare = 1e-3; // relative change, where the model lack
 constexpr double kSameMap = 1e-2;       // of the steps of the map, which take minutes
 constexpr double kStale = 0.01;         // of the width of a prior: derivatives are computed again beyond it
 constexpr double kFarthest = 10;        // standard deviations of its prior that a parameter may be from 0
-constexpr double kFarStep = 3;          // px; a longer step of a star leads nowhere
+constexpr double kLeastResponse = 0.1, kMostResponse = 3; // relative; beyond it, a pixel is a bad one
+constexpr double kFarStep = 3;                            // px; a longer step of a star leads nowhere
 constexpr double kLeastFlux = -0.9;
 constexpr int kMostHalvings = 3;     // of a step of the map
 constexpr double kEvenStart = 3;     // nm, of aberrations that have no first-order effect
@@ -61,6 +63,7 @@ class Calibrator {
     bool iterate(Calibration &out, int patience = 0);
     bool iterate_mirrored(Calibration &out, bool found);
     bool is_complete() const noexcept;
+    bool iterate_response(Calibration &out);
     bool iterate_map(Calibration &out);
     void choose_sign(const std::vector<bool> &even);
     bool is_possible(const Point &trial) const;
@@ -72,7 +75,8 @@ class Calibrator {
         return problem_.frames.count * kOwn + problem_.windows.size() * problem_.free.size();
     }
     double per_freedom(const Linearisation &normal) const noexcept;
-    void report(Calibration &out, bool of_map, bool accepted, double largest) const;
+    enum class Of { parameters, map, response };
+    void report(Calibration &out, Of what, bool accepted, double largest) const;
 
     const Problem &problem_;
     const Options &options_;
@@ -97,6 +101,11 @@ Point moved(const Point &point, const Point &change) {
         next.map_m.resize(change.map_m.size());
     for (size_t cell = 0; cell < change.map_m.size(); cell++)
         next.map_m[cell] += change.map_m[cell];
+    if (!change.response.empty())
+        next.response.resize(change.response.size());
+    for (size_t pixel = 0; pixel < change.response.size(); pixel++)
+        next.response[pixel] =
+            std::clamp(next.response[pixel] + change.response[pixel], kLeastResponse - 1, kMostResponse - 1);
     return next;
 }
 
@@ -154,12 +163,14 @@ double Calibrator::per_freedom(const Linearisation &normal) const noexcept {
     return normal.chi_square / static_cast<double>(normal.used > unknowns() ? normal.used - unknowns() : 1);
 }
 
-void Calibrator::report(Calibration &out, bool of_map, bool accepted, double largest) const {
+void Calibrator::report(Calibration &out, Of what, bool accepted, double largest) const {
     out.point = point_;
     out.goodness.chi_square = per_freedom(normal_);
     if (options_.on_step)
-        options_.on_step(out, {of_map, accepted, problem_.memo != nullptr && problem_.memo->recalled(),
-                               out.iterations + out.map_iterations, out.goodness.chi_square, largest, options_.lack});
+        options_.on_step(out, {what == Of::map, what == Of::response, accepted,
+                               problem_.memo != nullptr && problem_.memo->recalled(),
+                               out.iterations + out.map_iterations + out.response_iterations, out.goodness.chi_square,
+                               largest, options_.lack});
 }
 
 bool Calibrator::is_complete() const noexcept {
@@ -230,7 +241,7 @@ bool Calibrator::iterate(Calibration &out, int patience) {
         } else {
             damping *= 10;
         }
-        report(out, false, accepted, step.largest);
+        report(out, Of::parameters, accepted, step.largest);
         if (!accepted && step.solvable && step.largest < kAtMinimum && normal_.excess > kGoodFit) {
             normal_ = linearised(point_, 0);
             return !normal_.lost;
@@ -289,6 +300,34 @@ bool Calibrator::iterate_mirrored(Calibration &out, bool found) {
     return found && !normal_.lost;
 }
 
+// Gauss-Newton steps of the response together with all other parameters.
+bool Calibrator::iterate_response(Calibration &out) {
+    ResponseOptions how;
+    how.rms = out.response_rms = options_.response_rms;
+    bool rests = false;
+    double before = std::numeric_limits<double>::infinity();
+    while (!rests && out.response_iterations < options_.most_iterations) {
+        out.response_iterations++;
+        const ResponseStep step = recalled<ResponseStep>(problem_.memo, {hash_of(point_), bits_of(how.rms)},
+                                                         [&] { return response_step(problem_, point_, how); });
+        if (step.lost || !step.solvable || step.chi_square > (1 + kSameChiSquare) * before)
+            return false;
+        const Point trial = moved(point_, step.change);
+        if (!is_possible(trial))
+            return false;
+        point_ = trial;
+        before = normal_.chi_square = step.chi_square;
+        normal_.used = step.used;
+        rests = step.largest < kStill;
+        out.response_sigma = step.sigma;
+        report(out, Of::response, true, step.largest);
+    }
+    out.response_parameters = response_parameters(out.response_sigma, how.rms);
+    aim_planes(point_);
+    normal_ = linearised(point_, 0);
+    return rests && !normal_.lost;
+}
+
 // Gauss-Newton steps of the map, as long as chi-square decreases; shorter ones where a whole one leads up.
 bool Calibrator::iterate_map(Calibration &out) {
     bool falls = true;
@@ -312,7 +351,7 @@ bool Calibrator::iterate_map(Calibration &out) {
             }
         }
         out.map_rms_m = rms_of(point_.map_m, out.amplitude);
-        report(out, true, accepted, 1e9 * step.rms_m);
+        report(out, Of::map, accepted, 1e9 * step.rms_m);
         falls = accepted && before - per_freedom(normal_) >= kSameMap * std::max(1.0, before);
     }
     planes_at_.clear(); // those with the map
@@ -355,6 +394,8 @@ bool Calibrator::run(const Point &start, Calibration &out) {
     if (!found)
         return false;
     choose_sign(out.even);
+    if (options_.response && !iterate_response(out))
+        return false;
     if (options_.map && !iterate_map(out))
         return false;
     if (!point_.map_m.empty() && options_.map)
@@ -405,6 +446,13 @@ Scene fitted_scene(const Calibration &calibration, size_t window) {
     problem.nominal = calibration.nominal;
     problem.free = calibration.free;
     return scene_at(problem, calibration.point.instrument[window]);
+}
+
+std::vector<double> fitted_response(const Calibration &calibration) {
+    Detector detector = calibration.nominal.detector;
+    if (!calibration.point.response.empty())
+        change_response(calibration.point.response, detector);
+    return detector.response;
 }
 
 Buffer<double> opd_change(const Calibration &calibration, size_t window) {

@@ -48,12 +48,14 @@ struct Calibration {
     size_t samples = 0;                    // N
     uint32_t flags = 0;
     bool underway = false; // has no uncertainty yet
-    int iterations = 0, map_iterations = 0;
+    int iterations = 0, map_iterations = 0, response_iterations = 0;
     Goodness goodness;
     double squares = 0, freedom = 0; // sum of squared residuals over their variances; degrees of freedom
     double structure = 0, structure_limit = kStructureLimit;
     double separation_sigma_px = 0, calibration_sigma_px = 0, map_rms_m = 0;
-    double map_parameters = 0;              // effective number, of the map
+    double map_parameters = 0;                        // effective number, of the map
+    Buffer<double> response_sigma;                    // of the relative change of each pixel; empty: not fitted
+    double response_rms = 0, response_parameters = 0; // of the prior; number that the frames determine
     double pupil_error = 0, peak_noise = 0; // of the plan; of the brightest pixel in all frames together, relative
     std::vector<LeftOut> left_out;
     std::vector<Attempt> attempts;    // to improve the model
@@ -70,7 +72,7 @@ struct Calibration {
 };
 
 struct Report {
-    bool of_map = false, accepted = false, recalled = false; // recalled: from the journal
+    bool of_map = false, of_response = false, accepted = false, recalled = false; // recalled: from the journal
     int iteration = 0;
     double chi_square = 0, largest_step = 0;
     uint32_t lack = 0; // that the attempt adds; 0 = the model as given
@@ -80,6 +82,8 @@ struct Options {
     int most_iterations = 30;
     bool map = false;
     double map_rms_m = 1e-8;
+    bool response = false;
+    double response_rms = 1e-2;
     uint32_t lack = 0, improved = 0; // Lack: of the attempt; all that the nominal scene and the parameters were given
     // Called after each iteration on the caller's thread; it may throw to cancel.
     std::function<void(const Calibration &so_far, const Report &report)> on_step;
@@ -90,6 +94,9 @@ Calibration calibrate(const Problem &problem, const Point &start, const Options 
 
 // The fitted scene at the start of a window.
 Scene fitted_scene(const Calibration &calibration, size_t window);
+
+// The response [rows][cols] of the fitted scene; empty if neither it nor the nominal one has any.
+std::vector<double> fitted_response(const Calibration &calibration);
 
 // The change of the OPD (m) at the start of a window against the nominal scene, [N][N].
 Buffer<double> opd_change(const Calibration &calibration, size_t window);

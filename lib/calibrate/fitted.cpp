@@ -158,9 +158,9 @@ Value provenance(const Scene &scene) {
 }
 
 // The scene of a window for a file in `folder`: the nominal text with the fitted values. File names that are relative
-// stay so. map_file: name of the OPD map; "" = none.
+// stay so. map_file, response_file: names of the OPD map and of the response; "" = none.
 std::string fitted_json(const Calibration &calibration, size_t window, const std::string &folder,
-                        const std::string &map_file) {
+                        const std::string &map_file, const std::string &response_file) {
     const Scene scene = fitted_scene(calibration, window);
     Value tree = json::parse(scene.json, scene.source);
     const auto place = [](const std::string &name) { return std::filesystem::absolute(name.empty() ? "." : name); };
@@ -169,6 +169,8 @@ std::string fitted_json(const Calibration &calibration, size_t window, const std
         set(free.parameter, scene, tree);
     if (!map_file.empty())
         tree.member("telescope").member("aberrations").member("opd_file") = Value::of(map_file);
+    if (!response_file.empty())
+        tree.member("detector").member("response") = Value::of(response_file);
     if ((calibration.improved & lacks_edges) != 0)
         tree.member("telescope").member("mask").member("edges") = Value::of(std::string("area"));
     if ((calibration.improved & lacks_samples) != 0)
@@ -191,7 +193,7 @@ Buffer<double> fitted_map(const Calibration &calibration) {
 }
 
 // An array [rows][cols] as the content of an .npy file.
-std::string npy_of(const Buffer<double> &values, size_t rows, size_t cols) {
+template <class Values> std::string npy_of(const Values &values, size_t rows, size_t cols) {
     std::string text("\x93NUMPY\1\0", 8);
     text += static_cast<char>(kNpyHeader - 10);
     text += '\0';
@@ -214,19 +216,25 @@ void save_fitted(const Calibration &calibration, size_t window, const std::strin
         fail(Status::unsupported, "{calibration} did not converge: there is no fitted scene");
     const size_t slash = name.rfind('/');
     const std::string folder = slash == std::string::npos ? "." : name.substr(0, slash + 1),
-                      stem = name.substr(0, name.size() - length) + ".opd.npy",
-                      file = slash == std::string::npos ? stem : stem.substr(slash + 1);
-    const Buffer<double> map = fitted_map(calibration);
-    const std::string &given = calibration.nominal.telescope.opd_file;
-    std::error_code different;
-    if (!map.empty() && !given.empty() && std::filesystem::equivalent(stem, given, different))
-        fail(Status::argument, "{path} = \"%s\": its map would replace %s of the nominal scene", name.c_str(),
-             given.c_str());
-    if (!map.empty()) {
-        const std::string bytes = npy_of(map, calibration.samples, calibration.samples);
-        file::replace(stem, bytes.data(), bytes.size());
-    }
-    const std::string json = fitted_json(calibration, window, folder, map.empty() ? "" : file);
+                      stem = name.substr(0, name.size() - length);
+    const auto write = [&](const char *kind, const auto &values, size_t rows, size_t cols, const std::string &given) {
+        const std::string path = stem + kind;
+        std::error_code different;
+        if (!given.empty() && std::filesystem::equivalent(path, given, different))
+            fail(Status::argument, "{path} = \"%s\": its %s would replace %s of the nominal scene", name.c_str(),
+                 path.c_str(), given.c_str());
+        const std::string bytes = npy_of(values, rows, cols);
+        file::replace(path, bytes.data(), bytes.size());
+        return slash == std::string::npos ? path : path.substr(slash + 1);
+    };
+    const Scene &nominal = calibration.nominal;
+    std::string map_file, response_file;
+    if (const Buffer<double> map = fitted_map(calibration); !map.empty())
+        map_file = write(".opd.npy", map, calibration.samples, calibration.samples, nominal.telescope.opd_file);
+    if (!calibration.point.response.empty())
+        response_file = write(".response.npy", fitted_response(calibration), nominal.detector.rows,
+                              nominal.detector.cols, nominal.detector.response_file);
+    const std::string json = fitted_json(calibration, window, folder, map_file, response_file);
     file::replace(name, json.data(), json.size());
 }
 

@@ -26,7 +26,10 @@ constexpr size_t kKeptPerWorker = 4;   // frames, after which their blocks are k
 Joint::Joint(const Problem &problem, const Point &point, size_t window, const Joint *before)
     : problem_(problem), point_(point), window_(problem.windows[window]) {
     const auto fit_at = [&](size_t start) {
-        const optics::Simulator simulator(outline_at(problem, point.instrument[start], point.map_m), problem.settings);
+        optics::Outline outline = outline_at(problem, point.instrument[start], point.map_m);
+        if (!point.response.empty())
+            change_response(point.response, outline.scene.detector);
+        const optics::Simulator simulator(outline, problem.settings);
         return std::make_shared<const fit::Fit>(simulator, std::vector<Parameter>(), problem.capture_px,
                                                 simulator.plan().workers, Progress());
     };

@@ -13,6 +13,7 @@
 
 #include "base/hash.hpp"
 #include "calibrate/map.hpp"
+#include "calibrate/response.hpp"
 #include "calibrate/solve.hpp"
 #include "optics/propagate.hpp"
 #include "sky/prediction.hpp"
@@ -119,6 +120,7 @@ template <class Stream> void pass(Stream &stream, Point &point) {
         pass_numbers(stream, window);
     pass(stream, point.own);
     pass_numbers(stream, point.map_m);
+    pass_numbers(stream, point.response);
 }
 
 // The matrix is symmetric.
@@ -161,6 +163,16 @@ template <class Stream> void pass(Stream &stream, Step &step) {
 template <class Stream> void pass(Stream &stream, MapStep &step) {
     pass(stream, step.change);
     for (double *value : {&step.chi_square, &step.residual, &step.rms_m})
+        stream.number(*value);
+    stream.size(step.used);
+    stream.flag(step.lost);
+    stream.flag(step.solvable);
+}
+
+template <class Stream> void pass(Stream &stream, ResponseStep &step) {
+    pass(stream, step.change);
+    pass_numbers(stream, step.sigma);
+    for (double *value : {&step.chi_square, &step.largest})
         stream.number(*value);
     stream.size(step.used);
     stream.flag(step.lost);
@@ -216,6 +228,9 @@ constexpr uint64_t kind_of(const Buffer<double> *) noexcept {
 constexpr uint64_t kind_of(const std::vector<optics::StarImages> *) noexcept {
     return 8;
 }
+constexpr uint64_t kind_of(const ResponseStep *) noexcept {
+    return 9;
+}
 
 } // namespace
 
@@ -225,7 +240,7 @@ uint64_t hash_of(const Point &point) noexcept {
         hash = fnv1a(window, hash);
     for (const auto &own : point.own)
         hash = fnv1a(own, hash);
-    return fnv1a(point.map_m, hash);
+    return fnv1a(point.response, fnv1a(point.map_m, hash));
 }
 
 std::vector<Journal::Input> inputs_of(const Problem &problem, const optics::Outline &nominal, const Point &start) {
@@ -287,6 +302,7 @@ TOLIMAN_MEMO(OwnOfFrames)
 TOLIMAN_MEMO(Linearisation)
 TOLIMAN_MEMO(Step)
 TOLIMAN_MEMO(MapStep)
+TOLIMAN_MEMO(ResponseStep)
 TOLIMAN_MEMO(double)
 TOLIMAN_MEMO(std::vector<Block>)
 TOLIMAN_MEMO(Buffer<double>)

@@ -102,6 +102,13 @@ double rms_of(const Buffer<double> &map_m, const Buffer<double> &amplitude) noex
     return open > 0 ? std::sqrt(square / open) : 0;
 }
 
+void change_response(const Buffer<double> &change, Detector &detector) {
+    if (detector.response.empty())
+        detector.response.assign(change.size(), 1.0);
+    for (size_t i = 0; i < change.size(); i++)
+        detector.response[i] *= 1 + change[i];
+}
+
 Scene scene_at(const Problem &problem, const std::vector<double> &changes) {
     Scene scene = problem.nominal;
     for (size_t i = 0; i < problem.free.size(); i++)

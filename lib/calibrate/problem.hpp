@@ -94,7 +94,8 @@ using OwnOfFrames = std::vector<std::array<double, kOwn>>; // [frame]
 struct Point {
     std::vector<std::vector<double>> instrument; // [window][parameter]
     OwnOfFrames own;
-    Buffer<double> map_m; // OPD added to the pupil, [N][N]; empty = none
+    Buffer<double> map_m;    // OPD added to the pupil, [N][N]; empty = none
+    Buffer<double> response; // relative change of each pixel's response, [rows][cols]; empty = none
 };
 
 // Status::unsupported for a scene that cannot be calibrated.
@@ -114,6 +115,9 @@ std::vector<double> sum_of(const std::vector<std::vector<double>> &windows, cons
 
 // The rms of a map over the open pupil.
 double rms_of(const Buffer<double> &map_m, const Buffer<double> &amplitude) noexcept;
+
+// Multiplies the response of a detector by 1 + change.
+void change_response(const Buffer<double> &change, Detector &detector);
 
 // The scene with changed parameters, and its outline with the map.
 Scene scene_at(const Problem &problem, const std::vector<double> &changes);

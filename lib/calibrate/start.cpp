@@ -86,6 +86,17 @@ Own find(const fit::Fit &fit, ImageView<const double> counts, const fit::Predict
     return best.values;
 }
 
+// The relative change from the response of `nominal`; empty if both are the same.
+Buffer<double> response_change(const Detector &detector, const Detector &nominal) {
+    if (detector.response == nominal.response)
+        return {};
+    const auto of = [](const Detector &one, size_t i) { return one.response.empty() ? 1 : one.response[i]; };
+    Buffer<double> change(nominal.rows * nominal.cols);
+    for (size_t i = 0; i < change.size(); i++)
+        change[i] = of(detector, i) / of(nominal, i) - 1;
+    return change;
+}
+
 } // namespace
 
 uint32_t adopt_cells(const Scene &start, Scene &nominal) {
@@ -124,6 +135,7 @@ Point start_of(const Problem &problem, const optics::Outline &nominal, const opt
         from.map_m[i] = pupil.opd_m[i] - outline.pupil.opd_m[i];
     if (std::all_of(from.map_m.begin(), from.map_m.end(), [](double m) { return std::fabs(m) < kNoMap; }))
         from.map_m = {}; // rounding alone
+    from.response = response_change(scene.detector, problem.nominal.detector);
     return from;
 }
 

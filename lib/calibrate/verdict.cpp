@@ -134,6 +134,7 @@ void judge(const Problem &problem, const Point &point, const Linearisation &norm
     }
     const size_t rows = problem.nominal.detector.rows, cols = problem.nominal.detector.cols, n = problem.free.size(),
                  size = n * problem.windows.size();
+    const double determined = static_cast<double>(size) + out.response_parameters; // a response has one window
     out.frames.assign(problem.frames.count, {});
     out.chi_map.resize(rows * cols);
     std::vector<double> alone, added;
@@ -161,8 +162,9 @@ void judge(const Problem &problem, const Point &point, const Linearisation &norm
         const double share =
             static_cast<double>(problem.windows[window].frames.size()) / static_cast<double>(problem.frames.count);
         const bool is_seen = residuals.used > 0 || window == 0;
-        out.goodness_of.push_back(is_seen ? residuals.judged(static_cast<double>(n), share * out.map_parameters)
-                                          : out.goodness_of.back());
+        out.goodness_of.push_back(
+            is_seen ? residuals.judged(static_cast<double>(n) + out.response_parameters, share * out.map_parameters)
+                    : out.goodness_of.back());
         all.add(residuals);
     }
     for (size_t i = 0; i < rows * cols; i++)
@@ -170,10 +172,10 @@ void judge(const Problem &problem, const Point &point, const Linearisation &norm
     out.separation_sigma_px = median(alone);
     out.calibration_sigma_px = median(added);
     out.structure = correlation.structure();
-    out.goodness = all.judged(static_cast<double>(size), out.map_parameters);
+    out.goodness = all.judged(determined, out.map_parameters);
     out.squares = all.squares;
-    out.freedom = all.freedom - static_cast<double>(size) - out.map_parameters;
-    const double loss = std::max(0.0, 1 - all.squares / (all.freedom - static_cast<double>(size)));
+    out.freedom = all.freedom - determined - out.map_parameters;
+    const double loss = std::max(0.0, 1 - all.squares / (all.freedom - determined));
     out.structure_limit = kStructureLimit + (point.map_m.empty() ? 0 : static_cast<double>(all.used) * loss * loss);
     const auto is = [&](GoodnessVerdict verdict) {
         return out.goodness.verdict == verdict ||

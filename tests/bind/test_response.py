@@ -1,4 +1,5 @@
-"""The response of each pixel that a scene names: simulation, bounds and all estimators have it."""
+"""The response of each pixel that a scene names: simulation, bounds and all estimators have it; and calibrations that find it,
+against dense least squares. The long form: response_map.py."""
 import copy
 import math
 import pathlib
@@ -11,6 +12,7 @@ import numpy
 from package import toliman
 from refusal import refused
 import test_bad_pixels
+import test_calibration
 
 SIDE = test_bad_pixels.SIDE
 DETECTOR = {"qe": 0.8, "flat_rms": 0.01}
@@ -85,6 +87,108 @@ class Responses(unittest.TestCase):
             toliman.Simulator(self.scene(self.path))
         with refused(toliman.NotFoundError, pathlib.Path(self.folder.name, "missing.npy")):
             toliman.Simulator(self.scene(pathlib.Path(self.folder.name, "missing.npy")))
+
+
+SMALL, FRAMES, RMS, FREE = 28, 60, 5e-3, "scale=1e-3 focus=20 zernike_7=20"
+
+
+class ResponseMaps(unittest.TestCase):
+    """Frames of stars that move by 2 px rms, with a white response."""
+
+    @classmethod
+    def setUpClass(cls):
+        random = numpy.random.default_rng(3)
+        cls.response = 1 + RMS * random.standard_normal((SMALL, SMALL))
+        cls.shifts = 2 * random.standard_normal((FRAMES + 4, 2))
+        cls.simulators = [toliman.Simulator(cls.scene(shift)) for shift in cls.shifts]
+        cls.frames = numpy.stack([random.poisson(one.image() * cls.response) for one in cls.simulators]).astype("u4")
+        cls.nominal = toliman.Simulator(cls.scene((0, 0)))
+        cls.options = {"shifts": cls.shifts[:FRAMES] + 0.1, "free": FREE, "response": True, "response_rms": RMS}
+        cls.found = toliman.calibrate(cls.nominal, cls.frames[:FRAMES], threads=1, **cls.options)
+
+    @staticmethod
+    def scene(shift):
+        scene = copy.deepcopy(test_calibration.SCENE)
+        places = {"A": (-3.2, 2.3), "B": (4.1, -3.6)}
+        scene["binary"] = {"offsets_px": {star: [place[0] + shift[0], place[1] + shift[1]] for star, place in places.items()}}
+        scene["signal"]["amplitude_px"] = 0
+        scene["detector"]["shape"] = [SMALL, SMALL]
+        scene["noise"] = {"photon": True, "seed": 1}
+        scene["cadence"]["frames"] = FRAMES
+        del scene["systematics"]
+        return scene
+
+    def dense(self):
+        """The response and its standard deviations from the whole matrix of all unknowns, linearised about the truth."""
+        values, names = self.found.values(), ("star_a", "star_b", "separation", "position_angle", "shift_x", "shift_y")
+        pixels, n, true = SMALL**2, len(values), self.response.ravel()
+        size = pixels + FRAMES * 7 + n
+        matrix, right = numpy.zeros((size, size)), numpy.zeros(size)
+        for k, simulator in enumerate(self.simulators[:FRAMES]):
+            light = simulator.image().ravel()
+            own = numpy.stack([simulator.derivative(name).ravel() if name == "position_angle" else simulator.image(name).ravel()
+                               for name in names] + [numpy.ones(pixels)], 1)
+            of_instrument = numpy.stack([simulator.derivative(name).ravel() for name in values], 1)
+            others = numpy.concatenate([own, of_instrument], 1) * true[:, None]
+            columns = numpy.r_[pixels + 7 * k:pixels + 7 * k + 7, size - n:size]
+            weight = 1 / (light * true)
+            residual = self.frames[k].ravel() - light * true
+            matrix[range(pixels), range(pixels)] += weight * light**2
+            matrix[numpy.ix_(columns, columns)] += (others * weight[:, None]).T @ others
+            mixed = others * (weight * light)[:, None]
+            matrix[numpy.ix_(range(pixels), columns)] += mixed
+            matrix[numpy.ix_(columns, range(pixels))] += mixed.T
+            right[:pixels] += weight * light * residual
+            right[columns] += others.T @ (weight * residual)
+        matrix[range(pixels), range(pixels)] += 1 / RMS**2
+        right[:pixels] -= (true - 1) / RMS**2
+        for i, value in enumerate(values.values()):
+            matrix[size - n + i, size - n + i] += 1 / value.prior_sigma**2
+        covariance = numpy.linalg.inv(matrix)
+        shape = (SMALL, SMALL)
+        variance = covariance.diagonal()[:pixels].reshape(shape) - RMS**2 / pixels  # over the mean, which is not determined
+        return self.response + (covariance @ right)[:pixels].reshape(shape), variance**0.5
+
+    def test_dense_least_squares(self):
+        response, sigma = self.dense()
+        self.assertEqual(self.found.flags, (), self.found.verdict)
+        self.assertLess(numpy.abs((self.found.response - response) / sigma).max(), 0.01)
+        ratio = self.found.response_sigma / sigma
+        self.assertLess(numpy.abs(ratio - 1).max(), 0.01)
+        self.assertAlmostEqual(self.found.info.response_parameters, (1 - sigma**2 / RMS**2).sum() - 1, delta=0.1)
+
+    def test_errors_are_those_stated(self):
+        pulls = (self.found.response - self.response / self.response.mean()) / self.found.response_sigma
+        self.assertAlmostEqual((pulls**2).mean()**0.5, 1, delta=4 / math.sqrt(2 * pulls.size))
+        info = self.found.info
+        self.assertEqual(info.response_pixels, (self.found.response_sigma <= 0.7 * RMS).sum())
+        self.assertAlmostEqual(info.chi_square, 1, delta=5 * info.chi_square_sigma)
+        self.assertAlmostEqual(self.found.response.mean(), 1, delta=1e-4)
+
+    def test_the_fitted_scene_has_it(self):
+        """Other frames are good with it, and poor without; a calibration can start from it. Bits do not depend on threads."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "fitted.json"
+            self.found.save(path)
+            fitted = toliman.Simulator(path)
+            self.assertTrue((pathlib.Path(folder) / "fitted.response.npy").exists())
+        self.enterContext(warnings.catch_warnings(action="ignore"))
+        shifts, frames = self.shifts[FRAMES:], self.frames[FRAMES:]
+        found, without = (toliman.Fit(one).frames(frames, shifts=shifts)["chi_square"] for one in (fitted, self.nominal))
+        self.assertLess(numpy.abs(found - 1).max(), 0.4)
+        self.assertGreater(without.min(), 2)
+        again = toliman.calibrate(self.nominal, self.frames[:FRAMES], start=fitted, threads=2, **self.options)
+        self.assertLess(numpy.abs((again.response - self.found.response) / self.found.response_sigma).max(), 0.01)
+        other = toliman.calibrate(self.nominal, self.frames[:FRAMES], threads=2, **self.options)
+        numpy.testing.assert_array_equal(other.response, self.found.response)
+        numpy.testing.assert_array_equal(other.response_sigma, self.found.response_sigma)
+
+    def test_what_has_no_response(self):
+        alone = toliman.calibrate(self.nominal, self.frames[:4], shifts=self.shifts[:4], free="scale")
+        self.assertTrue(numpy.isnan(alone.response).all() and numpy.isnan(alone.response_sigma).all())
+        self.assertEqual((alone.info.response_pixels, alone.info.response_parameters), (0, 0))
+        with refused(toliman.UnsupportedError, "options->window_days"):
+            toliman.calibrate(self.nominal, self.frames[:4], response=True, window_days=1)
 
 
 if __name__ == "__main__":

@@ -108,7 +108,7 @@ NAMES = {"stages": "names of the modelled stages", "reasons": "reasons against a
 
 # Integer members that are booleans, in all structs or in one, and the bits of `flags` that become booleans.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted", "improved",
-            "stopped", "is_free", "equal", "slow", "is_calibrated", "is_complete", "is_decisive", "is_weighted", "has_exposures", "toliman_calibration_step.is_map",
+            "stopped", "is_free", "equal", "slow", "is_calibrated", "is_complete", "is_decisive", "is_weighted", "has_exposures", "toliman_calibration_step.is_map", "toliman_calibration_step.is_response",
             "toliman_calibration_step.accepted", "toliman_calibration_step.recalled",
             "toliman_calibration_attempt.kept"}
 FLAGS = {

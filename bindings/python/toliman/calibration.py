@@ -119,6 +119,16 @@ class Calibration(Handle):
         """The mean over all frames of the squared residual over its variance [row][column]."""
         return self._image(_raw.TOLIMAN_CALIBRATION_IMAGE_CHI)
 
+    @property
+    def response(self) -> Doubles:
+        """The response of each pixel [row][column]: detector.response of the fitted scene."""
+        return self._image(_raw.TOLIMAN_CALIBRATION_IMAGE_RESPONSE)
+
+    @property
+    def response_sigma(self) -> Doubles:
+        """The standard deviation of the response [row][column], all other parameters free."""
+        return self._image(_raw.TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA)
+
     def values(self, window: int = 0) -> dict[str, CalibrationValue]:
         """Returns the parameters of the instrument by name, with value, sigma and prior_sigma. Values are changes
         against the nominal scene."""
@@ -155,7 +165,8 @@ class Calibration(Handle):
         return image
 
     def save(self, path: str | os.PathLike[str], window: int = 0) -> None:
-        """Writes the fitted scene to a file, whose name ends in ".json", and its map next to it, atomically."""
+        """Writes the fitted scene to a file, whose name ends in ".json", and its map and response next to it,
+        atomically."""
         check(library.toliman_calibration_save_file(self._c, whole("window", window), file_name(path)))
 
     def _undetermined(self) -> typing.Iterator[str]:
@@ -191,9 +202,10 @@ class _SoFar(Calibration):
 def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike | None = None,
               shifts: ArrayLike = (0, 0), separations: ArrayLike = 0, position_angles: ArrayLike = 0,
               spreads: typing.Sequence[Spread] | None = None,
-              free: str | typing.Iterable[str] | None = None, map: bool = False, improve: bool = False, start: Simulator | None = None,
+              free: str | typing.Iterable[str] | None = None, map: bool = False, improve: bool = False, response: bool = False,
+              start: Simulator | None = None,
               most_iterations: int = 0, capture_px: float = 0, window_days: float = 0, smoothness: float = 0,
-              map_rms_nm: float = 0, threads: int = 0, step: Step | None = None,
+              map_rms_nm: float = 0, response_rms: float = 0, threads: int = 0, step: Step | None = None,
               journal: str | os.PathLike[str] | None = None) -> Calibration:
     """Determines parameters of the telescope from frames of the binary, by maximum likelihood.
 
@@ -210,12 +222,14 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
     map: fit also the OPD of each pupil cell, which takes minutes.
     improve: while the model is incomplete, calibrate again with mask.edges = "area", twice the pupil samples, spectral
         modes and the map, in this order, and keep what lowers chi-square: see attempts. Takes minutes.
+    response: fit also the response of each pixel, from hundreds of frames in which the stars move by pixels.
     start: Simulator of the scene to start from, such as that of a saved Calibration; None: the nominal scene.
-    most_iterations: of the parameters, and again of the map; 0 means 30.
+    most_iterations: of the parameters, of the map, of the response; 0 means 30.
     capture_px: largest shift of the stars from their predicted places; 0 means 6.
     window_days: length of the windows: parameters change linearly from start to start; 0: they are constant.
     smoothness: change of each parameter from one start to the next, in standard deviations of its prior; 0 means 0.01.
     map_rms_nm: prior of the map, rms over the open pupil; 0 means 10.
+    response_rms: prior of the relative response, rms; 0 means 0.01.
     step: function of (Calibration, CalibrationStep), called after each iteration; a true return value cancels. The
         Calibration may be saved during the call.
     journal: file to which the results of each iteration are appended. If it exists, the call continues from it, and
@@ -235,10 +249,12 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
     with Watch(None) as watch:
         options = options_of(
             _raw.toliman_calibration_options,
-            flags=(_raw.TOLIMAN_CALIBRATION_MAP if map else 0) | (_raw.TOLIMAN_CALIBRATION_IMPROVE if improve else 0), free=_names(free),
+            flags=((_raw.TOLIMAN_CALIBRATION_MAP if map else 0) | (_raw.TOLIMAN_CALIBRATION_IMPROVE if improve else 0)
+                   | (_raw.TOLIMAN_CALIBRATION_RESPONSE if response else 0)), free=_names(free),
             most_iterations=whole("most_iterations", most_iterations, 2**31), threads=whole("threads", threads, 2**32),
             capture_px=real("capture_px", capture_px), window_days=real("window_days", window_days),
             smoothness=real("smoothness", smoothness), map_rms_nm=real("map_rms_nm", map_rms_nm),
+            response_rms=real("response_rms", response_rms),
             journal=None if journal is None else file_name(journal),
             step=_raw.toliman_calibration_step_fn(lambda *arguments: watch.run(_report, watch, step, *arguments)))
         if start is not None:

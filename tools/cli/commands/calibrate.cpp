@@ -7,9 +7,12 @@ namespace cli {
 
 namespace {
 
+constexpr size_t kAllFrames = 1000000;
+
 struct Options {
     CalibrationRequest request;
-    bool map = false, improve = false, as_json = false;
+    bool chooses = false; // --choose is given
+    bool map = false, detector = false, improve = false, as_json = false;
 };
 
 void calibrate(Options &options, Progress &progress) {
@@ -19,6 +22,15 @@ void calibrate(Options &options, Progress &progress) {
         throw Failure(kExitUsage, formatted("--map-rms %g: needs --map", request.options.map_rms_nm));
     if (has_smoothness && request.options.window_days == 0)
         throw Failure(kExitUsage, formatted("--smoothness %g: needs --windows", request.options.smoothness));
+    if (request.options.response_rms != 0 && !options.detector)
+        throw Failure(kExitUsage, formatted("--response-rms %g: needs --detector", request.options.response_rms));
+    if (options.detector && request.options.window_days != 0)
+        throw Failure(kExitUsage, formatted("--windows %g: not with --detector, whose response is one for all frames",
+                                            request.options.window_days));
+    if (options.detector && !options.chooses)
+        request.most_frames = kAllFrames;
+    if (options.detector)
+        request.options.flags |= TOLIMAN_CALIBRATION_RESPONSE;
     if (options.map)
         request.options.flags |= TOLIMAN_CALIBRATION_MAP;
     if (options.improve)
@@ -27,7 +39,7 @@ void calibrate(Options &options, Progress &progress) {
     std::vector<std::string> inputs = request.frames.files;
     inputs.push_back(request.scene);
     check_not_input(request.out, inputs);
-    CalibrationOutput output(files);
+    CalibrationOutput output(files, options.detector);
     if (!request.resume)
         remove_journal(files.journal());
     Calibration calibration(request, files, progress);
@@ -54,10 +66,13 @@ void add_calibrate(CLI::App &app, Context &context) {
                           "or else those of the scene's frames");
     add_option(command, "--out", request.out, "FILE")->required();
     CLI::Option *free = add_option(command, "--free", request.free, "NAMES");
-    command->add_option("--choose", request.most_frames)->check(CLI::Range(size_t{2}, size_t{1000000}));
+    CLI::Option *choose =
+        command->add_option("--choose", request.most_frames)->check(CLI::Range(size_t{2}, kAllFrames));
     command->add_flag("--map", options->map);
+    command->add_flag("--detector", options->detector);
     command->add_flag("--improve", options->improve);
     command->add_option("--map-rms", request.options.map_rms_nm)->check(CLI::Range(1e-3, 1e4));
+    command->add_option("--response-rms", request.options.response_rms)->check(CLI::Range(1e-6, 0.5));
     command->add_option("--windows", request.options.window_days)->check(CLI::Range(1e-6, 1e6));
     command->add_option("--smoothness", request.options.smoothness)->check(CLI::Range(1e-9, 1e3));
     command->add_option("--capture", request.options.capture_px)->check(CLI::Range(0.1, 64.0));
@@ -65,8 +80,10 @@ void add_calibrate(CLI::App &app, Context &context) {
     command->add_option("--threads", request.options.threads)->check(CLI::Range(1u, 1024u));
     command->add_flag("--resume", request.resume);
     command->add_flag("--json", options->as_json);
-    set_action(*command, context, options, calibrate,
-               [options, free] { options->request.by_free = free->count() > 0; });
+    set_action(*command, context, options, calibrate, [options, free, choose] {
+        options->request.by_free = free->count() > 0;
+        options->chooses = choose->count() > 0;
+    });
 }
 
 } // namespace cli

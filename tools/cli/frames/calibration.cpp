@@ -45,9 +45,11 @@ int32_t Calibration::on_step(const toliman_calibration *, const toliman_calibrat
     if (step->recalled == 0)
         run.progress_->line("calibrate",
                             formatted("%s%s iteration %d: chi-square %.6g, largest step %.3g %s%s", change.c_str(),
-                                      step->is_map != 0 ? "map" : "parameters", step->iteration, step->chi_square,
-                                      step->largest_step, step->is_map != 0 ? "nm" : "sigma",
-                                      step->accepted != 0 ? "" : ", rejected"));
+                                      step->is_map != 0        ? "map"
+                                      : step->is_response != 0 ? "response"
+                                                               : "parameters",
+                                      step->iteration, step->chi_square, step->largest_step,
+                                      step->is_map != 0 ? "nm" : "sigma", step->accepted != 0 ? "" : ", rejected"));
     return stop_signal() != 0 ? 1 : 0;
 }
 
@@ -116,14 +118,15 @@ void Calibration::refuse(const toliman::error &error) const {
 
 bool Calibration::reached_limit(const toliman_calibration_info &info) const {
     const int32_t most = request_.options.most_iterations != 0 ? request_.options.most_iterations : kIterations;
-    return info.iterations >= most || info.map_iterations >= most;
+    return info.iterations >= most || info.map_iterations >= most || info.response_iterations >= most;
 }
 
 // A journal from which more iterations may converge is kept.
 void Calibration::fail_to_converge(const toliman_calibration_info &info) const {
     std::string why = files_.out() + ": not written: the calibration did not converge: chi-square " +
                       formatted("%.4g", info.chi_square) + " after " +
-                      std::to_string(info.iterations + info.map_iterations) + " iterations: ";
+                      std::to_string(info.iterations + info.map_iterations + info.response_iterations) +
+                      " iterations: ";
     if (reached_limit(info))
         throw Failure(kExitRejected,
                       why + "the same command with --resume and more --iterations continues from " + files_.journal());

@@ -11,7 +11,7 @@ namespace cli {
 namespace {
 
 constexpr char kBefore[] = ".residual_before.npy", kAfter[] = ".residual_after.npy", kChiMap[] = ".chi_map.npy",
-               kOpd[] = ".opd_change.npy";
+               kOpd[] = ".opd_change.npy", kResponseSigma[] = ".response_sigma.npy";
 
 toliman_calibration_info info_of(const Calibration &calibration) {
     return toliman::result<toliman_calibration_info>(toliman_calibration_get_info, calibration.get());
@@ -169,8 +169,9 @@ Json json_of(const toliman_calibration_step &step) {
     std::optional<std::string> change;
     if (step.change != 0)
         change = toliman_constant_name(static_cast<int32_t>(step.change));
-    return Json("change", change, "map", step.is_map != 0, "iteration", step.iteration, "accepted", step.accepted != 0,
-                "chi_square", step.chi_square, "largest_step", step.largest_step);
+    return Json("change", change, "map", step.is_map != 0, "response", step.is_response != 0, "iteration",
+                step.iteration, "accepted", step.accepted != 0, "chi_square", step.chi_square, "largest_step",
+                step.largest_step);
 }
 
 Json json_of(const toliman_calibration_attempt &attempt) {
@@ -225,9 +226,12 @@ bool is_complete(const toliman_calibration_info &info) {
 
 } // namespace
 
-CalibrationOutput::CalibrationOutput(const CalibrationFiles &files)
+CalibrationOutput::CalibrationOutput(const CalibrationFiles &files, bool has_response)
     : files_(checked(files)), result_(files.with_suffix(".calibration.json")), before_(files.with_suffix(kBefore)),
-      after_(files.with_suffix(kAfter)), chi_map_(files.with_suffix(kChiMap)), opd_(files.with_suffix(kOpd)) {}
+      after_(files.with_suffix(kAfter)), chi_map_(files.with_suffix(kChiMap)), opd_(files.with_suffix(kOpd)) {
+    if (has_response)
+        response_sigma_.emplace(files.with_suffix(kResponseSigma));
+}
 
 void CalibrationOutput::write(const Calibration &calibration) {
     const toliman_calibration_info info = info_of(calibration);
@@ -247,8 +251,10 @@ void CalibrationOutput::write(const Calibration &calibration) {
              info.chi_square_sigma, "largest_residual", info.largest_residual, "goodness",
              toliman_constant_name(info.goodness), "structure", info.structure, "structure_limit", info.structure_limit,
              "separation_sigma_px", info.separation_sigma_px, "calibration_sigma_px", info.calibration_sigma_px,
-             "map_rms_nm", info.map_rms_nm, "map_parameters", info.map_parameters, "pupil_error", info.pupil_error,
-             "peak_noise", info.peak_noise);
+             "map_rms_nm", info.map_rms_nm, "map_parameters", info.map_parameters, "response_iterations",
+             info.response_iterations, "response_pixels", info.response_pixels, "response_rms", info.response_rms,
+             "response_parameters", info.response_parameters, "pupil_error", info.pupil_error, "peak_noise",
+             info.peak_noise);
     json.set("lacks", names_of(info.lacks), "changes", names_of(info.changes), "attempts",
              array_of(attempts_of(calibration), [](const auto &attempt) { return json_of(attempt); }), "left_out",
              array_of(left_out_of(calibration), [](const auto &left_out) { return json_of(left_out); }));
@@ -258,7 +264,9 @@ void CalibrationOutput::write(const Calibration &calibration) {
     result_.write(json_);
     write_arrays(calibration);
     // The files agree: those of which calibration.json tells are complete before it exists.
-    OutputFile *const arrays[] = {&before_, &after_, &chi_map_, &opd_};
+    std::vector<OutputFile *> arrays = {&before_, &after_, &chi_map_, &opd_};
+    if (response_sigma_)
+        arrays.push_back(&*response_sigma_);
     result_.finish();
     for (OutputFile *const file : arrays)
         file->finish();
@@ -299,6 +307,11 @@ void CalibrationOutput::write_arrays(const Calibration &calibration) {
         toliman::check(toliman_calibration_get_image(made, kind, image.data(), cols));
         write_npy(*file, image, {rows, cols});
     }
+    if (response_sigma_) {
+        toliman::check(
+            toliman_calibration_get_image(made, TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA, image.data(), cols));
+        write_npy(*response_sigma_, image, {rows, cols});
+    }
     for (size_t i = 0; i < windows; i++)
         toliman::check(toliman_calibration_get_opd(made, static_cast<int64_t>(i), &opd[i * cells * cells]));
     write_npy(opd_, opd, {windows, cells, cells});
@@ -328,7 +341,8 @@ void CalibrationOutput::print(const Calibration &calibration) const {
         std::printf("%s\n", sentence.c_str());
     std::printf("\nframes       %lld, in %lld %s\n", static_cast<long long>(info.frames),
                 static_cast<long long>(info.windows), info.windows == 1 ? "window" : "windows");
-    std::printf("iterations   %d of the parameters%s\n", info.iterations,
+    std::printf("iterations   %d of the parameters%s%s\n", info.iterations,
+                info.response_iterations > 0 ? formatted(", %d of the response", info.response_iterations).c_str() : "",
                 info.map_iterations > 0 ? formatted(", %d of the map", info.map_iterations).c_str() : "");
     std::printf("chi-square   %s per degree of freedom, %s; largest residual %.1f sigma\n",
                 text_with_error(info.chi_square, info.chi_square_sigma).c_str(), toliman_constant_name(info.goodness),
@@ -338,6 +352,11 @@ void CalibrationOutput::print(const Calibration &calibration) const {
     if (info.map_iterations > 0)
         std::printf("map          %.3g nm rms over the open pupil, as good as %.0f parameters\n", info.map_rms_nm,
                     info.map_parameters);
+    if (info.response_iterations > 0)
+        std::printf("response     %.3g rms of %lld pixels that the frames determine, as good as %.0f parameters; %lld "
+                    "pixels remain at the prior\n",
+                    info.response_rms, static_cast<long long>(info.response_pixels), info.response_parameters,
+                    static_cast<long long>(info.rows * info.cols - info.response_pixels));
     for (const auto &attempt : attempts_of(calibration))
         print_attempt(attempt);
     for (const auto &left_out : left_out_of(calibration))

@@ -1,5 +1,7 @@
 // Results of a calibration: fitted scenes, JSON, arrays for the report, and text.
 #pragma once
+#include <optional>
+
 #include "frames/calibration.hpp"
 
 namespace cli {
@@ -7,7 +9,7 @@ namespace cli {
 class CalibrationOutput {
   public:
     // Opens all files before the calibration, so that one that cannot be written fails at once.
-    explicit CalibrationOutput(const CalibrationFiles &files);
+    CalibrationOutput(const CalibrationFiles &files, bool has_response);
 
     // Writes fitted scenes, list of windows, results and arrays.
     void write(const Calibration &calibration);
@@ -24,6 +26,7 @@ class CalibrationOutput {
 
     const CalibrationFiles &files_;
     OutputFile result_, before_, after_, chi_map_, opd_;
+    std::optional<OutputFile> response_sigma_;
     std::string json_;
 };
 

@@ -1,0 +1,31 @@
+// The relative response of each pixel from all frames together.
+#pragma once
+#include "calibrate/problem.hpp"
+
+namespace toliman::calibrate {
+
+struct ResponseOptions {
+    double rms = 1e-2; // of the prior, which is normal around the nominal response
+    int most_iterations = 100;
+    double tolerance = 1e-5; // of the residual of the conjugate gradients, relative to the right-hand side
+};
+
+// A Gauss-Newton step of the response, of the parameters of the frames and of those of the instrument.
+struct ResponseStep {
+    Point change;          // of all, without an OPD map
+    Buffer<double> sigma;  // of the response of each pixel over the mean, all other parameters free
+    double chi_square = 0; // before the step, of all frames
+    size_t used = 0;       // pixels
+    int iterations = 0;    // of the conjugate gradients
+    double largest = 0;    // of the step: rms over the pixels, in their standard deviations
+    bool lost = false;     // a star left the model images: nothing else is valid
+    bool solvable = false;
+};
+
+// Of the only window. The result does not depend on the workers.
+ResponseStep response_step(const Problem &problem, const Point &point, const ResponseOptions &options);
+
+// The number of parameters that the frames determine: pixels minus the trace of the covariance over rms^2.
+double response_parameters(const Buffer<double> &sigma, double rms) noexcept;
+
+} // namespace toliman::calibrate
