@@ -43,7 +43,8 @@
  *              Poisson noise -> full well -> + read noise -> / gain + bias -> rounding to integer DN.
  * Unit         Of frames and expected images: photons; electrons with qe; DN with gain, bias or bit depth.
  * Systematics  Drifts restart after the last frame of the cadence. Pointing in x and y shares one drift, as do the two
- *              fluxes.
+ *              fluxes. With systematics.smear an image is the mean of images displaced along the path
+ *              (promise: smear-is-a-mean-of-images).
  * Nuisances    Unknown parameters (sim_derivative.h) that estimators remove (project out): those of preprocess.project,
  *              at most 32.
  * Engines      MATRIX_DFT samples exact pixel positions. PADDED_FFT is the baseline of the chapter: N_E = N_out p

@@ -29,6 +29,7 @@
  *   transfer_smear, brighter_fatter (px^2/e-), interpixel_capacitance, nonlinearity (1/e-)
  *                                keys of detector
  *   flat                         the response of each pixel: a row of the budget, without derivative
+ *   smear               px^2     square of the length of systematics.smear
  *
  * Derivatives are exact, except those of the rotation and the shifts of the mask, whose error is 1e-3 of their largest
  * pixel (promise: derivatives-are-exact). preprocess.project of a scene takes all but separation and flat. */
@@ -63,6 +64,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_parameters(toliman
  *   - flux_b, temperature_b, spectrum_b_... and position_angle of a single star;
  *   - mask_... unless the mask is a spiral with edges "area";
  *   - temperature_... and spectrum_... of spectral lines or a single wavelength;
+ *   - smear without systematics.smear;
  *   - with PADDED_FFT all but separation, shift_x, shift_y, roll, flux_a, flux_b, background, scale and focus. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_derivative(const toliman_sim *sim, const char *name,
                                                                          double *image, size_t stride) TOLIMAN_NOEXCEPT;

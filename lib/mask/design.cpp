@@ -372,9 +372,10 @@ std::string json_of(const Mask &mask) {
 Scene at_rest(Scene scene) {
     scene.binary.moving = false;
     scene.binary.sky = nullptr;
-    const Jitter jitter = scene.systematics.jitter;
+    const Systematics before = scene.systematics;
     scene.systematics = {};
-    scene.systematics.jitter = jitter;
+    scene.systematics.jitter = before.jitter;
+    scene.systematics.smear = before.smear;
     return scene;
 }
 

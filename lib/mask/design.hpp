@@ -38,7 +38,7 @@ bool is_improved(const Design &design, const DesignOptions &options) noexcept;
 // bits, in every locale.
 std::string json_of(const Mask &mask);
 
-// The scene with its stars at rest, and no systematics but the jitter.
+// The scene with its stars at rest, and no systematics but jitter and smear.
 Scene at_rest(Scene scene);
 
 // places: scenes of one instrument, whose stars have the places that the mask is designed for. The result depends on

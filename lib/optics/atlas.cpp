@@ -36,6 +36,7 @@ Plan plan_around(const Plan &plan, const std::array<double, 2> &reach) {
     Plan around = plan;
     around.pixels = atlas_grid(plan, reach);
     around.filter = plan.atlas.filter;
+    around.smear_filter = plan.atlas.smear_filter;
     return around;
 }
 

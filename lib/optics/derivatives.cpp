@@ -3,7 +3,8 @@
 //               dI = 2 Re(conj F dF), one more transform per wavelength.
 //     place     Shear and anisotropy of the detector, jitter and position angle are combinations of the image's
 //               derivatives by the star's position. A Gaussian blur of covariance q obeys the heat equation:
-//               dI/dq_xx = 1/2 d^2 I/dx^2, dI/dq_xy = d^2 I/dx dy.
+//               dI/dq_xx = 1/2 d^2 I/dx^2, dI/dq_xy = d^2 I/dx dy. Smear takes the second derivative along its path
+//               through a filter of its own (smear.cpp).
 //     spectrum  The image is linear in the photons w_i of the wavelengths. With r_i = d log s_i of the spectrum s, at
 //               equal flux, dw_i = w_i (r_i - sum w r/sum w).
 //     wavelength  The image at wavelength lambda, times lambda^2, is a smooth function of the wavenumber. It is
@@ -43,6 +44,19 @@ void add(double weight, const Buffer<double> &image, Buffer<double> &sum) {
         sum[i] += weight * image[i];
 }
 
+// Second derivatives by the star's place: weights of d^2/dx^2, d^2/dx dy and d^2/dy^2.
+struct Curvature {
+    double xx, xy, yy;
+};
+
+// Adds a star's share to that sum. d/dx = x d/da - y d/dc and d/dy = y d/da + x d/dc, applied twice.
+void add_curvature(const StarImages &star, const Light &light, const Curvature &by, Buffer<double> &sum) {
+    const double x = light.axis[0], y = light.axis[1];
+    add(by.xx * x * x + by.xy * x * y + by.yy * y * y, star.at(2, 0), sum);
+    add(2 * (by.yy - by.xx) * x * y + by.xy * (x * x - y * y), star.at(1, 1), sum);
+    add(by.xx * y * y - by.xy * x * y + by.yy * x * x, star.at(0, 2), sum);
+}
+
 // Adds a star's share to the derivative by a parameter of kind `place`. (x, y) is the axis of the position derivatives.
 void add_place(const StarImages &star, const Light &light, size_t number, Kind kind, Buffer<double> &sum) {
     const double x = light.axis[0], y = light.axis[1];
@@ -60,11 +74,22 @@ void add_place(const StarImages &star, const Light &light, size_t number, Kind k
         add(0.5, star.at(2, 0), sum);
         return add(0.5, star.at(0, 2), sum);
     }
-    // d/dx = x d/da - y d/dc and d/dy = y d/da + x d/dc, applied twice.
-    const bool xx = kind == Kind::jitter_xx, yy = kind == Kind::jitter_yy;
-    add(xx ? 0.5 * x * x : yy ? 0.5 * y * y : x * y, star.at(2, 0), sum);
-    add(xx ? -x * y : yy ? x * y : x * x - y * y, star.at(1, 1), sum);
-    add(xx ? 0.5 * y * y : yy ? 0.5 * x * x : -x * y, star.at(0, 2), sum);
+    add_curvature(star, light,
+                  {kind == Kind::jitter_xx ? 0.5 : 0, kind == Kind::jitter_xy ? 1.0 : 0,
+                   kind == Kind::jitter_yy ? 0.5 : 0},
+                  sum);
+}
+
+// Adds a star's share to the derivative by the square of the length of the scene's smear.
+void add_smear(const Scene &scene, const Plan &plan, const Imager &imager, const Light &light, size_t star,
+               Buffer<double> &sum) {
+    Plan along_path = plan;
+    along_path.filter = plan.smear_filter;
+    ImageRequest request;
+    request.plane = 2;
+    const StarImages images = imager.with_plan(along_path).images(light, star, 0, request);
+    const double angle = scene.systematics.smear->angle_deg * kPi / 180, x = std::cos(angle), y = std::sin(angle);
+    add_curvature(images, light, {x * x, 2 * x * y, y * y}, sum);
 }
 
 // Logarithmic derivative of the spectrum at each wavelength.
@@ -129,7 +154,7 @@ Light changed_spectrum(const Scene &scene, const Light &light, Parameter paramet
 
 bool has_own_derivative(Parameter parameter) noexcept {
     return is_mode(parameter.kind) || is_place(parameter.kind) || star_of_spectrum(parameter.kind) < 2 ||
-           parameter.kind == Kind::wavelength || Readout::has(parameter.kind);
+           parameter.kind == Kind::wavelength || parameter.kind == Kind::smear || Readout::has(parameter.kind);
 }
 
 const char *why_no_derivative(const Scene &scene, const Plan &plan, Parameter parameter) noexcept {
@@ -144,6 +169,8 @@ const char *why_no_derivative(const Scene &scene, const Plan &plan, Parameter pa
         return "is a number for each pixel";
     if (Readout::has(parameter.kind))
         return nullptr;
+    if (parameter.kind == Kind::smear && !scene.systematics.smear)
+        return "needs systematics.smear";
     if (has_own_derivative(parameter) && plan.engine == EngineKind::padded_fft)
         return "the padded FFT does not compute it";
     if (star < 2 && scene.stars[star].spectrum.kind == Spectrum::Kind::lines)
@@ -209,6 +236,8 @@ std::vector<Buffer<double>> derivatives(const Scene &scene, const Pupil &pupil, 
                     imager.images_of_samples(on_nodes(changed_spectrum(scene, light, parameters[p]), plan), star, 0, {})
                         .at(0, 0),
                     sums[p]);
+            else if (kind == Kind::smear)
+                add_smear(scene, plan, imager, light, star, sums[p]);
             else if (kind == Kind::wavelength)
                 add(1, imager.images_of_samples(wavelength_derivative(pupil, light, plan.pixels), star, 0, {}).at(0, 0),
                     sums[p]);

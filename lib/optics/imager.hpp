@@ -10,8 +10,9 @@ class Imager {
     Imager(const Scene &scene, const Pupil &pupil, const Plan &plan, unsigned workers)
         : scene_(scene), pupil_(pupil), plan_(plan), workers_(workers) {}
 
-    // The same imager with this number of workers.
+    // The same imager with this number of workers, or with this plan, which must outlive it.
     Imager with_workers(unsigned workers) const noexcept { return {scene_, pupil_, plan_, workers}; }
+    Imager with_plan(const Plan &plan) const noexcept { return {scene_, pupil_, plan, workers_}; }
 
     // As propagate(), for the scene's light and on the detector's pixels. on_progress as in propagate().
     StarImages images(const Light &light, size_t star, double displacement_px, const ImageRequest &request,

@@ -10,7 +10,7 @@
 //   on, and the error of the cut, at 3 to 9 sigma. In the terms of a covariance it is a Hermite function: with u = x/s,
 //   he_m = He_m/sqrt(m!) and phi the normal density,
 //       g_m(f) <-> (-1)^floor(m/2) (|q|/s^2)^(m/2) he_m(u) phi(u)/s.
-//   It is convolved with an interpolated filter for pixel and window.
+//   It is convolved with an interpolated filter for pixel, path and window.
 // Samples to be interpolated (kernels/shift.hpp) are divided by the transform G of the window in the same filters: H/G
 // in place of H, with errors weighted by G, as the interpolation multiplies by it again.
 #include "optics/line_filter.hpp"
@@ -163,20 +163,23 @@ LineFilter interpolated(const TransferFunction &transfer, double cutoff, double 
     return best;
 }
 
-// Two filters one after the other, the second symmetric; taps from the middle outwards.
-std::vector<double> convolved(const std::vector<double> &first, bool odd, const std::vector<double> &second) {
-    const auto reach = static_cast<ptrdiff_t>(first.size() - 1), more = static_cast<ptrdiff_t>(second.size() - 1);
-    std::vector<double> taps(first.size() + second.size() - 1, 0.0);
+// The filter whose transfer function is the product of those of two filters; taps from the middle outwards. Those of odd
+// filters are without their factor i, hence the sign of two of them.
+std::vector<double> convolved(const std::vector<double> &first, bool odd, const LineFilter &second) {
+    const auto reach = static_cast<ptrdiff_t>(first.size() - 1), more = static_cast<ptrdiff_t>(second.taps.size() - 1);
+    std::vector<double> taps(first.size() + second.taps.size() - 1, 0.0);
     for (ptrdiff_t k = -reach; k <= reach; k++)
-        for (ptrdiff_t j = -more; j <= more; j++)
+        for (ptrdiff_t j = -more; j <= more; j++) {
+            const bool negative = ((odd && k < 0) != (second.odd && j < 0)) != (odd && second.odd);
             if (k + j >= 0)
-                taps[static_cast<size_t>(k + j)] += (odd && k < 0 ? -1 : 1) * first[static_cast<size_t>(std::abs(k))] *
-                                                    second[static_cast<size_t>(std::abs(j))];
+                taps[static_cast<size_t>(k + j)] += (negative ? -1 : 1) * first[static_cast<size_t>(std::abs(k))] *
+                                                    second.taps[static_cast<size_t>(std::abs(j))];
+        }
     return taps;
 }
 
 // The Gaussian, or Hermite function, at the distances of the taps, cut where it is accurate enough, and convolved with
-// pixel and window.
+// pixel, path and window.
 LineFilter sampled(const TransferFunction &transfer, double cutoff, double accuracy) {
     const LineFilter box = interpolated(transfer.without_jitter(), cutoff, kShare * accuracy);
     const Band band(transfer, cutoff);
@@ -187,7 +190,7 @@ LineFilter sampled(const TransferFunction &transfer, double cutoff, double accur
         std::vector<double> kernel(static_cast<size_t>(std::ceil(width * transfer.jitter())) + 1);
         for (size_t k = 0; k < kernel.size(); k++)
             kernel[k] = transfer.kernel(static_cast<double>(k));
-        LineFilter line = band.checked(convolved(kernel, transfer.odd(), box.taps));
+        LineFilter line = band.checked(convolved(kernel, transfer.has_odd_kernel(), box));
         const bool better = best.taps.empty() || line.error < kCutGain * best.error;
         if (better)
             best = std::move(line);
@@ -199,8 +202,9 @@ LineFilter sampled(const TransferFunction &transfer, double cutoff, double accur
 
 } // namespace
 
-TransferFunction::TransferFunction(const Blur &blur, double variance, size_t m, size_t oversampling)
-    : blur_(&blur), finer_(static_cast<double>(oversampling)), width_(finer_ * blur.pixel),
+TransferFunction::TransferFunction(const Blur &blur, double variance, size_t m, const LinePath &path,
+                                   size_t oversampling)
+    : blur_(&blur), path_(&path), finer_(static_cast<double>(oversampling)), width_(finer_ * blur.pixel),
       jitter_(std::sqrt(variance) * width_), step_(2 * kPi * std::sqrt(std::fabs(blur.jitter.xy)) * width_), m_(m) {
     for (size_t i = 2; i <= m; i++)
         log_factorial_ += std::log(static_cast<double>(i));
@@ -208,7 +212,10 @@ TransferFunction::TransferFunction(const Blur &blur, double variance, size_t m, 
 
 double TransferFunction::box(double frequency) const noexcept {
     const double phase = kPi * width_ * frequency;
-    return (blur_->integrated && phase != 0 ? std::sin(phase) / phase : 1) / weight(frequency);
+    double moved = path_->nodes.empty() ? 1 : 0;
+    for (const Path::Node &node : path_->nodes)
+        moved += node.weight * (path_->odd ? std::sin(2 * phase * node.at) : std::cos(2 * phase * node.at));
+    return (blur_->integrated && phase != 0 ? std::sin(phase) / phase : 1) * moved / weight(frequency);
 }
 
 double TransferFunction::gaussian(double frequency) const noexcept {

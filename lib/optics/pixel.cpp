@@ -8,6 +8,10 @@
 //     H = sum over m of (-sign q)^m g_m(f_x) g_m(f_y),   g_m(f) = H_0(f) (2 pi sqrt|q| f)^m / sqrt(m!),
 // each g_m a filter along its axis, antisymmetric for odd m. No term exceeds (q^2 / (xx yy))^(m/2), so nothing cancels;
 // the terms end where their product is below the accuracy.
+// Motion within an exposure multiplies it by a sum of cos(2 pi f . a) over displacements a (smear.cpp): cosines and
+// sines along both axes, symmetric and antisymmetric filters,
+//     cos(2 pi f . a) = cos(2 pi f_x a_x) cos(2 pi f_y a_y) - sin(2 pi f_x a_x) sin(2 pi f_y a_y),
+// times those of pixel and jitter; along an axis the whole sum is one filter.
 // Error, relative to the peak of the blurred image: of the transfer functions, e_x + e_y, and of rounding. Both passes
 // amplify that of the samples, 1e-16 of the peak, which is random: by the root of the sum of their squared taps. 1e-15
 // times the product of both roots bounds the largest of many pixels.
@@ -27,6 +31,7 @@ constexpr double kSampleRounding = 1e-15; // relative to the peak
 constexpr size_t kMaxTerms = 256;         // of the expansion in the covariance
 constexpr size_t kSteps = 200;            // of an integral over the band
 constexpr double kTermShare = 0.25;       // of the accuracy, for each filter of the expansion
+constexpr double kPathShare = 0.4;        // of the accuracy, for each of the two sums of a path
 
 // out[i] = sum over k of taps[|k|] in[i step + k stride], with the sign of k for an odd filter.
 void filter_line(const double *in, size_t stride, size_t step, const LineFilter &line, size_t count,
@@ -75,26 +80,79 @@ double rounding(const std::array<LineFilter, 2> &term) noexcept {
     return kSampleRounding * term[0].gain * term[1].gain;
 }
 
+// The same that motion along a path leaves.
+double peak_left(const Path &path, double pixel, double cutoff) noexcept {
+    double sum = path.nodes.empty() ? 1 : 0, weights = sum;
+    for (const Path::Node &node : path.nodes) {
+        const double phase = kPi * pixel * cutoff * node.at; // of a slit: sinc^2
+        sum += node.weight * (phase != 0 ? std::pow(std::sin(phase) / phase, 2) : 1);
+        weights += node.weight;
+    }
+    return sum / weights;
+}
+
+// Filters along x and y, and the weight of their product.
+struct PathPart {
+    LinePath x, y;
+    double weight = 1;
+};
+
+std::vector<PathPart> parts_of(const Path &path) {
+    if (path.nodes.empty())
+        return {PathPart()};
+    if (path.y == 0)
+        return {{{path.nodes}, {}, 1}};
+    if (path.x == 0)
+        return {{{}, {path.nodes}, 1}};
+    std::vector<PathPart> parts;
+    for (const auto &[at, weight] : path.nodes)
+        for (const bool odd : {false, true})
+            if (!odd || at != 0)
+                parts.push_back({{{{at * path.x, 1}}, odd}, {{{at * path.y, 1}}, odd}, weight});
+    return parts;
+}
+
+// Appends the product of two filters.
+void add(LineFilter along_x, LineFilter along_y, double factor, PixelFilter &filter) {
+    for (double &tap : along_y.taps)
+        tap *= factor;
+    along_y.gain *= std::fabs(factor);
+    filter.terms.push_back({std::move(along_x), std::move(along_y)});
+    filter.error += rounding(filter.terms.back());
+}
+
 // Appends the terms m = 1, 2, ... of the expansion in the covariance, until they are within the accuracy.
-void add_terms(double cutoff, const Blur &blur, double accuracy, PixelFilter &filter) {
+void add_terms(double cutoff, const Blur &blur, const PathPart &part, double accuracy, PixelFilter &filter) {
     const Jitter &jitter = blur.jitter;
     double last = 1;
     for (size_t m = 1; m <= kMaxTerms; m++) {
-        const TransferFunction x(blur, jitter.xx, m, filter.oversampling), y(blur, jitter.yy, m, filter.oversampling);
+        const TransferFunction x(blur, jitter.xx, m, part.x, filter.oversampling),
+            y(blur, jitter.yy, m, part.y, filter.oversampling);
         const double size_x = x.largest(cutoff), size_y = y.largest(cutoff), size = size_x * size_y;
         if (size <= kTermShare * accuracy * (1 - size / last) || m == kMaxTerms) {
-            filter.error += size / std::max(1 - size / last, 1.0 / kMaxTerms); // as a geometric series
+            filter.error += part.weight * size / std::max(1 - size / last, 1.0 / kMaxTerms); // as a geometric series
             return;
         }
         last = size;
-        filter.terms.push_back({make_line(x, cutoff, kTermShare * accuracy / std::max(size_y, 1.0)),
-                                make_line(y, cutoff, kTermShare * accuracy / std::max(size_x, 1.0))});
-        auto &[along_x, along_y] = filter.terms.back();
-        filter.error += (along_x.error * size_y + along_y.error * size_x) / 2 + rounding(filter.terms.back());
-        if (m % 2 == 1 && jitter.xy < 0) // the product of two odd filters has the factor i^2 = -1
-            for (double &tap : along_y.taps)
-                tap = -tap;
+        LineFilter along_x = make_line(x, cutoff, kTermShare * accuracy / std::max(size_y, 1.0)),
+                   along_y = make_line(y, cutoff, kTermShare * accuracy / std::max(size_x, 1.0));
+        filter.error += part.weight * (along_x.error * size_y + along_y.error * size_x) / 2;
+        const bool negative = m % 2 == 1 && jitter.xy < 0; // the product of two odd filters has the factor i^2 = -1
+        add(std::move(along_x), std::move(along_y), negative ? -part.weight : part.weight, filter);
     }
+}
+
+// Appends the filters of a part of the path, each within `share` of an accuracy.
+void add_part(double cutoff, const Blur &blur, const PathPart &part, double share, double accuracy,
+              PixelFilter &filter) {
+    const auto line = [&](double variance, const LinePath &path) {
+        return make_line(TransferFunction(blur, variance, 0, path, filter.oversampling), cutoff, share * accuracy);
+    };
+    LineFilter along_x = line(blur.jitter.xx, part.x), along_y = line(blur.jitter.yy, part.y);
+    filter.error += part.weight * std::max(along_x.error, along_y.error);
+    add(std::move(along_x), std::move(along_y), part.weight, filter);
+    if (blur.jitter.xy != 0)
+        add_terms(cutoff, blur, part, accuracy, filter);
 }
 
 } // namespace
@@ -119,16 +177,12 @@ PixelFilter make_filter(double cutoff, const Blur &blur, double accuracy) {
         return filter;
     filter.oversampling = static_cast<size_t>(std::max(1.0, std::ceil(cutoff / kMaxCutoff)));
     const double fine = cutoff / static_cast<double>(filter.oversampling),
-                 left = peak_left(blur, blur.jitter.xx, cutoff) * peak_left(blur, blur.jitter.yy, cutoff),
-                 share = (blur.jitter.xy != 0 ? kTermShare : 1) * left * accuracy;
-    const auto line = [&](double variance) {
-        return make_line(TransferFunction(blur, variance, 0, filter.oversampling), fine, share);
-    };
-    filter.terms.push_back({line(blur.jitter.xx), line(blur.jitter.yy)});
-    filter.error = std::max(filter.terms[0][0].error, filter.terms[0][1].error) + rounding(filter.terms[0]);
-    if (blur.jitter.xy != 0)
-        add_terms(fine, blur, left * accuracy, filter);
-    filter.error /= left;
+                 left = peak_left(blur, blur.jitter.xx, cutoff) * peak_left(blur, blur.jitter.yy, cutoff) *
+                        peak_left(blur.path, blur.pixel, cutoff);
+    for (const PathPart &part : parts_of(blur.path))
+        add_part(fine, blur, part, blur.jitter.xy != 0 ? kTermShare : 1,
+                 (blur.path.nodes.empty() ? 1 : kPathShare) * left * accuracy, filter);
+    filter.error = (filter.error + blur.path.error) / left;
     return filter;
 }
 

@@ -1,4 +1,4 @@
-// Integration over pixels and Gaussian jitter, as short filters on point samples of the image.
+// Integration over pixels, Gaussian jitter and motion within an exposure, as short filters on point samples of the image.
 #pragma once
 #include <array>
 #include <vector>
@@ -8,7 +8,7 @@
 namespace toliman::optics {
 
 // The sum over terms of a filter along x (columns) times one along y. One term, unless the jitter in x and in y is
-// correlated.
+// correlated, or the image moves along both axes within an exposure.
 struct PixelFilter {
     size_t oversampling = 1; // point samples per pixel and axis
     std::vector<std::array<LineFilter, 2>> terms;

@@ -39,6 +39,7 @@ constexpr size_t kFewestTaps = 4;
 constexpr double kMaxAtlasCutoff = 0.3; // cycles per sample; the filter that divides by the window is short up to here
 constexpr double kAliasMargin = 40;     // of slopes: measured 22 to 31 times the largest alias
 constexpr double kFilterShare = 0.25;   // of the accuracy, for the filter of an atlas
+constexpr double kPathShare = 1e-3;     // of the accuracy, for the path of a smear; it costs a node or two
 constexpr double kAtlasMargin = 1;      // px beyond the reach of the stars
 constexpr size_t kMostAtlasSamples = size_t{1} << 26; // of a star
 
@@ -236,9 +237,17 @@ double pupil_error(const Pupil &pupil, const Light &light, const Grid &pixels, d
     return peak > 0 ? 2 * kWorstPixelSigmas * std::sqrt(sum * photons / (peak * pupil.area)) * step : 1;
 }
 
+// The filter for the derivative by a smear, on images with this cutoff per sample.
+PixelFilter smear_filter(const std::optional<Smear> &smear, double cutoff, Blur blur, double accuracy) {
+    if (!smear)
+        return {};
+    blur.path = path_of_rate(*smear, cutoff * blur.pixel, kPathShare * accuracy);
+    return make_filter(cutoff, blur, accuracy);
+}
+
 // The fewest samples per pixel that a window interpolates well, and the fewest taps with which its aliases are within
 // the accuracy, also relative to the slope of the image.
-AtlasPlan atlas_plan(double cutoff, const Blur &blur, double accuracy) {
+AtlasPlan atlas_plan(double cutoff, const Blur &blur, const std::optional<Smear> &smear, double accuracy) {
     AtlasPlan plan;
     if (accuracy < kRounding)
         return plan;
@@ -253,6 +262,7 @@ AtlasPlan atlas_plan(double cutoff, const Blur &blur, double accuracy) {
             break;
     }
     plan.filter = make_filter(frequency, plan.blur, kFilterShare * accuracy);
+    plan.smear_filter = smear_filter(smear, frequency, plan.blur, accuracy);
     plan.error += plan.filter.error;
     return plan;
 }
@@ -299,9 +309,13 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     const Detector &detector = scene.detector;
     plan.pixels = grid_of(detector);
     const double cutoff = cutoff_of(pupil, light, plan.pixels);
-    const Blur blur = {detector.integrated, blur_of(scene), 1, {}};
+    const std::optional<Smear> &smear = scene.systematics.smear;
+    Blur blur = {detector.integrated, blur_of(scene), 1, {}, {}};
+    if (smear)
+        blur.path = path_of(*smear, cutoff, kPathShare * scene.accuracy);
     plan.filter = make_filter(cutoff, blur, scene.accuracy);
-    plan.atlas = atlas_plan(cutoff, blur, scene.accuracy);
+    plan.smear_filter = smear_filter(smear, cutoff, blur, scene.accuracy);
+    plan.atlas = atlas_plan(cutoff, blur, smear, scene.accuracy);
     if (engine == EngineKind::padded_fft)
         check_padded_fft(scene, light, plan);
     const Light farthest = farthest_with_shifts(scene, farthest_on_orbit(scene, light));

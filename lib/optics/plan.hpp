@@ -23,7 +23,7 @@ constexpr double kRounding = 1e-14; // max error / peak of any image in double p
 struct AtlasPlan {
     size_t oversampling = 0; // samples per pixel and axis; 0 = the accuracy is beyond an atlas
     Blur blur;               // with the window of the interpolation
-    PixelFilter filter;
+    PixelFilter filter, smear_filter;
     double error = 0;   // also of slopes, relative to the largest slope
     Offsets reach = {}; // largest |x| and |y| of the stars in the scene's frames, px
 };
@@ -46,6 +46,7 @@ struct Plan {
     double orbit_px = 0;          // upper bound of a star's motion along its orbit during the cadence
     double scale_focus_error = 0; // of scale to first order and focus to second order, at 4 sigma
     PixelFilter filter;
+    PixelFilter smear_filter; // of second derivatives along the path, for the derivative by smear; empty without one
     AtlasPlan atlas;
     double pupil_error = 0; // of N pupil samples against infinitely many
 };

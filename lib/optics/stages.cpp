@@ -38,6 +38,7 @@ const Stage kAllStages[kStages] = {
      [](const Scene &scene) {
          return scene.binary.moving || scene.systematics.pointing_px.any() || scene.systematics.roll_rad.any();
      }},
+    {"smear", [](const Scene &scene) { return scene.systematics.smear && scene.systematics.smear->length_px > 0; }},
 };
 
 } // namespace

@@ -208,6 +208,18 @@ constexpr Group kJitter = group_of("jitter",
                                    "higher rows",
                                    kJitterRows);
 
+constexpr Row kSmearRows[] = {
+    required<&Smear::kind>("kind", Words{"linear harmonic"},
+                           "linear: constant speed along the path; harmonic: whole periods of a sinusoid, whose "
+                           "amplitude is half the length"),
+    required<&Smear::length_px>("length_px", within(0, 20, "px"), "Length of the whole path"),
+    required<&Smear::angle_deg>("angle_deg", kTurn, "Direction, from +x (higher columns) towards +y (higher rows)"),
+};
+constexpr Group kSmear = group_of("smear",
+                                  "Motion of the image within every exposure, on a straight path about the image's "
+                                  "mean place",
+                                  kSmearRows);
+
 template <auto member> constexpr Row drifting(const char *key, double most, const char *unit, const char *text) {
     return optional<read_member<member>>(key, within(0, most, unit), text).as(Type::number_or_drift);
 }
@@ -231,6 +243,7 @@ constexpr Row kSystematicsRows[] = {
     optional<&Systematics::jitter>("jitter_covariance_px2", &kJitter,
                                    "Jitter that differs between x and y; instead of jitter_sigma_px")
         .checked<check_covariance>(),
+    optional<&Systematics::smear>("smear", &kSmear),
 };
 
 } // namespace

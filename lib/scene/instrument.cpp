@@ -125,6 +125,8 @@ const char *why_not_adjustable(Parameter parameter) noexcept {
         return "roll of the spacecraft and position angle cannot be told apart, and the places of the stars are free";
     case Kind::wavelength:
         return "a common change of all wavelengths cannot be told from scale";
+    case Kind::smear:
+        return "differs from frame to frame: the fit of a frame determines it";
     case Kind::separation:
     case Kind::shift_x:
     case Kind::shift_y:

@@ -46,6 +46,7 @@ constexpr Row kRows[] = {
     {"interpixel_capacitance", "", Kind::interpixel_capacitance, Scope::instrument},
     {"nonlinearity", "1/e-", Kind::nonlinearity, Scope::instrument},
     {"flat", "", Kind::flat, Scope::instrument},
+    {"smear", "px^2", Kind::smear, Scope::frame},
 };
 
 const Row &row_of(Parameter parameter) noexcept {

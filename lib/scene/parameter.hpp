@@ -41,6 +41,7 @@ struct Parameter {
         interpixel_capacitance,
         nonlinearity,
         flat,
+        smear,
     };
     Kind kind = Kind::separation;
     int number = 0; // of a Zernike polynomial or spectral mode, else 0
@@ -71,7 +72,7 @@ constexpr const char kProjectable[] =
     "spectrum_a_5 spectrum_a_6 spectrum_a_7 spectrum_a_8 spectrum_a_9 spectrum_a_10 spectrum_a_11 "
     "spectrum_b_1 spectrum_b_2 spectrum_b_3 spectrum_b_4 spectrum_b_5 spectrum_b_6 spectrum_b_7 "
     "spectrum_b_8 spectrum_b_9 spectrum_b_10 spectrum_b_11 wavelength diffusion transfer_smear "
-    "brighter_fatter interpixel_capacitance nonlinearity";
+    "brighter_fatter interpixel_capacitance nonlinearity smear";
 
 // Their number; all of them, in a fixed order; and the one with this name.
 size_t parameter_count() noexcept;

@@ -158,9 +158,17 @@ struct Jitter {
     bool any() const noexcept { return xx != 0 || yy != 0; }
 };
 
+// Motion of the image within each exposure, along a straight path about its mean place.
+struct Smear {
+    enum class Kind { linear, harmonic } kind = Kind::linear; // at constant speed; whole periods of a sinusoid
+    double length_px = 0;                                     // of the whole path
+    double angle_deg = 0;                                     // from +x towards +y
+};
+
 struct Systematics {
     Disturbance pointing_px, roll_rad, scale, focus_nm, flux, background_photons;
-    Jitter jitter; // the same blur in all frames, hence not counted by any()
+    Jitter jitter; // the same blur in all frames, as smear, hence not counted by any()
+    std::optional<Smear> smear;
     bool any() const noexcept {
         return pointing_px.any() || roll_rad.any() || scale.any() || focus_nm.any() || flux.any() ||
                background_photons.any();

@@ -29,7 +29,7 @@ SCENE = {
     "noise": {"photon": True, "read_e": 2, "seed": 7},
     "systematics": {"pointing_rms_px": {"rms": 0.01, "drift_per_day": 0.001}, "roll_rms_deg": 1e-3, "scale_rms": 1e-6,
                     "focus_rms_nm": 1, "flux_rms": {"rms": 0.01}, "background_rms_photons": 1,
-                    "jitter_sigma_px": 0.1},
+                    "jitter_sigma_px": 0.1, "smear": {"kind": "linear", "length_px": 0.3, "angle_deg": 30}},
     "preprocess": {"project": ["flux_a", "focus"]},
 }
 ORBIT = {"period_years": 80, "semi_major_arcsec": 1, "eccentricity": 0.5, "inclination_deg": 30, "node_deg": 40,

@@ -92,6 +92,7 @@ class Schema(ProgramTest):
                  (True, "systematics", {"jitter_sigma_px": {"rms": 0.1, "drift_per_day": 0}}),
                  (True, "systematics", {"background_rms_photons": {"rms": 0, "drift_per_day": -1}}),
                  (True, "systematics", {"jitter_covariance_px2": {"xx": 0.09, "yy": 0.04, "xy": -0.06}}),
+                 (True, "systematics", {"smear": {"kind": "harmonic", "length_px": 20, "angle_deg": -30}}),
                  (True, "detector", {"scale_anisotropy": -0.1, "shear": 0.1})]
         cases += [(False, "detector", change) for change in (
             {"scale_anisotropy": 0.11}, {"shear": "little"}, {"qe": 0}, {"qe": 1.01}, {"coadds": 0}, {"flat_rms": 0.11}, {"dark_e_per_s": -1},
@@ -101,7 +102,8 @@ class Schema(ProgramTest):
             {"jitter_sigma_px": 11}, {"background_rms_photons": -1}, {"jitter_covariance_px2": {"xx": 0.09}},
             {"jitter_covariance_px2": {"xx": -0.09, "yy": 0.04}}, {"roll_rms_deg": "much"}, {"scale_rms": 0.02},
             {"jitter_covariance_px2": {"xx": 0, "yy": 0}, "jitter_sigma_px": 0}, {"focus_rms_nm": {"rms": 1, "drift": 1}},
-            {"flux_rms": {"rms": 0, "drift_per_day": 1}}, {"shake": 1})]
+            {"flux_rms": {"rms": 0, "drift_per_day": 1}}, {"shake": 1}, {"smear": {"kind": "linear", "length_px": 1}},
+            {"smear": {"kind": "linear", "length_px": 20.1, "angle_deg": 0}})]
         self.check(scene, cases)
 
     def test_both_refuse(self):

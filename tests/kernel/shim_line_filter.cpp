@@ -13,7 +13,7 @@ extern "C" size_t shim_line_filter(double cutoff, double sigma, size_t m, int in
     Blur blur;
     blur.integrated = integrated != 0;
     blur.jitter.xx = blur.jitter.yy = blur.jitter.xy = sigma * sigma;
-    const LineFilter line = make_line(TransferFunction(blur, sigma * sigma, m, 1), cutoff, accuracy);
+    const LineFilter line = make_line(TransferFunction(blur, sigma * sigma, m, {}, 1), cutoff, accuracy);
     if (line.taps.size() > most)
         return 0;
     std::copy(line.taps.begin(), line.taps.end(), taps);

@@ -15,7 +15,8 @@ typedef struct {
     light light;
     int blurred;
     double qe, offset[4], photons[2], dark, pixel_arcsec, anisotropy, shear, zernike[LAST_ZERNIKE + 1], rotation_deg,
-        mask_shift[2], jitter[3], kelvin[2], modes[2][MODES], longer_nm;
+        mask_shift[2], jitter[3], kelvin[2], modes[2][MODES], longer_nm, smear;
+    const char *motion; /* kind of the smear */
 } keys;
 
 static const keys kKeys = {.qe = 1,
@@ -31,7 +32,9 @@ static const keys kKeys = {.qe = 1,
                            .mask_shift = {2e-4, -1e-4},
                            .jitter = {0.04, 0.07, 0.02},
                            .kelvin = {5790, 5260},
-                           .modes = {{0.1, -0.05, 0.02}, {-0.1, 0, 0.03, 0.04}}};
+                           .modes = {{0.1, -0.05, 0.02}, {-0.1, 0, 0.03, 0.04}},
+                           .smear = 0.5,
+                           .motion = "linear"};
 
 static void put(char *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
 static void put(char *text, const char *format, ...) {
@@ -76,8 +79,10 @@ static toliman_sim *sim_of_keys(const keys *k) {
         put(text, star == 0 ? ", " : "}, ");
     }
     if (k->blurred)
-        put(text, "'systematics': {'jitter_covariance_px2': {'xx': %.17g, 'yy': %.17g, 'xy': %.17g}}, ", k->jitter[0],
-            k->jitter[1], k->jitter[2]);
+        put(text,
+            "'systematics': {'jitter_covariance_px2': {'xx': %.17g, 'yy': %.17g, 'xy': %.17g},"
+            " 'smear': {'kind': '%s', 'length_px': %.17g, 'angle_deg': 30}}, ",
+            k->jitter[0], k->jitter[1], k->jitter[2], k->motion, sqrt(k->smear));
     put(text, "'binary': {'offsets_px': {'A': [%.17g, %.17g], 'B': [%.17g, %.17g]}}, ", k->offset[0], k->offset[1],
         k->offset[2], k->offset[3]);
     put(text,
@@ -184,6 +189,7 @@ static const row kRows[] = {
     {"spectrum_a_", 0.01, NULL, offsetof(keys, modes[0]), 1, 0},
     {"spectrum_b_", 0.01, NULL, offsetof(keys, modes[1]), 1, 0},
     {"wavelength", 0.2, NULL, offsetof(keys, longer_nm), 0, 0},
+    {"smear", 0.02, NULL, offsetof(keys, smear), 0, 0},
 };
 
 static const row *row_of(const char *name) {
@@ -247,7 +253,8 @@ static void check_all(const keys *base, int few) {
     for (size_t i = 0; i < count; i++) {
         const toliman_sim_parameter parameter = all[i];
         const row *const r = row_of(parameter.name);
-        const int jitter = strncmp(parameter.name, "jitter_", 7) == 0; /* has no smaller covariance than 0 */
+        const int jitter = strncmp(parameter.name, "jitter_", 7) == 0 || /* has no smaller covariance than 0 */
+                           strcmp(parameter.name, "smear") == 0;
         const int number = r->first > 0 ? atoi(parameter.name + strlen(r->name)) : 0;
         const int later = number > r->first + 1 && (few || (number % 5 != 0 && number != LAST_ZERNIKE));
         if ((strcmp(parameter.name, "wavelength") == 0) == (base->light != CONTINUOUS) && (base->blurred || !jitter) &&
@@ -260,6 +267,16 @@ static void check_all(const keys *base, int few) {
 /* promise: derivatives-are-exact */
 TEST(derivatives_are_those_of_scenes) {
     check_all(&kKeys, 0);
+}
+
+TEST(sinusoidal_motion) {
+    keys base = kKeys;
+    base.motion = "harmonic";
+    base.smear = 4;
+    toliman_sim *const sim = sim_of_keys(&base);
+    check_derivative(sim, &base, "smear");
+    check_derivative(sim, &base, "jitter_xy");
+    toliman_sim_destroy(sim);
 }
 
 TEST(without_jitter) {
@@ -316,6 +333,7 @@ TEST(refusals) {
         {kSingleScene, 0, "temperature_a"}, /* a single wavelength */
         {kBinaryScene, 0, "mask_shift_x"},  /* edges that are not 'area' */
         {lines, 0, "temperature_b"},
+        {kSingleScene, 0, "smear"},
         {kSingleScene, TOLIMAN_SIM_ENGINE_PADDED_FFT, "zernike_5"},
         {kSingleScene, TOLIMAN_SIM_ENGINE_PADDED_FFT, "shear"},
         {kSingleScene, TOLIMAN_SIM_ENGINE_PADDED_FFT, "jitter_xx"},
