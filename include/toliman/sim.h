@@ -29,8 +29,8 @@
  *              towards higher columns. A planet moves its star along the axis of the binary; the mean displacement is
  *              not 0 if its orbit is eccentric.
  * Intensity    A pixel receives the fraction |F|^2 (D/N p/lambda)^2 / sum(A t) of the light that passes the pupil;
- *              light outside the frame is lost. Photons of a scene are detected ones, or, with qe, those before the
- *              detector.
+ *              light outside the frame is lost. Photons of a scene are those before the
+ *              detector; electrons with detected_per_s or a file of quantum efficiencies.
  * Time         The time of a frame is the middle of its exposure. Time 0 is binary.date, a Julian year; images, bounds
  *              and estimators of a scene refer to it. An orbit gives the positions at time 0, or, with binary.moving,
  *              at each frame. With binary.observer (sky.h) these are apparent positions, averaged over the exposure or
@@ -41,7 +41,8 @@
  *              stars move.
  * Stages       In this order, each only if the scene names it: expected photons x qe x pixel response + dark current ->
  *              Poisson noise -> full well -> + read noise -> / gain + bias -> rounding to integer DN.
- * Unit         Of frames and expected images: photons; electrons with qe; DN with gain, bias or bit depth.
+ * Unit         Of frames and expected images: photons; electrons with qe or detected_per_s; DN with gain, bias or bit
+ *              depth.
  * Systematics  Drifts restart after the last frame of the cadence. Pointing in x and y shares one drift, as do the two
  *              fluxes. With systematics.smear an image is the mean of images displaced along the path
  *              (promise: smear-is-a-mean-of-images).
@@ -192,6 +193,12 @@ typedef struct toliman_sim_plan_info {
     int64_t bad_pixels;
     int64_t fft_side;     /* N_out; 0 for the matrix DFT */
     int64_t fft_cells[2]; /* N_E at the longest and shortest wavelength */
+    /* Light of A and B over the band and an infinite image, 0 where the scene does not give it. */
+    double open_area_m2;       /* of the pupil */
+    double magnitude[2];       /* NaN if not given */
+    double throughput[2];      /* mean over the photons of the star */
+    double photons_per_s[2];   /* at the focal plane: through the open area, times throughput */
+    double electrons_per_s[2]; /* these times the quantum efficiency */
 } toliman_sim_plan_info;
 #define TOLIMAN_SIM_PLAN_INFO_INIT TOLIMAN_INIT(toliman_sim_plan_info)
 

@@ -19,6 +19,7 @@
 #include "base/buffer.hpp"
 #include "base/workers.hpp"
 #include "optics/cost.hpp"
+#include "optics/light.hpp"
 #include "optics/stages.hpp"
 #include "optics/warnings.hpp"
 #include "scene/geometry.hpp"
@@ -176,7 +177,23 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     return info;
 }
 
-toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, const optics::Plan &plan) {
+// Of a scene that gives an exposure, hence the fluxes.
+void set_light(const Scene &scene, const optics::Light &light, toliman_sim_plan_info &info) {
+    for (size_t star = 0; star < scene.stars.size(); star++) {
+        const toliman::Star &known = scene.stars[star];
+        info.magnitude[star] = known.magnitude.value_or(info.magnitude[star]);
+        info.throughput[star] = light.throughput[star];
+        const double seconds = on_target_s(scene.cadence);
+        if (!(seconds > 0))
+            continue;
+        info.electrons_per_s[star] = total(light.photons[star]) * scene.detector.qe / seconds;
+        if (!known.detected)
+            info.photons_per_s[star] = optics::photons_before_qe(light, star) / seconds;
+    }
+}
+
+toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, const optics::Light &light,
+                              const optics::Plan &plan) {
     toliman_sim_plan_info info = {};
     info.engine = kEngines.to_constant(plan.engine);
     info.scene_wavelengths = static_cast<int32_t>(plan.scene_wavelengths);
@@ -205,6 +222,9 @@ toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, co
         info.atlas_error = plan.atlas.error;
         info.atlas_oversampling = static_cast<int64_t>(plan.atlas.oversampling);
     }
+    info.open_area_m2 = optics::open_area_m2(pupil);
+    info.magnitude[0] = info.magnitude[1] = std::numeric_limits<double>::quiet_NaN();
+    set_light(scene, light, info);
     info.orbit_px = plan.orbit_px;
     info.bad_pixels = static_cast<int64_t>(scene.detector.bad_pixels.size());
     info.scale_focus_error = plan.scale_focus_error;
@@ -267,7 +287,7 @@ void make_plan(const toliman_sim_options *options, toliman_sim_plan_info *out, O
     with_options(options, [&](const optics::Settings &settings) {
         const optics::Outline outline = outline_of(settings);
         optics::warn_before_images(outline, settings);
-        api::deliver(plan_of(outline.scene, outline.pupil, outline.plan), out, "out");
+        api::deliver(plan_of(outline.scene, outline.pupil, outline.light, outline.plan), out, "out");
     });
 }
 
@@ -335,7 +355,7 @@ toliman_status toliman_sim_plan_json(const char *json, size_t size, const char *
 toliman_status toliman_sim_get_plan(const toliman_sim *sim, toliman_sim_plan_info *out) noexcept {
     return api::call(sim, "sim", [&](auto &self) {
         const optics::Simulator &simulator = self.simulator;
-        api::deliver(plan_of(simulator.scene(), simulator.pupil(), simulator.plan()), out, "out");
+        api::deliver(plan_of(simulator.scene(), simulator.pupil(), simulator.light(), simulator.plan()), out, "out");
     });
 }
 

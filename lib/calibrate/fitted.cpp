@@ -24,19 +24,17 @@ constexpr size_t kNpyHeader = 128; // bytes, a multiple of 64
 // Whether the text of a key is the name of a file.
 bool is_file(const std::string &key, const std::string &text) {
     return key == "file" || key == "opd_file" || key == "times_days" || key == "bad_pixels" || key == "response" ||
-           (key == "orbit" && text != "alpha-cen");
+           key == "qe" || key == "throughput" || (key == "magnitude_band" && text != "V") || (key == "orbit" && text != "alpha-cen");
 }
 
-// Relative file names, anywhere in the scene, from the nominal scene's folder to the new one.
-void move_files(Value &value, const std::filesystem::path &from, const std::filesystem::path &to) {
-    for (size_t i = 0; i < value.items.size(); i++) {
-        Value &item = value.items[i];
-        if (value.kind == Value::Kind::object && item.kind == Value::Kind::text && is_file(value.names[i], item.text) &&
-            std::filesystem::path(item.text).is_relative())
-            item.text =
-                (from / item.text).lexically_normal().lexically_relative(to.lexically_normal()).generic_string();
-        move_files(item, from, to);
-    }
+// Relative file names, anywhere in the scene, from the nominal scene's folder to the new one. key: of the value, or of
+// the array that it is in.
+void move_files(const std::string &key, Value &value, const std::filesystem::path &from,
+                const std::filesystem::path &to) {
+    if (value.kind == Value::Kind::text && is_file(key, value.text) && std::filesystem::path(value.text).is_relative())
+        value.text = (from / value.text).lexically_normal().lexically_relative(to.lexically_normal()).generic_string();
+    for (size_t i = 0; i < value.items.size(); i++)
+        move_files(value.kind == Value::Kind::object ? value.names[i] : key, value.items[i], from, to);
 }
 
 void set_zernikes(const Scene &scene, Value &telescope) {
@@ -164,7 +162,7 @@ std::string fitted_json(const Calibration &calibration, size_t window, const std
     const Scene scene = fitted_scene(calibration, window);
     Value tree = json::parse(scene.json, scene.source);
     const auto place = [](const std::string &name) { return std::filesystem::absolute(name.empty() ? "." : name); };
-    move_files(tree, place(scene.folder), place(folder));
+    move_files("", tree, place(scene.folder), place(folder));
     for (const Free &free : calibration.free)
         set(free.parameter, scene, tree);
     if (!map_file.empty())

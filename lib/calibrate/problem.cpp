@@ -46,10 +46,8 @@ Scene with_photons(const optics::Simulator &simulator) {
         return scene;
     scene.cadence.peak_photons = 0;
     scene.cadence.exposure_s = 1;
-    for (size_t star = 0; star < scene.stars.size(); star++) {
-        const std::vector<double> &photons = simulator.light().photons[star];
-        scene.stars[star].photons_per_s = std::accumulate(photons.begin(), photons.end(), 0.0);
-    }
+    for (size_t star = 0; star < scene.stars.size(); star++)
+        scene.stars[star].photons_per_s = optics::photons_before_qe(simulator.light(), star);
     return scene;
 }
 

@@ -97,10 +97,10 @@ void change_temperature(size_t star, double by, Model &model) noexcept {
     double before = 0, after = 0;
     for (size_t i = 0; i < photons.size(); i++) {
         const double wavelength = model.light.wavelength_m[i];
-        before += photons[i];
+        before += model.light.before_qe(star, i);
         photons[i] *= kernels::blackbody_photons(wavelength, temperature + by) /
                       kernels::blackbody_photons(wavelength, temperature);
-        after += photons[i];
+        after += model.light.before_qe(star, i);
     }
     for (double &value : photons)
         value *= before / after;

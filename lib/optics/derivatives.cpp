@@ -19,6 +19,7 @@
 #include "base/error.hpp"
 #include "optics/nodes.hpp"
 #include "optics/readout.hpp"
+#include "optics/spectrum.hpp"
 
 namespace toliman::optics {
 
@@ -143,8 +144,9 @@ Light changed_spectrum(const Scene &scene, const Light &light, Parameter paramet
     const std::vector<double> rate = spectral_rate(scene, light, parameter);
     double total = 0, mean = 0;
     for (size_t i = 0; i < photons.size(); i++) {
-        total += photons[i];
-        mean += photons[i] * rate[i];
+        const double before = light.before_qe(star, i); // the flux that does not change
+        total += before;
+        mean += before * rate[i];
     }
     mean /= total;
     for (size_t i = 0; i < photons.size(); i++)

@@ -16,6 +16,10 @@ namespace {
 
 constexpr double kBiasSigmas = 4; // pixels nearer to 0 DN than this many sigma of read noise may be clipped
 
+bool counts_electrons(const Scene &scene) noexcept {
+    return scene.detector.qe != 1 || !scene.detector.qe_file.empty() || scene.stars.front().detected;
+}
+
 // qe times flat field and response file, the same in all frames; empty if all are 1.
 Buffer<double> response_of(const Scene &scene, size_t pixels) {
     const Detector &detector = scene.detector;
@@ -35,7 +39,7 @@ Buffer<double> response_of(const Scene &scene, size_t pixels) {
 
 DetectorStages::DetectorStages(const Scene &scene)
     : pixels_(scene.detector.rows * scene.detector.cols), readout_(scene), photon_noise_(scene.noise.photon),
-      has_qe_(scene.detector.qe != 1), response_(response_of(scene, pixels_)),
+      electrons_(counts_electrons(scene)), response_(response_of(scene, pixels_)),
       dark_e_(scene.detector.dark_e_per_s * scene.cadence.exposure_s),
       read_e_(scene.noise.read_e * std::sqrt(static_cast<double>(scene.detector.coadds))),
       full_well_e_(std::numeric_limits<double>::infinity()), e_per_count_(scene.detector.gain_e_per_dn),
@@ -72,7 +76,7 @@ double DetectorStages::saturation_e() const noexcept {
 Unit DetectorStages::unit() const noexcept {
     if (e_per_count_ != 1 || bias_ != 0 || largest_count_ > 0)
         return Unit::dn;
-    return has_qe_ ? Unit::electron : Unit::photon;
+    return electrons_ ? Unit::electron : Unit::photon;
 }
 
 bool DetectorStages::whole_counts() const noexcept {

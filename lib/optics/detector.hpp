@@ -66,7 +66,8 @@ class DetectorStages {
 
     size_t pixels_;
     Readout readout_;
-    bool photon_noise_, has_qe_;
+    bool photon_noise_;
+    bool electrons_;          // without gain and bias: otherwise photons
     Buffer<double> response_; // electrons per photon; empty if all are 1
     double dark_e_, read_e_;
     double full_well_e_; // of all coadds together; infinite if the scene names none

@@ -1,6 +1,5 @@
-// Method: spectra are photon counts (not energies) at uniform steps with trapezium weights, half at both ends. With
-// full weights at the ends a sum in 1 nm steps differs from the integral by 1.7e-2 of the peak. The stars' positions
-// follow from separation s and position angle theta (from +y towards -x, north through east): B is at s (-sin theta,
+// Method: a star's samples are scaled to its flux behind the throughput, then multiplied by the quantum efficiency if
+// that depends on the wavelength. The stars' positions follow from separation s and position angle theta (from +y towards -x, north through east): B is at s (-sin theta,
 // cos theta) from A.
 #include "optics/light.hpp"
 
@@ -12,106 +11,15 @@
 
 #include "base/constants.hpp"
 #include "base/error.hpp"
-#include "kernels/blackbody.hpp"
+#include "optics/efficiency.hpp"
+#include "optics/spectrum.hpp"
 #include "scene/geometry.hpp"
-#include "scene/instrument.hpp"
-#include "scene/spectrum_table.hpp"
 
 namespace toliman::optics {
 
 namespace {
 
 constexpr double kFarthestDays = 73000; // within the years of the Earth's ephemeris
-
-struct Sample {
-    double wavelength_nm, weight;
-};
-
-// The band's wavelengths with trapezium weights.
-std::vector<Sample> sample_band(const Band &band) {
-    if (band.steps == 0)
-        return {{band.min_nm, 1}};
-    std::vector<Sample> samples;
-    const auto steps = static_cast<double>(band.steps);
-    for (size_t i = 0; i <= band.steps; i++)
-        samples.push_back({band.min_nm + (band.max_nm - band.min_nm) * (static_cast<double>(i) / steps),
-                           i == 0 || i == band.steps ? 0.5 : 1.0});
-    samples.back().wavelength_nm = band.max_nm; // the sum may round above it
-    return samples;
-}
-
-std::vector<Sample> sample_table(const Scene &scene, const Spectrum &spectrum) {
-    const SpectrumTable table(spectrum.file);
-    if (table.first_nm() > scene.band->min_nm || table.last_nm() < scene.band->max_nm)
-        fail(Status::scene, "%s: {band}: %g to %g nm: must be within the range of %s, %g to %g nm",
-             scene.source.c_str(), scene.band->min_nm, scene.band->max_nm, spectrum.file.c_str(), table.first_nm(),
-             table.last_nm());
-    std::vector<Sample> samples = sample_band(*scene.band);
-    for (Sample &sample : samples)
-        sample.weight *= table.at(sample.wavelength_nm);
-    return samples;
-}
-
-constexpr double kSmallestFactor = 1e-6; // of spectral modes; their derivative divides by it
-
-// 1 + sum over k of modes[k - 1] P_k(x), by the recurrence k P_k = (2 k - 1) x P_(k-1) - (k - 1) P_(k-2).
-double mode_factor(const std::vector<double> &modes, double x) noexcept {
-    double factor = 1, last = 0, polynomial = 1;
-    for (size_t i = 0; i < modes.size(); i++) {
-        const auto k = static_cast<double>(i + 1);
-        const double next = ((2 * k - 1) * x * polynomial - (k - 1) * last) / k;
-        last = polynomial;
-        polynomial = next;
-        factor += modes[i] * polynomial;
-    }
-    return factor;
-}
-
-std::vector<Sample> sample_spectrum(const Scene &scene, const Spectrum &spectrum) {
-    std::vector<Sample> samples;
-    switch (spectrum.kind) {
-    case Spectrum::Kind::blackbody:
-        samples = sample_band(*scene.band);
-        for (Sample &sample : samples)
-            sample.weight *= kernels::blackbody_photons(sample.wavelength_nm * 1e-9, spectrum.temperature_k);
-        break;
-    case Spectrum::Kind::table:
-        samples = sample_table(scene, spectrum);
-        break;
-    case Spectrum::Kind::lines:
-        for (size_t i = 0; i < spectrum.weight.size(); i++)
-            samples.push_back({spectrum.wavelength_nm[i], spectrum.weight[i]});
-        break;
-    }
-    return samples;
-}
-
-// x = -1 ... 1 over the band.
-double in_band(const Scene &scene, double wavelength_nm) noexcept {
-    const Band &band = *scene.band;
-    return (2 * wavelength_nm - band.min_nm - band.max_nm) / (band.max_nm - band.min_nm);
-}
-
-// The star's spectrum with its deviations: its temperature, and modes.
-std::vector<Sample> sample_star(const Scene &scene, size_t star) {
-    const Spectrum &spectrum = scene.stars[star].spectrum;
-    std::vector<Sample> samples = sample_spectrum(scene, spectrum);
-    if (spectrum.star_temperature_k != spectrum.table_temperature_k)
-        for (Sample &sample : samples)
-            sample.weight *= kernels::blackbody_photons(sample.wavelength_nm * 1e-9, spectrum.star_temperature_k) /
-                             kernels::blackbody_photons(sample.wavelength_nm * 1e-9, spectrum.table_temperature_k);
-    if (spectrum.modes.empty())
-        return samples;
-    for (Sample &sample : samples) {
-        const double factor = mode_factor(spectrum.modes, in_band(scene, sample.wavelength_nm));
-        if (!(factor >= kSmallestFactor))
-            fail(Status::scene,
-                 "%s: {stars.%c.spectrum.modes}: multiply the spectrum by %g at %g nm: must be at least 1e-6",
-                 scene.source.c_str(), star == 0 ? 'A' : 'B', factor, sample.wavelength_nm);
-        sample.weight *= factor;
-    }
-    return samples;
-}
 
 // Photons of a star per frame, or relative to the other star if the scene gives the peak.
 double flux_of(const Scene &scene, const Star &star) {
@@ -120,16 +28,39 @@ double flux_of(const Scene &scene, const Star &star) {
     return star.photons_per_s ? *star.photons_per_s : star.relative_flux.value_or(1.0);
 }
 
+double sum_of(const std::vector<Sample> &samples) noexcept {
+    double sum = 0;
+    for (const Sample &sample : samples)
+        sum += sample.weight;
+    return sum;
+}
+
+double total(const std::vector<double> &photons) noexcept {
+    return std::accumulate(photons.begin(), photons.end(), 0.0);
+}
+
+// Photons to electrons.
+void detect(size_t star, Light &light) {
+    std::vector<double> &photons = light.photons[star];
+    const double before = total(photons);
+    for (size_t i = 0; i < photons.size(); i++)
+        photons[i] *= light.qe[i];
+    light.efficiency[star] = total(photons) / before;
+}
+
 void sample_stars(const Scene &scene, Light &light) {
+    const Efficiency efficiency(scene);
     std::map<double, std::array<double, 2>> photons; // of both stars by wavelength in nm
     for (size_t star = 0; star < scene.stars.size(); star++) {
-        const std::vector<Sample> samples = sample_star(scene, star);
-        double sum = 0;
-        for (const Sample &sample : samples)
-            sum += sample.weight;
+        std::vector<Sample> samples = sample_star(scene, star);
+        const double before = sum_of(samples);
+        for (Sample &sample : samples)
+            sample.weight *= efficiency.throughput(sample.wavelength_nm);
+        const double sum = sum_of(samples);
         if (!(sum > 0) || !std::isfinite(sum))
             fail(Status::scene, "%s: {stars.%c.spectrum}: the flux in the band is %s", scene.source.c_str(),
                  star == 0 ? 'A' : 'B', sum > 0 ? "infinite" : "0");
+        light.throughput[star] = sum / before;
         for (const Sample &sample : samples)
             photons[sample.wavelength_nm][star] += flux_of(scene, scene.stars[star]) * (sample.weight / sum);
     }
@@ -137,11 +68,12 @@ void sample_stars(const Scene &scene, Light &light) {
         light.wavelength_m.push_back(wavelength_nm * 1e-9);
         for (size_t star = 0; star < scene.stars.size(); star++)
             light.photons[star].push_back(both[star]);
+        if (!scene.detector.qe_file.empty())
+            light.qe.push_back(efficiency.qe(wavelength_nm));
     }
-}
-
-double total(const std::vector<double> &photons) noexcept {
-    return std::accumulate(photons.begin(), photons.end(), 0.0);
+    if (!light.qe.empty())
+        for (size_t star = 0; star < scene.stars.size(); star++)
+            detect(star, light);
 }
 
 // Prediction of the exposure whose middle is `days` after time 0.
@@ -166,7 +98,7 @@ Offsets offsets_of(double separation_arcsec, double position_angle_deg, const Sc
                    const Light &light) noexcept {
     const double angle = (position_angle_deg - scene.detector.rotation_deg) * kPi / 180;
     const double separation = separation_arcsec / scene.detector.pixel_scale_arcsec;
-    const double flux_a = total(light.photons[0]), flux_b = total(light.photons[1]);
+    const double flux_a = photons_before_qe(light, 0), flux_b = photons_before_qe(light, 1);
     double share_a = flux_b / (flux_a + flux_b); // of the separation, from the barycentre of the light to A
     if (scene.binary.centre != Binary::Centre::barycentre)
         share_a = scene.binary.centre == Binary::Centre::a ? 0 : 1;
@@ -192,22 +124,15 @@ void place_stars(const Scene &scene, Light &light) {
 
 } // namespace
 
-double temperature_rate(const Scene &scene, size_t star, double wavelength_m) noexcept {
-    return kernels::blackbody_rate(wavelength_m, temperature_of(scene, star));
-}
-
-double mode_rate(const Scene &scene, size_t star, int number, double wavelength_m) {
-    const double x = in_band(scene, wavelength_m * 1e9);
-    std::vector<double> single(static_cast<size_t>(number), 0.0);
-    single.back() = 1;
-    return (mode_factor(single, x) - 1) / mode_factor(scene.stars[star].spectrum.modes, x);
-}
-
 Light make_light(const Scene &scene) {
     Light light;
     sample_stars(scene, light);
     place_stars(scene, light);
     return light;
+}
+
+double photons_before_qe(const Light &light, size_t star) noexcept {
+    return total(light.photons[star]) / light.efficiency[star];
 }
 
 std::array<double, 2> axis_of(const Scene &scene, const Offsets &offsets) noexcept {

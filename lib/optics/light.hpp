@@ -11,20 +11,25 @@ using Offsets = std::array<std::array<double, 2>, 2>; // [star][x, y], px
 
 struct Light {
     std::vector<double> wavelength_m;
-    // Of A and B at each wavelength, over an infinite image; B empty for a single star.
+    // Of A and B at each wavelength, over an infinite image; B empty for a single star. Electrons, if the scene counts
+    // them or has a file of quantum efficiencies.
     std::array<std::vector<double>, 2> photons;
-    Offsets offset_px = {};  // from the optical axis at time 0
+    std::vector<double> qe; // that photons contains, at each wavelength; empty without a file
+    std::array<double, 2> throughput = {1, 1}, efficiency = {1, 1}; // means over the photons of A and B
+    Offsets offset_px = {};                                         // from the optical axis at time 0
     double axis[2] = {1, 0}; // unit vector of a positive displacement of the moving star
     double separation_px = 0;
+
+    double before_qe(size_t star, size_t wavelength) const noexcept {
+        return qe.empty() ? photons[star][wavelength] : photons[star][wavelength] / qe[wavelength];
+    }
 };
 
 // Photons per frame are absolute if the cadence gives an exposure, else relative, to be scaled to the peak later.
 Light make_light(const Scene &scene);
 
-// Logarithmic derivatives of a star's spectrum at a wavelength: per K of its temperature, and per unit of the
-// coefficient of a spectral mode.
-double temperature_rate(const Scene &scene, size_t star, double wavelength_m) noexcept;
-double mode_rate(const Scene &scene, size_t star, int number, double wavelength_m);
+// Photons of a star before the quantum efficiency of a file.
+double photons_before_qe(const Light &light, size_t star) noexcept;
 
 // Unit vector of a positive displacement of the moving star, with the stars at these offsets: along the separation,
 // away from the other star; (1, 0) for a single star.

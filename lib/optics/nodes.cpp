@@ -126,6 +126,7 @@ Buffer<double> coefficients_of(const Pupil &pupil, const Light &light, const Gri
 Light project_on_nodes(const Light &light, size_t count) {
     const WavenumberBand band = band_of(light);
     Light result = light;
+    result.qe.clear();
     std::vector<double> nodes(count), weights(count);
     result.wavelength_m.resize(count);
     for (size_t j = 0; j < count; j++) {
@@ -159,6 +160,7 @@ Light wavelength_derivative(const Pupil &pupil, const Light &light, const Grid &
     band.half_width += kMargin * band.middle;
     const size_t count = static_cast<size_t>(std::ceil(band_phase(pupil, light, grid, band.half_width))) + kExtraTerms;
     Light result = light;
+    result.qe.clear();
     result.wavelength_m.resize(count);
     for (size_t j = 0; j < count; j++)
         result.wavelength_m[j] = 1 / (band.middle + band.half_width * std::cos(node_angle(j, count)));

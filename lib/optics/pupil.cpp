@@ -228,6 +228,11 @@ Pupil make_pupil(const Scene &scene, size_t samples) {
     return pupil;
 }
 
+double open_area_m2(const Pupil &pupil) noexcept {
+    const double cell = pupil.aperture_m / static_cast<double>(pupil.samples);
+    return pupil.area * (cell * cell);
+}
+
 std::vector<double> opd_of_file(const Scene &scene, size_t samples) {
     const std::string &path = scene.telescope.opd_file;
     if (path.empty())

@@ -25,6 +25,8 @@ struct Pupil {
     double steepest_m = 0;        // largest change of the aberrations from an open cell to the next
 };
 
+double open_area_m2(const Pupil &pupil) noexcept; // the effective area
+
 // The scene's pupil in samples x samples cells. Files must have exactly that many.
 Pupil make_pupil(const Scene &scene, size_t samples);
 

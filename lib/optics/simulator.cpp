@@ -14,6 +14,7 @@
 #include "backend/file.hpp"
 #include "backend/json.hpp"
 #include "base/workers.hpp"
+#include "optics/photometry.hpp"
 #include "optics/warnings.hpp"
 #include "scene/wobble.hpp"
 
@@ -40,6 +41,7 @@ Outline outline_of(Scene scene, const Settings &settings) {
     Outline outline;
     outline.scene = std::move(scene);
     outline.pupil = make_pupil(outline.scene, outline.scene.telescope.pupil_samples);
+    set_fluxes(outline.scene, open_area_m2(outline.pupil));
     outline.light = make_light(outline.scene);
     outline.plan =
         make_plan(outline.scene, outline.pupil, outline.light, settings.engine, worker_count(settings.workers));

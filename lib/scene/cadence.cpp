@@ -77,7 +77,7 @@ constexpr Row kCadenceRows[] = {
         .either("exposure_s"),
     optional<&Cadence::exposure_s>(
         "exposure_s", above(0, 1e9, "s"),
-        "Exposure of a frame; every star then needs photons_per_s or magnitude; the expected peak must "
+        "Exposure of a frame; every star then needs photons_per_s, detected_per_s or magnitude; the expected peak must "
         "be at least 1e-6 photons"),
     optional<read_on_target>("on_target_s", within(0, 1e9, "s"),
                              "Intervals from the start of an exposure in which the telescope points at the stars: "

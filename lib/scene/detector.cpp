@@ -42,6 +42,21 @@ void read_diffusion(const Reader &reader, const Row &row, Detector &detector) {
     detector.diffusion_px2 = sigma * sigma;
 }
 
+void read_qe(const Reader &reader, const Row &row, Detector &detector) {
+    if (reader.has_text(row.key))
+        detector.qe_file = reader.file(row.key);
+    else
+        detector.qe = reader.number(row);
+    const std::vector<Star> &stars = reader.scene().stars;
+    for (size_t star = 0; star < stars.size(); star++)
+        if (stars[star].detected)
+            reader.refuse(
+                Status::scene, row.key,
+                ": not allowed with stars.%c.detected_per_s, which are electrons: the quantum efficiency would "
+                "count twice",
+                star == 0 ? 'A' : 'B');
+}
+
 void check_dark(const Reader &reader, const Detector &detector) {
     if (detector.dark_e_per_s > 0 && reader.scene().cadence.exposure_s == 0)
         reader.refuse(Status::scene, "dark_e_per_s", " = %g: needs cadence.exposure_s", detector.dark_e_per_s);
@@ -102,9 +117,12 @@ constexpr Row kDetectorRows[] = {
                                "Tilt of the rows: pixels in y per unit of u; see "
                                "scale_anisotropy"),
     optional<&Detector::rotation_deg>("rotation_deg", kTurn, "Position angle of the +y axis"),
-    optional<&Detector::qe>("qe", above(0, 1),
-                            "Quantum efficiency, electrons per photon; photons_per_s and peak_photons are photons "
-                            "before the detector"),
+    optional<read_qe>(
+        "qe", above(0, 1),
+        "Quantum efficiency, electrons per photon: a number, or a file with wavelength and qe, which must "
+        "cover the band and be above 0 in it. peak_photons are photons before a number, electrons with a "
+        "file; 1 if not given")
+        .as(Type::number_or_file),
     optional<&Detector::coadds>("coadds", within(1, 1e9, "frames"),
                                 "Frames summed on board; read variance and full well apply to each; exposure_s is that "
                                 "of the sum"),

@@ -192,8 +192,7 @@ size_t Reader::choice(const Row &row) const {
            suggestion.empty() ? "" : ("; did you mean \"" + suggestion + "\"?").c_str());
 }
 
-std::string Reader::file(const char *key) const {
-    const std::string &name = text(key);
+std::string Reader::file_named(const std::string &key, const std::string &name) const {
     std::string path = !name.empty() && name[0] == '/' ? name : context_.folder + "/" + name;
     try {
         file::head(path, 1);
@@ -201,6 +200,22 @@ std::string Reader::file(const char *key) const {
         fail_within(error, error.status(), "%s: %s: %s", context_.source.c_str(), full_key(key).c_str(), error.what());
     }
     return path;
+}
+
+std::string Reader::file(const char *key) const {
+    return file_named(key, text(key));
+}
+
+std::vector<NumberOrFile> Reader::numbers_and_files(const Row &row) const {
+    std::vector<NumberOrFile> list;
+    for (const json::Value &item : array(row, "an array of numbers and file names", "entries").items) {
+        const std::string key = row.key + ("[" + std::to_string(list.size()) + "]");
+        if (item.kind == Kind::text)
+            list.push_back({0, file_named(key, item.text)});
+        else
+            list.push_back({checked(key, item, row.range), ""});
+    }
+    return list;
 }
 
 Reader Reader::object(const char *key) const {

@@ -27,9 +27,11 @@ enum class Type {
     numbers,
     integers,
     numbers_or_file,
-    numbers_by_index, // an object of numbers by Noll index
-    number_or_drift,  // an rms, or an object with rms and drift_per_day
-    number_or_rms,    // the same without a drift
+    number_or_file,
+    numbers_and_files, // an array of both
+    numbers_by_index,  // an object of numbers by Noll index
+    number_or_drift,   // an rms, or an object with rms and drift_per_day
+    number_or_rms,     // the same without a drift
     group,
     groups,        // an array of objects
     word_or_group, // one of the row's words, or an object
@@ -41,6 +43,11 @@ struct Words {
 };
 std::vector<std::string> split(const std::string &words);
 std::string join(const std::vector<std::string> &words, const char *quote, const char *separator);
+
+struct NumberOrFile {
+    double number = 0;
+    std::string file; // "" = the number
+};
 
 // What all readers of a scene share. `scene` holds the groups that were read so far.
 struct Context {
@@ -75,6 +82,8 @@ class Reader {
     size_t choice(const Row &row) const;
     // A file name, relative to the scene's folder unless absolute; checks that the file exists and can be read.
     std::string file(const char *key) const;
+    // Numbers and file names; each number is in the row's range.
+    std::vector<NumberOrFile> numbers_and_files(const Row &row) const;
     Reader object(const char *key) const;
     std::vector<Reader> objects(const Row &row) const;
 
@@ -87,6 +96,7 @@ class Reader {
     const json::Value &require(const char *key, json::Value::Kind kind, const char *kind_name) const;
     const json::Value &array(const Row &row, const char *what, const char *entries) const;
     double checked(const std::string &key, const json::Value &value, Range range) const;
+    std::string file_named(const std::string &key, const std::string &name) const;
     std::string full_key(const std::string &key) const { return path_.empty() ? key : path_ + "." + key; }
 
     const json::Value &value_;

@@ -66,12 +66,20 @@ void derive_positions(const Reader &reader, Scene &scene) {
 }
 
 void check_fluxes(const Reader &reader, const Scene &scene) {
-    const auto known = static_cast<size_t>(std::count_if(
-        scene.stars.begin(), scene.stars.end(), [](const Star &star) { return star.photons_per_s.has_value(); }));
-    if (known != scene.stars.size() && scene.cadence.exposure_s > 0)
-        reader.refuse(Status::scene, "cadence.exposure_s", ": needs photons_per_s or magnitude for every star");
-    if (known != scene.stars.size() && known > 0)
-        reader.refuse(Status::scene, "stars", ": give photons_per_s or magnitude for both stars or neither");
+    const auto with = [&](bool (*has)(const Star &)) {
+        return static_cast<size_t>(std::count_if(scene.stars.begin(), scene.stars.end(), has));
+    };
+    const size_t stars = scene.stars.size(),
+                 known = with([](const Star &star) { return star.photons_per_s || !star.magnitude_band.empty(); }),
+                 detected = with([](const Star &star) { return star.detected; });
+    if (known != stars && scene.cadence.exposure_s > 0)
+        reader.refuse(Status::scene, "cadence.exposure_s",
+                      ": needs photons_per_s, detected_per_s or magnitude for every star");
+    if (known != stars && known > 0)
+        reader.refuse(Status::scene, "stars",
+                      ": give photons_per_s, detected_per_s or magnitude for both stars or neither");
+    if (detected != stars && detected > 0)
+        reader.refuse(Status::scene, "stars", ": give detected_per_s for both stars or neither");
 }
 
 void derive_signal(const Reader &reader, Scene &scene) {

@@ -48,6 +48,12 @@ struct ZernikeTerm {
     double rms_m; // OPD over the full aperture
 };
 
+// One factor of the throughput: a constant, or a file with a value per wavelength.
+struct Throughput {
+    double factor = 1;
+    std::string file; // "" = the factor
+};
+
 struct Telescope {
     double aperture_m = 0;
     double secondary_m = 0; // diameter of the central obstruction
@@ -57,6 +63,7 @@ struct Telescope {
     Mask mask;
     std::vector<ZernikeTerm> zernikes;
     std::string opd_file; // "" = none
+    std::vector<Throughput> throughput;
 };
 
 struct Band {
@@ -75,7 +82,13 @@ struct Spectrum {
 
 struct Star {
     Spectrum spectrum;
-    std::optional<double> relative_flux, photons_per_s, magnitude, mass_sun;
+    // Over the band, behind the throughput and before the quantum efficiency. A magnitude in a band determines it once
+    // the pupil is known (optics/photometry.hpp).
+    std::optional<double> photons_per_s;
+    bool detected = false; // photons_per_s are electrons
+    std::optional<double> relative_flux, magnitude, mass_sun;
+    std::string magnitude_band; // "V", or a file; "" = none
+    enum class System { vega, ab } system = System::vega;
 };
 
 struct Binary {
@@ -123,6 +136,7 @@ struct Detector {
     double rotation_deg = 0;                // position angle of the +y axis
     bool integrated = false;                // integrate over the pixel's area; otherwise sample the image at its centre
     double qe = 1;                          // electrons per photon
+    std::string qe_file;                    // by wavelength, instead; "" = none
     int64_t coadds = 1;                     // frames summed on board
     double flat_rms = 0;                    // of the pixels' response, relative
     double diffusion_px2 = 0;               // variance of the charge's diffusion, along each axis

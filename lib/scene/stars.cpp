@@ -63,9 +63,8 @@ constexpr Row kSpectrumRows[] = {
                               "blackbody; table: interpolated linearly; lines: exactly the given wavelengths"),
     required<&Spectrum::temperature_k>("temperature_k", kTemperature, "Temperature").when(is("kind", "blackbody")),
     required<&Spectrum::file>(
-        "file",
-        "csv: wavelength_nm,relative_photon_flux, which must cover the band; a header may name angstrom, um or m, "
-        "and the energies flam or fnu")
+        "file", "Text of two columns, wavelength_nm,relative_photon_flux, which must cover the band; a header may name "
+                "angstrom, um or m, and the energies flam or fnu")
         .when(kIsTable),
     required<&Spectrum::table_temperature_k>("table_temperature_k", kTemperature, "Temperature of the table's star")
         .when(kIsTable, kByTemperature),
@@ -100,29 +99,65 @@ void read_zero_point(const Reader &reader, const Row &row, Star &star) {
                       *star.magnitude, *star.photons_per_s, kFlux.low, kFlux.high);
 }
 
+void read_detected(const Reader &reader, const Row &row, Star &star) {
+    star.photons_per_s = reader.number(row);
+    star.detected = true;
+}
+
+constexpr const char *kBandV = "V";
+
+void read_magnitude_band(const Reader &reader, const Row &row, Star &star) {
+    star.magnitude_band = reader.text(row.key) == kBandV ? kBandV : reader.file(row.key);
+}
+
+void check_system(const Reader &reader, const Star &star) {
+    if (!star.magnitude_band.empty() && star.magnitude_band != kBandV && star.system != Star::System::ab)
+        reader.refuse(Status::scene, "magnitude_system",
+                      ": must be \"ab\" with the band of a file, whose flux of magnitude 0 is not known otherwise");
+}
+
+constexpr Condition kNoMagnitude = without("magnitude", "not allowed with magnitude, which gives the flux");
+
 constexpr Row kStarRows[] = {
     required<&Star::spectrum>("spectrum", &kSpectrum),
     optional<&Star::relative_flux>("relative_flux", above(0, 1e12),
                                    "Photons over the band, relative to the other star; 1 if not given")
         .either("photons_per_s")
-        .when(without("magnitude", "not allowed with magnitude, which gives the flux")),
-    optional<&Star::photons_per_s>(
-        "photons_per_s", kFlux,
-        "Photons over the band at the detector, before its quantum efficiency (detector.qe; 1 if "
-        "these are already electrons); instead of relative_flux")
-        .either("magnitude"),
+        .when(kNoMagnitude, without("detected_per_s", "not allowed with detected_per_s, which gives the flux")),
+    optional<&Star::photons_per_s>("photons_per_s", kFlux,
+                                   "Photons over the band that reach the focal plane, over an infinite image: behind "
+                                   "telescope.throughput, before detector.qe; instead of relative_flux")
+        .either("detected_per_s")
+        .when(kNoMagnitude),
+    optional<read_detected>(
+        "detected_per_s", above(0, 1e15, "electrons/s"),
+        "Electrons instead of photons_per_s: the same behind the quantum efficiency; detector.qe is "
+        "not allowed")
+        .when(kNoMagnitude),
     optional<&Star::magnitude>("magnitude", within(-50, 50, "mag"),
-                               "Magnitude; with zero_point_photons_per_s, instead of photons_per_s"),
+                               "Magnitude, instead of photons_per_s; with magnitude_band or zero_point_photons_per_s"),
     required<read_zero_point>("zero_point_photons_per_s", above(0, 1e30, "photons/s"),
                               "photons_per_s of a star of magnitude 0 with the same spectrum; photons_per_s is this "
                               "times 10^(-0.4 magnitude)")
+        .either("magnitude_band")
         .when(with("magnitude", "needs magnitude")),
+    optional<read_magnitude_band>(
+        "magnitude_band", "Band of the magnitude, which the spectrum must cover: V (Bessell 1990), or a file "
+                          "with the response to photons by wavelength; photons_per_s is the star's light through "
+                          "the open pupil times telescope.throughput")
+        .as(Type::text)
+        .when(with("magnitude", "needs magnitude")),
+    optional<&Star::system>("magnitude_system", Words{"vega ab"},
+                            "Flux of magnitude 0; vega: 3.631e-11 W/m2/nm at all wavelengths, for V only; ab: 3631 Jy")
+        .when(with("magnitude_band", "needs magnitude_band")),
     optional<&Star::mass_sun>("mass_sun", above(0, 1e3, "solar masses"), "Mass; for a planet"),
 };
 constexpr Group kStar = group_of("star", "A star", kStarRows);
 
 void read_star(const Reader &reader, const Row &row, std::vector<Star> &stars) {
-    read_group(kStar, reader.object(row.key), &stars.emplace_back());
+    const Reader star = reader.object(row.key);
+    read_group(kStar, star, &stars.emplace_back());
+    check_system(star, stars.back());
 }
 
 constexpr Row kStarsRows[] = {

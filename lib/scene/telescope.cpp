@@ -120,6 +120,11 @@ constexpr Row kAberrationRows[] = {
 };
 constexpr Group kAberrations = group_of("aberrations", "Aberrations: added to the mask's OPD", kAberrationRows);
 
+void read_throughput(const Reader &reader, const Row &row, Telescope &telescope) {
+    for (const NumberOrFile &one : reader.numbers_and_files(row))
+        telescope.throughput.push_back({one.file.empty() ? one.number : 1, one.file});
+}
+
 constexpr Row kTelescopeRows[] = {
     required<&Telescope::aperture_m>("aperture_m", within(1e-3, 100, "m"), "Diameter of the aperture"),
     optional<&Telescope::secondary_m>("secondary_m", within(0, 100, "m"),
@@ -133,6 +138,12 @@ constexpr Row kTelescopeRows[] = {
     part("amplitude", &kAmplitude),
     optional<&Telescope::mask>("mask", &kMask),
     part("aberrations", &kAberrations),
+    optional<read_throughput>(
+        "throughput", above(0, 1),
+        "Factors of the light of all stars: filter, mirrors, windows, once per surface. Each is a "
+        "number, or a file with wavelength and throughput, which must cover the band")
+        .as(Type::numbers_and_files)
+        .entries(1, 64),
 };
 
 } // namespace

@@ -15,7 +15,16 @@ TEST(tables_are_read_and_refused) {
         {"angstrom,flux\n540,1\n600,1\n", TOLIMAN_E_SCENE, "band"},
         {"540,0\n600,0\n", TOLIMAN_E_SCENE, "stars.B.spectrum"},
         {"540,1e308\n600,1e308\n", TOLIMAN_E_SCENE, "stars.B.spectrum"},
-        {"540,1\n530,1\n", TOLIMAN_E_FORMAT, NULL},
+        {"540,1\n530,1\n", TOLIMAN_E_SCENE, "band"},
+        {"540,1\n530,1\n535,1\n", TOLIMAN_E_FORMAT, NULL},
+        {"540,1\n540,1\n", TOLIMAN_E_FORMAT, NULL},
+        {"5400,1\n6000,1\n", TOLIMAN_E_FORMAT, NULL},
+        {"wavelength,flux\n100,1\n25900,1\n", TOLIMAN_E_FORMAT, NULL},
+        {"0.54,1\n0.6,1\n", TOLIMAN_E_FORMAT, NULL},
+        {"# wavelength_angstrom flam\n540 1\n600 1\n", TOLIMAN_E_SCENE, "band"},
+        {"wavelength flux error\n540 1\n600 1\n", TOLIMAN_E_FORMAT, NULL},
+        {"540 1 2\n600 1 2\n", TOLIMAN_E_FORMAT, NULL},
+        {"540;1\n600;1\n", TOLIMAN_E_FORMAT, NULL},
         {"540,1\n600\n", TOLIMAN_E_FORMAT, NULL},
         {"540,1\n600,1,2\n", TOLIMAN_E_FORMAT, NULL},
         {"one\ntwo\n", TOLIMAN_E_FORMAT, NULL},
@@ -82,6 +91,34 @@ TEST(spectra_in_other_units) {
         for (int i = 0; i < 5; i++) {
             first[i] = kind == 0 ? b[i] : first[i];
             assert_close(b[i] / first[i], 1, 1e-12, 0);
+        }
+        toliman_sim_destroy(sim);
+    }
+}
+
+/* The same spectrum in other forms: blanks, descending, the header in a comment, an ECSV file. */
+TEST(spectra_in_other_forms) {
+    static const char *const forms[] = {
+        "500,1\n575,2.5\n600,3\n",
+        "wavelength_nm flux\n500\t1\n575 2.5\n600  3\n",
+        "600,3\n575,2.5\n500,1\n",
+        "# a star, in air\n# Wavelength (Angstrom)  photlam\n5000 1\n5750 2.5\n6000 3\n",
+        "# %ECSV 1.0\n# ---\n# datatype:\n# - {name: wave, unit: um, datatype: float64}\n"
+        "# - {name: flux, unit: W / (m2 um), datatype: float64}\n# schema: astropy-2.0\n"
+        "wave flux\n0.5 600\n0.575 1304.3478260869565\n0.6 1500\n",
+        "# %ECSV 1.0\n# ---\n# delimiter: ','\n# datatype:\n# - {name: flux, datatype: float64}\n"
+        "# - {name: wavelength, datatype: float64, unit: Angstrom}\nwavelength,flux\n5000,1\n5750,2.5\n6000,3\n",
+    };
+    double a[5], b[5], first[5] = {0};
+    for (size_t form = 0; form < sizeof forms / sizeof *forms; form++) {
+        write_file("star.csv", forms[form], strlen(forms[form]));
+        toliman_sim *sim = NULL;
+        assert_ok(
+            create_with("{'kind': 'blackbody', 'temperature_k': 5260}", "{'kind': 'table', 'file': 'star.csv'}", &sim));
+        assert_ok(toliman_sim_get_spectrum(sim, 5, NULL, a, b, NULL));
+        for (int i = 0; i < 5; i++) {
+            first[i] = form == 0 ? b[i] : first[i];
+            assert_close(b[i] / first[i], 1, form == 4 ? 2e-3 : 1e-12, 0); /* linear in energy */
         }
         toliman_sim_destroy(sim);
     }

@@ -1,4 +1,5 @@
 // toliman plan: approximations, errors and cost of a scene, before anything is computed.
+#include <cmath>
 #include <thread>
 
 #include "options/command.hpp"
@@ -99,9 +100,25 @@ void print_bank(const BankPlan &bank) {
                 size_text(static_cast<double>(info.bytes_half)).c_str(), info.train_s / processors);
 }
 
+// The light of a star, from the telescope to the charge, as far as the scene gives it.
+void print_light(const toliman_sim_plan_info &plan, int star) {
+    if (plan.electrons_per_s[star] == 0)
+        return;
+    const double photons = plan.photons_per_s[star], electrons = plan.electrons_per_s[star];
+    std::string chain;
+    if (!std::isnan(plan.magnitude[star]))
+        chain += formatted("%.4g mag: ", plan.magnitude[star]);
+    if (photons > 0)
+        chain += formatted("%.4g photons/s at the telescope x %.4g = %.4g at the focal plane x qe %.4g = ",
+                           photons / plan.throughput[star], plan.throughput[star], photons, electrons / photons);
+    std::printf("star %c        %s%.4g electrons/s\n", "AB"[star], chain.c_str(), electrons);
+}
+
 void print_summary(const toliman_sim_plan_info &plan, const SetUp &found) {
     std::printf("modelled      %s\n", stages(plan, true).c_str());
     std::printf("not modelled  %s\n", stages(plan, false).c_str());
+    for (int star = 0; star < 2; star++)
+        print_light(plan, star);
     std::printf("accuracy      %.2g requested                            error/peak\n", plan.accuracy);
     const auto line = [&](const char *what, const std::string &how, double error, const char *of,
                           const char *above = kAbove) {
@@ -169,6 +186,11 @@ std::string as_json(const toliman_sim_plan_info &plan, const SetUp &found, const
     json.set("errors", Json("rounding", plan.rounding_error, "pupil", plan.pupil_error, "spectrum", plan.spectrum_error,
                             "series", plan.series_error, "pixel", plan.pixel_error, "atlas", plan.atlas_error,
                             "scale_focus", plan.scale_focus_error, "plate_scale", plan.plate_scale_error));
+    std::vector<Json> stars;
+    for (int star = 0; star < 2; star++)
+        stars.emplace_back("magnitude", plan.magnitude[star], "throughput", plan.throughput[star], "photons_per_s",
+                           plan.photons_per_s[star], "electrons_per_s", plan.electrons_per_s[star]);
+    json.set("open_area_m2", plan.open_area_m2, "stars", std::move(stars));
     json.set("setup_flops", plan.setup_flops, "frame_flops", plan.frame_flops, "bytes", plan.bytes);
     json.set("setup_s", plan.setup_s, "frame_s", plan.frame_s);
     const auto of_image = [&](double toliman_sim_bounds::*value) {
