@@ -54,10 +54,11 @@ class ResponseFrames::Rows {
         Buffer<double> scratch(planes != nullptr ? planes->scratch_size() : 0);
         Planes::Places places;
         if (planes != nullptr)
-            planes->place(values, places);
+            planes->place(values, places, scratch.data());
         std::fill(sums_.begin(), sums_.end(), 0.0);
         std::vector<double *> at(count_);
         std::vector<const double *> columns(count_ + 1);
+        fit->model().undo(counts_.data());
         fit::Work work = fit->model().work();
         const ImageView<const double> view = {counts_.data(), rows_, cols_, cols_};
         fit->model().visit(&view, values, 0, work, [&](const fit::Model::Row &row) {

@@ -251,7 +251,8 @@ Work Model::work() const {
     work.sums.resize((n + 1) * (n + 1) * kernels::kNormalLanes);
     work.matrix.resize(n * n);
     std::fill_n(work.lines.data() + shared(ones) * pitch_, pitch_, 1.0);
-    work.smear.resize(readout_.smears() ? cols_ : 0);
+    for (std::vector<double> *const line : {&work.smear, &work.collected})
+        line->resize(readout_.smears() ? cols_ : 0);
     std::vector<size_t> columns = {1, 2, line_of(1, 0) + 1, line_of(1, 0) + 2, image(0), image(1), shared(ones)};
     for (size_t k = 0; k < extras_.size(); k++)
         columns.push_back(shared(first_extra + k));
@@ -332,8 +333,6 @@ void Model::compute_row(const double *values, const Places &places, size_t order
     mix.add(image(1), 1 + values[flux_b]);
     mix.add(shared(ones), values[background]);
     mix.sum(lines, pitch_, cols_, line(shared(light)));
-    for (size_t c = 0; c < work.smear.size(); c++)
-        line(shared(light))[c] += work.smear[c] / response_[r * cols_ + c];
     if (orders < orders_)
         return;
     for (size_t k = 0; k < extras_.size(); k++) {
@@ -352,6 +351,16 @@ void Model::compute_row(const double *values, const Places &places, size_t order
     }
 }
 
+// What a row collects: its light, and in photons what it receives from the shift of the frame.
+const double *Model::collected(size_t r, Work &work) const noexcept {
+    const double *const photons = work.lines.data() + shared(light) * pitch_;
+    if (work.smear.empty())
+        return photons;
+    for (size_t c = 0; c < cols_; c++)
+        work.collected[c] = photons[c] + work.smear[c] / response_[r * cols_ + c];
+    return work.collected.data();
+}
+
 // The expected counts of a row whose light is known.
 void Model::counts_of_row(size_t r, const double *photons, double *counts) const noexcept {
     const double *const response = &response_[r * cols_];
@@ -362,10 +371,11 @@ void Model::counts_of_row(size_t r, const double *photons, double *counts) const
 // Weights and residuals of the counts of a row, or of those expected, whose light is known.
 void Model::weigh_row(const ImageView<const double> *counts, size_t r, double blend, Work &work) const {
     double *const lines = work.lines.data(), *const expected = lines + shared(products) * pitch_;
+    const double *const photons = collected(r, work);
     if (counts == nullptr)
-        counts_of_row(r, lines + shared(light) * pitch_, expected);
+        counts_of_row(r, photons, expected);
     const double *const given = counts != nullptr ? counts->row(r) : expected;
-    if (!kernels::normal_kernels().weigh(given, lines + shared(light) * pitch_, &usable_[r * cols_], how_, blend, cols_,
+    if (!kernels::normal_kernels().weigh(given, photons, &usable_[r * cols_], how_, blend, cols_,
                                          lines + shared(weight) * pitch_, lines + shared(residual) * pitch_, &work.used,
                                          &work.saturated))
         refuse(given, r);
@@ -483,7 +493,7 @@ void Model::expect(const double *values, ImageView<double> counts, Work &work) c
     begin(nullptr, values, work);
     for (size_t r = 0; r < rows_; r++) {
         compute_row(values, work.places, orders_, r, work);
-        counts_of_row(r, work.lines.data() + shared(light) * pitch_, counts.row(r));
+        counts_of_row(r, collected(r, work), counts.row(r));
     }
 }
 

@@ -35,7 +35,7 @@ struct Work {
     double inverse_counts = 0;      // sum of response^2/variance: with 2 per pixel, about the variance of chi_square
     size_t used = 0, saturated = 0; // pixels
     double largest = 0, excess = 0; // of linearise(): the largest squared residual over its variance, and excess_of()
-    std::vector<double> smear;      // electrons that each pixel of a column receives from the shift of the frame; or empty
+    std::vector<double> smear, collected; // of Model::set_smear() and collected(); empty without smear
     BadPixels bad;                  // left out as if they had no response, until the caller changes them
 };
 
@@ -151,6 +151,7 @@ class Model {
     void compute_row(const double *values, const Places &places, size_t orders, size_t r, Work &work) const noexcept;
     void weigh_row(const ImageView<const double> *counts, size_t r, double blend, Work &work) const;
     void leave_out(size_t r, double *weight, double *residual, Work &work) const noexcept;
+    const double *collected(size_t r, Work &work) const noexcept;
     void counts_of_row(size_t r, const double *photons, double *counts) const noexcept;
     [[noreturn]] void refuse(const double *counts, size_t r) const;
 
