@@ -1,6 +1,6 @@
 // Method: a star's samples are scaled to its flux behind the throughput, then multiplied by the quantum efficiency if
-// that depends on the wavelength. The stars' positions follow from separation s and position angle theta (from +y towards -x, north through east): B is at s (-sin theta,
-// cos theta) from A.
+// that depends on the wavelength. The stars' positions follow from separation s and position angle theta (from +y
+// towards -x, north through east): B is at s (-sin theta, cos theta) from A.
 #include "optics/light.hpp"
 
 #include <algorithm>

@@ -111,8 +111,8 @@ void check_fraction(std::string_view name, Curve curve, const Place &at) {
 
 constexpr std::string_view kBlanks = " \t";
 
-// Both names of a header, between which there is one comma or, without any, blanks; blanks in front of brackets are part
-// of a name. Empty if there are not two.
+// Both names of a header, between which there is one comma or, without any, blanks; blanks in front of brackets are
+// part of a name. Empty if there are not two.
 std::pair<std::string_view, std::string_view> names_of(std::string_view header) {
     const size_t comma = header.find(',');
     if (comma != std::string_view::npos)

@@ -5,8 +5,8 @@
 
 namespace toliman {
 
-// What the second column of a table is: photons or energy of a star, the fraction of the light that passes a part of the
-// telescope, electrons per photon, or the relative response of a photometric band to photons.
+// What the second column of a table is: photons or energy of a star, the fraction of the light that passes a part of
+// the telescope, electrons per photon, or the relative response of a photometric band to photons.
 enum class Curve { flux, throughput, qe, response };
 
 struct SpectrumColumns {
