@@ -1,11 +1,11 @@
 // Method: synthetic photometry with photons. A star of magnitude m has the spectrum n(lambda), relative photons per
 // wavelength, times the k for which its photons in the band are those of magnitude 0 times 10^(-0.4 m):
 //     k integral n S dlambda = 10^(-0.4 m) integral n_0 S dlambda,
-// with the response S to photons. n_0 is f lambda/(h c) with the flux f of magnitude 0, equal at all wavelengths (vega),
-// or F/(h lambda) with F = 3631 Jy (ab). The photons at the focal plane are k times the open area times the trapezium
-// sum of n and the throughput over the wavelengths of the scene.
-// V: the table is that of Bessell (1990, PASP 102, 1181), which is the response to energy: lambda S, not S (Bessell and
-// Murphy 2012, PASP 124, 140, section 3). f is that of Bessell, Castelli and Plez (1998, A&A 333, 231, table A2) for the
+// with the response S to photons. n_0 is f lambda/(h c) with the flux f of magnitude 0, the same at all wavelengths
+// (vega), or F/(h lambda) with F = 3631 Jy (ab). The photons at the focal plane are k times the open area times the
+// trapezium sum of n and the throughput over the wavelengths of the scene.
+// V: the table is that of Bessell (1990, PASP 102, 1181), which is the response to energy: lambda S, not S (Bessell
+// and Murphy 2012, PASP 124, 140). f is that of Bessell, Castelli and Plez (1998, A&A 333, 231, table A2) for the
 // same table: 363.1e-11 erg/s/cm2/A. Read as S, the table would make a G2V star brighter by 0.2 %.
 // The integrals are Simpson's rule between the wavelengths of both tables, in steps of at most 1 nm: exact for products
 // of the linear pieces.

@@ -145,9 +145,10 @@ SpectrumTable::SpectrumTable(const std::string &path, Curve curve) {
         wavelength = nm_of(wavelength, *columns, path, line, curve);
         if (!follows(wavelength_nm_, wavelength))
             fail(Status::format, "{%s}: line %zu: wavelengths must increase, or decrease", path.c_str(), line);
+        value *= std::pow(wavelength, columns->photons_power);
         check_value(path, line, curve, value);
         wavelength_nm_.push_back(wavelength);
-        value_.push_back(value * std::pow(wavelength, columns->photons_power));
+        value_.push_back(value);
     }
     if (wavelength_nm_.empty())
         fail(Status::format, "{%s}: contains no numbers", path.c_str());

@@ -106,6 +106,33 @@ class Calibrations(unittest.TestCase):
         self.assertEqual((info.calibration, info.calibration_goodness), ("complete", "good"))
         self.assertEqual(info.calibration_chi_square, found.chi_square)
 
+    def test_light_paths_are_calibrated(self):
+        """Throughput, quantum efficiencies by wavelength and magnitudes; the fitted scene, elsewhere, finds their files."""
+        scene = copy.deepcopy(SCENE)
+        scene["telescope"]["throughput"] = ["filter.csv", 0.9]
+        scene["detector"]["qe"] = "qe.csv"
+        for star, magnitude in (("A", 2.2), ("B", 3.5)):
+            del scene["stars"][star]["photons_per_s"]
+            scene["stars"][star].update(magnitude=magnitude, magnitude_band="V")
+        with tempfile.TemporaryDirectory() as folder:
+            work = pathlib.Path(folder)
+            (work / "fitted").mkdir()
+            (work / "filter.csv").write_text("wavelength_um transmission\n0.5 0.3\n0.7 0.9\n", encoding="utf-8")
+            (work / "qe.csv").write_text("wavelength_angstrom,qe\n7000,0.4\n5000,0.8\n", encoding="utf-8")
+            drawn = draw_truth(scene, 1)
+            truth = toliman.Simulator(drawn, folder=work)
+            found = toliman.calibrate(toliman.Simulator(scene, folder=work), truth.frames(seed=1), free=STATICS)
+            self.assertEqual(found.flags, (), found.verdict)
+            for name, change in true_changes(scene, drawn).items():
+                value = found.values()[name]
+                self.assertLess(abs(value.value - change), 5 * value.sigma, name)
+            found.save(work / "fitted" / "scene.json")
+            saved = json.loads((work / "fitted" / "scene.json").read_text(encoding="utf-8"))
+            self.assertEqual(saved["telescope"]["throughput"], ["../filter.csv", 0.9])
+            self.assertEqual(saved["detector"]["qe"], "../qe.csv")
+            plan = toliman.plan(work / "fitted" / "scene.json")
+            self.assertEqual((plan.magnitude, plan.open_area_m2), ((2.2, 3.5), truth.plan.open_area_m2))
+
     def test_too_small_noise_is_reported(self):
         nominal = copy.deepcopy(SCENE)
         nominal["noise"]["read_e"] = 500

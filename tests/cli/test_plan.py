@@ -54,6 +54,32 @@ class Plan(ProgramTest):
         self.scene("b.json", signal={"amplitude_px": 3}, accuracy=1e-15)
         self.assertIn("every frame propagated", self.rows("b.json")["frames"])
 
+    def test_light_path(self):
+        """From the magnitude to the electrons, as far as the scene gives it."""
+        self.assertNotIn("star A", self.rows(self.scene("a.json")))
+        scene = json.loads((self.folder / "a.json").read_text())
+        scene["cadence"] = {"frames": 3, "exposure_s": 1}
+        scene["telescope"]["throughput"] = [0.5]
+        for star in scene["stars"].values():
+            del star["relative_flux"]
+            star.update(magnitude=1, magnitude_band="V")
+        scene["detector"]["qe"] = 0.8
+        (self.folder / "b.json").write_text(json.dumps(scene))
+        plan = json.loads(self.succeed("plan", "b.json", "--json"))
+        star = plan["stars"][1]
+        self.assertEqual((star["magnitude"], star["throughput"]), (1, 0.5))
+        self.assertAlmostEqual(star["electrons_per_s"], 0.8 * star["photons_per_s"], delta=1)
+        photons = star["photons_per_s"]
+        self.assertEqual(self.rows("b.json")["star B"],
+                         f"1 mag: {2 * photons:.4g} photons/s at the telescope x 0.5 = {photons:.4g} at the focal plane x qe 0.8 = "
+                         f"{0.8 * photons:.4g} electrons/s")
+        for star in scene["stars"].values():
+            del star["magnitude"], star["magnitude_band"]
+            star["detected_per_s"] = 1e6
+        del scene["detector"]["qe"]
+        (self.folder / "b.json").write_text(json.dumps(scene))
+        self.assertEqual(self.rows("b.json")["star A"], "1e+06 electrons/s")
+
     def test_structure_of_the_light(self):
         """That of the expected frame; not there if its set-up takes long."""
         self.scene("a.json")

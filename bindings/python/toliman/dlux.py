@@ -227,8 +227,8 @@ def scene(parameters: Values) -> dict[str, typing.Any]:
         if name not in ("TolimanOpticalSystem", "AlphaCen", "ApplyPixelResponse", "Downsample", *_BLURS):
             raise ValueError(f"{name}: a scene cannot express it; it knows TolimanOpticalSystem, AlphaCen, "
                              f"ApplyPixelResponse, Downsample, {', '.join(_BLURS)}")
-    groups = {name: Arguments(name, values) for name, values in
-              {"TolimanOpticalSystem": {}, "AlphaCen": {}, **parameters}.items()}
+    defaults: Values = {"TolimanOpticalSystem": {}, "AlphaCen": {}}
+    groups = {name: Arguments(name, values) for name, values in {**defaults, **parameters}.items()}
     optics, source = groups["TolimanOpticalSystem"], groups["AlphaCen"]
     pixel, side = optics.number("psf_pixel_scale", 0.375), optics.whole("psf_npixels", 128)
     detector: dict[str, typing.Any] = {"shape": [side, side], "pixel_scale_arcsec": pixel, "pixel": "integrated"}

@@ -141,8 +141,9 @@ class Simulator(Handle):
     bad_pixels: path of a .npy file that replaces the scene's detector.bad_pixels.
     progress: True for a progress bar, or a function of (stage, fraction) that cancels by returning a true value.
 
-    Frames and expected images are in photons; in electrons if the detector has qe; in DN if it has a gain, bias or bit
-    depth (info.unit). Displacements are in px along the axis through both stars; positive ones increase the separation.
+    Frames and expected images are in photons; in electrons if the detector has qe or the stars detected_per_s; in DN if
+    it has a gain, bias or bit depth (info.unit). Displacements are in px along the axis through both stars; positive ones
+    increase the separation.
     Threads may use one simulator concurrently.
 
     Raises NotFoundError for a missing file, InputError for an invalid scene, UnsupportedError, Cancelled.

@@ -187,9 +187,12 @@ std::string as_json(const toliman_sim_plan_info &plan, const SetUp &found, const
                             "series", plan.series_error, "pixel", plan.pixel_error, "atlas", plan.atlas_error,
                             "scale_focus", plan.scale_focus_error, "plate_scale", plan.plate_scale_error));
     std::vector<Json> stars;
+    const auto if_known = [](double value) { return value > 0 ? std::optional(value) : std::nullopt; };
     for (int star = 0; star < 2; star++)
-        stars.emplace_back("magnitude", plan.magnitude[star], "throughput", plan.throughput[star], "photons_per_s",
-                           plan.photons_per_s[star], "electrons_per_s", plan.electrons_per_s[star]);
+        if (plan.throughput[star] > 0) // there is this star
+            stars.emplace_back("magnitude", plan.magnitude[star], "throughput", plan.throughput[star], "photons_per_s",
+                               if_known(plan.photons_per_s[star]), "electrons_per_s",
+                               if_known(plan.electrons_per_s[star]));
     json.set("open_area_m2", plan.open_area_m2, "stars", std::move(stars));
     json.set("setup_flops", plan.setup_flops, "frame_flops", plan.frame_flops, "bytes", plan.bytes);
     json.set("setup_s", plan.setup_s, "frame_s", plan.frame_s);
