@@ -15,7 +15,7 @@ Efficiency::Efficiency(const Scene &scene) : scene_(scene) {
 }
 
 double Efficiency::value(const SpectrumTable &table, const std::string &key, double wavelength_nm) const {
-    if (wavelength_nm < table.first_nm() || wavelength_nm > table.last_nm())
+    if (!table.covers(wavelength_nm, wavelength_nm))
         fail(Status::scene,
              "%s: {%s}: the file covers %g to %g nm: must cover the light of the scene, of which there is %g nm",
              scene_.source.c_str(), key.c_str(), table.first_nm(), table.last_nm(), wavelength_nm);

@@ -25,7 +25,7 @@ namespace {
 constexpr double kPlanck = 6.62607015e-34, kLight = 299792458; // J s, m/s
 constexpr double kVega = 3.631e-2;                             // W/m2 per m of wavelength
 constexpr double kAb = 3.631e-23;                              // W/m2/Hz
-constexpr double kMostStep = 1;                                // nm
+constexpr double kMostStep = 1, kMostParts = 1000;             // nm; of an interval
 constexpr double kMostFlux = 1e15;                             // photons/s, as of photons_per_s
 
 constexpr double kFirstV = 470, kStepV = 10; // nm
@@ -39,6 +39,7 @@ class Response {
         if (band != "V") {
             table_.emplace(band, Curve::response);
             knots_ = table_->wavelength_nm();
+            trim();
             return;
         }
         for (size_t i = 0; i < std::size(kV); i++)
@@ -55,6 +56,17 @@ class Response {
     }
 
   private:
+    // Removes knots beyond which there is no response.
+    void trim() {
+        const auto responds = [this](double nm) { return table_->at(nm) > 0; };
+        auto first = std::find_if(knots_.begin(), knots_.end(), responds),
+             last = std::find_if(knots_.rbegin(), knots_.rend(), responds).base(); // behind the last
+        first -= first != knots_.begin() && first != knots_.end() ? 1 : 0;
+        last += last != knots_.end() ? 1 : 0;
+        if (first < last)
+            knots_ = std::vector<double>(first, last);
+    }
+
     std::optional<SpectrumTable> table_;
     std::vector<double> knots_;
 };
@@ -63,7 +75,8 @@ class Response {
 template <class Function> double integral(const std::vector<double> &knots, Function function) {
     double sum = 0;
     for (size_t i = 0; i + 1 < knots.size(); i++) {
-        const double width = knots[i + 1] - knots[i], parts = std::ceil(width / kMostStep), step = width / parts;
+        const double width = knots[i + 1] - knots[i], parts = std::min(std::ceil(width / kMostStep), kMostParts),
+                     step = width / parts;
         for (double part = 0; part < parts; part++) {
             const double a = knots[i] + part * step;
             sum += step / 6 * (function(a) + 4 * function(a + step / 2) + function(a + step));
@@ -85,7 +98,7 @@ double scale_of(const Scene &scene, const Star &star, char name, const Continuum
     const double first = knots.front(), last = knots.back();
     if (spectrum.table()) {
         const SpectrumTable &table = *spectrum.table();
-        if (table.first_nm() > first || table.last_nm() < last)
+        if (!table.covers(first, last))
             fail(Status::scene,
                  "%s: {stars.%c.magnitude_band}: %g to %g nm: must be within the range of %s, %g to %g nm",
                  scene.source.c_str(), name, first, last, star.spectrum.file.c_str(), table.first_nm(),

@@ -39,7 +39,7 @@ std::vector<Sample> sample_lines(const Spectrum &spectrum) {
 }
 
 void check_band(const Scene &scene, const Spectrum &spectrum, const SpectrumTable &table) {
-    if (table.first_nm() > scene.band->min_nm || table.last_nm() < scene.band->max_nm)
+    if (!table.covers(scene.band->min_nm, scene.band->max_nm))
         fail(Status::scene, "%s: {band}: %g to %g nm: must be within the range of %s, %g to %g nm",
              scene.source.c_str(), scene.band->min_nm, scene.band->max_nm, spectrum.file.c_str(), table.first_nm(),
              table.last_nm());

@@ -158,6 +158,11 @@ SpectrumTable::SpectrumTable(const std::string &path, Curve curve) {
     }
 }
 
+bool SpectrumTable::covers(double least_nm, double most_nm) const noexcept {
+    constexpr double kRounding = 1e-12;
+    return first_nm() <= least_nm * (1 + kRounding) && last_nm() >= most_nm * (1 - kRounding);
+}
+
 double SpectrumTable::at(double wavelength_nm) const noexcept {
     wavelength_nm = std::clamp(wavelength_nm, first_nm(), last_nm());
     const auto above = std::lower_bound(wavelength_nm_.begin(), wavelength_nm_.end(), wavelength_nm);

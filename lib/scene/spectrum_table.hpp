@@ -18,6 +18,8 @@ class SpectrumTable {
 
     double first_nm() const noexcept { return wavelength_nm_.front(); }
     double last_nm() const noexcept { return wavelength_nm_.back(); }
+    // Whether the wavelengths are in the table, up to the rounding of a conversion to nm.
+    bool covers(double least_nm, double most_nm) const noexcept;
     const std::vector<double> &wavelength_nm() const noexcept { return wavelength_nm_; } // increasing
     // Value (of a flux: relative photons), by linear interpolation; constant beyond the first and the last wavelength.
     double at(double wavelength_nm) const noexcept;

@@ -181,7 +181,8 @@ TEST(magnitudes_in_v) {
 /* A response of 1 from 560 to 580 nm: the photons of 3631 Jy are F/h ln(580/560). A black body of 5790 K through the
  * same interval, in 1e4 midpoints. */
 TEST(magnitudes_in_ab) {
-    write_text("band.csv", "# throughput of a box\nnm throughput\n560 1\n580 1\n");
+    write_text("band.csv",
+               "# throughput of a box\nnm throughput\n300 0\n559.999999 0\n560 1\n580 1\n580.000001 0\n1e6 0\n");
     const char *const flux = "'magnitude': 2, 'magnitude_band': 'band.csv', 'magnitude_system': 'ab'";
     char *const text = text_with(flux, flux, "", "");
     const toliman_sim_plan_info plan = plan_of(text);
@@ -193,6 +194,42 @@ TEST(magnitudes_in_ab) {
         light += half(i) * 12.5L * planck(kWavelength[i], 5790);
     const long double zero = 3.631e-23L / kPlanck * logl(580 / 560.0L);
     assert_close(plan.photons_per_s[0], (double)(zero * powl(10, -0.8L) * light / inside * plan.open_area_m2), 1e-9, 0);
+}
+
+/* The spectrum of a table must cover the band of its magnitude, apart from where that responds to nothing; the ends may
+ * be rounded by their unit. */
+TEST(magnitudes_of_tables) {
+    static const struct {
+        const char *band, *table;
+        toliman_status status;
+    } cases[] = {
+        {"nm,response\n300,0\n550,0\n570,1\n600,0\n900,0\n", "m,photlam\n5.5e-7,1\n6e-7,1\n", TOLIMAN_OK},
+        {"nm,response\n300,0\n550,0\n570,1\n600,0\n900,0\n", "um,photlam\n0.55,1\n0.6,1\n", TOLIMAN_OK},
+        {"nm,response\n540,0\n570,1\n600,0\n", "nm,photlam\n550,1\n600,1\n", TOLIMAN_E_SCENE},
+        {"nm,response\n500,0\n600,0\n", "nm,photlam\n400,1\n700,1\n", TOLIMAN_E_SCENE},
+        {"nm,response\n640,0\n650,1\n", "nm,photlam\n550,1\n600,1\n", TOLIMAN_E_SCENE},
+    };
+    const char *const flux = "'magnitude': 2, 'magnitude_band': 'band.csv', 'magnitude_system': 'ab'";
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        write_text("band.csv", cases[i].band);
+        write_text("star.csv", cases[i].table);
+        char *text = text_with(flux, "'photons_per_s': 1e6", "", "");
+        text =
+            replaced_again(text, "'kind': 'blackbody', 'temperature_k': 5790", "'kind': 'table', 'file': 'star.csv'");
+        toliman_sim_plan_info plan = TOLIMAN_SIM_PLAN_INFO_INIT;
+        const toliman_status status = toliman_sim_plan_json(text, strlen(text), folder, NULL, &plan);
+        free(text);
+        if (cases[i].status != TOLIMAN_OK) {
+            assert_refused(status, cases[i].status, "stars.A.magnitude_band");
+            continue;
+        }
+        assert_ok(status);
+        /* Triangle of 50 nm: photons of 3631 Jy are F/h times the integral of S/lambda, piece by piece. */
+        const double up = 1 - 550 / 20.0 * log(570 / 550.0), down = 600 / 30.0 * log(600 / 570.0) - 1;
+        const double zero =
+            3.631e-23 / kPlanck * (up + down) / 25; /* the mean of S is 25 nm: per nm of a flat spectrum */
+        assert_close(plan.photons_per_s[0], zero * pow(10, -0.8) * 50 * plan.open_area_m2, 1e-9, 0);
+    }
 }
 
 /* With the efficiency of a file, derivatives by the spectrum keep the photons before it. */
