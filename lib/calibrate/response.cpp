@@ -32,6 +32,8 @@ namespace toliman::calibrate {
 
 namespace {
 
+constexpr double kLeastVariance = 0.01; // keeps rounding from a negative variance
+
 double dot(const Buffer<double> &a, const Buffer<double> &b) noexcept {
     double sum = 0;
     for (size_t i = 0; i < a.size(); i++)
@@ -47,7 +49,7 @@ void add_scaled(double factor, const Buffer<double> &b, Buffer<double> &a) noexc
 
 // The matrix T of the Lanczos vectors.
 struct Tridiagonal {
-    std::vector<double> diagonal, beside;
+    std::vector<double> diagonal, off_diagonal;
 
     // T^-1 [size][size]; empty if T is singular.
     Buffer<double> inverse() const {
@@ -56,12 +58,12 @@ struct Tridiagonal {
         for (size_t i = 0; i < n; i++) {
             matrix[i * n + i] = diagonal[i];
             if (i + 1 < n)
-                matrix[i * n + i + 1] = matrix[(i + 1) * n + i] = beside[i];
+                matrix[i * n + i + 1] = matrix[(i + 1) * n + i] = off_diagonal[i];
         }
         return invert_symmetric(matrix.data(), n) ? matrix : Buffer<double>();
     }
     double at(size_t i, size_t j) const noexcept {
-        return i == j ? diagonal[i] : j == i + 1 ? beside[i] : i == j + 1 ? beside[j] : 0;
+        return i == j ? diagonal[i] : j == i + 1 ? off_diagonal[i] : i == j + 1 ? off_diagonal[j] : 0;
     }
 };
 
@@ -175,7 +177,7 @@ bool ResponseFit::solve(const Buffer<double> &right, ResponseStep &step) {
             for (const Buffer<double> &vector : vectors_)
                 add_scaled(-dot(vector, next), vector, next);
         length = std::sqrt(dot(next, next));
-        matrix_.beside.push_back(length);
+        matrix_.off_diagonal.push_back(length);
         inverse = matrix_.inverse();
         if (inverse.empty())
             return false;
@@ -215,8 +217,8 @@ void ResponseFit::measure_errors(const Buffer<double> &inverse, ResponseStep &st
     const double of_mean = options_.rms * options_.rms / static_cast<double>(pixels);
     double square = 0;
     for (size_t i = 0; i < pixels; i++) {
-        const double least = scale_[i] * scale_[i]; // all other unknowns known
-        step.sigma[i] = std::sqrt(std::max(least, least * variance[i] - of_mean));
+        const double alone = scale_[i] * scale_[i]; // the variance, if all others were known
+        step.sigma[i] = std::sqrt(std::max(kLeastVariance * alone, alone * variance[i] - of_mean));
         square += step.change.response[i] * step.change.response[i] / (step.sigma[i] * step.sigma[i]);
     }
     step.largest = std::sqrt(square / static_cast<double>(pixels));

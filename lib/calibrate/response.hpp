@@ -7,7 +7,7 @@ namespace toliman::calibrate {
 struct ResponseOptions {
     double rms = 1e-2; // of the prior, which is normal around the nominal response
     int most_iterations = 100;
-    double tolerance = 1e-5; // of the residual of the conjugate gradients, relative to the right-hand side
+    double tolerance = 1e-3; // of the residual of the conjugate gradients, relative to the right-hand side
 };
 
 // A Gauss-Newton step of the response, of the parameters of the frames and of those of the instrument.

@@ -86,6 +86,34 @@ class Calibrate(ProgramTest):
         return sorted(path.name for path in self.folder.iterdir() if path.name not in ("s.json", "truth.json", "f.fits"))
 
 
+class Detector(Calibrate):
+    def test_the_response_is_in_the_fitted_scene(self):
+        """All frames are used, the arrays are next to the scene, and other commands use them."""
+        done = self.calibrate("--detector", "--response-rms", "0.005")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("response iteration", done.stderr)
+        self.assertIn("pixels remain at the prior", done.stdout)
+        scene, result = self.result("fitted.json"), self.result()
+        self.assertEqual(scene["detector"]["response"], "fitted.response.npy")
+        response, sigma = (numpy.load(self.folder / f"fitted.{name}.npy") for name in ("response", "response_sigma"))
+        self.assertEqual((response.shape, sigma.shape), ((SIDE, SIDE),) * 2)
+        self.assertTrue(0 < sigma.min() < sigma.max() <= 0.005)
+        self.assertLess(numpy.abs(response - 1).max(), 0.03)
+        self.assertEqual(result["response_pixels"], (sigma <= 0.7 * 0.005).sum())
+        self.assertGreater(result["response_iterations"], 0)
+        self.succeed("encode", "--fit", "fitted.json", "f.fits")
+        response[0, 0] = 0
+        numpy.save(self.folder / "fitted.response.npy", response)
+        self.assertIn("element [0][0]", self.run_program("encode", "--fit", "fitted.json", "f.fits").stderr)
+
+    def test_mistakes(self):
+        for arguments, words in ((("--response-rms", "0.01"), "needs --detector"),
+                                 (("--detector", "--windows", "30"), "not with --detector")):
+            done = self.calibrate(*arguments)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(words, done.stderr)
+
+
 class Results(Calibrate):
     def test_values_are_the_truth(self):
         self.take_finished()

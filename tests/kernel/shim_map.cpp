@@ -205,7 +205,7 @@ extern "C" double shim_map_solver(const void *made, double (*random)(void)) {
 extern "C" void shim_map_fit(void *made, size_t steps, double *errors, double *numbers, double *map_m) {
     Case &of = *static_cast<Case *>(made);
     const size_t frames = of.problem.frames.count, n = of.problem.free.size();
-    const Calibration start = calibrate::calibrate(of.problem, {{std::vector<double>(n)}, {}, {}}, {});
+    const Calibration start = calibrate::calibrate(of.problem, {{std::vector<double>(n)}, {}, {}, {}}, {});
     Point point = start.point;
     point.map_m.assign(of.truth.map_m.size(), 0.0);
     const auto note = [&](double *out) {
