@@ -119,8 +119,8 @@ typedef struct toliman_calibration_options {
  * Errors, in addition to image.h:
  *   - TOLIMAN_E_ARGUMENT for a frame without stars within capture_px; fewer than 2 frames; more than 4096 parameters
  *     times windows; a parameter that is always free;
- *   - TOLIMAN_E_UNSUPPORTED for RESPONSE with window_days or with frames of several windows of the detector; for a
- *     single star; PADDED_FFT; a named parameter that the scene does not have;
+ *   - TOLIMAN_E_UNSUPPORTED for RESPONSE with window_days, or with windows of frames that are not detector.window of
+ *     the scene; for a single star; PADDED_FFT; a named parameter that the scene does not have;
  *     position_angle, roll and wavelength;
  *   - TOLIMAN_E_MISMATCH if options->start has other pupil cells, aperture, step of the mask, wavelengths, or shape of
  *     the frames; for a journal of other inputs or options, naming the first that differs
@@ -268,8 +268,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_opd(const 
 #define TOLIMAN_CALIBRATION_IMAGE_RESPONSE 854       /* detector.response of the fitted scene */
 #define TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA 855 /* its standard deviation over the mean, all parameters free */
 
-/* Writes TOLIMAN_CALIBRATION_IMAGE_... to image[rows][stride]. Pixels excluded in all frames are 0, with
- * the prior's response. RESPONSE without TOLIMAN_CALIBRATION_RESPONSE is NaN. */
+/* Writes TOLIMAN_CALIBRATION_IMAGE_... to image[rows][stride]. Residuals of pixels excluded in all frames
+ * are 0; their response is that of the prior. RESPONSE and its SIGMA are NaN without TOLIMAN_CALIBRATION_RESPONSE. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_image(const toliman_calibration *calibration,
                                                                             int32_t kind, double *image,
                                                                             size_t stride) TOLIMAN_NOEXCEPT;

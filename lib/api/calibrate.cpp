@@ -50,12 +50,12 @@ void check_windows(const PixelFrames &frames, size_t count, const Scene &scene, 
                  "detector.bad_pixels or detector.response would move",
                  k, static_cast<long long>(window.row), static_cast<long long>(window.col), scene.source.c_str(),
                  static_cast<long long>(detector.window->row), static_cast<long long>(detector.window->col));
-    for (size_t k = 1; frames.windows != nullptr && fits_response && k < count; k++)
-        if (const DetectorWindow window = *frames.window(k), first = *frames.window(0); !(window == first))
+    // The fitted response is that of the scene's window.
+    for (size_t k = 0; frames.windows != nullptr && fits_response && k < count; k++)
+        if (const DetectorWindow window = *frames.window(k); !(detector.window == window))
             fail(Status::unsupported,
-                 "{image->windows}[%zu] = [%lld, %lld]: must be that of frame 0, [%lld, %lld], for a response", k,
-                 static_cast<long long>(window.row), static_cast<long long>(window.col),
-                 static_cast<long long>(first.row), static_cast<long long>(first.col));
+                 "{image->windows}[%zu] = [%lld, %lld]: must be detector.window of %s, which a response needs", k,
+                 static_cast<long long>(window.row), static_cast<long long>(window.col), scene.source.c_str());
 }
 
 std::vector<fit::Prediction> predictions_of(const toliman_fit_prediction *given, size_t count,

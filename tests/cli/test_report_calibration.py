@@ -28,14 +28,15 @@ class Calibration(ReportTest):
         super().setUp()
         frame = {"file": "f.fits", "position_angle_deg": 1, "x_px": 0, "y_px": 0, "flux_a": 0, "flux_b": 0, "background": 1,
                  "chi_square": 1, "excluded": 0, "separation_px": 20, "separation_sigma_px": 2e-5}
-        step = {"change": None, "accepted": True, "largest_step": 2}
+        step = {"change": None, "accepted": True, "response": False, "largest_step": 2}
         self.result = {
             "schema": "toliman-calibration-result/1", "version": "0.2.0",
             "provenance": {"command": "toliman calibrate", "date": "d", "processor": "p"}, "scene": "sky<1>.json",
             "out": "fitted.json", "verdict": ["converged; the model is complete", "known mostly by the prior: zernike_7"],
             "complete": True, "held": True, "no_sign": True, "frames": 2, "rows": 6, "cols": 8, "cells": 5, "iterations": 2,
             "map_iterations": 1, "chi_square": 1.0123, "chi_square_sigma": 0.0091, "structure": 6, "structure_limit": 50,
-            "largest_residual": 5.1, "goodness": "good", "map_parameters": 9, "pupil_error": 1e-3, "peak_noise": 1e-4, "lacks": [],
+            "largest_residual": 5.1, "goodness": "good", "map_parameters": 9, "response_iterations": 1, "response_pixels": 9,
+            "response_rms": 5e-3, "response_parameters": 7, "pupil_error": 1e-3, "peak_noise": 1e-4, "lacks": [],
             "changes": ["map"], "attempts": [], "left_out": [], "separation_sigma_px": 6.1e-6, "calibration_sigma_px": 1.2e-7, "map_rms_nm": 0.98, "windows": [window(0)],
             "separations": [{**frame, "frame": k, "time_days": 10 * k, "displacement_px": 1e-5 * k} for k in range(2)],
             "steps": [{**step, "map": False, "iteration": 1, "chi_square": 100}, {**step, "map": False, "iteration": 2, "chi_square": 3},

@@ -339,6 +339,12 @@ TEST(calibrations_refuse_bad_pixels_that_move) {
     assert_refused(toliman_calibration_create(placed, &image, FRAMES, NULL, &options, &made), TOLIMAN_E_UNSUPPORTED,
                    "image->windows");
     assert_null(made);
+    for (int has_place = 0; has_place < 2; has_place++) { /* a response is fitted in the scene's window */
+        toliman_calibration_options response = options;
+        response.flags = TOLIMAN_CALIBRATION_RESPONSE;
+        assert_refused(toliman_calibration_create(has_place ? placed : plain, &image, FRAMES, NULL, &response, &made),
+                       TOLIMAN_E_UNSUPPORTED, "image->windows");
+    }
     for (int moves = 1; moves >= 0; moves--) {
         windows[1][1] = COL + moves; /* of a scene without bad pixels, it may */
         assert_ok(toliman_calibration_create(moves ? plain : placed, &image, FRAMES, NULL, &options, &made));

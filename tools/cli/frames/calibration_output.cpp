@@ -331,7 +331,8 @@ void CalibrationOutput::warn(const Calibration &calibration, Progress &progress)
                   ": the frames have an effect that it lacks, and separations may be wrong by more than their sigma: " +
                   (info.lacks == 0 ? "free more parameters (--free)"
                                    : (improved ? "may still be missing: " : "may be missing: ") + lacks_of(info) +
-                                         (improved ? "" : "; --improve tries them in this order")));
+                                         (improved ? "" : "; --improve tries them in this order")) +
+                  (response_sigma_ ? "" : "; a flat field that the scene lacks: --detector"));
 }
 
 void CalibrationOutput::print(const Calibration &calibration) const {

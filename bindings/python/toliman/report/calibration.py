@@ -66,6 +66,9 @@ def _summary(file: Result) -> str:
             f"{exponential(file.number('calibration_sigma_px'))} px.")
     if file.number("map_rms_nm") > 0:
         text += f" Map: {scientific(file.number('map_rms_nm'))} nm rms over the open pupil."
+    if file.whole("response_pixels") > 0:
+        text += (f" Response: {scientific(file.number('response_rms'))} rms of {file.whole('response_pixels')} pixels that the frames "
+                 "determine.")
     return text
 
 
