@@ -35,6 +35,8 @@
  *              and estimators of a scene refer to it. An orbit gives the positions at time 0, or, with binary.moving,
  *              at each frame. With binary.observer (sky.h) these are apparent positions, averaged over the exposure or
  *              cadence.on_target_s, and the date is in TT.
+ * Optics       Frames whose focus, Zernike coefficients or scale vary are propagated each, with the optics of the frame
+ *              (promise: optics-of-frames-are-exact).
  * Accuracy     `accuracy` of a scene is the largest error of a pixel, relative to the peak of the image
  *              (promise: images-keep-their-accuracy); for the Taylor expansion in the displacement, relative to the
  *              largest change of a pixel by the signal. Below 1e-14, every wavelength is propagated, in every frame if
@@ -187,7 +189,6 @@ typedef struct toliman_sim_plan_info {
     double setup_s, frame_s;    /* rough guide, on one core, with noise */
     int64_t atlas_taps;         /* samples per axis that interpolate a pixel of a moving star; 0 = none */
     double atlas_error;         /* of this interpolation; of slopes, relative to the largest */
-    double scale_focus_error;   /* of these systematics at 4 sigma */
     int64_t atlas_oversampling; /* samples per pixel and axis; 0 = none */
     double orbit_px;            /* largest motion along the orbit from time 0 */
     int64_t bad_pixels;

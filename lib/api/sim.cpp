@@ -227,7 +227,6 @@ toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, co
     set_light(scene, light, info);
     info.orbit_px = plan.orbit_px;
     info.bad_pixels = static_cast<int64_t>(scene.detector.bad_pixels.size());
-    info.scale_focus_error = plan.scale_focus_error;
     const optics::Cost cost = optics::cost_of(scene, pupil, plan);
     info.setup_flops = cost.setup_flops;
     info.frame_flops = cost.frame_flops;

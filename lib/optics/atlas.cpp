@@ -217,21 +217,6 @@ void Atlas::row(size_t star, size_t plane, const Place &place, size_t r, size_t 
         sum_along_x(lines[2], place, 1, out + 5);
 }
 
-void Atlas::row(size_t star, const std::vector<double> &weights, const Place &place, size_t r, double *out,
-                double *scratch) const noexcept {
-    const size_t line = oversampling_ * used();
-    double *const sum = scratch, *const term = scratch + line;
-    std::fill_n(sum, line, 0.0);
-    for (size_t plane = weights.size(); plane-- > 0;) { // the smallest terms first
-        if (weights[plane] == 0)
-            continue;
-        sum_along_y(stars_[star], stars_[star].planes[plane], place, r, 1, &term);
-        for (size_t i = 0; i < line; i++)
-            sum[i] += weights[plane] * term[i];
-    }
-    sum_along_x(sum, place, 1, &out);
-}
-
 void Atlas::row_of_samples(size_t star, const Buffer<double> &samples, const Place &place, size_t r, double *out,
                            double *scratch) const noexcept {
     sum_along_y(stars_[star], samples, place, r, 1, &scratch);

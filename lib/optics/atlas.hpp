@@ -50,9 +50,6 @@ class Atlas {
     // Each out has cols() elements; scratch has scratch_size() of them.
     void row(size_t star, size_t plane, const Place &place, size_t r, size_t orders, double *const *out,
              double *scratch) const noexcept;
-    // Row r of the sum over planes of weight times image; at most planes() weights.
-    void row(size_t star, const std::vector<double> &weights, const Place &place, size_t r, double *out,
-             double *scratch) const noexcept;
 
     // The samples of a plane that the atlas does not keep, from an image of the star [rows][cols] on the grid of
     // plan_around(), as `draw` makes it.

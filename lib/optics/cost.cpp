@@ -1,6 +1,5 @@
 // Method: operation counts of the products, transforms, images and interpolations, over rates measured on one core.
-// Interpolation of a row sums T rows of each plane at o samples per pixel, then T samples per pixel of their weighted
-// sum (atlas.cpp).
+// Interpolation of a row sums T rows at o samples per pixel, then T samples per pixel (atlas.cpp).
 #include "optics/cost.hpp"
 
 #include <algorithm>
@@ -20,6 +19,7 @@ constexpr double kElementRate = 4e10;                                           
 constexpr double kPaddedRate = 3;                                                    // GFLOP/s of the padded FFT
 constexpr double kInterpolationRate = 1.6e10;                                        // flop/s
 constexpr double kTermSeconds = 0.3e-9, kPoissonSeconds = 7e-9, kReadSeconds = 7e-9; // per pixel
+constexpr double kPupilMaps = 3;    // of a pupil
 constexpr double kStarFields = 4;   // the image, its two slopes and focus
 constexpr double kFrameImages = 11; // in memory in addition to higher derivatives by displacement and to the atlas
 constexpr double kAtlasFrameImages =
@@ -64,35 +64,30 @@ class ImageCost {
 
 // The atlas of a scene; nothing if its frames do not use one.
 struct AtlasCost {
-    double planes = 0;             // per star
-    double fields = 0;             // propagated at once, per star
     double flops = 0, seconds = 0; // of all stars
     double numbers = 0, work_space = 0;
 };
 
 AtlasCost atlas_cost(const Scene &scene, const Pupil &pupil, const Plan &plan, double rate) {
     AtlasCost cost;
-    const bool scale = scene.systematics.scale.any(), focus = scene.systematics.focus_nm.any();
-    cost.planes = 1 + (scale ? 1 : 0) + (focus ? 2 : 0);
-    cost.fields = (scale || focus ? kStarFields : 1) + (focus ? 1 : 0);
     if (plan.frames != Frames::atlas)
         return cost;
     for (size_t star = 0; star < scene.stars.size(); star++) {
         const Grid grid = atlas_grid(plan, plan.atlas.reach[star]);
         const ImageCost image(pupil, plan, grid, plan.atlas.filter);
-        cost.flops += cost.fields * image.flops();
-        cost.seconds += cost.fields * image.seconds(rate);
-        cost.numbers += cost.planes * static_cast<double>(grid.rows * grid.cols);
-        cost.work_space = std::max(cost.work_space, image.work_space(cost.fields));
+        cost.flops += image.flops();
+        cost.seconds += image.seconds(rate);
+        cost.numbers += static_cast<double>(grid.rows * grid.cols);
+        cost.work_space = std::max(cost.work_space, image.work_space(1));
     }
     return cost;
 }
 
 // Flops per pixel of the expected image of a frame from the atlas.
-double interpolation_flops(const Plan &plan, double stars, double planes) noexcept {
+double interpolation_flops(const Plan &plan, double stars) noexcept {
     const auto taps = static_cast<double>(plan.atlas.blur.window.taps);
     const auto finer = static_cast<double>(plan.atlas.oversampling);
-    return stars * (planes * finer * (2 * taps + 2) + 2 * taps);
+    return stars * (finer * 2 * taps + 2 * taps);
 }
 
 } // namespace
@@ -117,18 +112,21 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
         cost.frame_s = kTermSeconds * order * pixels;
         break;
     case Frames::atlas:
-        cost.frame_flops = interpolation_flops(plan, stars, atlas.planes) * pixels;
+        cost.frame_flops = interpolation_flops(plan, stars) * pixels;
         cost.frame_s = cost.frame_flops / kInterpolationRate;
         break;
     case Frames::propagation:
-        const double moving = moves ? stars * atlas.fields : 1;
+        Plan of_frame = plan;
+        of_frame.workers = moves ? 1 : plan.workers; // of a frame
+        const double moving = moves ? stars : 1;
         cost.frame_flops = moving * image.flops();
         cost.frame_s = moving * image.seconds(rate);
-        frame = image.work_space(moves ? atlas.fields : 1);
+        frame = ImageCost(pupil, of_frame, plan.pixels, plan.filter).work_space(1) +
+                (scene.systematics.changes_optics() ? kPupilMaps * static_cast<double>(pupil.amplitude.size()) : 0);
         break;
     }
     const double images = plan.frames == Frames::atlas ? kAtlasFrameImages : kFrameImages + order;
-    const double kept = 3 * static_cast<double>(pupil.amplitude.size()) + pixels * images + atlas.numbers;
+    const double kept = kPupilMaps * static_cast<double>(pupil.amplitude.size()) + pixels * images + atlas.numbers;
     const double frames = static_cast<double>(plan.workers) * (pixels + frame);
     cost.bytes = sizeof(double) * (kept + std::max({image.work_space(at_once), atlas.work_space, frames}));
     cost.frame_s += pixels * ((scene.noise.photon ? kPoissonSeconds : 0) + (scene.noise.read_e > 0 ? kReadSeconds : 0));

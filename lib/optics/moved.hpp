@@ -1,4 +1,5 @@
-// Expected frames with moved stars: by systematics, along their orbit, or by a signal beyond the expansion.
+// Expected frames whose stars or optics differ from the scene's: by systematics, along an orbit, or by a signal beyond
+// the expansion.
 #pragma once
 #include <memory>
 #include <mutex>
@@ -11,7 +12,7 @@
 namespace toliman::optics {
 
 // Any number of threads may call expect() at the same time. The first frame computes the atlas, on the simulator's
-// workers, while the others wait.
+// workers, or the modes of the pupil, while the others wait; frames are propagated on the caller's thread.
 class MovedStars {
   public:
     MovedStars(const Scene &scene, const Pupil &pupil, const Plan &plan, const Imager &imager,
@@ -22,9 +23,18 @@ class MovedStars {
     void expect(double displacement_px, const Disturbances &disturbances, double days, double *image) const;
 
   private:
+    // The instrument in one frame.
+    struct Instrument {
+        Scene scene;
+        Pupil pupil;
+        Plan plan;
+    };
+
     const Atlas &atlas() const;
-    void add_interpolated(size_t star, const Place &place, const std::vector<double> &weights, double *image) const;
-    void add_propagated(size_t star, const Place &place, const std::vector<double> &weights, double *image) const;
+    const std::vector<Mode> &modes() const;
+    Instrument instrument_of(const Disturbances &disturbances) const;
+    void add_interpolated(size_t star, const Place &place, double flux, double *image) const;
+    void add_propagated(const Imager &imager, size_t star, const Place &place, double flux, double *image) const;
 
     const Scene &scene_;
     const Pupil &pupil_;
@@ -35,6 +45,7 @@ class MovedStars {
     const Memory memory_ = current_memory();
     mutable std::mutex mutex_;
     mutable std::unique_ptr<Atlas> atlas_;
+    mutable std::vector<Mode> modes_; // of the Zernike polynomials that differ from frame to frame
 };
 
 } // namespace toliman::optics

@@ -6,9 +6,9 @@
 //                 expansion of order n in a displacement d, relative to the signal d I_1, is at most
 //                 (2 pi f_c d)^n / (n + 1)!. Orders 2 to 8.
 //   atlas         with systematics, an orbit, or a displacement beyond the expansion, stars are interpolated: the
-//                 fewest samples per pixel, then taps (atlas.cpp). Frames are propagated where the accuracy is below
-//                 rounding, where the samples would not fit in memory, and by the padded FFT, whose plate scale depends
-//                 on the grid.
+//                 fewest samples per pixel, then taps (atlas.cpp). Frames are propagated where their optics differ, where
+//                 the accuracy is below rounding, where the samples would not fit in memory, and by the padded FFT,
+//                 whose plate scale depends on the grid.
 //   pixel         the shortest filter (pixel.cpp).
 //   pupil         the scene's own sampling; its error is predicted but not held to the accuracy.
 // The predictions are bounds or estimates, tested against the true errors within a factor of 20 on twelve scenes.
@@ -113,6 +113,10 @@ void check_padded_fft(const Scene &scene, const Light &light, Plan &plan) {
         fail(Status::unsupported,
              "%s: {detector}: the fft engine has square pixels: scale_anisotropy and shear are not supported",
              scene.source.c_str());
+    if (scene.systematics.scale.any())
+        fail(Status::unsupported,
+             "%s: {systematics.scale_rms}: the fft engine rounds the plate scale of each wavelength: not supported",
+             scene.source.c_str());
     const Grid grid = sampling_grid(plan.pixels, plan.filter);
     const size_t most = embedded_samples(scene, grid, 1 / light.wavelength_m.front());
     if (most > padded_side(grid))
@@ -164,33 +168,12 @@ void choose_displacement_order(const Scene &scene, const Pupil &pupil, const Lig
     plan.series_error = 0;
 }
 
-// Largest phases (rad) at 4 sigma. A relative scale s moves the light of a pixel at distance r from the axis by s r:
-// 2 pi f_c s r. Defocus: Noll's fourth polynomial is within +- sqrt(3) times its rms over the aperture; the phase in
-// an intensity is the difference of two points, hence the factor 2.
-struct ShapePhases {
-    double scale_phase, focus_phase;
-};
-
-ShapePhases shape_phases_of(const Scene &scene, const Light &light, double frequency, const Grid &pixels) {
-    const Systematics &systematics = scene.systematics;
-    const double corner = 0.5 * std::hypot(static_cast<double>(pixels.rows), static_cast<double>(pixels.cols));
-    return {frequency * corner * four_sigma_of(systematics.scale, scene.cadence),
-            2 * std::sqrt(3) * 2e-9 * kPi / light.wavelength_m.front() *
-                four_sigma_of(systematics.focus_nm, scene.cadence)};
-}
-
-// Omitted of scale and focus: the square of the scale, the cube of the focus, and their product.
-double scale_focus_error(const Scene &scene, const Pupil &pupil, const Light &light, const Grid &pixels) noexcept {
-    const auto [scale, focus] = shape_phases_of(scene, light, 2 * kPi * cutoff_of(pupil, light, pixels), pixels);
-    return scale * scale / 2 + focus * focus * focus / 6 + scale * focus;
-}
-
 // Frames of moving stars, and those whose displacement is beyond the expansion.
 void choose_frames(const Scene &scene, const Light &farthest, Plan &plan) {
     if (plan.frames == Frames::series && !scene.systematics.any() && !scene.binary.moving)
         return;
     plan.frames = Frames::propagation;
-    if (plan.engine == EngineKind::padded_fft || plan.atlas.oversampling == 0)
+    if (plan.engine == EngineKind::padded_fft || plan.atlas.oversampling == 0 || scene.systematics.changes_optics())
         return;
     for (size_t star = 0; star < scene.stars.size(); star++) {
         for (size_t axis = 0; axis < 2; axis++)
@@ -308,7 +291,8 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     plan.workers = workers;
     const Detector &detector = scene.detector;
     plan.pixels = grid_of(detector);
-    const double cutoff = cutoff_of(pupil, light, plan.pixels);
+    const double cutoff =
+        cutoff_of(pupil, light, plan.pixels) * (1 + four_sigma_of(scene.systematics.scale, scene.cadence));
     const std::optional<Smear> &smear = scene.systematics.smear;
     Blur blur = {detector.integrated, blur_of(scene), 1, {}, {}};
     if (smear)
@@ -325,8 +309,6 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     plan.pupil_error = pupil_error(pupil, light, plan.pixels, peak);
     choose_displacement_order(scene, pupil, light, plan);
     plan.orbit_px = orbit_px_per_day(scene, light) * longest_days(scene.cadence);
-    if (scene.systematics.any())
-        plan.scale_focus_error = scale_focus_error(scene, pupil, light, plan.pixels);
     choose_frames(scene, farthest, plan);
     return plan;
 }

@@ -14,7 +14,7 @@ enum class EngineKind { matrix_dft, padded_fft };
 enum class Frames {
     series,      // by the Taylor expansion in the displacement
     atlas,       // interpolated at the places of the stars
-    propagation, // with every wavelength propagated
+    propagation, // each propagated
 };
 
 constexpr double kRounding = 1e-14; // max error / peak of any image in double precision
@@ -44,7 +44,6 @@ struct Plan {
     size_t order = 2;             // expansion order in the displacement
     double series_error = 0;      // of that expansion, relative to the signal's largest pixel, rounding included
     double orbit_px = 0;          // upper bound of a star's motion along its orbit during the cadence
-    double scale_focus_error = 0; // of scale to first order and focus to second order, at 4 sigma
     PixelFilter filter;
     PixelFilter smear_filter; // of second derivatives along the path, for the derivative by smear; empty without one
     AtlasPlan atlas;

@@ -1,7 +1,8 @@
-// Systematics of one frame (pointing, roll, scale, focus, flux, background), and the places of the stars.
+// Systematics of one frame (pointing, roll, scale, aberrations, flux, background), and the places of the stars.
 #pragma once
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "scene/scene.hpp"
 
@@ -9,11 +10,12 @@ namespace toliman::optics {
 
 // The systematics of one frame.
 struct Disturbances {
-    double pointing_px[2], roll_rad, scale, focus_nm, flux[2], background_photons;
+    double pointing_px[2], roll_rad, scale, flux[2], background_photons;
+    std::vector<ZernikeTerm> zernikes; // in the order of Systematics::zernikes_nm
 };
 
 // Draws those of frame k: each is its rms times a normal variate of (seed, k), plus its drift times `days`.
-Disturbances draw(const Systematics &systematics, uint64_t seed, uint64_t k, double days) noexcept;
+Disturbances draw(const Systematics &systematics, uint64_t seed, uint64_t k, double days);
 
 using Place = std::array<long double, 2>; // [x, y], px from the centre of the frame
 

@@ -67,7 +67,9 @@ void warn_outside_frame(const Scene &scene, const Light &light, const Log &log) 
     }
 }
 
-const char *why_propagated(const Plan &plan) noexcept {
+const char *why_propagated(const Scene &scene, const Plan &plan) noexcept {
+    if (scene.systematics.changes_optics())
+        return "focus, aberrations or scale differ from frame to frame";
     if (plan.engine == EngineKind::padded_fft)
         return "the padded FFT has another plate scale on the grid of an interpolation";
     return plan.atlas.oversampling == 0 ? "interpolation would exceed the rounding of the images"
@@ -110,11 +112,7 @@ void warn_of_plan(const Scene &scene, const Pupil &pupil, const Light &light, co
         log.warn("%s: accuracy = %g: the expected error of the interpolated stars is %.2g", source, scene.accuracy,
                  plan.atlas.error);
     if (plan.frames == Frames::propagation)
-        log.warn("%s: accuracy = %g: every frame is re-propagated: %s", source, scene.accuracy, why_propagated(plan));
-    if (plan.scale_focus_error > scene.accuracy)
-        log.warn("%s: accuracy = %g: systematics: the error of scale to first order and focus to second order may "
-                 "reach %.2g of the peak",
-                 source, scene.accuracy, plan.scale_focus_error);
+        log.warn("%s: accuracy = %g: every frame is re-propagated: %s", source, scene.accuracy, why_propagated(scene, plan));
 }
 
 void warn_before_images(const Outline &outline, const Settings &settings) {

@@ -31,6 +31,7 @@ enum class Type {
     numbers_and_files, // an array of both
     numbers_by_index,  // an object of numbers by Noll index
     number_or_drift,   // an rms, or an object with rms and drift_per_day
+    drifts_by_index,   // an object of these by Noll index
     number_or_rms,     // the same without a drift
     group,
     groups,        // an array of objects

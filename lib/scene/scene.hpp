@@ -166,6 +166,11 @@ struct Disturbance {
     bool any() const noexcept { return rms != 0 || drift_per_day != 0; }
 };
 
+struct ZernikeDisturbance {
+    int noll;
+    Disturbance rms_nm; // of the wavefront
+};
+
 // Covariance of the jitter within a frame, px^2.
 struct Jitter {
     double xx = 0, yy = 0, xy = 0;
@@ -180,13 +185,14 @@ struct Smear {
 };
 
 struct Systematics {
-    Disturbance pointing_px, roll_rad, scale, focus_nm, flux, background_photons;
+    Disturbance pointing_px, roll_rad, scale, flux, background_photons;
+    std::vector<ZernikeDisturbance> zernikes_nm; // focus first, as the fourth, if it varies
     Jitter jitter; // the same blur in all frames, as smear, hence not counted by any()
     std::optional<Smear> smear;
     bool any() const noexcept {
-        return pointing_px.any() || roll_rad.any() || scale.any() || focus_nm.any() || flux.any() ||
-               background_photons.any();
+        return pointing_px.any() || roll_rad.any() || flux.any() || background_photons.any() || changes_optics();
     }
+    bool changes_optics() const noexcept { return scale.any() || !zernikes_nm.empty(); }
 };
 
 struct Noise {

@@ -1,8 +1,7 @@
 #include <algorithm>
-#include <charconv>
 
-#include "kernels/zernike.hpp"
 #include "scene/groups.hpp"
+#include "scene/noll.hpp"
 
 namespace toliman::scene {
 
@@ -96,18 +95,11 @@ constexpr Group kAmplitude = group_of("amplitude",
                                       "does not count as light of the star",
                                       kAmplitudeRows);
 
-// The keys are Noll indices in decimal digits without leading zeros.
 void read_zernikes(const Reader &reader, const Row &row, Telescope &telescope) {
     const Reader zernikes = reader.object(row.key);
-    for (const std::string &key : zernikes.names()) {
-        int noll = 0;
-        const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), noll);
-        if (error != std::errc() || end != key.data() + key.size() || std::to_string(noll) != key || noll < 1 ||
-            noll > kernels::kLargestNoll)
-            zernikes.refuse(Status::scene, key.c_str(), ": unknown key; must be a Noll index from 1 to %d",
-                            kernels::kLargestNoll);
-        telescope.zernikes.push_back({noll, zernikes.number(key.c_str(), row.range) * row.scale});
-    }
+    for (const std::string &key : zernikes.names())
+        telescope.zernikes.push_back(
+            {noll_of(zernikes, key, 1), zernikes.number(key.c_str(), row.range) * row.scale});
 }
 
 constexpr Row kAberrationRows[] = {

@@ -28,7 +28,7 @@ SCENE = {
                  "bias_dn": 100, "bit_depth": 32},
     "noise": {"photon": True, "read_e": 2, "seed": 7},
     "systematics": {"pointing_rms_px": {"rms": 0.01, "drift_per_day": 0.001}, "roll_rms_deg": 1e-3, "scale_rms": 1e-6,
-                    "focus_rms_nm": 1, "flux_rms": {"rms": 0.01}, "background_rms_photons": 1,
+                    "focus_rms_nm": 1, "zernike_rms_nm": {"7": 1, "8": {"rms": 1, "drift_per_day": 0.1}}, "flux_rms": {"rms": 0.01}, "background_rms_photons": 1,
                     "jitter_sigma_px": 0.1, "smear": {"kind": "linear", "length_px": 0.3, "angle_deg": 30}},
     "preprocess": {"project": ["flux_a", "focus"]},
 }

@@ -87,6 +87,7 @@ class Schema(ProgramTest):
         every_stage.update(gain_e_per_dn=11.5, bias_dn=100, bit_depth=32)
         every = {"pointing_rms_px": {"rms": 1, "drift_per_day": -1}, "jitter_sigma_px": 0.2, "roll_rms_deg": 10}
         every.update(scale_rms=1e-5, focus_rms_nm={"rms": 1}, flux_rms={"rms": 0.1, "drift_per_day": 0.01})
+        every["zernike_rms_nm"] = {"5": 1, "231": {"rms": 0, "drift_per_day": 0.1}}
         scene["systematics"] = {}
         cases = [(True, "detector", every_stage), (True, "systematics", every), (True, "systematics", {}),
                  (True, "systematics", {"jitter_sigma_px": {"rms": 0.1, "drift_per_day": 0}}),
@@ -102,7 +103,7 @@ class Schema(ProgramTest):
             {"jitter_sigma_px": 11}, {"background_rms_photons": -1}, {"jitter_covariance_px2": {"xx": 0.09}},
             {"jitter_covariance_px2": {"xx": -0.09, "yy": 0.04}}, {"roll_rms_deg": "much"}, {"scale_rms": 0.02},
             {"jitter_covariance_px2": {"xx": 0, "yy": 0}, "jitter_sigma_px": 0}, {"focus_rms_nm": {"rms": 1, "drift": 1}},
-            {"flux_rms": {"rms": 0, "drift_per_day": 1}}, {"shake": 1}, {"smear": {"kind": "linear", "length_px": 1}},
+            {"flux_rms": {"rms": 0, "drift_per_day": 1}}, {"shake": 1}, {"zernike_rms_nm": {"4": 1}}, {"smear": {"kind": "linear", "length_px": 1}},
             {"smear": {"kind": "linear", "length_px": 20.1, "angle_deg": 0}})]
         self.check(scene, cases)
 

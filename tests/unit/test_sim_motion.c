@@ -162,7 +162,7 @@ static double difference_of(const toliman_sim *a, const toliman_sim *b, double d
 TEST(interpolated_frames_equal_propagated_ones) {
     enum { FRAMES = 600 };
     const char *const effects =
-        "'systematics': {'pointing_rms_px': 0.3, 'roll_rms_deg': 0.01, 'scale_rms': 1e-3, 'focus_rms_nm': 5,"
+        "'systematics': {'pointing_rms_px': 0.3, 'roll_rms_deg': 0.01,"
         " 'flux_rms': 0.02, 'background_rms_photons': 3, 'jitter_sigma_px': 0.1}, 'accuracy': %s";
     char cadence[8000] = "'times_days': [0", fine[400], exact[400];
     for (int k = 1; k < FRAMES; k++)

@@ -144,8 +144,6 @@ void print_summary(const toliman_sim_plan_info &plan, const SetUp &found) {
     else // the order meets the accuracy: an error above it is the rounding of a very small signal
         line("displacement", "expansion of order " + std::to_string(plan.order), plan.series_error, " of the signal",
              kRounding);
-    if (plan.scale_focus_error > 0)
-        line("scale, focus", "to first and second order", plan.scale_focus_error, "");
     if (plan.filter_taps > 0)
         line("pixels",
              std::to_string(plan.oversampling) + " sample(s) per side, filter of " + std::to_string(plan.filter_taps),
@@ -185,7 +183,7 @@ std::string as_json(const toliman_sim_plan_info &plan, const SetUp &found, const
     json.set("pupil_samples", plan.pupil_samples, "stages", std::move(stages_there));
     json.set("errors", Json("rounding", plan.rounding_error, "pupil", plan.pupil_error, "spectrum", plan.spectrum_error,
                             "series", plan.series_error, "pixel", plan.pixel_error, "atlas", plan.atlas_error,
-                            "scale_focus", plan.scale_focus_error, "plate_scale", plan.plate_scale_error));
+                            "plate_scale", plan.plate_scale_error));
     std::vector<Json> stars;
     const auto if_known = [](double value) { return value > 0 ? std::optional(value) : std::nullopt; };
     for (int star = 0; star < 2; star++)
