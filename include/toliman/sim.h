@@ -37,6 +37,9 @@
  *              cadence.on_target_s, and the date is in TT.
  * Optics       Frames whose focus, Zernike coefficients or scale vary are propagated each, with the optics of the frame
  *              (promise: optics-of-frames-are-exact).
+ * Sidelobe     With detector.sidelobe, frames show the first order of a grating in the pupil: light of a wavelength is
+ *              displaced by (wavelength - centre_nm)/period, as sines of angles. Derivatives by the spectra and
+ *              `wavelength` relate the plate scale to wavelengths. MATRIX_DFT only.
  * Accuracy     `accuracy` of a scene is the largest error of a pixel, relative to the peak of the image
  *              (promise: images-keep-their-accuracy); for the Taylor expansion in the displacement, relative to the
  *              largest change of a pixel by the signal. Below 1e-14, every wavelength is propagated, in every frame if

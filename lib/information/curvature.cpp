@@ -83,10 +83,14 @@ void change_detector(Kind kind, double by, Model &model) noexcept {
     detector.pixel_scale_arcsec /= stretch;
     detector.scale_anisotropy += kind == Kind::anisotropy ? by : 0;
     detector.shear += kind == Kind::shear ? by : 0;
-    for (auto &offset : model.light.offset_px) {
-        const auto angle = before.to_angle(stretch * offset[0], stretch * offset[1]);
-        offset = geometry_of(detector).to_pixels(angle[0], angle[1]);
-    }
+    const auto move = [&](auto &px) {
+        const auto angle = before.to_angle(stretch * px[0], stretch * px[1]);
+        const auto moved = geometry_of(detector).to_pixels(angle[0], angle[1]);
+        std::copy(moved.begin(), moved.end(), &px[0]);
+    };
+    for (auto &offset : model.light.offset_px)
+        move(offset);
+    move(model.light.dispersion);
     model.plan.pixels = grid_of(detector);
 }
 

@@ -19,7 +19,7 @@ constexpr double kElementRate = 4e10;                                           
 constexpr double kPaddedRate = 3;                                                    // GFLOP/s of the padded FFT
 constexpr double kInterpolationRate = 1.6e10;                                        // flop/s
 constexpr double kTermSeconds = 0.3e-9, kPoissonSeconds = 7e-9, kReadSeconds = 7e-9; // per pixel
-constexpr double kPupilMaps = 3;    // of a pupil
+constexpr double kPupilMaps = 3;                                                     // of a pupil
 constexpr double kStarFields = 4;   // the image, its two slopes and focus
 constexpr double kFrameImages = 11; // in memory in addition to higher derivatives by displacement and to the atlas
 constexpr double kAtlasFrameImages =

@@ -7,9 +7,11 @@
 //               through a filter of its own (smear.cpp).
 //     spectrum  The image is linear in the photons w_i of the wavelengths. With r_i = d log s_i of the spectrum s, at
 //               equal flux, dw_i = w_i (r_i - sum w r/sum w).
-//     wavelength  The image at wavelength lambda, times lambda^2, is a smooth function of the wavenumber. It is
-//               interpolated between Chebyshev nodes, and the interpolation is differentiated: once more an image with
-//               other photons.
+//     wavelength  F at the pixel u, of a star at o, depends on k = 2 pi/lambda by k (OPD + x (o - u)), and I has the
+//               factor k^2. With the images J of the photons w/lambda, J_k by the OPD's part,
+//                   dI/dlambda = -2 J - (o - u) dJ/do - J_k = dJ/dscale - o dJ/do - J_k,
+//               where d/dscale is about the axis. In a sidelobe o = o_c + d (lambda - lambda_c): the terms in
+//               lambda - lambda_c and d dI/do together are lambda_c d dJ/do.
 #include "optics/derivatives.hpp"
 
 #include <algorithm>
@@ -108,6 +110,27 @@ std::vector<double> spectral_rate(const Scene &scene, const Light &light, Parame
 Light on_nodes(const Light &light, const Plan &plan) {
     const size_t count = plan.wavelengths + kSpectralModes;
     return plan.nodes && count < light.wavelength_m.size() ? project_on_nodes(light, count) : light;
+}
+
+// Adds a star's share to the derivative by a common shift of all wavelengths, per nm towards longer ones.
+void add_wavelength(const Plan &plan, const Imager &imager, const Light &light, size_t star, Buffer<double> &sum) {
+    Light over_wavelength = light;
+    std::vector<double> &photons = over_wavelength.photons[star];
+    for (size_t i = 0; i < photons.size(); i++)
+        photons[i] *= 1e-9 / light.wavelength_m[i];
+    Mode mode;
+    mode.of_wavenumber = true;
+    ImageRequest request;
+    request.plane = 1;
+    request.focus = true; // and scale
+    request.modes = {&mode};
+    const StarImages images = imager.images_of_samples(on_nodes(over_wavelength, plan), star, 0, request);
+    const double x = light.centre_m * light.dispersion[0] - light.offset_px[star][0],
+                 y = light.centre_m * light.dispersion[1] - light.offset_px[star][1];
+    add(1, images.scale, sum);
+    add(x * light.axis[0] + y * light.axis[1], images.at(1, 0), sum);
+    add(y * light.axis[0] - x * light.axis[1], images.at(0, 1), sum);
+    add(-1, images.modes[0], sum);
 }
 
 } // namespace
@@ -241,8 +264,7 @@ std::vector<Buffer<double>> derivatives(const Scene &scene, const Pupil &pupil, 
             else if (kind == Kind::smear)
                 add_smear(scene, plan, imager, light, star, sums[p]);
             else if (kind == Kind::wavelength)
-                add(1, imager.images_of_samples(wavelength_derivative(pupil, light, plan.pixels), star, 0, {}).at(0, 0),
-                    sums[p]);
+                add_wavelength(plan, imager, light, star, sums[p]);
         }
     }
     return sums;

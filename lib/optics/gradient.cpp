@@ -56,7 +56,9 @@ void add_at(const Pupil &pupil, const Light &light, const Grid &grid, const long
             if (std::all_of(factors.begin(), factors.end(), [](double factor) { return factor == 0; }))
                 continue;
             const Weighting all = combine(factors, weights, sum);
-            dft.transform(wavenumber, offset, {});
+            const auto moved = light.dispersed_px(light.wavelength_m[i]);
+            const long double at[2] = {offset[0] + moved[0], offset[1] + moved[1]};
+            dft.transform(wavenumber, at, {});
             dft.add_opd_gradient(wavenumber, all.weights, all.factor, parts[part].data());
         }
     });
@@ -99,7 +101,9 @@ void add_coverage_gradient(const Pupil &pupil, const Light &light, const Grid &g
                 position_term(0, pupil, grid, wavenumber, light.axis[0], light.axis[1]),
                 position_term(0, pupil, grid, wavenumber, -light.axis[1], light.axis[0]),
                 focus_term(0, pupil, wavenumber)};
-            dft.transform(wavenumber, offset, terms);
+            const auto moved = light.dispersed_px(light.wavelength_m[i]);
+            const long double at[2] = {offset[0] + moved[0], offset[1] + moved[1]};
+            dft.transform(wavenumber, at, terms);
             dft.add_coverage_gradient(wavenumber, terms,
                                       {{0, 0, factor, weights.image},
                                        {0, 1, 2 * factor, weights.along},

@@ -21,6 +21,8 @@ Light on_finer_grid(Light light, double finer) noexcept {
     for (auto &offset : light.offset_px)
         for (double &position : offset)
             position *= finer;
+    for (double &by_wavelength : light.dispersion)
+        by_wavelength *= finer;
     return light;
 }
 

@@ -51,6 +51,7 @@ void detect(size_t star, Light &light) {
 void sample_stars(const Scene &scene, Light &light) {
     const Efficiency efficiency(scene);
     std::map<double, std::array<double, 2>> photons; // of both stars by wavelength in nm
+    const double share = scene.detector.sidelobe ? scene.detector.sidelobe->efficiency : 1;
     for (size_t star = 0; star < scene.stars.size(); star++) {
         std::vector<Sample> samples = sample_star(scene, star);
         const double before = sum_of(samples);
@@ -62,7 +63,7 @@ void sample_stars(const Scene &scene, Light &light) {
                  star == 0 ? 'A' : 'B', sum > 0 ? "infinite" : "0");
         light.throughput[star] = sum / before;
         for (const Sample &sample : samples)
-            photons[sample.wavelength_nm][star] += flux_of(scene, scene.stars[star]) * (sample.weight / sum);
+            photons[sample.wavelength_nm][star] += flux_of(scene, scene.stars[star]) * share * (sample.weight / sum);
     }
     for (const auto &[wavelength_nm, both] : photons) {
         light.wavelength_m.push_back(wavelength_nm * 1e-9);
@@ -122,12 +123,25 @@ void place_stars(const Scene &scene, Light &light) {
     std::copy(axis.begin(), axis.end(), light.axis);
 }
 
+// The first order of a grating of period P is where the sine of the angle is lambda/P.
+void disperse(const Scene &scene, Light &light) noexcept {
+    if (!scene.detector.sidelobe)
+        return;
+    const Sidelobe &sidelobe = *scene.detector.sidelobe;
+    const double angle = sidelobe.angle_deg * kPi / 180,
+                 per_m = 1 / (sidelobe.period_m * scene.detector.pixel_scale_arcsec * kPi / 648000);
+    const auto px = geometry_of(scene.detector).to_pixels(std::cos(angle) * per_m, std::sin(angle) * per_m);
+    std::copy(px.begin(), px.end(), light.dispersion);
+    light.centre_m = sidelobe.centre_m;
+}
+
 } // namespace
 
 Light make_light(const Scene &scene) {
     Light light;
     sample_stars(scene, light);
     place_stars(scene, light);
+    disperse(scene, light);
     return light;
 }
 

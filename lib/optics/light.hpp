@@ -17,11 +17,18 @@ struct Light {
     std::vector<double> qe; // that photons contains, at each wavelength; empty without a file
     std::array<double, 2> throughput = {1, 1}, efficiency = {1, 1}; // means over the photons of A and B
     Offsets offset_px = {};                                         // from the optical axis at time 0
+    double dispersion[2] = {0, 0};                                  // of a sidelobe: px per m of wavelength, of
+    double centre_m = 0;                                            // which this one is at the stars' offsets
     double axis[2] = {1, 0}; // unit vector of a positive displacement of the moving star
     double separation_px = 0;
 
     double before_qe(size_t star, size_t wavelength) const noexcept {
         return qe.empty() ? photons[star][wavelength] : photons[star][wavelength] / qe[wavelength];
+    }
+    bool is_dispersed() const noexcept { return dispersion[0] != 0 || dispersion[1] != 0; }
+    // Displacement [x, y] of the light of a wavelength, px.
+    std::array<double, 2> dispersed_px(double wavelength) const noexcept {
+        return {dispersion[0] * (wavelength - centre_m), dispersion[1] * (wavelength - centre_m)};
     }
 };
 

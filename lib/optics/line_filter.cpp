@@ -163,8 +163,8 @@ LineFilter interpolated(const TransferFunction &transfer, double cutoff, double 
     return best;
 }
 
-// The filter whose transfer function is the product of those of two filters; taps from the middle outwards. Those of odd
-// filters are without their factor i, hence the sign of two of them.
+// The filter whose transfer function is the product of those of two filters; taps from the middle outwards. That of an
+// odd filter is without its factor i, hence the sign of two of them.
 std::vector<double> convolved(const std::vector<double> &first, bool odd, const LineFilter &second) {
     const auto reach = static_cast<ptrdiff_t>(first.size() - 1), more = static_cast<ptrdiff_t>(second.taps.size() - 1);
     std::vector<double> taps(first.size() + second.taps.size() - 1, 0.0);

@@ -64,9 +64,8 @@ void MovedStars::add_interpolated(size_t star, const Place &place, double flux, 
     }
 }
 
-void MovedStars::add_propagated(const Imager &imager, size_t star, const Place &place, double flux,
+void MovedStars::add_propagated(const Imager &imager, Light light, size_t star, const Place &place, double flux,
                                 double *image) const {
-    Light light = light_;
     for (size_t i = 0; i < 2; i++)
         light.offset_px[star][i] = static_cast<double>(place[i]);
     const StarImages images = imager.images(light, star, 0, ImageRequest());
@@ -84,11 +83,17 @@ void MovedStars::expect(double displacement_px, const Disturbances &disturbances
     if (scene_.systematics.changes_optics())
         own = instrument_of(disturbances);
     const Imager imager = own ? Imager(own->scene, own->pupil, own->plan, 1) : imager_.with_workers(1);
+    Light light = light_;
+    for (double &by_wavelength : light.dispersion)
+        by_wavelength *= 1 + disturbances.scale;
     for (size_t star = 0; star < scene_.stars.size(); star++) {
         const double wobble = star == scene_.signal.star ? displacement_px : 0, flux = 1 + disturbances.flux[star];
         const Place place = place_of(disturbances, offsets[star], axis.data(), wobble);
         const bool interpolated = plan_.frames == Frames::atlas && atlas().covers(star, place[0], place[1]);
-        interpolated ? add_interpolated(star, place, flux, image) : add_propagated(imager, star, place, flux, image);
+        if (interpolated)
+            add_interpolated(star, place, flux, image);
+        else
+            add_propagated(imager, light, star, place, flux, image);
     }
     detector_.collect(image);
     for (size_t i = 0; i < pixels; i++)

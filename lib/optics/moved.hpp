@@ -34,7 +34,8 @@ class MovedStars {
     const std::vector<Mode> &modes() const;
     Instrument instrument_of(const Disturbances &disturbances) const;
     void add_interpolated(size_t star, const Place &place, double flux, double *image) const;
-    void add_propagated(const Imager &imager, size_t star, const Place &place, double flux, double *image) const;
+    void add_propagated(const Imager &imager, Light light, size_t star, const Place &place, double flux,
+                        double *image) const;
 
     const Scene &scene_;
     const Pupil &pupil_;

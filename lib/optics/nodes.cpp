@@ -152,41 +152,9 @@ Light project_on_nodes(const Light &light, size_t count) {
     return result;
 }
 
-// The weight of node j for wavenumber s is s^2 l_j(s) lambda_j^2, with the interpolating polynomial l_j as a sum of
-// Chebyshev polynomials: l_j = (1 + 2 sum over k of cos(k theta_j) T_k)/count, and T_k' = k U_(k-1).
-Light wavelength_derivative(const Pupil &pupil, const Light &light, const Grid &grid) {
-    constexpr double kMargin = 0.01; // of the wavenumber, so that a single wavelength has a band
-    WavenumberBand band = band_of(light);
-    band.half_width += kMargin * band.middle;
-    const size_t count = static_cast<size_t>(std::ceil(band_phase(pupil, light, grid, band.half_width))) + kExtraTerms;
-    Light result = light;
-    result.qe.clear();
-    result.wavelength_m.resize(count);
-    for (size_t j = 0; j < count; j++)
-        result.wavelength_m[j] = 1 / (band.middle + band.half_width * std::cos(node_angle(j, count)));
-    for (size_t star = 0; star < 2; star++) {
-        result.photons[star].assign(light.photons[star].empty() ? 0 : count, 0.0);
-        for (size_t i = 0; i < light.photons[star].size(); i++) {
-            const double wavenumber = 1 / light.wavelength_m[i], square = wavenumber * wavenumber;
-            const double angle = std::acos((wavenumber - band.middle) / band.half_width);
-            for (size_t j = 0; j < count; j++) {
-                double value = 1, slope = 0;
-                for (size_t k = 1; k < count; k++) {
-                    const double order = static_cast<double>(k), node = std::cos(order * node_angle(j, count));
-                    value += 2 * node * std::cos(order * angle);
-                    slope += 2 * node * order * std::sin(order * angle) / std::sin(angle);
-                }
-                const double rate = -square * (2 * wavenumber * value + square * slope / band.half_width);
-                result.photons[star][j] += 1e-9 * light.photons[star][i] * rate / static_cast<double>(count) *
-                                           result.wavelength_m[j] * result.wavelength_m[j];
-            }
-        }
-    }
-    return result;
-}
-
 double rough_peak(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers) {
-    const Light rough = light.wavelength_m.size() > kRoughNodes ? project_on_nodes(light, kRoughNodes) : light;
+    const bool all = light.wavelength_m.size() <= kRoughNodes || light.is_dispersed();
+    const Light rough = all ? light : project_on_nodes(light, kRoughNodes);
     const Engine engine = [&](const Grid &, size_t fields) { return std::make_unique<MatrixDft>(pupil, grid, fields); };
     Buffer<double> both(grid.rows * grid.cols);
     for (size_t star = 0; star < 2; star++)

@@ -5,12 +5,9 @@
 
 namespace toliman::optics {
 
-// The light projected onto `count` nodes that span its wavelengths. The photons of a node may be negative.
+// The light projected onto `count` nodes that span its wavelengths, for light that is not dispersed. The photons of a
+// node may be negative.
 Light project_on_nodes(const Light &light, size_t count);
-
-// The light on nodes whose image is the derivative by a common shift of all wavelengths, per nm towards longer ones.
-// For any light, a single wavelength too; the nodes are as many as pupil and grid require.
-Light wavelength_derivative(const Pupil &pupil, const Light &light, const Grid &grid);
 
 // Photons in the brightest pixel of both stars' image, to a few per cent.
 double rough_peak(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers);

@@ -1,4 +1,5 @@
-// Integration over pixels, Gaussian jitter and motion within an exposure, as short filters on point samples of the image.
+// Integration over pixels, Gaussian jitter and motion within an exposure, as short filters on point samples of the
+// image.
 #pragma once
 #include <array>
 #include <vector>

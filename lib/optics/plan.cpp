@@ -1,14 +1,14 @@
 // Method: each approximation is the cheapest whose predicted error is within the scene's accuracy.
 //   wavelengths   the fewest Chebyshev nodes in 1/lambda, by node_errors() (nodes.cpp), computed with every other pupil
-//                 sample where these suffice.
+//                 sample where these suffice. All of a sidelobe, whose wavelengths are at different places.
 //   expansion     an image has no spatial frequency above f_c = D p / lambda_min cycles per pixel, p the pixel scale.
 //                 By Bernstein's inequality max |I_(n+1)| <= (2 pi f_c)^n max |I_1|: the first omitted term of the
 //                 expansion of order n in a displacement d, relative to the signal d I_1, is at most
 //                 (2 pi f_c d)^n / (n + 1)!. Orders 2 to 8.
 //   atlas         with systematics, an orbit, or a displacement beyond the expansion, stars are interpolated: the
-//                 fewest samples per pixel, then taps (atlas.cpp). Frames are propagated where their optics differ, where
-//                 the accuracy is below rounding, where the samples would not fit in memory, and by the padded FFT,
-//                 whose plate scale depends on the grid.
+//                 fewest samples per pixel, then taps (atlas.cpp). Frames are propagated where their optics differ,
+//                 where the accuracy is below rounding, where the samples would not fit in memory, and by the padded
+//                 FFT, whose plate scale depends on the grid.
 //   pixel         the shortest filter (pixel.cpp).
 //   pupil         the scene's own sampling; its error is predicted but not held to the accuracy.
 // The predictions are bounds or estimates, tested against the true errors within a factor of 20 on twelve scenes.
@@ -73,10 +73,14 @@ double refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &farth
     const double most_px = padded ? 0.5 * static_cast<double>(padded_side(grid)) / finer
                                   : px_per_sample * static_cast<double>(kMostPupilSamples);
     const char *const source = scene.source.c_str();
+    const std::array<double, 2> first = farthest.dispersed_px(farthest.wavelength_m.front()),
+                                last = farthest.dispersed_px(farthest.wavelength_m.back());
     double reach_px = 0;
     for (size_t star = 0; star < scene.stars.size(); star++)
         for (size_t axis = 0; axis < 2; axis++) {
-            const double position = std::fabs(farthest.offset_px[star][axis]), reach = half[axis] + position;
+            const double position = std::fabs(farthest.offset_px[star][axis]) +
+                                    std::max(std::fabs(first[axis]), std::fabs(last[axis])),
+                         reach = half[axis] + position;
             reach_px = std::max(reach_px, reach);
             if (reach > most_px && position > half[axis] && most_px > 2 * half[axis])
                 fail(Status::scene,
@@ -113,6 +117,8 @@ void check_padded_fft(const Scene &scene, const Light &light, Plan &plan) {
         fail(Status::unsupported,
              "%s: {detector}: the fft engine has square pixels: scale_anisotropy and shear are not supported",
              scene.source.c_str());
+    if (scene.detector.sidelobe)
+        fail(Status::unsupported, "%s: {detector.sidelobe}: not supported by the fft engine", scene.source.c_str());
     if (scene.systematics.scale.any())
         fail(Status::unsupported,
              "%s: {systematics.scale_rms}: the fft engine rounds the plate scale of each wavelength: not supported",
@@ -134,7 +140,8 @@ void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &lig
                         Plan &plan) {
     plan.wavelengths = plan.scene_wavelengths = light.wavelength_m.size();
     // An accuracy below rounding means: no approximation at all.
-    if (plan.wavelengths <= kMinWavelengths || plan.engine == EngineKind::padded_fft || scene.accuracy < kRounding)
+    if (plan.wavelengths <= kMinWavelengths || plan.engine == EngineKind::padded_fft || scene.accuracy < kRounding ||
+        light.is_dispersed())
         return;
     if (!(peak > 0)) // spectral lines may cancel in the rough image
         return;

@@ -41,9 +41,9 @@ struct Plan {
     bool nodes = false;           // propagate Chebyshev nodes in 1/lambda instead of the scene's wavelengths
     double spectrum_error = 0;    // of the nodes
     Frames frames = Frames::series;
-    size_t order = 2;             // expansion order in the displacement
-    double series_error = 0;      // of that expansion, relative to the signal's largest pixel, rounding included
-    double orbit_px = 0;          // upper bound of a star's motion along its orbit during the cadence
+    size_t order = 2;        // expansion order in the displacement
+    double series_error = 0; // of that expansion, relative to the signal's largest pixel, rounding included
+    double orbit_px = 0;     // upper bound of a star's motion along its orbit during the cadence
     PixelFilter filter;
     PixelFilter smear_filter; // of second derivatives along the path, for the derivative by smear; empty without one
     AtlasPlan atlas;

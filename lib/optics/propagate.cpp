@@ -182,7 +182,9 @@ void Chunk::add(size_t wavelength) {
     const long double wavenumber = 1 / static_cast<long double>(task_.light.wavelength_m[wavelength]);
     const Pupil &pupil = transform_.pupil(wavenumber);
     set_terms(pupil, wavenumber);
-    transform_.transform(wavenumber, task_.offset, terms_);
+    const auto moved = task_.light.dispersed_px(task_.light.wavelength_m[wavelength]);
+    const long double offset[2] = {task_.offset[0] + moved[0], task_.offset[1] + moved[1]};
+    transform_.transform(wavenumber, offset, terms_);
     for (size_t s = 0; s < spectra.size(); s++) {
         const double weight = intensity_factor(pupil, task_.grid, wavenumber, spectra[s][wavelength]);
         for (size_t i = 0; i < weighted_.size(); i++)

@@ -197,6 +197,25 @@ double steepest_of(const Pupil &pupil, const Buffer<double> &mask) {
     return steepest;
 }
 
+// k dE/dk = A i k OPD exp(i k OPD), k = 2 pi/lambda; of a mixed cell, with the OPD d outside the mask's step s,
+//     k d/dk A ((1 - c) exp(i k d) + c exp(i k (d + s))) = A exp(i k d) i k (d (1 - c) + (d + s) c exp(i k s)).
+void wavenumber_field(const Pupil &pupil, double wavenumber, double *amplitude, double *opd_m) noexcept {
+    const double k = 2 * kPi * wavenumber;
+    for (size_t i = 0; i < pupil.opd_m.size(); i++) {
+        amplitude[i] = pupil.amplitude[i] * std::fabs(k * pupil.opd_m[i]);
+        opd_m[i] = pupil.opd_m[i] + (pupil.opd_m[i] < 0 ? -0.25 : 0.25) / wavenumber;
+    }
+    double cosine, sine;
+    kernels::cis_cycles(kernels::reduce_cycles(pupil.step_m * wavenumber), cosine, sine);
+    for (const MixedCell &cell : pupil.mixed) {
+        const double outside = pupil.opd_m[cell.index] - cell.covered * pupil.step_m,
+                     covered = (outside + pupil.step_m) * cell.covered;
+        const double real = -k * covered * sine, imaginary = k * (outside * (1 - cell.covered) + covered * cosine);
+        amplitude[cell.index] = pupil.amplitude[cell.index] * std::hypot(real, imaginary);
+        opd_m[cell.index] = outside + std::atan2(imaginary, real) / k;
+    }
+}
+
 } // namespace
 
 Pupil make_pupil(const Scene &scene, size_t samples) {
@@ -270,6 +289,8 @@ Mode mask_mode(const Scene &scene, const Pupil &pupil, MaskMotion motion) {
 // fraction c, the step s and k = 2 pi/lambda; the pupil's OPD has c s in the mean.
 void field_of(const Pupil &pupil, const Mode &mode, double wavenumber, double *amplitude, double *opd_m) noexcept {
     double cosine, sine;
+    if (mode.of_wavenumber)
+        return wavenumber_field(pupil, wavenumber, amplitude, opd_m);
     kernels::cis_cycles(kernels::reduce_cycles(0.5 * mode.step_m * wavenumber), cosine, sine);
     for (const Mode::Cell &cell : mode.cells) {
         const double factor = 2 * sine * cell.rate;

@@ -33,15 +33,16 @@ Pupil make_pupil(const Scene &scene, size_t samples);
 // The map (m) of the scene's OPD file, [samples][samples]; empty without a file.
 std::vector<double> opd_of_file(const Scene &scene, size_t samples);
 
-// What a parameter changes in the pupil: an OPD, or the covered fraction of cells by the mask.
+// What a parameter changes in the pupil: an OPD, the covered fraction of cells by the mask, or the wavenumber.
 struct Mode {
     struct Cell {
         size_t index;         // row * N + column
         double covered, rate; // fraction, and its derivative
     };
-    Buffer<double> opd_m;    // [N][N], OPD per unit; or empty, with
-    std::vector<Cell> cells; // those that the parameter changes
-    double step_m = 0;       // of the mask
+    bool of_wavenumber = false; // relative; all else is empty
+    Buffer<double> opd_m;       // [N][N], OPD per unit; or empty, with
+    std::vector<Cell> cells;    // those that the parameter changes
+    double step_m = 0;          // of the mask
 };
 
 // OPD of 1 nm rms in Noll's polynomial `noll`.
@@ -52,8 +53,8 @@ Mode zernike_mode(const Pupil &pupil, int noll);
 enum class MaskMotion { rotation, shift_x, shift_y };
 Mode mask_mode(const Scene &scene, const Pupil &pupil, MaskMotion motion);
 
-// Derivative of the pupil field by a mode of cells at a wavenumber (1/m), as amplitude and OPD [N][N], which must be 0
-// elsewhere.
+// Derivative of the pupil field by a mode of cells or of the wavenumber (1/m), as amplitude and OPD [N][N], which must
+// be 0 elsewhere.
 void field_of(const Pupil &pupil, const Mode &mode, double wavenumber, double *amplitude, double *opd_m) noexcept;
 
 // Every other cell in both axes, for estimates of images: the same pupil with cells twice as wide. The defocus is

@@ -1,8 +1,8 @@
 // Method: while the image moves along a path of length L, with its place (L/2) t at t in [-1, 1], the frame is the mean
 //     I_L(x) = integral of I(x - (L/2) t d) p(t) dt,   d the direction,
 // over the density p of places: 1/2 for uniform motion, 1/(pi sqrt(1 - t^2)) for whole periods of a sinusoid. Its
-// transfer function is sinc(f L) or J_0(pi f L), f the frequency along d. A Gauss quadrature for p (Legendre, Chebyshev)
-// of n nodes makes it a sum of cos(2 pi f a) over displacements a, which are products of filters along x and y
+// transfer function is sinc(f L) or J_0(pi f L), f the frequency along d. A Gauss quadrature of n nodes (Legendre,
+// Chebyshev) makes it a sum of cos(2 pi f a) over displacements a, which are products of filters along x and y
 // (pixel.cpp); sinc and J_0 of f_x d_x + f_y d_y are not.
 // Error: of the mean of cos(z t) with z = pi f L, at most 2 (z/2)^(2 n)/(2 n)! for both rules, from their remainders.
 // The weights are positive and sum to 1, so that nothing cancels.

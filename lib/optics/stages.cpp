@@ -40,6 +40,7 @@ const Stage kAllStages[kStages] = {
          return scene.binary.moving || scene.systematics.pointing_px.any() || scene.systematics.roll_rad.any();
      }},
     {"smear", [](const Scene &scene) { return scene.systematics.smear && scene.systematics.smear->length_px > 0; }},
+    {"sidelobe", [](const Scene &scene) { return scene.detector.sidelobe.has_value(); }},
 };
 
 } // namespace

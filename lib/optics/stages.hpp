@@ -5,7 +5,7 @@
 
 namespace toliman::optics {
 
-constexpr size_t kStages = 24;
+constexpr size_t kStages = 25;
 
 const char *stage_name(size_t stage) noexcept;
 bool has_stage(const Scene &scene, size_t stage) noexcept;

@@ -16,7 +16,7 @@ Buffer<double> rough_frame(const Outline &outline, const DetectorStages &detecto
     const Scene &scene = outline.scene;
     Plan plan = outline.plan;
     plan.engine = EngineKind::matrix_dft;
-    if (plan.wavelengths > kRoughNodes) {
+    if (plan.wavelengths > kRoughNodes && !outline.light.is_dispersed()) {
         plan.nodes = true;
         plan.wavelengths = kRoughNodes;
     }
@@ -67,6 +67,20 @@ void warn_outside_frame(const Scene &scene, const Light &light, const Log &log) 
     }
 }
 
+// The image of a continuous spectrum is a sum of those of its samples. These are too far apart if their distance is a
+// period of a frequency that the optics pass: lambda/D.
+void warn_of_dispersion(const Scene &scene, const Light &light, const Log &log) {
+    if (!scene.detector.sidelobe || !scene.band || scene.band->steps == 0)
+        return;
+    const double step = (scene.band->max_nm - scene.band->min_nm) / static_cast<double>(scene.band->steps),
+                 most =
+                     light.wavelength_m.front() * 1e9 * scene.detector.sidelobe->period_m / scene.telescope.aperture_m;
+    if (step > most)
+        log.warn("%s: band.step_nm = %.3g: must be at most %.2g nm, or the spectrum in detector.sidelobe is a row of "
+                 "separate images",
+                 scene.source.c_str(), step, most);
+}
+
 const char *why_propagated(const Scene &scene, const Plan &plan) noexcept {
     if (scene.systematics.changes_optics())
         return "focus, aberrations or scale differ from frame to frame";
@@ -104,6 +118,7 @@ void warn_of_plan(const Scene &scene, const Pupil &pupil, const Light &light, co
                  plan.filter.error);
     warn_of_sampling(scene, pupil, light, plan, log);
     warn_outside_frame(scene, light, log);
+    warn_of_dispersion(scene, light, log);
     if (plan.orbit_px > 0)
         log.warn("%s: binary.moving: the stars move by up to %.2g px along their orbit: only the fit and a bank of "
                  "networks follow them, other estimators are made for time 0",
@@ -112,7 +127,8 @@ void warn_of_plan(const Scene &scene, const Pupil &pupil, const Light &light, co
         log.warn("%s: accuracy = %g: the expected error of the interpolated stars is %.2g", source, scene.accuracy,
                  plan.atlas.error);
     if (plan.frames == Frames::propagation)
-        log.warn("%s: accuracy = %g: every frame is re-propagated: %s", source, scene.accuracy, why_propagated(scene, plan));
+        log.warn("%s: accuracy = %g: every frame is re-propagated: %s", source, scene.accuracy,
+                 why_propagated(scene, plan));
 }
 
 void warn_before_images(const Outline &outline, const Settings &settings) {

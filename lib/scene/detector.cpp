@@ -98,6 +98,23 @@ void read_bad_pixels(const Reader &reader, Detector &detector) {
         reader.refuse(Status::scene, "bad_pixels", ": %s: all %zu pixels are bad", path.c_str(), pixels);
 }
 
+constexpr Row kSidelobeRows[] = {
+    required<&Sidelobe::period_m>("period_um", above(0, 1e6, "um"), "Period of the grating; TOLIMAN: 300").scaled(1e-6),
+    required<&Sidelobe::angle_deg>("angle_deg", kTurn,
+                                   "Direction of the order, from +x (higher columns) towards +y (higher rows)"),
+    required<&Sidelobe::centre_m>(
+        "centre_nm", above(0, 1e5, "nm"),
+        "Wavelength whose order, of a star on the optical axis, is at the centre of the frame")
+        .scaled(1e-9),
+    optional<&Sidelobe::efficiency>("efficiency", above(0, 1),
+                                    "Share of the light in this order; of peak_photons, all is in it"),
+};
+constexpr Group kSidelobe = group_of("sidelobe",
+                                     "The frames are a window around the first order of a grating in the pupil, which "
+                                     "displaces light by wavelength/period: the spectrum in it relates the plate scale "
+                                     "to wavelengths",
+                                     kSidelobeRows);
+
 constexpr Row kDetectorRows[] = {
     required<read_shape>("shape", within(1, 2048, "px"), "Rows and columns").as(Type::integers).entries(2, 2),
     required<&Detector::pixel_scale_arcsec>("pixel_scale_arcsec", kPixelScale, "Side of a pixel on the sky")
@@ -169,6 +186,7 @@ constexpr Row kDetectorRows[] = {
         "are at their places on the detector; without it, at the same place in all frames")
         .as(Type::integers)
         .entries(2, 2),
+    optional<&Detector::sidelobe>("sidelobe", &kSidelobe),
     reserved("bin", "Pixels binned along each side"),
 };
 
@@ -272,9 +290,10 @@ constexpr Row kSystematicsRows[] = {
                                      "do not")
         .scaled(kPi / 180),
     drifting<&Systematics::scale>("scale_rms", 0.01, "", "Pixel scale, relative"),
-    optional<read_focus>("focus_rms_nm", within(0, 1000, "nm"),
-                         "Focus, rms of the wavefront. Frames with focus_rms_nm, zernike_rms_nm or scale_rms are exact, "
-                         "each propagated: 0.1 to 0.3 s of a core for 256 x 256 px instead of 2 ms")
+    optional<read_focus>(
+        "focus_rms_nm", within(0, 1000, "nm"),
+        "Focus, rms of the wavefront. Frames with focus_rms_nm, zernike_rms_nm or scale_rms are exact, "
+        "each propagated: 0.1 to 0.3 s of a core for 256 x 256 px instead of 2 ms")
         .as(Type::number_or_drift),
     optional<read_zernikes>("zernike_rms_nm", within(0, 1000, "nm"),
                             "Zernike coefficients by Noll index, rms of the wavefront over the full aperture")

@@ -128,6 +128,14 @@ int64_t tai_of_date(double date) noexcept;            // Julian year of TT
 // TAI of time 0 of moving stars; 0 for stars at rest, and for dates that nanoseconds of 64 bits do not reach.
 int64_t time_zero_ns(const Binary &binary) noexcept;
 
+// The window around an order of a grating in the pupil, which displaces light by wavelength/period.
+struct Sidelobe {
+    double period_m = 0;
+    double angle_deg = 0;  // from +x towards +y
+    double centre_m = 0;   // wavelength of an axial star that is at the centre of the frame
+    double efficiency = 1; // share of the light
+};
+
 struct Detector {
     size_t rows = 0, cols = 0;
     double pixel_scale_arcsec = 0;
@@ -153,6 +161,7 @@ struct Detector {
     std::string bad_pixels_file;
     std::vector<size_t> bad_pixels;       // row*cols + column of the pixels that estimators do not use, increasing
     std::optional<DetectorWindow> window; // of the frames
+    std::optional<Sidelobe> sidelobe;     // whose frames these are
 
     // Whether the file's response is that of other pixels in a frame of this window.
     bool response_moves_with(const std::optional<DetectorWindow> &of_frame) const noexcept {
@@ -187,7 +196,7 @@ struct Smear {
 struct Systematics {
     Disturbance pointing_px, roll_rad, scale, flux, background_photons;
     std::vector<ZernikeDisturbance> zernikes_nm; // focus first, as the fourth, if it varies
-    Jitter jitter; // the same blur in all frames, as smear, hence not counted by any()
+    Jitter jitter;                               // the same blur in all frames, as smear, hence not counted by any()
     std::optional<Smear> smear;
     bool any() const noexcept {
         return pointing_px.any() || roll_rad.any() || flux.any() || background_photons.any() || changes_optics();

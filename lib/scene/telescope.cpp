@@ -98,8 +98,7 @@ constexpr Group kAmplitude = group_of("amplitude",
 void read_zernikes(const Reader &reader, const Row &row, Telescope &telescope) {
     const Reader zernikes = reader.object(row.key);
     for (const std::string &key : zernikes.names())
-        telescope.zernikes.push_back(
-            {noll_of(zernikes, key, 1), zernikes.number(key.c_str(), row.range) * row.scale});
+        telescope.zernikes.push_back({noll_of(zernikes, key, 1), zernikes.number(key.c_str(), row.range) * row.scale});
 }
 
 constexpr Row kAberrationRows[] = {

@@ -13,10 +13,10 @@ typedef enum { CONTINUOUS, LINES, SINGLE } light;
 /* The keys of a scene that parameters change. */
 typedef struct {
     light light;
-    int blurred;
+    int blurred, dispersed;
     double qe, offset[4], photons[2], dark, pixel_arcsec, anisotropy, shear, zernike[LAST_ZERNIKE + 1], rotation_deg,
         mask_shift[2], jitter[3], kelvin[2], modes[2][MODES], longer_nm, smear;
-    const char *motion; /* kind of the smear */
+    const char *motion; /* kind of the smear; NULL: none */
 } keys;
 
 static const keys kKeys = {.qe = 1,
@@ -33,8 +33,7 @@ static const keys kKeys = {.qe = 1,
                            .jitter = {0.04, 0.07, 0.02},
                            .kelvin = {5790, 5260},
                            .modes = {{0.1, -0.05, 0.02}, {-0.1, 0, 0.03, 0.04}},
-                           .smear = 0.5,
-                           .motion = "linear"};
+                           .smear = 0.5};
 
 static void put(char *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
 static void put(char *text, const char *format, ...) {
@@ -79,18 +78,21 @@ static toliman_sim *sim_of_keys(const keys *k) {
         put(text, star == 0 ? ", " : "}, ");
     }
     if (k->blurred)
-        put(text,
-            "'systematics': {'jitter_covariance_px2': {'xx': %.17g, 'yy': %.17g, 'xy': %.17g},"
-            " 'smear': {'kind': '%s', 'length_px': %.17g, 'angle_deg': 30}}, ",
-            k->jitter[0], k->jitter[1], k->jitter[2], k->motion, sqrt(k->smear));
+        put(text, "'systematics': {'jitter_covariance_px2': {'xx': %.17g, 'yy': %.17g, 'xy': %.17g}", k->jitter[0],
+            k->jitter[1], k->jitter[2]);
+    if (k->blurred && k->motion != NULL)
+        put(text, ", 'smear': {'kind': '%s', 'length_px': %.17g, 'angle_deg': 30}", k->motion, sqrt(k->smear));
+    if (k->blurred)
+        put(text, "}, ");
     put(text, "'binary': {'offsets_px': {'A': [%.17g, %.17g], 'B': [%.17g, %.17g]}}, ", k->offset[0], k->offset[1],
         k->offset[2], k->offset[3]);
     put(text,
         "'signal': {'kind': 'sinusoid', 'star': 'B', 'amplitude_px': 1e-5, 'period_days': 40},"
         " 'cadence': {'frames': 2, 'interval_days': 1, 'exposure_s': 1},"
         " 'detector': {'shape': [%d, %d], 'pixel': 'integrated', 'pixel_scale_arcsec': %.17g, 'qe': %g,"
-        " 'scale_anisotropy': %.17g, 'shear': %.17g, 'dark_e_per_s': %.17g, 'gain_e_per_dn': 2}}",
-        SIDE, SIDE, k->pixel_arcsec, k->qe, k->anisotropy, k->shear, k->dark);
+        " 'scale_anisotropy': %.17g, 'shear': %.17g, 'dark_e_per_s': %.17g, 'gain_e_per_dn': 2%s}}",
+        SIDE, SIDE, k->pixel_arcsec, k->qe, k->anisotropy, k->shear, k->dark,
+        k->dispersed ? ", 'sidelobe': {'period_um': 2000, 'angle_deg': 40, 'centre_nm': 577, 'efficiency': 0.5}" : "");
     char *const scene = quoted(text);
     toliman_sim *const sim = sim_of(scene);
     free(scene);
@@ -253,12 +255,12 @@ static void check_all(const keys *base, int few) {
     for (size_t i = 0; i < count; i++) {
         const toliman_sim_parameter parameter = all[i];
         const row *const r = row_of(parameter.name);
-        const int jitter = strncmp(parameter.name, "jitter_", 7) == 0 || /* has no smaller covariance than 0 */
-                           strcmp(parameter.name, "smear") == 0;
+        const int jitter = strncmp(parameter.name, "jitter_", 7) == 0; /* has no smaller covariance than 0 */
+        const int smear = strcmp(parameter.name, "smear") == 0;        /* motion_within_an_exposure */
         const int number = r->first > 0 ? atoi(parameter.name + strlen(r->name)) : 0;
         const int later = number > r->first + 1 && (few || (number % 5 != 0 && number != LAST_ZERNIKE));
         if ((strcmp(parameter.name, "wavelength") == 0) == (base->light != CONTINUOUS) && (base->blurred || !jitter) &&
-            !later)
+            !later && !smear)
             check_derivative(sim, base, parameter.name);
     }
     toliman_sim_destroy(sim);
@@ -269,14 +271,17 @@ TEST(derivatives_are_those_of_scenes) {
     check_all(&kKeys, 0);
 }
 
-TEST(sinusoidal_motion) {
-    keys base = kKeys;
-    base.motion = "harmonic";
-    base.smear = 4;
-    toliman_sim *const sim = sim_of_keys(&base);
-    check_derivative(sim, &base, "smear");
-    check_derivative(sim, &base, "jitter_xy");
-    toliman_sim_destroy(sim);
+TEST(motion_within_an_exposure) {
+    const char *const kinds[] = {"linear", "harmonic"}, *const names[] = {"smear", "jitter_xy", "shear", "zernike_7"};
+    for (int i = 0; i < 2; i++) {
+        keys base = kKeys;
+        base.motion = kinds[i];
+        base.smear = i == 0 ? 0.5 : 4;
+        toliman_sim *const sim = sim_of_keys(&base);
+        for (int j = 0; j < 4; j++)
+            check_derivative(sim, &base, names[j]);
+        toliman_sim_destroy(sim);
+    }
 }
 
 TEST(without_jitter) {
@@ -288,11 +293,19 @@ TEST(without_jitter) {
 
 TEST(wavelengths_increase) {
     const light lights[] = {LINES, SINGLE};
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < 4; i++) {
         keys base = kKeys;
-        base.light = lights[i];
+        base.light = lights[i % 2];
+        base.dispersed = i / 2;
         check_all(&base, 0);
     }
+}
+
+/* Of the window around an order of a grating, whose place on the detector does not depend on the light. */
+TEST(in_a_sidelobe) {
+    keys base = kKeys;
+    base.dispersed = 1;
+    check_all(&base, 1);
 }
 
 TEST(parameters_have_names) {

@@ -54,8 +54,7 @@ static void key_of(const path *p, char *key, size_t size) {
 /* Mean of images along the path. The trapezoidal rule over a period of the sinusoid converges faster than any power;
  * so does Gauss' rule of 5 points on panels of 0.5 px. */
 static void mean_along(const path *p, double *mean) {
-    static const double node[5] = {-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831,
-                                   0.9061798459386640},
+    static const double node[5] = {-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831, 0.9061798459386640},
                         weight[5] = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889, 0.4786286704993665,
                                      0.2369268850561891};
     const double pi = acos(-1), angle = p->angle * pi / 180;

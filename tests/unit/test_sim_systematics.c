@@ -227,8 +227,9 @@ TEST(optics_of_frames_are_exact) {
             places[j] = kStars[j] * (1 + cases[i].scale);
         char *text = replaced_again(text_with(places, "'accuracy': 1e-12"), "'aperture_m'", optics);
         text = replaced_again(text, "'pixel_scale_arcsec': 0.2", pitch);
-        toliman_sim *const other = made(replaced_again(text, "'shape'", integration)),
-                           *const sim = made(replaced_again(text_with(kStars, extra), "'shape'", integration));
+        toliman_sim *const other = made(replaced_again(text, "'shape'", integration)), *const sim = made(replaced_again(
+                                                                                           text_with(kStars, extra),
+                                                                                           "'shape'", integration));
         frame_of(sim, 0, 0, bare);
         frame_of(sim, 0, 99, image);
         double *const expected = image_of(other, TOLIMAN_SIM_IMAGE_BOTH);
