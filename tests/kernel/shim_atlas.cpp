@@ -69,16 +69,6 @@ extern "C" void shim_atlas_images(const void *made, size_t star, size_t plane, d
     }
 }
 
-// The weighted sum of both planes.
-extern "C" void shim_atlas_sum(const void *made, size_t star, double x, double y, const double *weights,
-                               double *image) {
-    const Atlas &atlas = *static_cast<const Case *>(made)->atlas;
-    const Atlas::Place place = atlas.place(star, x, y, 1);
-    Buffer<double> scratch(atlas.scratch_size());
-    for (size_t r = 0; r < static_cast<const Case *>(made)->outline.plan.pixels.rows; r++)
-        atlas.row(star, {weights[0], weights[1]}, place, r, image + r * atlas.cols(), scratch.data());
-}
-
 // The first plane again, as an image that the atlas does not keep: its error against shim_atlas_images() over its
 // largest pixel. And of the adjoint: sum over pixels of weights times the interpolated image `samples` of random
 // numbers, minus the sum over the image of its adjoint, over the sum of absolute values.

@@ -10,7 +10,6 @@ void shim_atlas_destroy(void *made);
 int shim_atlas_covers(const void *made, size_t star, double x, double y);
 void shim_atlas_images(const void *made, size_t star, size_t plane, double x, double y, size_t orders,
                        double *const *images);
-void shim_atlas_sum(const void *made, size_t star, double x, double y, const double *weights, double *image);
 void shim_atlas_adjoint(const void *made, size_t star, double x, double y, double (*random)(void), double *errors);
 void shim_atlas_propagated(const void *made, size_t star, double x, double y, double *const *images);
 
@@ -87,14 +86,7 @@ TEST(test_places) {
             shim_atlas_images(atlas, star, 1, x, y, 1, &at_here[6]);
             for (int g = 0; g < 4; g++)
                 compare(&groups[g], pixels);
-            const double weights[] = {0.75, -0.5};
-            static double sum[MOST_PIXELS], alone[MOST_PIXELS];
-            shim_atlas_sum(atlas, star, x, y, weights, sum);
-            double peak = 0;
-            for (size_t i = 0; i < pixels; i++)
-                peak = fmax(peak, fabs(here[0][i]) + fabs(here[6][i]));
-            for (size_t i = 0; i < pixels; i++)
-                assert_close(sum[i], 0.75 * here[0][i] - 0.5 * here[6][i], 0, 1e-14 * peak);
+            static double alone[MOST_PIXELS];
             double *const only[] = {alone}; /* the value does not depend on the derivatives that are requested */
             shim_atlas_images(atlas, star, 0, x, y, 1, only);
             double errors[2];
