@@ -304,6 +304,7 @@ bool Calibrator::iterate_mirrored(Calibration &out, bool found) {
 bool Calibrator::iterate_response(Calibration &out) {
     ResponseOptions how;
     how.rms = out.response_rms = options_.response_rms;
+    how.still = kStill;
     bool rests = false;
     double before = std::numeric_limits<double>::infinity();
     while (!rests && out.response_iterations < options_.most_iterations) {
@@ -318,7 +319,7 @@ bool Calibrator::iterate_response(Calibration &out) {
         point_ = trial;
         before = normal_.chi_square = step.chi_square;
         normal_.used = step.used;
-        rests = step.largest < kStill;
+        rests = !step.sigma.empty();
         out.response_sigma = step.sigma;
         report(out, Of::response, true, step.largest);
     }

@@ -5,19 +5,20 @@
 namespace toliman::calibrate {
 
 struct ResponseOptions {
-    double rms = 1e-2; // of the prior, which is normal around the nominal response
-    int most_iterations = 100;
-    double tolerance = 1e-3; // of the residual of the conjugate gradients, relative to the right-hand side
+    double rms = 1e-2;         // of the prior, which is normal around the nominal response
+    double still = 0.1;        // a shorter step gets the errors
+    int most_iterations = 100; // of the conjugate gradients
+    double tolerance = 1e-3;   // of their residual, relative to the right-hand side
 };
 
 // A Gauss-Newton step of the response, of the parameters of the frames and of those of the instrument.
 struct ResponseStep {
-    Point change;          // of all, without an OPD map
-    Buffer<double> sigma;  // of the response of each pixel over the mean, all other parameters free
+    Point change; // of all, without an OPD map
+    Buffer<double>
+        sigma; // of the response of each pixel over the mean, all other parameters free; empty after a long step
     double chi_square = 0; // before the step, of all frames
     size_t used = 0;       // pixels
-    int iterations = 0;    // of the conjugate gradients
-    double largest = 0;    // of the step: rms over the pixels, in their standard deviations
+    double largest = 0;    // of the step: rms over the pixels, in their standard deviations, all else known
     bool lost = false;     // a star left the model images: nothing else is valid
     bool solvable = false;
 };

@@ -3,7 +3,7 @@
 // The rows are computed again in each pass, as in map_frames.cpp, so that memory does not depend on the number of
 // frames, except for F_k^-1. Frames are distributed over a fixed number of chunks, whose sums are added in order: the
 // bits do not depend on the workers. Memory: 8 (3 + n) values per pixel for n parameters of the instrument in the first
-// pass, and 14 + n for each worker.
+// pass, and 11 + n for each worker.
 #include "calibrate/response_frames.hpp"
 
 #include <algorithm>
