@@ -10,10 +10,10 @@
 // parameters, and all others small. Conjugate gradients, in the form of Lanczos (1950) with complete orthogonalisation,
 // need 2 to 10 products. Each reads all frames once.
 // Errors: S^-1 = s (1 - M)^-1 s. The diagonals of 1 and M are known exactly. The rest, (1 - M)^-1 - 1 - M, comes from
-// the few large eigenvalues, which the Lanczos vectors V of two random vectors find: V (T^-1 + T - 2) V' with the matrix
-// T = V'(1 - M) V. (Those of b do not: b lacks the responses that imitate other parameters.) What is missing is of the
-// second order in eigenvalues that are small: 0.15 % of the error of 784 pixels in 60 frames, against the inverse of
-// the whole matrix (tests/bind/test_response.py).
+// the few large eigenvalues, which the Lanczos vectors V of two random vectors find: V (T^-1 + T - 2) V', T = V'(1 - M)
+// V. (Those of b do not: b lacks the responses that imitate other parameters.) What is missing is of the second order
+// in eigenvalues that are small: 0.15 % of the error of 784 pixels in 60 frames, against the inverse of the whole
+// matrix (tests/bind/test_response.py).
 // The fluxes of all frames are free, so that a common factor is not determined: 1 + d is an eigenvector of S with the
 // eigenvalue 1/rms^2. The prior makes the mean of d 0, to d^2, and the errors are those of the response over its mean:
 // with a large weight of 1 + d in S. A linear change of the response is nearly one of the fluxes, too; it stays at the

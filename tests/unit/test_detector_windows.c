@@ -280,9 +280,8 @@ TEST(sums_refuse_pixels_that_move) {
     char detector[256];
     for (int i = 0; i < PIXELS; i++)
         response[i] = (uint8_t)(1 + i % 2);
-    write_npy("response.npy", "|u1", "(128, 128)", response, PIXELS);
-    snprintf(detector, sizeof detector, ", \"response\": \"%s\", \"window\": [%d, %d]", path_of("response.npy"), ROW,
-             COL);
+    write_npy("other.npy", "|u1", "(128, 128)", response, PIXELS);
+    snprintf(detector, sizeof detector, ", \"response\": \"%s\", \"window\": [%d, %d]", path_of("other.npy"), ROW, COL);
     toliman_sim *const uneven = scene_with(SIDE, detector);
     sums_refuse_what_moves(placed, pixels), sums_refuse_what_moves(uneven, pixels);
     toliman_sim_destroy(uneven);
