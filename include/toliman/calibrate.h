@@ -43,10 +43,11 @@ typedef struct toliman_calibration toliman_calibration;
  * fitted scene. */
 #define TOLIMAN_CALIBRATION_IMPROVE 2u
 
-/* Flag of options: then fit the relative response of each pixel, too, which all frames have in common: stars move by
+/* Flag of options: the default parameters include transfer_smear, interpixel_capacitance and, for frames that are no
+ * sums, nonlinearity and brighter_fatter. Then fit the relative response of each pixel, too, which all frames have in common: stars move by
  * pixels from frame to frame, so that it differs from the optics. Needs hundreds of frames. Their fluxes are free: the
  * mean response is 1 by its prior, and a gradient of the response remains at the prior. */
-#define TOLIMAN_CALIBRATION_RESPONSE 4u
+#define TOLIMAN_CALIBRATION_DETECTOR 4u
 
 /* Changes of a model.
  *   EDGES     telescope.mask.edges = "area", for a spiral mask
@@ -82,7 +83,7 @@ typedef int32_t (*toliman_calibration_step_fn)(const toliman_calibration *so_far
 /* Options of a calibration. */
 typedef struct toliman_calibration_options {
     uint32_t struct_size;
-    uint32_t flags; /* TOLIMAN_CALIBRATION_MAP, _IMPROVE and _RESPONSE, or 0 */
+    uint32_t flags; /* TOLIMAN_CALIBRATION_MAP, _IMPROVE and _DETECTOR, or 0 */
     /* Parameters to fit, a list of NAME, NAME=SIGMA (of the prior), NAME-LAST: "scale=1e-3 zernike_5-21=50". +NAME: in
      * addition to the default. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation jitter_xx
      * jitter_yy jitter_xy temperature_a temperature_b spectrum_a_1-2 spectrum_b_1-2". SIGMA by default: aberrations 100
@@ -119,7 +120,7 @@ typedef struct toliman_calibration_options {
  * Errors, in addition to image.h:
  *   - TOLIMAN_E_ARGUMENT for a frame without stars within capture_px; fewer than 2 frames; more than 4096 parameters
  *     times windows; a parameter that is always free;
- *   - TOLIMAN_E_UNSUPPORTED for RESPONSE with window_days, or with windows of frames that are not detector.window of
+ *   - TOLIMAN_E_UNSUPPORTED for nonlinearity and brighter_fatter with sums of frames; DETECTOR with window_days, or with windows of frames that are not detector.window of
  *     the scene; for a single star; PADDED_FFT; a named parameter that the scene does not have;
  *     position_angle, roll and wavelength;
  *   - TOLIMAN_E_MISMATCH if options->start has other pupil cells, aperture, step of the mask, wavelengths, or shape of
@@ -269,7 +270,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_opd(const 
 #define TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA 855 /* its standard deviation over the mean, all parameters free */
 
 /* Writes TOLIMAN_CALIBRATION_IMAGE_... to image[rows][stride]. Residuals of pixels excluded in all frames
- * are 0; their response is that of the prior. RESPONSE and its SIGMA are NaN without TOLIMAN_CALIBRATION_RESPONSE. */
+ * are 0; their response is that of the prior. RESPONSE and its SIGMA are NaN without TOLIMAN_CALIBRATION_DETECTOR. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_image(const toliman_calibration *calibration,
                                                                             int32_t kind, double *image,
                                                                             size_t stride) TOLIMAN_NOEXCEPT;

@@ -110,7 +110,7 @@ calibrate::Options options_of(const toliman_calibration_options &given) {
     options.map = (given.flags & TOLIMAN_CALIBRATION_MAP) != 0;
     options.most_iterations = given.most_iterations;
     options.map_rms_m = 1e-9 * given.map_rms_nm;
-    options.response = (given.flags & TOLIMAN_CALIBRATION_RESPONSE) != 0;
+    options.response = (given.flags & TOLIMAN_CALIBRATION_DETECTOR) != 0;
     options.response_rms = given.response_rms;
     options.on_step = [given](const calibrate::Calibration &so_far, const calibrate::Report &report) {
         if (given.step == nullptr)
@@ -148,6 +148,15 @@ Buffer<double> response_image(const calibrate::Calibration &calibration, bool of
     return image;
 }
 
+// Sums of frames whose stars move do not keep what is not linear in the charge.
+void check_sums(const calibrate::Problem &problem) {
+    for (const calibrate::Free &free : problem.free)
+        if (problem.frames.has_sums() && (free.parameter.kind == Parameter::Kind::nonlinearity ||
+                                          free.parameter.kind == Parameter::Kind::brighter_fatter))
+            fail(Status::unsupported, "{options->free}: \"%s\": sums of frames do not tell it: predictions must have no "
+                                      "spread", name_of(free.parameter).c_str());
+}
+
 } // namespace
 
 toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_image *image, size_t count,
@@ -175,8 +184,12 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
         problem.peak_photons = simulator.images().peak_photons();
         problem.peak_e = problem.peak_photons * problem.nominal.detector.qe /
                          static_cast<double>(problem.nominal.detector.coadds);
-        const std::string free = given.free != nullptr ? given.free : "";
+        problem.frames.predictions = predictions_of(predictions, count, simulator);
+        std::string free = given.free != nullptr ? given.free : "";
+        if (how.response)
+            free = calibrate::with_readout(free, problem.frames.has_sums());
         problem.free = calibrate::free_of(free, problem.nominal, outline.plan, problem.peak_e, &problem.left_out);
+        check_sums(problem);
         problem.capture_px = given.capture_px;
         problem.smoothness = given.smoothness;
         const PixelFrames frames =
@@ -189,14 +202,13 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
             for (size_t row = 0; row < frame.rows; row++)
                 std::copy_n(frame.row(row), frame.cols, counts + row * frame.cols);
         };
-        problem.frames.predictions = predictions_of(predictions, count, simulator);
         if (how.map && problem.frames.has_sums())
             fail(Status::unsupported,
                  "{options->flags}: a map takes no sums of frames: predictions must have no spread");
         if (how.response && given.window_days > 0)
             fail(
                 Status::unsupported,
-                "{options->window_days} = %g: must be 0 with TOLIMAN_CALIBRATION_RESPONSE: the response is one for all "
+                "{options->window_days} = %g: must be 0 with TOLIMAN_CALIBRATION_DETECTOR: the response is one for all "
                 "frames",
                 given.window_days);
         problem.windows = calibrate::windows_of(problem.frames.predictions, given.window_days);

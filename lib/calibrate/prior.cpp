@@ -98,6 +98,10 @@ void add(const std::string &text, const Item &item, const Scene &scene, const op
     }
 }
 
+bool is_added(const std::string &item) noexcept {
+    return item[0] == '+';
+}
+
 // Diffusion adds to the variance of the jitter in x and in y.
 void check_blur(const std::vector<Free> &all) {
     const auto has = [&all](Kind kind) {
@@ -143,10 +147,24 @@ double default_sigma(Parameter parameter, double peak_e) noexcept {
     }
 }
 
+std::string with_readout(const std::string &text, bool sums) {
+    std::string all = text;
+    const std::vector<std::string> items = words_of(text);
+    if (!std::all_of(items.begin(), items.end(), is_added))
+        return text;
+    for (const Kind kind : {Kind::transfer_smear, Kind::interpixel_capacitance, Kind::nonlinearity, Kind::brighter_fatter}) {
+        const std::string name = name_of({kind});
+        const bool is_named = std::any_of(items.begin(), items.end(),
+                                          [&](const std::string &item) { return parse(item.substr(1)).name == name; });
+        if (!is_named && (!sums || kind == Kind::transfer_smear || kind == Kind::interpixel_capacitance))
+            all += " +" + name;
+    }
+    return all;
+}
+
 std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan, double peak_e,
                           std::vector<LeftOut> *left_out) {
     const std::vector<std::string> items = words_of(text);
-    const auto is_added = [](const std::string &item) { return item[0] == '+'; };
     const bool adds = std::all_of(items.begin(), items.end(), is_added); // also if there are none
     if (!adds && std::any_of(items.begin(), items.end(), is_added))
         refuse(text, "all names or none begin with +, which adds to the default parameters");

@@ -215,9 +215,9 @@ class ResponseMaps(unittest.TestCase):
         self.assertTrue(numpy.isnan(alone.response).all() and numpy.isnan(alone.response_sigma).all())
         self.assertEqual((alone.info.response_pixels, alone.info.response_parameters), (0, 0))
         with refused(toliman.UnsupportedError, "options->window_days"):
-            toliman.calibrate(self.nominal, self.frames[:4], response=True, window_days=1)
+            toliman.calibrate(self.nominal, self.frames[:4], detector=True, window_days=1)
         with refused(toliman.InputError, "options->response_rms"):
-            toliman.calibrate(self.nominal, self.frames[:4], response=True, response_rms=0.6)
+            toliman.calibrate(self.nominal, self.frames[:4], detector=True, response_rms=0.6)
 
 
 if __name__ == "__main__":

@@ -74,12 +74,12 @@ int shim_instrument_derivative(const char *json, const char *folder, const char 
     problem.settings.workers = 1;
     problem.nominal = read_scene(json, "test", folder);
     const optics::Outline outline = optics::outline_of(problem.nominal, problem.settings);
-    problem.free = free_of(parameter, problem.nominal, outline.plan);
+    problem.free = free_of(parameter, problem.nominal, outline.plan, 1);
     const size_t rows = problem.nominal.detector.rows, cols = problem.nominal.detector.cols;
     const Planes planes(outline, problem.parameters(), problem.capture_px);
     Buffer<double> scratch(planes.scratch_size()), image(rows * cols);
     Planes::Places places;
-    planes.place(own, places);
+    planes.place(own, places, scratch.data());
     for (size_t r = 0; r < rows; r++) {
         double *const line = derivative + r * cols;
         planes.row(own, places, r, &line, scratch.data());

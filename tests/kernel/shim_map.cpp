@@ -65,7 +65,7 @@ extern "C" void *shim_map_make(const char *json, const char *free, size_t frames
     problem.capture_px = 2;
     const optics::Outline nominal = optics::outline_of(std::string(json), "scene", ".", problem.settings);
     problem.nominal = nominal.scene;
-    problem.free = free_of(free, nominal.scene, nominal.plan);
+    problem.free = free_of(free, nominal.scene, nominal.plan, 1);
     made->truth.instrument.emplace_back(problem.free.size());
     const size_t cells = nominal.pupil.samples * nominal.pupil.samples;
     made->truth.map_m.assign(truth, truth + cells);

@@ -340,7 +340,7 @@ TEST(calibrations_refuse_bad_pixels_that_move) {
     assert_null(made);
     for (int has_place = 0; has_place < 2; has_place++) { /* a response is fitted in the scene's window */
         toliman_calibration_options response = options;
-        response.flags = TOLIMAN_CALIBRATION_RESPONSE;
+        response.flags = TOLIMAN_CALIBRATION_DETECTOR;
         assert_refused(toliman_calibration_create(has_place ? placed : plain, &image, FRAMES, NULL, &response, &made),
                        TOLIMAN_E_UNSUPPORTED, "image->windows");
     }

@@ -64,7 +64,7 @@ def with_detector(scene, frames, pointing):
 
 
 def calibrated(scene, frames, rms, **options):
-    return toliman.calibrate(toliman.Simulator(scene), frames, response=True, response_rms=rms, capture_px=CAPTURE, **options)
+    return toliman.calibrate(toliman.Simulator(scene), frames, detector=True, response_rms=rms, capture_px=CAPTURE, **options)
 
 
 def pulls_of(found, response):

@@ -202,7 +202,7 @@ class _SoFar(Calibration):
 def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike | None = None,
               shifts: ArrayLike = (0, 0), separations: ArrayLike = 0, position_angles: ArrayLike = 0,
               spreads: typing.Sequence[Spread] | None = None,
-              free: str | typing.Iterable[str] | None = None, map: bool = False, improve: bool = False, response: bool = False,
+              free: str | typing.Iterable[str] | None = None, map: bool = False, improve: bool = False, detector: bool = False,
               start: Simulator | None = None,
               most_iterations: int = 0, capture_px: float = 0, window_days: float = 0, smoothness: float = 0,
               map_rms_nm: float = 0, response_rms: float = 0, threads: int = 0, step: Step | None = None,
@@ -222,7 +222,7 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
     map: fit also the OPD of each pupil cell, which takes minutes.
     improve: while the model is incomplete, calibrate again with mask.edges = "area", twice the pupil samples, spectral
         modes and the map, in this order, and keep what lowers chi-square: see attempts. Takes minutes.
-    response: fit also the response of each pixel, from hundreds of frames in which the stars move by pixels.
+    detector: fit also the readout and the response of each pixel, from hundreds of frames in which the stars move by pixels.
     start: Simulator of the scene to start from, such as that of a saved Calibration; None: the nominal scene.
     most_iterations: of the parameters, of the map, of the response; 0 means 30.
     capture_px: largest shift of the stars from their predicted places; 0 means 6.
@@ -250,7 +250,7 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
         options = options_of(
             _raw.toliman_calibration_options,
             flags=((_raw.TOLIMAN_CALIBRATION_MAP if map else 0) | (_raw.TOLIMAN_CALIBRATION_IMPROVE if improve else 0)
-                   | (_raw.TOLIMAN_CALIBRATION_RESPONSE if response else 0)), free=_names(free),
+                   | (_raw.TOLIMAN_CALIBRATION_DETECTOR if detector else 0)), free=_names(free),
             most_iterations=whole("most_iterations", most_iterations, 2**31), threads=whole("threads", threads, 2**32),
             capture_px=real("capture_px", capture_px), window_days=real("window_days", window_days),
             smoothness=real("smoothness", smoothness), map_rms_nm=real("map_rms_nm", map_rms_nm),

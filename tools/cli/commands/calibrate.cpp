@@ -30,7 +30,7 @@ void calibrate(Options &options, Progress &progress) {
     if (options.detector && !options.chooses)
         request.most_frames = kAllFrames;
     if (options.detector)
-        request.options.flags |= TOLIMAN_CALIBRATION_RESPONSE;
+        request.options.flags |= TOLIMAN_CALIBRATION_DETECTOR;
     if (options.map)
         request.options.flags |= TOLIMAN_CALIBRATION_MAP;
     if (options.improve)
