@@ -84,8 +84,8 @@ typedef struct toliman_sim_budget_row {
 } toliman_sim_budget_row;
 #define TOLIMAN_SIM_BUDGET_ROW_INIT TOLIMAN_INIT(toliman_sim_budget_row)
 
-/* Writes the rows: the free parameters in the order of their names, then every other one with a derivative, and flat: its
- * bias_px is the standard deviation due to independent errors of all pixels. Propagates the frame twice per free
+/* Writes the rows: the free parameters in the order of their names, then every other one with a derivative, and flat:
+ * its bias_px is the standard deviation due to independent errors of all pixels. Propagates the frame twice per free
  * parameter that is not linear. Errors as toliman_sim_get_budget.
  *   correlations  [side][side], or NULL: of the separation and the free parameters; NaN for one that depends on those
  *                 before it

@@ -11,9 +11,9 @@
  * Parameters of the instrument (sim_derivative.h), constant or, with windows, linear in time between the starts of
  * these: scale, anisotropy, shear, focus, zernike_5 ... _36, mask_rotation, mask_shift_x, _y, jitter_xx, _yy, _xy,
  * temperature_a, _b, spectrum_a_1 ... _11, spectrum_b_1 ... _11, and those of the detector: diffusion, instead of
- * jitter_xx and jitter_yy, transfer_smear, brighter_fatter, interpixel_capacitance, nonlinearity, where pointing moves
- * the stars by pixels. Values are changes against the nominal scene, each with a normal prior around 0. They are fitted together with the parameters of each frame (fit.h), by maximum
- * likelihood.
+ * jitter_xx and jitter_yy, transfer_smear, brighter_fatter, interpixel_capacitance, nonlinearity. Values are changes
+ * against the nominal scene, each with a normal prior around 0. They are fitted together with the parameters of each
+ * frame (fit.h), by maximum likelihood.
  *
  * Frames do not determine
  *   - roll of the spacecraft and tilts: position angle and pointing contain them;
@@ -44,9 +44,10 @@ typedef struct toliman_calibration toliman_calibration;
 #define TOLIMAN_CALIBRATION_IMPROVE 2u
 
 /* Flag of options: the default parameters include transfer_smear, interpixel_capacitance and, for frames that are no
- * sums, nonlinearity and brighter_fatter. Then fit the relative response of each pixel, too, which all frames have in common: stars move by
- * pixels from frame to frame, so that it differs from the optics. Needs hundreds of frames. Their fluxes are free: the
- * mean response is 1 by its prior, and a gradient of the response remains at the prior. */
+ * sums, nonlinearity and brighter_fatter. Then fit the relative response of each pixel, too, which all frames have in
+ * common: stars move by pixels from frame to frame, so that it differs from the optics. From hundreds of frames it is
+ * known so well that separations are as good as with a known detector (promise: detectors-are-calibrated). Fluxes are
+ * free: the mean response is 1 by its prior, and a gradient of the response remains at the prior. */
 #define TOLIMAN_CALIBRATION_DETECTOR 4u
 
 /* Changes of a model.
@@ -120,9 +121,9 @@ typedef struct toliman_calibration_options {
  * Errors, in addition to image.h:
  *   - TOLIMAN_E_ARGUMENT for a frame without stars within capture_px; fewer than 2 frames; more than 4096 parameters
  *     times windows; a parameter that is always free;
- *   - TOLIMAN_E_UNSUPPORTED for nonlinearity and brighter_fatter with sums of frames; DETECTOR with window_days, or with windows of frames that are not detector.window of
- *     the scene; for a single star; PADDED_FFT; a named parameter that the scene does not have;
- *     position_angle, roll and wavelength;
+ *   - TOLIMAN_E_UNSUPPORTED for nonlinearity and brighter_fatter with sums of frames; DETECTOR with window_days, or
+ *     with windows of frames that are not detector.window of the scene; a single star; PADDED_FFT; a named parameter
+ *     that the scene does not have; position_angle, roll and wavelength;
  *   - TOLIMAN_E_MISMATCH if options->start has other pupil cells, aperture, step of the mask, wavelengths, or shape of
  *     the frames; for a journal of other inputs or options, naming the first that differs
  *     (promise: other-journals-are-refused);

@@ -40,9 +40,9 @@ typedef struct toliman_fit_options {
     uint32_t struct_size;
     uint32_t threads;
     const char *free;  /* list of further parameters of sim_derivative.h: "scale focus jitter_xx jitter_yy
-                          jitter_xy", but not roll, anisotropy, shear, nor those of the detector. "self": those of jitter_xx, jitter_yy,
-                          jitter_xy, focus and zernike_5 to zernike_11 that a frame of the (first) scene determines
-                          to 5 nm and 0.02 px^2; optics and jitter may then drift */
+                          jitter_xy", but not roll, anisotropy, shear, nor those of the detector. "self": those of
+                          jitter_xx, jitter_yy, jitter_xy, focus and zernike_5 to zernike_11 that a frame of the
+                          (first) scene determines to 5 nm and 0.02 px^2; optics and jitter may then drift */
     double capture_px; /* largest shift of both stars from their predicted places along x or y, in (0, 64] px; 0 =
                           15. Relative to each other, they may be about 0.5 px off */
     const toliman_allocator *allocator;

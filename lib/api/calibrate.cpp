@@ -153,8 +153,10 @@ void check_sums(const calibrate::Problem &problem) {
     for (const calibrate::Free &free : problem.free)
         if (problem.frames.has_sums() && (free.parameter.kind == Parameter::Kind::nonlinearity ||
                                           free.parameter.kind == Parameter::Kind::brighter_fatter))
-            fail(Status::unsupported, "{options->free}: \"%s\": sums of frames do not tell it: predictions must have no "
-                                      "spread", name_of(free.parameter).c_str());
+            fail(Status::unsupported,
+                 "{options->free}: \"%s\": sums of frames do not tell it: predictions must have no "
+                 "spread",
+                 name_of(free.parameter).c_str());
 }
 
 } // namespace
@@ -182,8 +184,8 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
                 calibrate::adopt_cells(Use(given.start, "options->start")->simulator.scene(), problem.nominal);
         const optics::Outline outline = optics::outline_of(problem.nominal, problem.settings);
         problem.peak_photons = simulator.images().peak_photons();
-        problem.peak_e = problem.peak_photons * problem.nominal.detector.qe /
-                         static_cast<double>(problem.nominal.detector.coadds);
+        problem.peak_e =
+            problem.peak_photons * problem.nominal.detector.qe / static_cast<double>(problem.nominal.detector.coadds);
         problem.frames.predictions = predictions_of(predictions, count, simulator);
         std::string free = given.free != nullptr ? given.free : "";
         if (how.response)

@@ -51,8 +51,9 @@ coadd::Limits limits_of(const toliman_coadd_options &options) {
 
 void check_size(const fit::Windows &fit, int range) {
     if (!fit.first().model().readout().is_linear())
-        fail(Status::unsupported, "{fit}: the scene has detector.nonlinearity_per_e or brighter_fatter_px2_per_e, which a "
-                                  "sum of frames whose stars move does not keep: fit its frames one by one");
+        fail(Status::unsupported,
+             "{fit}: the scene has detector.nonlinearity_per_e or brighter_fatter_px2_per_e, which a "
+             "sum of frames whose stars move does not keep: fit its frames one by one");
     if (fit.rows() * fit.cols() > kMostPixels)
         fail(Status::unsupported, "{fit}: frames of %zux%zu pixels: at most %zu pixels", fit.rows(), fit.cols(),
              kMostPixels);

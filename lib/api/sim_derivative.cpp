@@ -57,9 +57,8 @@ toliman_status toliman_sim_get_derivative(const toliman_sim *sim, const char *na
         api::required_image(image, stride, detector.cols, "image");
         const Parameter parameter = parameter_named(name);
         check_parameter(simulator.scene(), simulator.plan(), parameter);
-        const Buffer<double> whole =
-            simulator.detector().in_counts(optics::Quantity::derivative, simulator.images().both(),
-                                           image_of(simulator.images(), parameter));
+        const Buffer<double> whole = simulator.detector().in_counts(
+            optics::Quantity::derivative, simulator.images().both(), image_of(simulator.images(), parameter));
         api::copy_rows(whole.data(), detector.rows, detector.cols, image, stride);
     });
 }

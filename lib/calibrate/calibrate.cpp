@@ -142,7 +142,8 @@ void Calibrator::aim_planes(const Point &point) {
     const std::vector<double> mean = mean_of(point.instrument);
     bool stale = planes_at_.empty();
     for (size_t i = 0; i < mean.size() && !stale; i++)
-        stale = std::fabs(mean[i] - planes_at_[i]) > kStale * default_sigma(problem_.free[i].parameter, problem_.peak_e);
+        stale =
+            std::fabs(mean[i] - planes_at_[i]) > kStale * default_sigma(problem_.free[i].parameter, problem_.peak_e);
     if (!stale)
         return;
     planes_ = nullptr; // two at once would need twice the memory

@@ -96,7 +96,8 @@ Variant with(Lack lack, Variant variant, const Calibration &from) {
     const optics::Outline outline = optics::outline_of(variant.problem.nominal, variant.problem.settings);
     const std::vector<Free> before = variant.problem.free;
     variant.problem.left_out.clear();
-    variant.problem.free = free_of(variant.free, variant.problem.nominal, outline.plan, variant.problem.peak_e, &variant.problem.left_out);
+    variant.problem.free =
+        free_of(variant.free, variant.problem.nominal, outline.plan, variant.problem.peak_e, &variant.problem.left_out);
     if ((from.flags & not_converged) == 0) {
         variant.start = from.point;
         variant.start.instrument = carried(from, variant.problem);

@@ -62,7 +62,7 @@ class Planes {
     std::vector<Entry> entries_;
     optics::Plan plan_;
     std::array<double, 2> reach_;
-    size_t orders_ = 1; // of the atlas' rows of the image
+    size_t orders_ = 1;                                      // of the atlas' rows of the image
     std::unique_ptr<const optics::DetectorStages> detector_; // if parameters of its readout are among the entries
     Buffer<double> response_;                                // of this detector, electrons per photon
     std::unique_ptr<optics::Atlas> atlas_;

@@ -152,7 +152,8 @@ std::string with_readout(const std::string &text, bool sums) {
     const std::vector<std::string> items = words_of(text);
     if (!std::all_of(items.begin(), items.end(), is_added))
         return text;
-    for (const Kind kind : {Kind::transfer_smear, Kind::interpixel_capacitance, Kind::nonlinearity, Kind::brighter_fatter}) {
+    for (const Kind kind :
+         {Kind::transfer_smear, Kind::interpixel_capacitance, Kind::nonlinearity, Kind::brighter_fatter}) {
         const std::string name = name_of({kind});
         const bool is_named = std::any_of(items.begin(), items.end(),
                                           [&](const std::string &item) { return parse(item.substr(1)).name == name; });

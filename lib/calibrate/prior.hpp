@@ -19,8 +19,8 @@ extern const char *const kDefaultParameters;
 std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan, double peak_e,
                           std::vector<LeftOut> *left_out = nullptr);
 
-// The text with the parameters of the detector's readout, if it adds to the default ones; those that are linear, for sums
-// of frames.
+// The text with the parameters of the detector's readout, if it adds to the default ones; those that are linear, for
+// sums of frames.
 std::string with_readout(const std::string &text, bool sums);
 
 } // namespace toliman::calibrate

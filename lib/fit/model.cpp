@@ -398,9 +398,9 @@ void Model::weigh(size_t r, const double *light, double *weight, double *scratch
                                     &saturated);
 }
 
-// The shift of the frame is known from the frame itself, so that it is part of no derivative. With light u_i, the counts
-// of n usable pixels of a column sum to the light of these plus n s sum(u); that of the others is the expected one.
-// Without counts, all is.
+// The shift of the frame is known from the frame itself, so that it is part of no derivative. With light u_i, the
+// counts of n usable pixels of a column sum to the light of these plus n s sum(u); that of the others is the expected
+// one. Without counts, all is.
 void Model::set_smear(const ImageView<const double> *counts, const double *values, Work &work) const {
     std::fill(work.smear.begin(), work.smear.end(), 0.0);
     std::vector<double> light_sum(cols_), used(cols_);
@@ -411,8 +411,8 @@ void Model::set_smear(const ImageView<const double> *counts, const double *value
             compute_row(values, work.places, orders_, r, work);
         for (size_t c = 0; c < cols_; c++) {
             const bool counted = counts != nullptr && usable[c] > 0;
-            light_sum[c] += counted ? (counts->row(r)[c] - how_.bias) * how_.e_per_count - how_.dark
-                                    : photons[c] * response[c];
+            light_sum[c] +=
+                counted ? (counts->row(r)[c] - how_.bias) * how_.e_per_count - how_.dark : photons[c] * response[c];
             used[c] += counted ? 1 : 0;
         }
     }

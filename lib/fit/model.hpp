@@ -36,7 +36,7 @@ struct Work {
     size_t used = 0, saturated = 0; // pixels
     double largest = 0, excess = 0; // of linearise(): the largest squared residual over its variance, and excess_of()
     std::vector<double> smear, collected; // of Model::set_smear() and collected(); empty without smear
-    BadPixels bad;                  // left out as if they had no response, until the caller changes them
+    BadPixels bad;                        // left out as if they had no response, until the caller changes them
 };
 
 // Const calls may run on several threads, each with its own work.
@@ -157,9 +157,9 @@ class Model {
 
     size_t rows_, cols_, pitch_; // of a line: columns, rounded up
     Buffer<double> response_;    // electrons per photon
-    Buffer<double> usable_;      // the same, 0 for the scene's bad pixels, and for those that these or the border mix with
+    Buffer<double> usable_; // the same, 0 for the scene's bad pixels, and for those that these or the border mix with
     optics::Readout readout_;
-    double tail_;                // kBadPixelTail over the least response: excess_of() of electrons from photons
+    double tail_; // kBadPixelTail over the least response: excess_of() of electrons from photons
     kernels::CountModel how_;
     std::vector<Extra> extras_;
     size_t orders_ = 2;                                 // of the atlas' rows

@@ -54,8 +54,8 @@ struct BudgetRow {
         return free ? std::sqrt(effect_px / std::fabs(curvature_px)) : effect_px / std::fabs(bias_px);
     }
 };
-// The free parameters in the order given, then all others of the table; last `flat`, whose bias is a standard deviation:
-// that of independent responses.
+// The free parameters in the order given, then all others of the table; last `flat`, whose bias is a standard
+// deviation: that of independent responses.
 std::vector<BudgetRow> budget_rows(const optics::Simulator &simulator, const std::vector<Parameter> &free,
                                    const BudgetFit &fit);
 

@@ -77,10 +77,9 @@ void add_place(const StarImages &star, const Light &light, size_t number, Kind k
         add(0.5, star.at(2, 0), sum);
         return add(0.5, star.at(0, 2), sum);
     }
-    add_curvature(star, light,
-                  {kind == Kind::jitter_xx ? 0.5 : 0, kind == Kind::jitter_xy ? 1.0 : 0,
-                   kind == Kind::jitter_yy ? 0.5 : 0},
-                  sum);
+    add_curvature(
+        star, light,
+        {kind == Kind::jitter_xx ? 0.5 : 0, kind == Kind::jitter_xy ? 1.0 : 0, kind == Kind::jitter_yy ? 0.5 : 0}, sum);
 }
 
 // Adds a star's share to the derivative by the square of the length of the scene's smear.

@@ -80,7 +80,8 @@ Unit DetectorStages::unit() const noexcept {
 }
 
 bool DetectorStages::whole_counts() const noexcept {
-    const bool whole_electrons = photon_noise_ && read_e_ == 0 && !readout_.any() && std::floor(full_well_e_) == full_well_e_;
+    const bool whole_electrons =
+        photon_noise_ && read_e_ == 0 && !readout_.any() && std::floor(full_well_e_) == full_well_e_;
     return largest_count_ > 0 || (whole_electrons && e_per_count_ == 1 && std::floor(bias_) == bias_);
 }
 

@@ -148,12 +148,10 @@ void Images::prepare(const std::vector<Parameter> &parameters) const {
     if (missing.empty())
         return;
     const MemoryScope scope(memory_);
-    const auto of_light = std::stable_partition(missing.begin(), missing.end(), [](Parameter parameter) {
-        return !Readout::has(parameter.kind);
-    });
+    const auto of_light = std::stable_partition(missing.begin(), missing.end(),
+                                                [](Parameter parameter) { return !Readout::has(parameter.kind); });
     for (auto parameter = of_light; parameter != missing.end(); ++parameter)
-        derivatives_.emplace(*parameter,
-                             detector_.readout().derivative(parameter->kind, both_, detector_.dark_e()));
+        derivatives_.emplace(*parameter, detector_.readout().derivative(parameter->kind, both_, detector_.dark_e()));
     missing.erase(of_light, missing.end());
     std::vector<Buffer<double>> images = derivatives(scene_, pupil_, plan_, imager_, light_, missing);
     for (size_t i = 0; i < missing.size(); i++) {

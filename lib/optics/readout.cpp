@@ -1,5 +1,5 @@
-// Method: with Lc the sum over the four neighbours of a pixel of their charge minus its own (a neighbour beyond the edge
-// of the frame has the pixel's own charge, so that none is lost),
+// Method: with Lc the sum over the four neighbours of a pixel of their charge minus its own (a neighbour beyond the
+// edge of the frame has the pixel's own charge, so that none is lost),
 //     smear     c + s times the sum of c over the column: the shift of a frame to its store moves each pixel past all
 //               others of its column, s = time of one row over the exposure
 //     exchange  c + a/4 L(c^2): brighter-fatter. Charge flows from full pixels to their neighbours as in a blur of
@@ -7,11 +7,10 @@
 //     couple    c + k Lc: capacitance between pixels, a kernel of (k, 1 - 4 k, k); noise is coupled, too
 //     bend      c - b c^2: non-linearity
 // in this order; Poisson noise comes after the smear, read noise after the bend. A frame of n coadds has a/n and b/n.
-// Inverse: b from the quadratic equation, the others by fixed-point iteration c <- y - (step(c) - c), which converges as
-// (8 k)^i and (2 a c)^i, until nothing changes by 1e-15 of the largest value. Corrected in this way, charges are again
-// independent Poisson numbers, so that estimators see an ideal detector.
-// Brighter-fatter is the nearest-neighbour form of its flux in Antilogus et al. 2014, JINST 9 C03048; coupling: Moore et
-// al. 2004, Proc. SPIE 5167, 204.
+// Inverse: b from the quadratic equation, the others by fixed-point iteration c <- y - (step(c) - c), which converges
+// as (8 k)^i and (2 a c)^i, until nothing changes by 1e-15 of the largest value. Corrected in this way, charges are
+// again independent Poisson numbers, so that estimators see an ideal detector. Brighter-fatter is the nearest-neighbour
+// form of its flux in Antilogus et al. 2014, JINST 9 C03048; coupling: Moore et al. 2004, Proc. SPIE 5167, 204.
 #include "optics/readout.hpp"
 
 #include <algorithm>
@@ -35,7 +34,7 @@ constexpr double kMostExchange = 0.2; // px^2, variance of the brightest pixel: 
 void add_laplacian(const double *image, size_t rows, size_t cols, double factor, double *out) noexcept {
     for (size_t r = 0; r < rows; r++) {
         const double *const here = image + r * cols, *const above = image + (r == 0 ? 0 : r - 1) * cols,
-                     *const below = image + (r + 1 == rows ? r : r + 1) * cols;
+                            *const below = image + (r + 1 == rows ? r : r + 1) * cols;
         double *const sum = out + r * cols;
         for (size_t c = 0; c < cols; c++)
             sum[c] += factor * (above[c] + below[c] - 2 * here[c]);

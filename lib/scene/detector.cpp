@@ -148,9 +148,10 @@ constexpr Row kDetectorRows[] = {
                                   "Pixel response non-uniformity, relative rms; a fixed pattern of noise.seed"),
     optional<read_diffusion>("diffusion_px", within(0, 10, "px"),
                              "Diffusion of charge before it is collected: a Gaussian blur, standard deviation"),
-    optional<&Detector::transfer_smear>("transfer_smear", within(-0.1, 0.1),
-                                        "Light that a pixel receives while the frame is shifted to its store, as a share "
-                                        "of the sum of its column: time of one row over the exposure"),
+    optional<&Detector::transfer_smear>(
+        "transfer_smear", within(-0.1, 0.1),
+        "Light that a pixel receives while the frame is shifted to its store, as a share "
+        "of the sum of its column: time of one row over the exposure"),
     optional<&Detector::brighter_fatter_px2_per_e>(
         "brighter_fatter_px2_per_e", within(-1, 1, "px^2 per e-"),
         "Brighter-fatter effect: charge flows to neighbours as in a blur of this variance times the pixel's mean "
@@ -158,8 +159,9 @@ constexpr Row kDetectorRows[] = {
     optional<&Detector::interpixel_capacitance>(
         "interpixel_capacitance", within(-0.05, 0.05),
         "Share of a pixel's charge, with its noise, that each of its four neighbours measures instead of it"),
-    optional<&Detector::nonlinearity_per_e>("nonlinearity_per_e", within(-1, 1, "per e-"),
-                                            "A charge c of each of the coadds is measured as c - nonlinearity_per_e c^2"),
+    optional<&Detector::nonlinearity_per_e>(
+        "nonlinearity_per_e", within(-1, 1, "per e-"),
+        "A charge c of each of the coadds is measured as c - nonlinearity_per_e c^2"),
     optional<&Detector::response_file>("response",
                                        "Relative response of each pixel, times qe and flat_rms: .npy of the frames' "
                                        "shape, in (0, 10], such as calibrate --detector writes; with window, that of "

@@ -61,7 +61,7 @@ std::string name_of(Parameter parameter);
 const char *unit_of(Parameter parameter) noexcept;
 Scope scope_of(Parameter parameter) noexcept;
 
-// The names that preprocess.project takes: all but the separation and flat, which is no single image.
+// The names that preprocess.project takes: all but the separation, and flat, which has an image for each pixel.
 constexpr const char kProjectable[] =
     "flux_a flux_b shift_x shift_y roll scale focus background position_angle anisotropy shear zernike_5 "
     "zernike_6 zernike_7 zernike_8 zernike_9 zernike_10 zernike_11 zernike_12 zernike_13 zernike_14 "

@@ -103,7 +103,7 @@ class ResponseMaps(unittest.TestCase):
         cls.simulators = [toliman.Simulator(cls.scene(shift)) for shift in cls.shifts]
         cls.frames = numpy.stack([random.poisson(one.image() * cls.response) for one in cls.simulators]).astype("u4")
         cls.nominal = toliman.Simulator(cls.scene((0, 0)))
-        cls.options = {"shifts": cls.shifts[:FRAMES] + 0.1, "free": FREE, "response": True, "response_rms": RMS}
+        cls.options = {"shifts": cls.shifts[:FRAMES] + 0.1, "free": FREE, "detector": True, "response_rms": RMS}
         cls.found = toliman.calibrate(cls.nominal, cls.frames[:FRAMES], threads=1, **cls.options)
 
     @staticmethod

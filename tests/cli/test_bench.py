@@ -317,7 +317,7 @@ class Bench(ProgramTest):
 
     def test_scenes_of_calibrate(self):
         nominal, truth = calibrate.nominal_scene(), calibrate.true_scene()
-        photons_per_s = sum(star["photons_per_s"] for star in nominal["stars"].values())
+        photons_per_s = sum(star["detected_per_s"] for star in nominal["stars"].values())
         self.assertAlmostEqual(nominal["cadence"]["exposure_s"] * photons_per_s, 1e10, delta=1)
         for path in (("band",), ("cadence",), ("binary",), ("stars",), ("noise",), ("telescope", "mask", "terms")):
             one, other = nominal, truth

@@ -165,7 +165,7 @@ MOTIONS = {
 
 def scale_flux(scene, star, by):
     """Changes the photons of a star by a relative amount."""
-    scene["stars"][star]["photons_per_s"] *= 1 + by
+    scene["stars"][star]["detected_per_s"] *= 1 + by
 
 
 def stretch(scene, by):

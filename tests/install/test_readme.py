@@ -62,7 +62,7 @@ def small_scene(folder, name):
     """A shipped scene with one wavelength and few frames in the folder, where its name is looked for first."""
     scene = json.loads((ROOT / "examples" / "scenes" / name).read_text())
     scene["band"] = {"wavelength_nm": 580}
-    scene["telescope"].update(pupil_samples=128, mask={"kind": "spiral", "edges": "cell", "opd_nm": 290, "terms": [{"a": 1, "f": 2, "m": 5}]})
+    scene["telescope"].update(pupil_samples=144, mask={"kind": "spiral", "edges": "cell", "opd_nm": 290, "terms": [{"a": 1, "f": 2, "m": 5}]})
     scene["cadence"]["frames"] = 25
     for star in scene["stars"].values():
         star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}

@@ -22,7 +22,7 @@ def nominal_scene():
     scene = shipped_scene("sky")
     scene["telescope"]["mask"] = {**shipped_scene("mission")["telescope"]["mask"], "edges": "area"}  # it can rotate
     scene["band"]["step_nm"] = STEP_NM
-    photons_per_s = sum(star["photons_per_s"] for star in scene["stars"].values())
+    photons_per_s = sum(star["detected_per_s"] for star in scene["stars"].values())
     scene["cadence"] = {"frames": FRAMES, "interval_days": DAYS / (FRAMES - 1), "exposure_s": PHOTONS / photons_per_s}
     del scene["signal"], scene["preprocess"]
     return scene

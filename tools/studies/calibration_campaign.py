@@ -47,7 +47,7 @@ def sky(photons, step_nm, frames=FRAMES):
     scene["telescope"]["mask"] = {**mission["telescope"]["mask"], "edges": "area"}
     resolve_files(scene, folder)
     scene["band"]["step_nm"] = step_nm
-    total = sum(star["photons_per_s"] for star in scene["stars"].values())
+    total = sum(star["detected_per_s"] for star in scene["stars"].values())
     scene["cadence"] = {"times_days": numpy.linspace(0, DAYS, frames).tolist(), "exposure_s": photons / total}
     del scene["preprocess"]
     return scene

@@ -40,7 +40,7 @@ def nominal(frames, side):
     scene["systematics"] = {"pointing_rms_px": 0.3, "roll_rms_deg": 0.01}
     scene["signal"] = {"kind": "none"}
     scene["detector"]["shape"] = [side, side]
-    light = sum(star["photons_per_s"] for star in scene["stars"].values())
+    light = sum(star["detected_per_s"] for star in scene["stars"].values())
     scene["cadence"] = {"frames": frames, "interval_days": DAYS / frames, "exposure_s": PHOTONS / light}
     return scene
 

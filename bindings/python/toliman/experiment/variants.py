@@ -7,7 +7,7 @@ import os
 import typing
 
 from .._failure import USAGE, Failure
-from ..sim import Simulator, scene_path
+from ..sim import Simulator, plan, scene_path
 
 Json = typing.Any
 
@@ -30,11 +30,8 @@ def merged(target: Json, patch: Json) -> Json:
     return result
 
 
-def _photons_of(star: Json) -> float | None:
-    """Photons per second of a star, given directly or by its magnitude; None if the star has a relative flux."""
-    if "magnitude" in star:
-        return star["zero_point_photons_per_s"] * 10 ** (-0.4 * star["magnitude"])
-    return star.get("photons_per_s")
+_FLUXES = ("relative_flux", "photons_per_s", "detected_per_s", "magnitude", "magnitude_band", "magnitude_system",
+           "zero_point_photons_per_s")
 
 
 class Variants:
@@ -67,14 +64,16 @@ class Variants:
         return Simulator(scene, folder=self._folder)
 
     def equal_stars(self) -> Simulator:
-        """Both stars equally bright: the mean of their photons if the scene gives photons, otherwise relative fluxes of
-        1."""
-        photons = [_photons_of(self._part("stars", star)) for star in "AB"]
-        star: Json = {"magnitude": None, "zero_point_photons_per_s": None}
-        if None in photons:
-            star["relative_flux"] = 1
+        """Both stars equally bright: the mean of their photons, or electrons, if the scene gives these, otherwise relative
+        fluxes of 1."""
+        light = plan(self._scene, folder=self._folder)
+        star: Json = dict.fromkeys(_FLUXES)
+        if any("detected_per_s" in self._part("stars", name) for name in "AB"):
+            star["detected_per_s"] = sum(light.electrons_per_s) / 2
+        elif min(light.photons_per_s) > 0:
+            star["photons_per_s"] = sum(light.photons_per_s) / 2
         else:
-            star["photons_per_s"] = sum(typing.cast("list[float]", photons)) / 2
+            star["relative_flux"] = 1
         return self.changed({"stars": {"A": star, "B": star}})
 
     def defocused(self, waves_rms: float) -> Simulator:
