@@ -3,7 +3,7 @@ BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 SECONDS ?= 60
-CAMPAIGNS = long soak same science missions planets doubt cosmic core masks chapter budget faults kills fuzz mutants races asan tsan coverage
+CAMPAIGNS = long soak same science missions planets doubt camera cosmic core masks chapter budget faults kills fuzz mutants races asan tsan coverage
 .PHONY: all own deps demo check check-deps everything bench record fap noise $(CAMPAIGNS) abi docs install package wheel format lint clean help
 
 all: own deps $(BUILD)/build.ninja ## build the library and the program (default)
@@ -32,6 +32,7 @@ science: everything ## find the separation with unknown optics, and of stars tha
 missions: everything ## search the planet of alpha Centauri in 600 simulated missions, blind: shares found, false alarms; aliases (10 minutes)
 planets: everything ## compare posteriors, odds and limits of planets with 1,800 simulated series (1 hour)
 doubt: everything ## search planets in frames with effects that the model lacks, and in 2,400 series with wrong sigmas, times, units and samples (20 minutes)
+camera: everything ## calibrate unknown detectors from their own frames in six missions, with and without a planet; the response of 65,536 pixels (1 hour)
 cosmic: everything ## compare periods of 1,000 frames with and without hits of cosmic rays (5 minutes)
 core: everything ## compare network, template and fit in windows of 128x128 pixels, with and without an Earth (8 minutes)
 masks: everything ## design masks for three scenes; what they tolerate; fresh frames with them, 20 seeds (40 minutes)

@@ -44,7 +44,7 @@ constexpr double kFarthest = 10;        // standard deviations of its prior that
 constexpr double kLeastResponse = 0.1, kMostResponse = 3; // relative; beyond it, a pixel is a bad one
 constexpr double kFarStep = 3;                            // px; a longer step of a star leads nowhere
 constexpr double kLeastFlux = -0.9;
-constexpr int kMostHalvings = 3;     // of a step of the map
+constexpr int kMostHalvings = 3;     // of a step of the map or the response
 constexpr double kEvenStart = 3;     // nm, of aberrations that have no first-order effect
 constexpr double kMirrorShare = 0.7; // of the smallest rms of even aberrations at a second minimum (start.cpp)
 constexpr int kMirrorTrial = 4;      // iterations, after which the second minimum must be the better one
@@ -116,8 +116,9 @@ void halve(Point &change) {
     for (auto &own : change.own)
         for (double &value : own)
             value /= 2;
-    for (double &value : change.map_m)
-        value /= 2;
+    for (Buffer<double> *const image : {&change.map_m, &change.response})
+        for (double &value : *image)
+            value /= 2;
 }
 
 bool Calibrator::is_possible(const Point &trial) const {
@@ -301,33 +302,48 @@ bool Calibrator::iterate_mirrored(Calibration &out, bool found) {
     return found && !normal_.lost;
 }
 
-// Gauss-Newton steps of the response together with all other parameters.
+// Gauss-Newton steps of the response together with all other parameters; shorter ones where a whole one leads up, and
+// none where all do: the model is then incomplete.
 bool Calibrator::iterate_response(Calibration &out) {
     ResponseOptions how;
     how.rms = out.response_rms = options_.response_rms;
-    how.still = kStill;
-    bool rests = false;
-    double before = std::numeric_limits<double>::infinity();
-    while (!rests && out.response_iterations < options_.most_iterations) {
-        out.response_iterations++;
-        const ResponseStep step = recalled<ResponseStep>(problem_.memo, {hash_of(point_), bits_of(how.rms)},
-                                                         [&] { return response_step(problem_, point_, how); });
-        if (step.lost || !step.solvable || step.chi_square > (1 + kSameChiSquare) * before)
+    Point best, change; // of the least chi-square so far, and the step from there
+    double least = std::numeric_limits<double>::infinity();
+    int halved = 0;
+    for (bool rests = false; !rests;) {
+        if (out.response_iterations == options_.most_iterations)
             return false;
-        const Point trial = moved(point_, step.change);
+        out.response_iterations++;
+        ResponseStep step = recalled<ResponseStep>(problem_.memo, {hash_of(point_), bits_of(how.rms)},
+                                                   [&] { return response_step(problem_, point_, how); });
+        const bool leads_up = step.lost || step.chi_square > (1 + kSameChiSquare) * least;
+        if (!leads_up) {
+            if (!step.solvable)
+                return false;
+            best = point_;
+            change = std::move(step.change);
+            least = normal_.chi_square = step.chi_square;
+            normal_.used = step.used;
+            out.response_sigma = std::move(step.sigma);
+            halved = 0;
+        } else if (best.own.empty()) {
+            return false;
+        } else if (halved++ < kMostHalvings) {
+            halve(change);
+        } else {
+            change = {};
+        }
+        const Point trial = change.own.empty() ? best : moved(best, change);
         if (!is_possible(trial))
             return false;
         point_ = trial;
-        before = normal_.chi_square = step.chi_square;
-        normal_.used = step.used;
-        rests = !step.sigma.empty();
-        out.response_sigma = step.sigma;
-        report(out, Of::response, true, step.largest);
+        rests = change.own.empty() || (!leads_up && step.largest < kStill);
+        report(out, Of::response, !leads_up, step.largest);
     }
     out.response_parameters = response_parameters(out.response_sigma, how.rms);
     aim_planes(point_);
     normal_ = linearised(point_, 0);
-    return rests && !normal_.lost;
+    return !normal_.lost;
 }
 
 // Gauss-Newton steps of the map, as long as chi-square decreases; shorter ones where a whole one leads up.

@@ -25,6 +25,7 @@ SCENE = {
 }
 EFFECTS = {"transfer_smear": 1e-3, "brighter_fatter_px2_per_e": 1e-8, "interpixel_capacitance": 0.01,
            "nonlinearity_per_e": 1e-8}
+EARTH_PX = 1e-6
 DARK = {"dark_e_per_s": 3.0, "qe": 0.8, "flat_rms": 0.01}
 
 
@@ -156,6 +157,13 @@ class Fits(unittest.TestCase):
         self.assertGreaterEqual(int(ours["excluded"][0]), saturated)
         self.assertAlmostEqual(ours["chi_square"][0], 1, delta=0.2)
 
+    def test_a_count_that_is_not_finite_is_named(self):
+        simulator = toliman.Simulator(scene_with(EFFECTS))
+        frame = simulator.image()
+        frame[7, 5] = numpy.nan
+        with self.assertRaisesRegex(toliman.InputError, r"\[7\]\[5\]"):
+            toliman.Fit(simulator, capture_px=2).frames(frame[None])
+
     def test_mistakes(self):
         for free in ("nonlinearity", "transfer_smear", "diffusion", "flat"):
             with self.subTest(free):
@@ -175,7 +183,7 @@ class Budgets(unittest.TestCase):
         cls.nominal = toliman.Simulator(scene_with(DARK))
         cls.fit = toliman.Fit(cls.nominal, capture_px=2)
         cls.rows = {row.name: row for row in cls.nominal.budget(
-            ["flux_a", "flux_b", "shift_x", "shift_y", "roll", "background"], earth_px=1e-6).rows}
+            ["flux_a", "flux_b", "shift_x", "shift_y", "roll", "background"], earth_px=EARTH_PX).rows}
         cls.truth = cls.error_of(cls.nominal.image())
 
     @classmethod
@@ -191,6 +199,18 @@ class Budgets(unittest.TestCase):
                 value = amount**0.5 if name == "diffusion" else amount
                 frame = toliman.Simulator(scene_with({**DARK, key: value})).image()
                 self.assertAlmostEqual((self.error_of(frame) - self.truth) / (self.rows[name].bias_px * amount), 1, delta=0.02)
+
+    def test_missions(self):
+        """An amount of an Earth that varies with a period is a planet like an Earth: 24 frames of numpy, fitted one by one."""
+        light = self.nominal.image() - 300
+        phases = numpy.arange(24) / 24 * 2 * numpy.pi
+        for name, key in {"transfer_smear": "transfer_smear", "brighter_fatter": "brighter_fatter_px2_per_e",
+                          "interpixel_capacitance": "interpixel_capacitance", "nonlinearity": "nonlinearity_per_e"}.items():
+            with self.subTest(name):
+                amounts = self.rows[name].earth_amount * numpy.sin(phases)
+                errors = [self.error_of(read_out(light, {key: amount}, dark=300)) for amount in amounts]
+                amplitude = abs(2 * numpy.mean(errors * numpy.sin(phases)))
+                self.assertAlmostEqual(amplitude / EARTH_PX, 1, delta=0.03)
 
     def test_flat(self):
         """The standard deviation over responses of 1e-4 that numpy draws."""

@@ -23,6 +23,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path += [str(ROOT / "build" / "python"), str(ROOT / "examples" / "sky")]
 import campaign  # noqa: E402
 import toliman  # noqa: E402
+import doubt_frames  # noqa: E402
 from doubt_frames import AMPLITUDE, DAYS, PERIOD, nominal, run  # noqa: E402
 from truth import draw_truth  # noqa: E402
 
