@@ -24,7 +24,7 @@ if nominal["telescope"]["mask"]["kind"] == "spiral":
     nominal["telescope"]["mask"]["edges"] = "area"  # only such a mask can rotate by little
 given = nominal["cadence"]
 light = ({"peak_photons": given["peak_photons"]} if "peak_photons" in given else
-         {"exposure_s": PHOTONS / sum(star["detected_per_s"] for star in nominal["stars"].values())})
+         {"exposure_s": PHOTONS / sum(toliman.plan(nominal).electrons_per_s)})
 nominal["cadence"] = {"times_days": numpy.linspace(0, DAYS, FRAMES), **light}
 nominal.pop("preprocess", None)  # of estimators for stars at rest
 

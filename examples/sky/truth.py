@@ -21,6 +21,7 @@ import pathlib
 
 import numpy
 
+FILES = "file", "opd_file", "times_days", "orbit", "bad_pixels", "response", "qe", "magnitude_band"
 NODES, MODES, TABLE_STEP_NM = 12, 11, 0.5
 TEMPERATURES = {"A": 5790, "B": 5260}  # that the library assumes for tables without one
 
@@ -101,7 +102,9 @@ def resolve_files(part, folder):
     for key, value in part.items():
         if isinstance(value, dict):
             resolve_files(value, folder)
-        elif key in ("file", "opd_file") or (key in ("times_days", "orbit") and isinstance(value, str) and value != "alpha-cen"):
+        elif isinstance(value, list):
+            part[key] = [str(folder / item) if key == "throughput" and isinstance(item, str) else item for item in value]
+        elif key in FILES and isinstance(value, str) and value not in ("alpha-cen", "V"):
             part[key] = str(folder / value)
 
 

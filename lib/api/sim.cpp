@@ -254,7 +254,7 @@ void electrons_of(const optics::Simulator &simulator, const double *expected, si
     const size_t pixels = simulator.pixels(), cols = simulator.scene().detector.cols;
     const optics::DetectorStages &detector = simulator.detector();
     std::copy_n(expected + frame * pixels, pixels, electrons);
-    detector.undo_counts(electrons);
+    detector.undo_expected(electrons);
     for (size_t i = 0; i < pixels; i++) {
         const double counts = expected[frame * pixels + i];
         electrons[i] = (electrons[i] - detector.bias()) * detector.e_per_count();

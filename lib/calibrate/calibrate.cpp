@@ -44,6 +44,8 @@ constexpr double kFarthest = 10;        // standard deviations of its prior that
 constexpr double kLeastResponse = 0.1, kMostResponse = 3; // relative; beyond it, a pixel is a bad one
 constexpr double kFarStep = 3;                            // px; a longer step of a star leads nowhere
 constexpr double kLeastFlux = -0.9;
+constexpr double kMostBend = 0.4;    // share of the charge of the brightest pixel
+constexpr double kMostSpread = 0.15; // px^2, of the brightest pixel
 constexpr int kMostHalvings = 3;     // of a step of the map or the response
 constexpr double kEvenStart = 3;     // nm, of aberrations that have no first-order effect
 constexpr double kMirrorShare = 0.7; // of the smallest rms of even aberrations at a second minimum (start.cpp)
@@ -121,6 +123,12 @@ void halve(Point &change) {
             value /= 2;
 }
 
+// Whether the approximations of the readout hold for the brightest pixel.
+bool has_readout(const Detector &detector, double peak_e) noexcept {
+    return std::fabs(detector.nonlinearity_per_e) * peak_e < kMostBend &&
+           std::fabs(detector.brighter_fatter_px2_per_e) * peak_e < kMostSpread;
+}
+
 bool Calibrator::is_possible(const Point &trial) const {
     for (size_t frame = 0; frame < trial.own.size(); frame++) {
         const auto &before = point_.own[frame], &after = trial.own[frame];
@@ -134,8 +142,10 @@ bool Calibrator::is_possible(const Point &trial) const {
         for (size_t i = 0; i < trial.instrument[window].size(); i++)
             if (!(std::fabs(trial.instrument[window][i]) < kFarthest * problem_.free[i].sigma))
                 return false;
-    return std::all_of(trial.instrument.begin(), trial.instrument.end(),
-                       [this](const auto &changes) { return is_readable(scene_at(problem_, changes)); });
+    return std::all_of(trial.instrument.begin(), trial.instrument.end(), [this](const auto &changes) {
+        const Scene scene = scene_at(problem_, changes);
+        return is_readable(scene) && has_readout(scene.detector, problem_.peak_e);
+    });
 }
 
 // Chooses where the derivatives are taken.
@@ -307,7 +317,8 @@ bool Calibrator::iterate_mirrored(Calibration &out, bool found) {
 bool Calibrator::iterate_response(Calibration &out) {
     ResponseOptions how;
     how.rms = out.response_rms = options_.response_rms;
-    Point best, change; // of the least chi-square so far, and the step from there
+    Buffer<double> of_response;
+    Point best, change; // of the smallest chi-square so far, and the step from there
     double least = std::numeric_limits<double>::infinity();
     int halved = 0;
     for (bool rests = false; !rests;) {
@@ -325,6 +336,7 @@ bool Calibrator::iterate_response(Calibration &out) {
             least = normal_.chi_square = step.chi_square;
             normal_.used = step.used;
             out.response_sigma = std::move(step.sigma);
+            of_response = std::move(step.covariance);
             halved = 0;
         } else if (best.own.empty()) {
             return false;
@@ -340,9 +352,10 @@ bool Calibrator::iterate_response(Calibration &out) {
         rests = change.own.empty() || (!leads_up && step.largest < kStill);
         report(out, Of::response, !leads_up, step.largest);
     }
-    out.response_parameters = response_parameters(out.response_sigma, how.rms);
+    out.response_parameters = out.response_sigma.empty() ? 0 : response_parameters(out.response_sigma, how.rms);
     aim_planes(point_);
     normal_ = linearised(point_, 0);
+    normal_.of_response = std::move(of_response);
     return !normal_.lost;
 }
 

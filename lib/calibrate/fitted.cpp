@@ -80,6 +80,17 @@ void set_shift(const Mask &mask, Value &out) {
     out.member("shift_m") = shift;
 }
 
+// Only the sum of jitter and diffusion is a possible covariance at all times: where one of them is none alone, it
+// becomes the jitter.
+void make_blur_possible(Scene scene, Value &tree) {
+    Jitter jitter = scene.systematics.jitter;
+    if (scene.detector.diffusion_px2 == 0 || (scene.detector.diffusion_px2 > 0 && !make_possible(jitter)))
+        return;
+    scene.systematics.jitter = blur_of(scene);
+    tree.member("detector").remove("diffusion_px");
+    set_jitter(scene, tree.member("systematics"));
+}
+
 // Writes the group of a parameter; groups of several parameters more than once.
 void set(Parameter parameter, const Scene &scene, Value &tree) {
     Value &telescope = tree.member("telescope"), &detector = tree.member("detector");
@@ -108,7 +119,7 @@ void set(Parameter parameter, const Scene &scene, Value &tree) {
         return set_jitter(scene, tree.member("systematics"));
     case Kind::diffusion:
         detector.member("diffusion_px") = Value::of(std::sqrt(std::max(0.0, scene.detector.diffusion_px2)));
-        return;
+        return set_jitter(scene, tree.member("systematics"));
     case Kind::transfer_smear:
         detector.member("transfer_smear") = Value::of(scene.detector.transfer_smear);
         return;
@@ -166,6 +177,7 @@ std::string fitted_json(const Calibration &calibration, size_t window, const std
     move_files("", tree, place(scene.folder), place(folder));
     for (const Free &free : calibration.free)
         set(free.parameter, scene, tree);
+    make_blur_possible(scene, tree);
     if (!map_file.empty())
         tree.member("telescope").member("aberrations").member("opd_file") = Value::of(map_file);
     if (!response_file.empty())

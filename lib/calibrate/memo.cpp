@@ -66,7 +66,7 @@ uint64_t hash_of(const Scene &scene, const optics::Outline &nominal) noexcept {
     hash = fnv1a(nominal.pupil.opd_m, fnv1a(nominal.pupil.amplitude, hash));
     for (const std::vector<double> &photons : nominal.light.photons)
         hash = fnv1a(photons, hash);
-    return fnv1a(nominal.light.wavelength_m, hash);
+    return fnv1a(nominal.light.qe, fnv1a(nominal.light.wavelength_m, hash));
 }
 
 // Writes results, and reads them with the same functions. Reading past the end is Status::format. Arrays are copied, as
@@ -172,6 +172,7 @@ template <class Stream> void pass(Stream &stream, MapStep &step) {
 template <class Stream> void pass(Stream &stream, ResponseStep &step) {
     pass(stream, step.change);
     pass_numbers(stream, step.sigma);
+    pass_numbers(stream, step.covariance);
     for (double *value : {&step.chi_square, &step.largest})
         stream.number(*value);
     stream.size(step.used);

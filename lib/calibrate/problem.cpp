@@ -46,6 +46,8 @@ Scene with_photons(const optics::Simulator &simulator) {
         return scene;
     scene.cadence.peak_photons = 0;
     scene.cadence.exposure_s = 1;
+    if (scene.detector.sidelobe)
+        scene.detector.sidelobe->efficiency = 1; // the light has it
     for (size_t star = 0; star < scene.stars.size(); star++)
         scene.stars[star].photons_per_s = optics::photons_before_qe(simulator.light(), star);
     return scene;

@@ -82,12 +82,18 @@ struct Krylov {
     }
 };
 
+optics::Outline outline_of(const Problem &problem, const Point &point) {
+    optics::Outline outline = outline_at(problem, point.instrument[0], point.map_m);
+    if (!point.response.empty())
+        change_response(point.response, outline.scene.detector);
+    return outline;
+}
+
 class ResponseFit {
   public:
     ResponseFit(const Problem &problem, const Point &point, const ResponseOptions &options)
         : problem_(problem), point_(point), options_(options), joint_(problem, point, 0),
-          planes_(outline_at(problem, point.instrument[0], point.map_m), problem.parameters(), problem.capture_px,
-                  problem.frames.mean_spread()),
+          planes_(outline_of(problem, point), problem.parameters(), problem.capture_px, problem.frames.mean_spread()),
           frames_(problem, point, joint_) {}
 
     ResponseStep step();
@@ -101,6 +107,7 @@ class ResponseFit {
     bool expand(Buffer<double> right, const Buffer<double> &fixed, Krylov &krylov) const;
     bool solve(ResponseStep &step) const;
     bool measure_errors(ResponseStep &step) const;
+    void measure_covariance(const Krylov &krylov, ResponseStep &step) const;
     void finish(ResponseStep &step);
 
     const Problem &problem_;
@@ -249,7 +256,33 @@ bool ResponseFit::measure_errors(ResponseStep &step) const {
     step.sigma.resize(pixels);
     for (size_t i = 0; i < pixels; i++)
         step.sigma[i] = scale_[i] * std::sqrt(variance[i]);
+    measure_covariance(krylov, step);
     return true;
+}
+
+// Q^-1 E' S^-1 E Q^-1, with S^-1 = s (1 + V (T^-1 - 1) V') s.
+void ResponseFit::measure_covariance(const Krylov &krylov, ResponseStep &step) const {
+    const size_t m = equations_.instrument.size(), n = krylov.vectors.size();
+    std::vector<Buffer<double>> columns; // s E Q^-1
+    std::vector<std::vector<double>> along(n, std::vector<double>(m));
+    for (size_t j = 0; j < m; j++) {
+        Buffer<double> &column = columns.emplace_back(scale_.size());
+        for (size_t k = 0; k < m; k++)
+            add_scaled(inverse_[k * m + j], equations_.instrument[k], column);
+        for (size_t i = 0; i < column.size(); i++)
+            column[i] *= scale_[i];
+        for (size_t a = 0; a < n; a++)
+            along[a][j] = dot(krylov.vectors[a], column);
+    }
+    step.covariance.resize(m * m);
+    for (size_t i = 0; i < m; i++)
+        for (size_t j = 0; j < m; j++) {
+            double sum = dot(columns[i], columns[j]);
+            for (size_t a = 0; a < n; a++)
+                for (size_t b = 0; b < n; b++)
+                    sum += (krylov.inverse[a * n + b] - (a == b ? 1 : 0)) * along[a][i] * along[b][j];
+            step.covariance[i * m + j] = sum;
+        }
 }
 
 // The other parameters for the change of the response.

@@ -323,6 +323,8 @@ Uncertainty uncertainty_of(const Problem &problem, const Linearisation &normal) 
     Reduced sum = reduced(problem, nullptr, normal, 1, 0);
     if (!sum.solvable || !invert_symmetric(sum.matrix.data(), sum.size))
         return result;
+    for (size_t i = 0; i < normal.of_response.size(); i++)
+        sum.matrix[i] += normal.of_response[i];
     result.alone.resize(problem.frames.count);
     result.whole.resize(problem.frames.count);
     problem.for_frames([&](size_t frame, const std::vector<Part> &parts) {

@@ -75,6 +75,8 @@ void Table::draw(const fit::Fit &fit, const double *values, size_t phase, fit::W
                 }
             });
         }
+    for (size_t which = 0; which < kImages; which++)
+        fit.model().readout().couple(rows_, stride_, &scratch[which * size]);
     double peak = 0, slope = 0;
     for (size_t i = 0; i < size; i++) {
         peak = std::fmax(peak, scratch[i]);

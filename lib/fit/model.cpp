@@ -107,6 +107,7 @@ Model::Model(const optics::Simulator &simulator, const std::vector<Parameter> &f
     const Buffer<double> &both = simulator.images().both();
     detector.apply_response(response_.data());
     usable_ = response_;
+    bad_ = scene.detector.bad_pixels;
     for (const size_t pixel : scene.detector.bad_pixels)
         usable_[pixel] = 0;
     if (readout_.mixes())
@@ -399,18 +400,26 @@ void Model::weigh(size_t r, const double *light, double *weight, double *scratch
 }
 
 // The shift of the frame is known from the frame itself, so that it is part of no derivative. With light u_i, the
-// counts of n usable pixels of a column sum to the light of these plus n s sum(u); that of the others is the expected
-// one. Without counts, all is.
+// counts of n pixels of a column sum to the light of these plus n s sum(u); that of bad pixels is the expected one.
+// Without counts, all is.
 void Model::set_smear(const ImageView<const double> *counts, const double *values, Work &work) const {
     std::fill(work.smear.begin(), work.smear.end(), 0.0);
     std::vector<double> light_sum(cols_), used(cols_);
+    std::vector<bool> is_bad(cols_);
     const double *const photons = work.lines.data() + shared(light) * pitch_;
     for (size_t r = 0; r < rows_; r++) {
-        const double *const response = &response_[r * cols_], *const usable = &usable_[r * cols_];
-        if (counts == nullptr || std::any_of(usable, usable + cols_, [](double value) { return value == 0; }))
+        const double *const response = &response_[r * cols_];
+        is_bad.assign(cols_, counts == nullptr);
+        const auto mark = [&](size_t pixel) {
+            if (pixel / cols_ == r)
+                is_bad[pixel % cols_] = true;
+        };
+        std::for_each(bad_.begin(), bad_.end(), mark);
+        std::for_each(work.bad.begin(), work.bad.end(), mark);
+        if (std::find(is_bad.begin(), is_bad.end(), true) != is_bad.end())
             compute_row(values, work.places, orders_, r, work);
         for (size_t c = 0; c < cols_; c++) {
-            const bool counted = counts != nullptr && usable[c] > 0;
+            const bool counted = !is_bad[c];
             light_sum[c] +=
                 counted ? (counts->row(r)[c] - how_.bias) * how_.e_per_count - how_.dark : photons[c] * response[c];
             used[c] += counted ? 1 : 0;

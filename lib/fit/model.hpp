@@ -157,7 +157,8 @@ class Model {
 
     size_t rows_, cols_, pitch_; // of a line: columns, rounded up
     Buffer<double> response_;    // electrons per photon
-    Buffer<double> usable_; // the same, 0 for the scene's bad pixels, and for those that these or the border mix with
+    Buffer<double> usable_;   // the same, 0 for the scene's bad pixels, and for those that these or the border mix with
+    std::vector<size_t> bad_; // pixels of the scene
     optics::Readout readout_;
     double tail_; // kBadPixelTail over the least response: excess_of() of electrons from photons
     kernels::CountModel how_;

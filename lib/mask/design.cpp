@@ -93,6 +93,13 @@ Sketch sketch_of(const Scene &full, double field) {
     scene.detector.pixel_scale_arcsec *= binned;
     scene.detector.flat_rms = 0;
     scene.detector.response.clear();
+    scene.detector.transfer_smear = scene.detector.interpixel_capacitance = 0;
+    scene.detector.brighter_fatter_px2_per_e = scene.detector.nonlinearity_per_e = 0;
+    Jitter &jitter = scene.systematics.jitter;
+    for (double *const variance : {&scene.detector.diffusion_px2, &jitter.xx, &jitter.yy, &jitter.xy})
+        *variance /= binned * binned;
+    if (scene.systematics.smear)
+        scene.systematics.smear->length_px /= binned;
     scene.detector.dark_e_per_s *= binned * binned;
     scene.noise.read_e *= binned;
     scene.cadence.peak_photons *= binned * binned;

@@ -47,6 +47,7 @@ DetectorStages::DetectorStages(const Scene &scene)
       largest_count_(scene.detector.bit_depth > 0 ? std::ldexp(1.0, scene.detector.bit_depth) - 1 : 0) {
     if (scene.detector.full_well_e)
         full_well_e_ = *scene.detector.full_well_e * static_cast<double>(scene.detector.coadds);
+    full_well_e_ = std::min(full_well_e_, readout_.brightest_reading()); // beyond it counts would fall
 }
 
 void DetectorStages::apply_response(double *image) const noexcept {
@@ -70,7 +71,8 @@ double DetectorStages::added_variance_e2() const noexcept {
 }
 
 double DetectorStages::saturation_e() const noexcept {
-    return largest_count_ > 0 ? std::min(full_well_e_, electrons_of(largest_count_)) : full_well_e_;
+    const double most = std::min(full_well_e_, readout_.most_charge());
+    return largest_count_ > 0 ? std::min(most, electrons_of(largest_count_)) : most;
 }
 
 Unit DetectorStages::unit() const noexcept {

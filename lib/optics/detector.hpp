@@ -5,6 +5,8 @@
 // comes after.
 // Stages that the scene does not name are skipped and cost nothing.
 #pragma once
+#include <limits>
+
 #include "base/buffer.hpp"
 #include "base/progress.hpp"
 #include "optics/readout.hpp"
@@ -48,6 +50,10 @@ class DetectorStages {
     void weights_to_charge(const Buffer<double> &charge, double *weights) const;
     // The inverse for a frame: counts of an ideal detector.
     void undo_counts(double *counts) const { readout_.undo_counts(e_per_count_, bias_, saturation_e(), counts); }
+    // The inverse of to_counts(), which does not saturate.
+    void undo_expected(double *counts) const {
+        readout_.undo_counts(e_per_count_, bias_, std::numeric_limits<double>::infinity(), counts);
+    }
     // Of a pixel among equal ones.
     double counts_of(double electrons) const noexcept { return readout_.bent(electrons) / e_per_count_ + bias_; }
     double electrons_of(double counts) const noexcept { return readout_.straight((counts - bias_) * e_per_count_); }

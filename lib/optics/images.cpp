@@ -105,7 +105,7 @@ Images::Images(const Scene &scene, const Pupil &pupil, const Imager &imager, con
     const double brightest = kMostBrightening * largest(both_),
                  limit = kMostPhotons / (scene.systematics.any() ? 2 : 1);
     if (!(brightest <= limit))
-        fail(Status::scene, "%s: {cadence}: the brightest pixel expects up to %g photons: must be at most %g",
+        fail(Status::scene, "%s: {cadence}: the brightest pixel expects up to %g electrons: must be at most %g",
              scene.source.c_str(), brightest, limit);
     if (!(brightest <= detector.readout().most_charge()))
         fail(Status::scene,

@@ -86,9 +86,9 @@ void Readout::exchange(double *charge) const {
     add_laplacian(square.data(), rows_, cols_, exchange_factor() / 4, charge);
 }
 
-void Readout::couple(double *charge) const {
+void Readout::couple(size_t rows, size_t cols, double *charge) const {
     if (couple_ != 0)
-        add_laplacian(copy_of(charge, rows_ * cols_).data(), rows_, cols_, couple_, charge);
+        add_laplacian(copy_of(charge, rows * cols).data(), rows, cols, couple_, charge);
 }
 
 void Readout::bend(double *charge) const noexcept {
@@ -126,11 +126,17 @@ template <class Step> void Readout::invert(double *image, const Step &step) cons
     std::copy(value.begin(), value.end(), image);
 }
 
-void Readout::undo(double *electrons) const {
+void Readout::undo_bend(double *electrons) const noexcept {
     for (size_t i = 0; bends() && i < rows_ * cols_; i++)
         electrons[i] = straight(electrons[i]);
+}
+
+void Readout::undo_coupling(double *electrons) const {
     if (couple_ != 0)
         invert(electrons, [this](double *image) { couple(image); });
+}
+
+void Readout::undo_exchange(double *electrons) const {
     if (exchange_ != 0)
         invert(electrons, [this](double *image) { exchange(image); });
 }
@@ -142,10 +148,17 @@ void Readout::undo_counts(double e_per_count, double bias, double limit, double 
     std::vector<size_t> saturated;
     for (size_t i = 0; i < pixels; i++) {
         counts[i] = (counts[i] - bias) * e_per_count;
-        if (counts[i] >= bent(limit))
+        if (counts[i] >= (1 - kStill) * bent(limit))
             saturated.push_back(i);
     }
-    undo(counts);
+    undo_bend(counts);
+    undo_coupling(counts);
+    for (size_t i = 0; i < pixels; i++)
+        if (counts[i] > limit) { // and more than the exchange can be inverted for
+            saturated.push_back(i);
+            counts[i] = limit;
+        }
+    undo_exchange(counts);
     const size_t reach = mixes() ? 1 : 0;
     for (const size_t pixel : saturated) {
         const size_t r = pixel / cols_, c = pixel % cols_;
@@ -266,9 +279,7 @@ Buffer<double> Readout::derivative(Kind kind, const Buffer<double> &charge, doub
 }
 
 double Readout::most_charge() const noexcept {
-    double most = std::numeric_limits<double>::infinity();
-    if (curve_ > 0)
-        most = 0.5 / curve();
+    double most = brightest_reading();
     if (exchange_ != 0)
         most = std::min(most, kMostExchange / std::fabs(exchange_factor()));
     return most;

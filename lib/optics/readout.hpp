@@ -1,5 +1,7 @@
 // What happens to the charge of a pixel until it is counted: exchange with its neighbours, and readout. Both ways.
 #pragma once
+#include <limits>
+
 #include "base/buffer.hpp"
 #include "base/view.hpp"
 #include "scene/parameter.hpp"
@@ -27,14 +29,12 @@ class Readout {
 
     // The steps from charge, mean or drawn, to electrons read, in their order. Read noise comes after them.
     void exchange(double *charge) const;
-    void couple(double *charge) const;
+    void couple(double *charge) const { couple(rows_, cols_, charge); }
     void bend(double *charge) const noexcept;
     void read(double *charge) const; // all three
 
-    // The charges of electrons that were read: the inverse of read().
-    void undo(double *electrons) const;
-    // The same of counts, which become those of an ideal detector. Those that saturate, from `limit` electrons of
-    // charge on, stay above it, with their neighbours if pixels are mixed. Counts that are not finite stay as they are,
+    // The inverse, for counts, which become those of an ideal detector. Those that saturate, from `limit` electrons of
+    // charge on, stay at it, with their neighbours if pixels are mixed. Counts that are not finite stay as they are,
     // and so do all others then.
     void undo_counts(double e_per_count, double bias, double limit, double *counts) const;
 
@@ -57,11 +57,20 @@ class Readout {
 
     // Brightest charge that read() can be inverted for; infinite without a limit.
     double most_charge() const noexcept;
+    // The charge from which on more charge is read as less; infinite without non-linearity.
+    double brightest_reading() const noexcept {
+        return curve_ > 0 ? 0.5 / curve() : std::numeric_limits<double>::infinity();
+    }
+    // Couples the pixels of an image of another size.
+    void couple(size_t rows, size_t cols, double *charge) const;
 
   private:
     bool bends() const noexcept { return curve_ != 0; }
     double exchange_factor() const noexcept { return exchange_ / frames_; }
     double curve() const noexcept { return curve_ / frames_; }
+    void undo_bend(double *electrons) const noexcept;
+    void undo_coupling(double *electrons) const;
+    void undo_exchange(double *electrons) const;
     template <class Step> void invert(double *image, const Step &step) const;
 
     size_t rows_, cols_;

@@ -157,6 +157,32 @@ class Fits(unittest.TestCase):
         self.assertGreaterEqual(int(ours["excluded"][0]), saturated)
         self.assertAlmostEqual(ours["chi_square"][0], 1, delta=0.2)
 
+    def test_exposing_the_expected_frame_is_simulating(self):
+        """Also where it saturates and pixels mix."""
+        for effects in {}, {"interpixel_capacitance": 0.01}, EFFECTS:
+            simulator = toliman.Simulator(scene_with({**effects, "full_well_e": 2e6}))
+            expected = toliman.Simulator(scene_with(effects)).image()
+            frame = simulator.frames(0, 1, displacements=[0])[0]
+            numpy.testing.assert_allclose(simulator.expose(expected), frame, rtol=0, atol=1e-5 * frame.max())
+
+    def test_bright_hits_are_left_out(self):
+        """Of a bit that flips far from the stars to a ray in the column of a star, with each effect."""
+        for effects in {"transfer_smear": 1e-3}, {"brighter_fatter_px2_per_e": 3e-9}, {"nonlinearity_per_e": 1e-8, "full_well_e": 1e9}:
+            simulator = toliman.Simulator(scene_with(effects))
+            light = toliman.Simulator(scene_with({})).image()
+            fit, offsets = toliman.Fit(simulator, capture_px=2), simulator.offsets()
+            truth = numpy.hypot(*(offsets[1] - offsets[0]))
+            col = int(round(offsets[0][0] + 17.5))
+            for size in 0.3, 1, 5, 20:
+                hit = numpy.random.default_rng(5).poisson(light).astype(float)
+                smear = effects.get("transfer_smear", 0) * light.sum(axis=0)
+                hit += numpy.random.default_rng(6).poisson(numpy.broadcast_to(smear, light.shape))
+                hit[5, col] += size * light.max()
+                frame = read_out(hit, {key: value for key, value in effects.items() if key not in ("transfer_smear", "full_well_e")})
+                found = fit.frames(frame[None])
+                with self.subTest(effects=effects, size=size):
+                    self.assertLess(abs(found["separation_px"][0] - truth), 4.5 * found["separation_sigma_px"][0])
+
     def test_a_count_that_is_not_finite_is_named(self):
         simulator = toliman.Simulator(scene_with(EFFECTS))
         frame = simulator.image()
@@ -243,6 +269,20 @@ class Calibrations(unittest.TestCase):
             for name, key in (("transfer_smear", "transfer_smear"), ("nonlinearity", "nonlinearity_per_e")):
                 self.assertAlmostEqual(detector[key], values[name].value, delta=1e-12 * abs(detector[key]))
             self.assertGreater(toliman.Simulator(path).image().min(), 0)
+
+    def test_a_blur_that_is_less_than_assumed_is_saved(self):
+        """As jitter or diffusion below 0 alone, whose sum is a blur."""
+        motion = {"pointing_rms_px": 0.7}
+        for truth, nominal, free in (({"jitter_sigma_px": 0.2}, {"jitter_sigma_px": 0.3}, "diffusion jitter_xy"),
+                                     ({}, {}, "jitter_xx jitter_yy jitter_xy")):
+            diffusion = {} if truth else {"diffusion_px": 0.2}
+            true = toliman.Simulator(scene_with(diffusion, systematics={**motion, **truth}))
+            start = toliman.Simulator(scene_with({} if truth else {"diffusion_px": 0.3}, systematics={**motion, **nominal}))
+            found = toliman.calibrate(start, true.frames(), free=free)
+            with self.subTest(free), tempfile.TemporaryDirectory() as folder:
+                found.save(pathlib.Path(folder) / "fitted.json")
+                again = toliman.Simulator(pathlib.Path(folder) / "fitted.json").image()
+                numpy.testing.assert_allclose(again, true.image(), rtol=0, atol=2e-3 * again.max())
 
     def test_diffusion_is_no_other_parameter_than_jitter(self):
         nominal = toliman.Simulator(SCENE)

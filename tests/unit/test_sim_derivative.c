@@ -16,7 +16,7 @@ typedef struct {
     int blurred, dispersed;
     double qe, offset[4], photons[2], dark, pixel_arcsec, anisotropy, shear, zernike[LAST_ZERNIKE + 1], rotation_deg,
         mask_shift[2], jitter[3], kelvin[2], modes[2][MODES], longer_nm, smear;
-    const char *motion; /* kind of the smear; NULL: none */
+    const char *motion;                                  /* kind of the smear; NULL: none */
     double diffusion, transfer, fatter, coupling, curve; /* of the detector; diffusion: px^2 */
 } keys;
 
@@ -98,8 +98,8 @@ static toliman_sim *sim_of_keys(const keys *k) {
         " 'scale_anisotropy': %.17g, 'shear': %.17g, 'dark_e_per_s': %.17g, 'gain_e_per_dn': 2, 'diffusion_px': %.17g,"
         " 'transfer_smear': %.17g, 'brighter_fatter_px2_per_e': %.17g, 'interpixel_capacitance': %.17g,"
         " 'nonlinearity_per_e': %.17g%s}}",
-        SIDE, SIDE, k->pixel_arcsec, k->qe, k->anisotropy, k->shear, k->dark,
-        sqrt(k->diffusion), k->transfer, k->fatter, k->coupling, k->curve,
+        SIDE, SIDE, k->pixel_arcsec, k->qe, k->anisotropy, k->shear, k->dark, sqrt(k->diffusion), k->transfer,
+        k->fatter, k->coupling, k->curve,
         k->dispersed ? ", 'sidelobe': {'period_um': 2000, 'angle_deg': 40, 'centre_nm': 577, 'efficiency': 0.5}" : "");
     char *const scene = quoted(text);
     toliman_sim *const sim = sim_of(scene);

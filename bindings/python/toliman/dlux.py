@@ -30,7 +30,7 @@ from ._output import print_text
 Values = typing.Mapping[str, typing.Any]
 
 _REFUSED = {
-    "TolimanSpikes": "the sidelobes of a grating are not modelled: TolimanOpticalSystem has the centre of the image",
+    "TolimanSpikes": "give TolimanOpticalSystem, the centre of the image, and add detector.sidelobe to the scene for the window around an order",
     "MixedAlphaCen": "give the mixture as AlphaCen.weights, or as a table in stars.A.spectrum of a scene",
 }
 _MASK = {"kind": "spiral", "opd_nm": 292.5, "terms": [

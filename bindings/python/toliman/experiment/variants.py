@@ -69,7 +69,7 @@ class Variants:
         light = plan(self._scene, folder=self._folder)
         star: Json = dict.fromkeys(_FLUXES)
         if any("detected_per_s" in self._part("stars", name) for name in "AB"):
-            star["detected_per_s"] = sum(light.electrons_per_s) / 2
+            star["detected_per_s"] = sum(light.electrons_per_s) / 2 or 1
         elif min(light.photons_per_s) > 0:
             star["photons_per_s"] = sum(light.photons_per_s) / 2
         else:
