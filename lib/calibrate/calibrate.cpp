@@ -422,7 +422,7 @@ bool Calibrator::run(const Point &start, Calibration &out) {
     bool found = iterate(out);
     if (!normal_.lost && !is_complete())
         found = iterate_mirrored(out, found);
-    if (!found)
+    if (normal_.lost || (!found && !options_.response)) // without the response, steps may lead up
         return false;
     choose_sign(out.even);
     if (options_.response && !iterate_response(out))

@@ -119,7 +119,7 @@ class Calibrations(unittest.TestCase):
             (work / "fitted").mkdir()
             (work / "filter.csv").write_text("wavelength_um transmission\n0.5 0.3\n0.7 0.9\n", encoding="utf-8")
             (work / "qe.csv").write_text("wavelength_angstrom,qe\n7000,0.4\n5000,0.8\n", encoding="utf-8")
-            drawn = draw_truth(scene, 1)
+            drawn = draw_truth(scene, 1, folder=work)
             truth = toliman.Simulator(drawn, folder=work)
             found = toliman.calibrate(toliman.Simulator(scene, folder=work), truth.frames(seed=1), free=STATICS)
             self.assertEqual(found.flags, (), found.verdict)

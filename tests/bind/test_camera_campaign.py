@@ -18,11 +18,11 @@ def rough(frames, side):
 class Missions(unittest.TestCase):
     # promise: detectors-are-calibrated
     @unittest.skipUnless("TOLIMAN" in os.environ, "the environment names no program")
-    def test_no_planet(self):
+    def test_missions(self):
         with unittest.mock.patch.object(campaign, "nominal", rough):
-            wrong, lines = run(campaign.missions, Serial, (1,), 40, 48, 3e12, (False,), ("nominal", "all"))
+            wrong, lines = run(campaign.missions, Serial, (1,), 40, 48, 3e13, ("nominal", "all"))
         self.assertEqual(wrong, [], "\n".join(lines))
-        self.assertEqual(len(lines), 4)
+        self.assertEqual(len(lines), 6)
 
 
 if __name__ == "__main__":
