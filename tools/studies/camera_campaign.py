@@ -103,7 +103,8 @@ def row(first, error, chi_square, said, seconds):
 def misses(ours, name, planet, error, said):
     """Returns what is wrong."""
     wrong, found = [], said["planets"]
-    if found > planet or name == "all" and found != planet or found and abs(said["candidates"][0]["period"][1] / PERIOD - 1) > 0.05:
+    low, period, high = said["candidates"][0]["period"] if found else (0, PERIOD, 0)
+    if found > planet or name == "all" and found != planet or abs(period - PERIOD) > 1.5 * (high - low):
         wrong.append(f"{ours}: {found} planets")
     noise = error.size**-0.5
     if name == "all" and (error.std(ddof=1) > 1.05 + 1.5 * noise or abs(error.mean()) > 0.1 + 3 * noise):
