@@ -296,9 +296,9 @@ void Bank::measure(const fit::Fit &fit, const ImageView<const double> *counts, c
 Estimate Bank::estimate(const fit::Fit &fit, ImageView<const double> counts, const fit::Prediction &prediction,
                         fit::FitWork &fit_work, BankWork &work) const {
     Estimate estimate;
-    fit.frame(counts, prediction, fit_work, work.fitted);
+    const ImageView<const double> ideal = fit.undo(counts, fit_work);
+    fit.frame_of_ideal(ideal, prediction, fit_work, work.fitted);
     if ((work.fitted.flags & fit::not_converged) == 0) {
-        const ImageView<const double> ideal = fit.undo(counts, fit_work);
         measure(fit, &ideal, prediction, fit_work, work, estimate);
         return estimate;
     }

@@ -33,6 +33,7 @@
 #include "calibrate/map_prior.hpp"
 #include "calibrate/memo.hpp"
 #include "calibrate/solve.hpp"
+#include "calibrate/vectors.hpp"
 #include "kernels/poisson.hpp"
 #include "kernels/random.hpp"
 
@@ -72,19 +73,6 @@ Point with_aberrations(const Problem &problem, const Point &part) {
             point.instrument[window].push_back(is_in_map(free) ? 0 : part.instrument[window][next++]);
     }
     return point;
-}
-
-double dot(const Buffer<double> &a, const Buffer<double> &b) noexcept {
-    double sum = 0;
-    for (size_t i = 0; i < a.size(); i++)
-        sum += a[i] * b[i];
-    return sum;
-}
-
-// a += factor b
-void add_scaled(double factor, const Buffer<double> &b, Buffer<double> &a) noexcept {
-    for (size_t i = 0; i < a.size(); i++)
-        a[i] += factor * b[i];
 }
 
 class MapFit {

@@ -29,6 +29,7 @@
 #include "calibrate/memo.hpp"
 #include "calibrate/response_frames.hpp"
 #include "calibrate/solve.hpp"
+#include "calibrate/vectors.hpp"
 #include "kernels/poisson.hpp"
 #include "kernels/random.hpp"
 
@@ -38,19 +39,6 @@ namespace {
 
 constexpr size_t kStarts = 2; // random vectors of the errors
 constexpr double kFixed = 3;  // weight of 1 + d: its error is then 1/kFixed^2 of that of the mean of known pixels
-
-double dot(const Buffer<double> &a, const Buffer<double> &b) noexcept {
-    double sum = 0;
-    for (size_t i = 0; i < a.size(); i++)
-        sum += a[i] * b[i];
-    return sum;
-}
-
-// a += factor b
-void add_scaled(double factor, const Buffer<double> &b, Buffer<double> &a) noexcept {
-    for (size_t i = 0; i < a.size(); i++)
-        a[i] += factor * b[i];
-}
 
 // Orthonormal vectors V, the matrix T = V'(1 - M) V and its inverse.
 struct Krylov {

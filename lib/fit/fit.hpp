@@ -68,8 +68,10 @@ class Fit {
     FitWork work() const;
     // Fits counts of rows() x cols(). The result depends on the arguments only.
     void frame(ImageView<const double> counts, const Prediction &prediction, FitWork &work, Result &result) const;
-    // The counts that an ideal detector would give; all functions but frame() take these. In work.ideal, or the same.
+    // The counts that an ideal detector would give, in work.ideal or the same; all functions but frame() take these.
     ImageView<const double> undo(ImageView<const double> counts, FitWork &work) const;
+    void frame_of_ideal(ImageView<const double> counts, const Prediction &prediction, FitWork &work,
+                        Result &result) const;
     // Whether the model images cover the predicted places.
     bool covers(const Prediction &prediction) const { return model_.covers(places_of(prediction).values); }
     // The expected counts, and the result of their fit: values and covariance.
@@ -105,8 +107,6 @@ class Fit {
 
   private:
     Start places_of(const Prediction &prediction) const;
-    void frame_of_ideal(ImageView<const double> counts, const Prediction &prediction, FitWork &work,
-                        Result &result) const;
     bool step(ImageView<const double> counts, double blend, double *values, FitWork &work, double &moved) const;
     bool converge(ImageView<const double> counts, double blend, double *values, FitWork &work, Result &result) const;
     bool leave_out_bad_pixels(ImageView<const double> counts, double *values, FitWork &work, Result &result) const;

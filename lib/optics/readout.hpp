@@ -3,7 +3,6 @@
 #include <limits>
 
 #include "base/buffer.hpp"
-#include "base/view.hpp"
 #include "scene/parameter.hpp"
 #include "scene/scene.hpp"
 
