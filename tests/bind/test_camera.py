@@ -10,6 +10,7 @@ import numpy
 
 from package import toliman
 from refusal import refused
+import test_bank
 
 SCENE = {
     "schema": "toliman-scene/1",
@@ -201,6 +202,56 @@ class Fits(unittest.TestCase):
                     toliman.Simulator(scene_with(detector))
 
 
+class Banks(unittest.TestCase):
+    """Networks behind a readout: the scene of test_bank, with pixels of layout core."""
+    TIMES = numpy.arange(40) * 1.25
+
+    @classmethod
+    def bank(cls, effects):
+        scene = copy.deepcopy(test_bank.SCENE)
+        scene["detector"].update(shape=[128, 128], **effects)
+        scene["cadence"].update(frames=len(cls.TIMES), interval_days=1.25)
+        scene["signal"]["amplitude_px"] = 0
+        scene["noise"]["read_e"] = 0
+        simulator = toliman.Simulator(scene)
+        bank = toliman.Bank(toliman.Fit(simulator, capture_px=2), layout="core", places=1, spacing_px=2.5, steps=60)
+        bank.train(threads=1)
+        return simulator, bank
+
+    def test_separations_are_those_of_the_fit(self):
+        """Without a bias, and within what the networks leave of its accuracy; a batch has the bits of single frames."""
+        simulator, bank = self.bank(EFFECTS)
+        frames = simulator.frames()
+        networks, fits = bank.encode(frames, times_days=self.TIMES)
+        more = (networks["sigma_px"]**2 - fits["separation_sigma_px"]**2)**0.5
+        pulls = (networks["separation_px"] - fits["separation_px"]) / more
+        self.assertLess(abs(pulls.mean()), 4 / len(pulls)**0.5)
+        self.assertAlmostEqual(pulls.std(), 1, delta=4 / (2 * len(pulls))**0.5)
+        self.assertLess(abs(fits["displacement_px"] / fits["separation_sigma_px"]).max(), 4.5)
+        for k in 0, 25:
+            found, fitted = bank.encode_frame(frames[k], time_days=self.TIMES[k])
+            self.assertEqual((found.separation_px, fitted.separation_px), (networks["separation_px"][k], fits["separation_px"][k]))
+
+    def test_frames_are_undone_once(self):
+        """Frames that numpy undoes, measured by the bank of an ideal detector without the border: the same separations."""
+        effects = {name: value for name, value in EFFECTS.items() if name != "transfer_smear"}
+        simulator, bank = self.bank(effects)
+        frames = simulator.frames(0, 6)
+        ideal = frames.copy()
+        for _ in range(40):
+            ideal += frames - numpy.array([read_out(one, effects) for one in ideal])
+        self.assertGreater(abs(ideal - frames).max(), 1e-3 * frames.max())
+        border = numpy.ones(frames.shape[1:])
+        border[1:-1, 1:-1] = 0
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "border.npy"
+            numpy.save(path, border)
+            without = self.bank({"bad_pixels": str(path)})[1]
+        found, wanted = (one.encode(given, times_days=self.TIMES[:6])[0]["separation_px"]
+                         for one, given in ((bank, frames), (without, ideal)))
+        numpy.testing.assert_allclose(found, wanted, rtol=0, atol=1e-9)
+
+
 class Budgets(unittest.TestCase):
     """Rows of the budget against fits of whole frames by a model that lacks the effect."""
 
@@ -269,6 +320,26 @@ class Calibrations(unittest.TestCase):
             for name, key in (("transfer_smear", "transfer_smear"), ("nonlinearity", "nonlinearity_per_e")):
                 self.assertAlmostEqual(detector[key], values[name].value, delta=1e-12 * abs(detector[key]))
             self.assertGreater(toliman.Simulator(path).image().min(), 0)
+
+    def test_errors_with_the_response_unknown(self):
+        """Over seeds of the noise. With the response known they would be 1.6 to 4 times smaller: stars that move by 0.3 px
+        hardly tell pixels from optics. Limits are the quantiles of chi-square at 1e-3 and 1 - 1e-3, of 8 and 32 numbers."""
+        cadence, motion = {"frames": 12, "interval_days": 1}, {"pointing_rms_px": 0.3}
+        nominal = toliman.Simulator(scene_with({"shape": [28, 28]}, cadence=cadence, systematics=motion))
+        wanted = {"transfer_smear": 1e-3, "nonlinearity": 1e-8, "interpixel_capacitance": 0.01, "brighter_fatter": 1e-8}
+        pulls = []
+        for seed in range(100, 108):
+            truth = toliman.Simulator(scene_with({**EFFECTS, "shape": [28, 28], "flat_rms": 0.01}, cadence=cadence,
+                                                 systematics=motion, noise={"seed": seed}))
+            found = toliman.calibrate(nominal, truth.frames(), free=f"focus zernike_5-8 {' '.join(wanted)}", detector=True,
+                                      response_rms=0.01, threads=1)
+            self.assertEqual(found.flags, (), found.verdict)
+            values = found.values()
+            pulls.append([(values[name].value - value) / values[name].sigma for name, value in wanted.items()])
+        for name, rms in zip(wanted, numpy.mean(numpy.square(pulls), axis=0)**0.5):
+            self.assertTrue(0.31 < rms < 1.81, (name, rms))
+        rms = numpy.mean(numpy.square(pulls))**0.5
+        self.assertTrue(0.63 < rms < 1.4, rms)
 
     def test_a_blur_that_is_less_than_assumed_is_saved(self):
         """As jitter or diffusion below 0 alone, whose sum is a blur."""
