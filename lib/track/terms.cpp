@@ -54,13 +54,15 @@ std::string difference(const Terms &there, const Terms &here) {
         return number("bit depth", a.bit_depth, b.bit_depth);
     if (a.zero_run != b.zero_run)
         return number("zero run bytes", static_cast<double>(a.zero_run), static_cast<double>(b.zero_run));
+    if (there.estimator != here.estimator) { // before what follows from it
+        print_text(text, sizeof text,
+                   "estimator %016llx, this tracker has %016llx: the estimator, its scene or a file of the scene has changed",
+                   static_cast<unsigned long long>(there.estimator), static_cast<unsigned long long>(here.estimator));
+        return text;
+    }
     if (there.sigma != here.sigma)
         return number("sigma", there.sigma, here.sigma);
-    if (there.value_limit != here.value_limit)
-        return number("value limit", there.value_limit, here.value_limit);
-    print_text(text, sizeof text, "estimator %016llx, this tracker has %016llx",
-               static_cast<unsigned long long>(there.estimator), static_cast<unsigned long long>(here.estimator));
-    return text;
+    return number("value limit", there.value_limit, here.value_limit);
 }
 
 TermsBytes to_bytes(const Terms &terms) noexcept {

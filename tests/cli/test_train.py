@@ -41,6 +41,18 @@ class Resumed(ProgramTest):
             self.refuse(2, "--resume", option[0], arguments=(*resume, *option))
         self.refuse(2, "--epochs 1: ", arguments=(*resume, "--epochs", "1"))
 
+    def test_a_changed_file_of_the_scene(self):
+        response = 1 + 0.01 * numpy.random.default_rng(1).standard_normal((128, 128))
+        numpy.save(self.folder / "r.npy", response)
+        self.write_scene(2, response="r.npy", shape=[128, 128])
+        how = (*UNSUPERVISED, "--layout", "core", "--epochs")
+        self.succeed(*how, "1", "--out", "half")
+        numpy.save(self.folder / "r.npy", response[::-1])
+        resume = ("train", "s.json", "--resume", "half", "--epochs", "2", "--out", "half")
+        self.refuse(2, "half: was trained before a file that s.json names changed", arguments=resume)
+        numpy.save(self.folder / "r.npy", response)
+        self.succeed(*resume)
+
     def test_crop_that_follows_the_image(self):
         """A frame moved by a pixel has the same latent; the file says how."""
         self.refuse(2, "detector.shape = [256, 256]: ", arguments=("train", "s.json", "--centre", "image", "--out", "x"))

@@ -1,5 +1,6 @@
 // toliman train: weights from a scene.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -38,6 +39,7 @@ struct Options {
 
 constexpr uint32_t kEpochs = 300;                       // the default
 constexpr char kPart[] = ".part";                       // suffix of the weights of a stopped training
+constexpr double kSameBound = 1e-9;                     // relative: rounding of another processor
 constexpr uint64_t kTrainingNoise = 0x5452414900000000; // XORed with the seed of the weights: seed of the frames' noise
 
 using Names = std::map<std::string, int32_t>;
@@ -112,6 +114,10 @@ Training resumed_training(const Scene &scene, const Options &options, const std:
     if (info.scene_digest != scene.info.scene_digest)
         throw Failure(kExitUsage, file + ": was trained for another scene, not " + scene.path +
                                       ": give the scene of the first training");
+    const double bound = scene.bounds().crb_projected_px; // depends on all files of the scene
+    if (!(std::fabs(bound - info.crb_px) <= kSameBound * bound))
+        throw Failure(kExitUsage, file + ": was trained before a file that " + scene.path +
+                                      " names changed: give the files of the first training");
     Training training = {std::move(cae), {}, info.seed};
     if (!get_training(training.cae.get(), training.how))
         throw Failure(kExitUsage, file + ": contains no training to resume");
