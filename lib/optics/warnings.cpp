@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/workers.hpp"
 
@@ -55,14 +56,25 @@ void warn_of_sampling(const Scene &scene, const Pupil &pupil, const Light &light
             source, steps);
 }
 
+// Behind a grating, of all wavelengths of a star the nearest to the frame.
 void warn_outside_frame(const Scene &scene, const Light &light, const Log &log) {
     const auto rows = static_cast<double>(scene.detector.rows), cols = static_cast<double>(scene.detector.cols);
     for (size_t star = 0; star < scene.stars.size(); star++) {
-        const auto &position = light.offset_px[star];
-        const double outside = std::max(std::fabs(position[0]) - 0.5 * cols, std::fabs(position[1]) - 0.5 * rows);
+        double x = 0, y = 0, outside = std::numeric_limits<double>::infinity();
+        for (const double wavelength : light.wavelength_m) {
+            const auto moved = light.dispersed_px(wavelength);
+            const double at_x = light.offset_px[star][0] + moved[0], at_y = light.offset_px[star][1] + moved[1],
+                         beyond = std::max(std::fabs(at_x) - 0.5 * cols, std::fabs(at_y) - 0.5 * rows);
+            if (beyond < outside) {
+                x = at_x;
+                y = at_y;
+                outside = beyond;
+            }
+        }
         if (outside > 0)
-            log.warn("%s: star %c is at (%.1f, %.1f) px, outside the frame of %zu x %zu by %.1f px",
-                     scene.source.c_str(), star == 0 ? 'A' : 'B', position[0], position[1], scene.detector.rows,
+            log.warn("%s: star %c is at (%.1f, %.1f) px%s, outside the frame of %zu x %zu by %.1f px",
+                     scene.source.c_str(), star == 0 ? 'A' : 'B', x, y,
+                     light.is_dispersed() ? " in the order of detector.sidelobe" : "", scene.detector.rows,
                      scene.detector.cols, outside);
     }
 }

@@ -55,9 +55,10 @@ std::string difference(const Terms &there, const Terms &here) {
     if (a.zero_run != b.zero_run)
         return number("zero run bytes", static_cast<double>(a.zero_run), static_cast<double>(b.zero_run));
     if (there.estimator != here.estimator) { // before what follows from it
-        print_text(text, sizeof text,
-                   "estimator %016llx, this tracker has %016llx: the estimator, its scene or a file of the scene has changed",
-                   static_cast<unsigned long long>(there.estimator), static_cast<unsigned long long>(here.estimator));
+        print_text(
+            text, sizeof text,
+            "estimator %016llx, this tracker has %016llx: the estimator, its scene or a file of the scene has changed",
+            static_cast<unsigned long long>(there.estimator), static_cast<unsigned long long>(here.estimator));
         return text;
     }
     if (there.sigma != here.sigma)

@@ -11,6 +11,7 @@ import numpy
 from package import toliman
 from refusal import refused
 import test_bank
+from toliman.experiment import variants
 
 SCENE = {
     "schema": "toliman-scene/1",
@@ -121,6 +122,64 @@ class Images(unittest.TestCase):
             self.assertAlmostEqual(pulls.std(), 1, delta=0.1)
         covariance = (rest[:, 1:] * rest[:, :-1]).mean(axis=0).sum() / (rest**2).mean(axis=0).sum()
         self.assertAlmostEqual(covariance, 0.04, delta=0.005)  # 2 k
+
+
+class Fluxes(unittest.TestCase):
+    """Stars whose flux is given in electrons, with an exposure or a peak, and stars made equal."""
+    IN_ELECTRONS = {"A": {"detected_per_s": 6e6}, "B": {"detected_per_s": 2e6}}
+
+    @staticmethod
+    def scene(stars, cadence, **detector):
+        scene = scene_with(detector)
+        scene["cadence"] = {"frames": 6, **cadence}
+        for name, flux in stars.items():
+            del scene["stars"][name]["photons_per_s"]
+            scene["stars"][name].update(flux)
+        return scene
+
+    def test_a_peak_scales_electrons(self):
+        """Which are the unit of the peak; the ratio remains, and the image is that of an exposure but for the factor."""
+        exposed, scaled = (toliman.Simulator(self.scene(self.IN_ELECTRONS, cadence))
+                           for cadence in ({"exposure_s": 10}, {"peak_photons": 1e5}))
+        for simulator in exposed, scaled:
+            self.assertEqual((simulator.info.unit, round(simulator.info.flux_ratio, 12)), ("electron", 3))
+        self.assertAlmostEqual(scaled.image().max() / 1e5, 1, delta=1e-12)
+        factor = 1e5 / exposed.image().max()
+        numpy.testing.assert_allclose(scaled.image(), factor * exposed.image(), rtol=1e-11)
+
+    def test_stars_made_equal(self):
+        """Have the mean of both fluxes with an exposure, and the peak with a peak; the unit stays."""
+        in_photons = {star: {"photons_per_s": flux["detected_per_s"]} for star, flux in self.IN_ELECTRONS.items()}
+        relative = {star: {"relative_flux": flux["detected_per_s"] / 2e6} for star, flux in self.IN_ELECTRONS.items()}
+        for stars, cadence, detector, unit in (
+                (self.IN_ELECTRONS, {"exposure_s": 10}, {}, "electron"), (self.IN_ELECTRONS, {"peak_photons": 1e5}, {}, "electron"),
+                (in_photons, {"exposure_s": 10}, {"qe": 0.5}, "electron"), (in_photons, {"peak_photons": 1e5}, {}, "photon"),
+                (relative, {"peak_photons": 1e5}, {}, "photon")):
+            with self.subTest(stars=stars, cadence=cadence), tempfile.TemporaryDirectory() as folder:
+                path = pathlib.Path(folder) / "scene.json"
+                path.write_text(json.dumps(self.scene(stars, cadence, **detector)))
+                before = toliman.Simulator(path)
+                equal = variants.Variants(str(path), before).equal_stars()
+                self.assertEqual((equal.info.unit, round(equal.info.flux_ratio, 12)), (unit, 1))
+                if "peak_photons" in cadence:
+                    self.assertAlmostEqual(equal.image().max() / 1e5, 1, delta=1e-12)
+                else:
+                    totals = [toliman.plan(json.loads(path.read_text())).electrons_per_s, (4e6 * detector.get("qe", 1),) * 2]
+                    self.assertAlmostEqual(sum(totals[0]) / sum(totals[1]), 1, delta=1e-12)
+                    self.assertAlmostEqual(equal.image("star_a").sum() / equal.image("star_b").sum(), 1, delta=0.02)
+
+    def test_facts_that_contradict(self):
+        electrons, photons = {"detected_per_s": 1e6}, {"photons_per_s": 1e6}
+        exposure, peak = {"exposure_s": 10}, {"peak_photons": 1e5}
+        for a, b, cadence, detector, field in (
+                (electrons, electrons, peak, {"qe": 0.5}, "detector.qe"), (electrons, photons, exposure, {}, "stars"),
+                (electrons, photons, peak, {}, "stars"), (electrons, {}, peak, {}, "stars"),
+                (electrons, {"magnitude": 3, "magnitude_band": "V"}, exposure, {}, "stars"),
+                (electrons, {"relative_flux": 1}, peak, {}, "stars"), ({**electrons, **photons}, photons, peak, {}, "stars.A.photons_per_s"),
+                (electrons, electrons, {**exposure, **peak}, {}, "cadence.peak_photons"),
+                ({}, {}, exposure, {}, "cadence.exposure_s")):
+            with self.subTest(a=a, b=b, cadence=cadence, detector=detector), refused(toliman.InputError, field):
+                toliman.Simulator(self.scene({"A": a, "B": b}, cadence, **detector))
 
 
 class Fits(unittest.TestCase):

@@ -49,6 +49,12 @@ static toliman_sim *stars_at(const double *wavelengths, const double *weights, i
     return sim;
 }
 
+static const char *with_shape(const char *window) {
+    static char text[200];
+    snprintf(text, sizeof text, "%s'shape'", window);
+    return text;
+}
+
 static toliman_sim *window_with(const char *extra) {
     return stars_at(kWavelengths, kWeights, COUNT, 1e7, 0, 0, 1, kWindow, extra);
 }
@@ -71,21 +77,12 @@ static void sum_of_lines(double x, double y, double scale, double *sum) {
     }
 }
 
-static double difference(const double *image, const double *expected) {
-    double most = 0, peak = 0;
-    for (int i = 0; i < PIXELS; i++) {
-        most = fmax(most, fabs(image[i] - expected[i]));
-        peak = fmax(peak, fabs(expected[i]));
-    }
-    return most / peak;
-}
-
 TEST(a_window_is_a_sum_of_displaced_wavelengths) {
     static double image[PIXELS], expected[PIXELS];
     toliman_sim *const sim = window_with("");
     assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, image, SIDE));
     sum_of_lines(0, 0, 1, expected);
-    assert_at_most(difference(image, expected), 1e-10);
+    assert_at_most(peak_difference(image, expected, PIXELS), 1e-10);
     toliman_sim_destroy(sim);
 }
 
@@ -103,7 +100,7 @@ TEST(frames_follow) {
         toliman_sim *const sim = window_with(extra);
         assert_ok(toliman_sim_frame(sim, &(double){0}, 1, 90, 1, image));
         sum_of_lines(cases[i].x, cases[i].x, cases[i].scale, expected);
-        assert_at_most(difference(image, expected), cases[i].error);
+        assert_at_most(peak_difference(image, expected, PIXELS), cases[i].error);
         toliman_sim_destroy(sim);
     }
 }
@@ -146,8 +143,60 @@ TEST(separate_images_are_warned_of) {
     }
 }
 
+/* 14 px per 100 nm: from the band around 580 nm, a window of 64 px around 100 nm has no light. */
+TEST(windows_without_light_are_warned_of) {
+    const char *const centres[] = {"575", "100"};
+    for (int i = 0; i < 2; i++) {
+        char window[120];
+        snprintf(window, sizeof window, "'sidelobe': {'period_um': 7000, 'angle_deg': 0, 'centre_nm': %s}, 'shape'",
+                 centres[i]);
+        char *const text = replaced(kBinaryScene, "'shape'", window);
+        toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
+        options.log = record_log;
+        heard[0] = '\0';
+        toliman_sim *sim = NULL;
+        assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
+        for (int star = 0; star < 2; star++) {
+            char words[40];
+            snprintf(words, sizeof words, "star %c is at (", 'A' + star);
+            assert_true((strstr(heard, words) != NULL) == (i == 1));
+        }
+        assert_true((strstr(heard, " px in the order of detector.sidelobe, outside the frame") != NULL) == (i == 1));
+        toliman_sim_destroy(sim), free(text);
+    }
+}
+
+/* Counts are those of a part of the light; a peak is that of the frame, so that nothing changes. */
+TEST(efficiency_scales_counts) {
+    static double image[PIXELS], expected[PIXELS];
+    static const char *const whole = "'sidelobe': {'period_um': 1500, 'angle_deg': 35, 'centre_nm': 575}, ";
+    for (int peak = 0; peak < 2; peak++) {
+        for (int part = 0; part < 2; part++) {
+            toliman_sim *const sim =
+                peak ? sim_with(kBinaryScene, "'shape'", part ? with_shape(kWindow) : with_shape(whole))
+                     : stars_at(kWavelengths, kWeights, COUNT, 1e7, 0, 0, 1, part ? kWindow : whole, "");
+            assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, part ? image : expected, SIDE));
+            toliman_sim_destroy(sim);
+        }
+        for (int k = 0; k < PIXELS; k++)
+            expected[k] *= peak ? 1 : 0.25;
+        assert_at_most(peak_difference(image, expected, PIXELS), 1e-12);
+    }
+}
+
 TEST(refusals) {
     const refusal cases[] = {
+        {"'shape'", "'sidelobe': {}, 'shape'", "detector.sidelobe.period_um"},
+        {"'shape'", "'sidelobe': {'period_um': 0, 'angle_deg': 35, 'centre_nm': 575}, 'shape'",
+         "detector.sidelobe.period_um"},
+        {"'shape'", "'sidelobe': {'period_um': 300, 'angle_deg': 35, 'centre_nm': 0}, 'shape'",
+         "detector.sidelobe.centre_nm"},
+        {"'shape'", "'sidelobe': {'period_um': 300, 'angle_deg': 361, 'centre_nm': 575}, 'shape'",
+         "detector.sidelobe.angle_deg"},
+        {"'shape'", "'sidelobe': {'period_um': 300, 'angle_deg': 35, 'centre_nm': 575, 'efficiency': 0}, 'shape'",
+         "detector.sidelobe.efficiency"},
+        {"'shape'", "'sidelobe': {'period_um': 300, 'angle_deg': 35, 'centre_nm': 575, 'order': 0}, 'shape'",
+         "detector.sidelobe.order"}, /* the first order alone */
         {"'shape'", "'sidelobe': {'angle_deg': 35, 'centre_nm': 575}, 'shape'", "detector.sidelobe.period_um"},
         {"'shape'", "'sidelobe': {'period_um': 300, 'centre_nm': 575}, 'shape'", "detector.sidelobe.angle_deg"},
         {"'shape'", "'sidelobe': {'period_um': 300, 'angle_deg': 35}, 'shape'", "detector.sidelobe.centre_nm"},
