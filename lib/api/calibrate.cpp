@@ -46,10 +46,10 @@ void check_windows(const PixelFrames &frames, size_t count, const Scene &scene, 
         if (const DetectorWindow window = *frames.window(k);
             bad.move_with(window) || detector.response_moves_with(window))
             fail(Status::unsupported,
-                 "{image->windows}[%zu] = [%lld, %lld]: must be detector.window of %s, [%lld, %lld], as its "
+                 "{image->windows}[%zu] = [%lld, %lld]: must be detector.window of %s, %s, or its "
                  "detector.bad_pixels or detector.response would move",
                  k, static_cast<long long>(window.row), static_cast<long long>(window.col), scene.source.c_str(),
-                 static_cast<long long>(detector.window->row), static_cast<long long>(detector.window->col));
+                 detector.window_text().c_str());
     // The fitted response is that of the scene's window.
     for (size_t k = 0; frames.windows != nullptr && fits_response && k < count; k++)
         if (const DetectorWindow window = *frames.window(k); !(detector.window == window))

@@ -343,11 +343,9 @@ void Fit::frame_of_ideal(ImageView<const double> counts, const Prediction &predi
                          Result &result) const {
     if (scene_.detector.response_moves_with(prediction.window))
         fail(Status::unsupported,
-             "{image->windows} = [%lld, %lld]: must be detector.window of %s, [%lld, %lld], as its detector.response "
-             "would move",
+             "{image->windows} = [%lld, %lld]: must be detector.window of %s, %s, or its detector.response would move",
              static_cast<long long>(prediction.window->row), static_cast<long long>(prediction.window->col),
-             scene_.source.c_str(), static_cast<long long>(scene_.detector.window->row),
-             static_cast<long long>(scene_.detector.window->col));
+             scene_.source.c_str(), scene_.detector.window_text().c_str());
     const Start start = start_of(prediction);
     result = {};
     work.known_bad.clear();

@@ -164,8 +164,9 @@ constexpr Row kDetectorRows[] = {
         "A charge c of each of the coadds is measured as c - nonlinearity_per_e c^2"),
     optional<&Detector::response_file>("response",
                                        "Relative response of each pixel, times qe and flat_rms: .npy of the frames' "
-                                       "shape, in (0, 10], such as calibrate --detector writes; with window, that of "
-                                       "the frames' pixels there")
+                                       "shape, in (0, 10], such as calibrate --detector writes; that of the frames' "
+                                       "pixels at window, without which fits refuse frames that name one, other than "
+                                       "[0, 0]")
         .checked<read_response>(),
     optional<&Detector::dark_e_per_s>("dark_e_per_s", within(0, 1e9, "e-/s"),
                                       "Dark current per pixel; needs cadence.exposure_s")

@@ -163,9 +163,15 @@ struct Detector {
     std::optional<DetectorWindow> window; // of the frames
     std::optional<Sidelobe> sidelobe;     // whose frames these are
 
-    // Whether the file's response is that of other pixels in a frame of this window.
+    // Whether the file's response is that of other pixels in a frame of this window. Without detector.window, it is that
+    // of [0, 0], where frames are whose window is not known.
     bool response_moves_with(const std::optional<DetectorWindow> &of_frame) const noexcept {
-        return !response.empty() && window && of_frame && !(*window == *of_frame);
+        return !response.empty() && of_frame && !(window.value_or(DetectorWindow()) == *of_frame);
+    }
+    // The window in words of an error.
+    std::string window_text() const {
+        return window ? "[" + std::to_string(window->row) + ", " + std::to_string(window->col) + "]"
+                      : "[0, 0] as it is not given";
     }
 };
 

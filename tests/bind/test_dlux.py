@@ -110,6 +110,21 @@ class Dlux(unittest.TestCase):
             self.assertGreater(row, 32)
             self.assertGreater(column, 32)
 
+    def test_with_a_camera(self):
+        """The response of dLuxToliman's scene and a transfer smear that is added to it: as by hand, and as numpy reads out."""
+        side = BY_HAND["detector"]["shape"][0]
+        response = 1 + 0.01 * numpy.random.default_rng(1).standard_normal((side, side))
+        with tempfile.TemporaryDirectory() as folder:
+            numpy.save(pathlib.Path(folder) / "flat.npy", response)
+            found = converted(ApplyPixelResponse={"pixel_response": "flat.npy"})
+            found["detector"]["transfer_smear"] = 1e-3
+            camera = {"response": "flat.npy", "transfer_smear": 1e-3}
+            by_hand = {**BY_HAND, "detector": {**BY_HAND["detector"], **camera}}
+            image, expected = (toliman.Simulator(one, folder=folder).image() for one in (found, by_hand))
+            light = response * toliman.Simulator(BY_HAND).image()
+        numpy.testing.assert_allclose(image, expected, rtol=0, atol=1e-12 * expected.max())
+        numpy.testing.assert_allclose(image, light + 1e-3 * light.sum(axis=0), rtol=0, atol=1e-12 * expected.max())
+
     def test_oversized_polynomials(self):
         x, y = numpy.random.default_rng(1).uniform(-0.7, 0.7, (2, 50))
         for noll in range(4, 12):

@@ -75,6 +75,18 @@ class Responses(unittest.TestCase):
             with refused(toliman.UnsupportedError, field):
                 call()
 
+    def test_without_a_window_the_frames_have_none(self):
+        """Frames that name a place on the detector are other pixels than those of the response, unless it is the first."""
+        simulator = toliman.Simulator(self.scene(self.path))
+        frames, fit = simulator.frames(0, 2), toliman.Fit(simulator)
+        for window in None, (0, 0):
+            self.assertEqual(fit.frame(frames[0], window=window)[0].goodness, "good")
+        for call in (lambda: fit.frame(frames[0], window=(100, 200)), lambda: fit.frames(frames, windows=[(0, 0), (0, 1)])):
+            with refused(toliman.UnsupportedError, "image->windows"):
+                call()
+        plain = toliman.Simulator(self.scene())
+        toliman.Fit(plain).frame(plain.frame(0), window=(100, 200))
+
     def test_mistakes(self):
         for bad in (numpy.nan, 0, -1, 11, numpy.inf):
             response = self.response.copy()
