@@ -82,12 +82,8 @@ optics::Offsets reach_of(const Scene &scene, const optics::Light &light, double 
 
 // Pixels whose neighbours' charge is not known: of bad pixels, and of the border of the frame.
 void leave_out_neighbours(const std::vector<size_t> &bad, size_t rows, size_t cols, Buffer<double> &usable) {
-    for (const size_t pixel : bad) {
-        const size_t r = pixel / cols, c = pixel % cols;
-        for (size_t y = r - std::min<size_t>(r, 1); y <= std::min(r + 1, rows - 1); y++)
-            for (size_t x = c - std::min<size_t>(c, 1); x <= std::min(c + 1, cols - 1); x++)
-                usable[y * cols + x] = 0;
-    }
+    for (const size_t pixel : bad)
+        visit_mixed(pixel, rows, cols, true, [&usable](size_t i) { usable[i] = 0; });
     for (size_t i = 0; i < usable.size(); i++)
         if (i / cols == 0 || i / cols == rows - 1 || i % cols == 0 || i % cols == cols - 1)
             usable[i] = 0;
@@ -383,13 +379,15 @@ void Model::weigh_row(const ImageView<const double> *counts, size_t r, double bl
     leave_out(r, lines + shared(weight) * pitch_, lines + shared(residual) * pitch_, work);
 }
 
-// Takes the bad pixels out of a row.
+// Takes the bad pixels out of a row, with those that they mix with, as the scene's (leave_out_neighbours).
 void Model::leave_out(size_t r, double *weight, double *residual, Work &work) const noexcept {
-    for (const size_t pixel : work.bad)
-        if (const size_t c = pixel % cols_; pixel / cols_ == r && weight[c] > 0) {
-            weight[c] = residual[c] = 0;
-            work.used--;
-        }
+    for (const size_t bad : work.bad)
+        visit_mixed(bad, rows_, cols_, readout_.mixes(), [&](size_t pixel) {
+            if (const size_t c = pixel % cols_; pixel / cols_ == r && weight[c] > 0) {
+                weight[c] = residual[c] = 0;
+                work.used--;
+            }
+        });
 }
 
 void Model::weigh(size_t r, const double *light, double *weight, double *scratch) const noexcept {

@@ -51,6 +51,14 @@ struct FrameGoodness : Goodness {
 // more than kMostBadPixels pixels exceed the limit, which makes the fit poor.
 FrameGoodness frame_goodness(double chi_square, double sigma, double largest, size_t bad_pixels, bool few_bad) noexcept;
 
+// Calls visit(pixel) for a pixel of a frame and, if it mixes with its neighbours, for the eight around it.
+template <class Visit> void visit_mixed(size_t pixel, size_t rows, size_t cols, bool mixes, const Visit &visit) {
+    const size_t r = pixel / cols, c = pixel % cols, reach = mixes ? 1 : 0;
+    for (size_t y = r - std::min(r, reach); y <= std::min(r + reach, rows - 1); y++)
+        for (size_t x = c - std::min(c, reach); x <= std::min(c + reach, cols - 1); x++)
+            visit(y * cols + x);
+}
+
 // Bad pixels of one frame, in the order in which they were found.
 class BadPixels {
   public:

@@ -19,6 +19,7 @@
 #include <limits>
 
 #include "base/hash.hpp"
+#include "frame/bad_pixels.hpp"
 
 namespace toliman::optics {
 
@@ -159,13 +160,8 @@ void Readout::undo_counts(double e_per_count, double bias, double limit, double 
             counts[i] = limit;
         }
     undo_exchange(counts);
-    const size_t reach = mixes() ? 1 : 0;
-    for (const size_t pixel : saturated) {
-        const size_t r = pixel / cols_, c = pixel % cols_;
-        for (size_t y = r - std::min(r, reach); y <= std::min(r + reach, rows_ - 1); y++)
-            for (size_t x = c - std::min(c, reach); x <= std::min(c + reach, cols_ - 1); x++)
-                counts[y * cols_ + x] = std::max(counts[y * cols_ + x], limit);
-    }
+    for (const size_t pixel : saturated)
+        visit_mixed(pixel, rows_, cols_, mixes(), [&](size_t i) { counts[i] = std::max(counts[i], limit); });
     for (size_t i = 0; i < pixels; i++)
         counts[i] = counts[i] / e_per_count + bias;
 }

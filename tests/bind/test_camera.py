@@ -243,6 +243,27 @@ class Fits(unittest.TestCase):
                 with self.subTest(effects=effects, size=size):
                     self.assertLess(abs(found["separation_px"][0] - truth), 4.5 * found["separation_sigma_px"][0])
 
+    def test_neighbours_of_bad_pixels_are_left_out(self):
+        """A count that flips is no charge, so that undoing the mixing of pixels makes its neighbours wrong by less than a
+        fit finds: a pixel that it finds costs the same pixels as one that the scene knows."""
+        for effects in {"interpixel_capacitance": 0.01}, {"brighter_fatter_px2_per_e": 1e-8}:
+            simulator = toliman.Simulator(scene_with(effects))
+            frame, rng = simulator.frame(0), numpy.random.default_rng(8)
+            bright = numpy.argwhere(frame[2:-2, 2:-2] > 0.05 * frame.max()) + 2
+            for row, col in rng.permutation(bright)[:6]:
+                flipped = frame.copy()
+                flipped[row, col] += 12 * frame[row, col]**0.5 + 0.02 * frame.max()
+                bad = numpy.zeros(frame.shape)
+                bad[row, col] = 1
+                with self.subTest(effects=effects, row=row, col=col), tempfile.TemporaryDirectory() as folder:
+                    numpy.save(pathlib.Path(folder) / "bad.npy", bad)
+                    known = toliman.Simulator(scene_with({**effects, "bad_pixels": "bad.npy"}), folder=folder)
+                    found, expected = (toliman.Fit(one, capture_px=2).frames(flipped[None]) for one in (simulator, known))
+                    self.assertEqual(found["bad_pixels"], 1)
+                    difference = found["separation_px"] - expected["separation_px"]
+                    self.assertLess(abs(difference), 1e-3 * expected["separation_sigma_px"])
+                    self.assertAlmostEqual(found["separation_sigma_px"] / expected["separation_sigma_px"], 1, delta=1e-5)
+
     def test_a_count_that_is_not_finite_is_named(self):
         simulator = toliman.Simulator(scene_with(EFFECTS))
         frame = simulator.image()
