@@ -8,6 +8,7 @@
 // deviations. As they shrink quadratically, the estimate is far nearer to the maximum. Where the model lacks an effect,
 // chi-square stays above 1; the steps end when it no longer decreases, and the verdict says so. Measured: 5 or 6 steps
 // from 20 nm of aberrations, 7 or 8 from 100 nm.
+// Bad pixels of single frames, as cosmic rays, are left out at the minimum; then the steps continue.
 // Where the pupil is nearly symmetric, aberrations of even azimuthal order with the opposite sign give nearly the same
 // image: a second minimum, at which the steps from 100 nm may end. A poor fit is therefore continued from there, too,
 // unless its even aberrations are too small for it (start.cpp), or the frames are farther from there: at 26 second
@@ -49,6 +50,7 @@ constexpr double kMostSpread = 0.15; // px^2, of the brightest pixel
 constexpr int kMostHalvings = 3;     // of a step of the map or the response
 constexpr double kEvenStart = 3;     // nm, of aberrations that have no first-order effect
 constexpr double kMirrorShare = 0.7; // of the smallest rms of even aberrations at a second minimum (start.cpp)
+constexpr int kMostCleanings = 3;    // rounds in which bad pixels of the frames are found
 constexpr int kMirrorTrial = 4;      // iterations, after which the second minimum must be the better one
 
 class Calibrator {
@@ -65,6 +67,7 @@ class Calibrator {
     bool iterate(Calibration &out, int patience = 0);
     bool iterate_mirrored(Calibration &out, bool found);
     bool is_complete() const noexcept;
+    bool leave_out_bad_pixels();
     bool iterate_response(Calibration &out);
     bool iterate_map(Calibration &out);
     void choose_sign(const std::vector<bool> &even);
@@ -312,6 +315,20 @@ bool Calibrator::iterate_mirrored(Calibration &out, bool found) {
     return found && !normal_.lost;
 }
 
+// Finds the bad pixels of the frames at the present point: whether they are others than before. The rule is that of a
+// fit (frame/bad_pixels.hpp); where a frame is poor without them, the model is wrong and none is left out.
+bool Calibrator::leave_out_bad_pixels() {
+    std::vector<BadPixels> bad = recalled<std::vector<BadPixels>>(problem_.memo, {hash_of(point_)},
+                                                                  [&] { return find_bad_pixels(problem_, point_); });
+    const bool same = std::equal(
+        bad.begin(), bad.end(), point_.bad.begin(), point_.bad.end(), [](const BadPixels &a, const BadPixels &b) {
+            return a.count() == b.count() && std::all_of(a.begin(), a.end(), [&b](size_t one) { return b.has(one); });
+        });
+    if (!same)
+        point_.bad = std::move(bad);
+    return !same;
+}
+
 // Gauss-Newton steps of the response together with all other parameters; shorter ones where a whole one leads up, and
 // none where all do: the model is then incomplete.
 bool Calibrator::iterate_response(Calibration &out) {
@@ -422,11 +439,15 @@ bool Calibrator::run(const Point &start, Calibration &out) {
     bool found = iterate(out);
     if (!normal_.lost && !is_complete())
         found = iterate_mirrored(out, found);
+    for (int round = 0; round < kMostCleanings && found && !normal_.lost && leave_out_bad_pixels(); round++)
+        found = iterate(out);
     if (normal_.lost || (!found && !options_.response)) // without the response, steps may lead up
         return false;
     choose_sign(out.even);
-    if (options_.response && !iterate_response(out))
-        return false;
+    for (int round = 0; options_.response && (round == 0 || (round < kMostCleanings && leave_out_bad_pixels()));
+         round++)
+        if (!iterate_response(out))
+            return false;
     if (options_.map && !iterate_map(out))
         return false;
     if (!point_.map_m.empty() && options_.map)

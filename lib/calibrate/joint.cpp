@@ -65,6 +65,7 @@ Block Joint::block(size_t frame, const Planes &planes, double blend) const {
     planes.place(values, places, scratch.data());
     fit->model().undo(counts.data());
     fit::Work work = fit->model().work();
+    work.bad = point_.bad_of(frame);
     const ImageView<const double> view = {counts.data(), rows, cols, cols};
     fit->model().visit(&view, values, blend, work, [&](const fit::Model::Row &row) {
         planes.row(values, places, row.row, own_lines.data(), scratch.data());
@@ -129,6 +130,7 @@ void Joint::whiten(const std::vector<size_t> &frames, const std::function<void(c
             const std::shared_ptr<const fit::Fit> fit = fit_of(frames[first + i]);
             fit->model().undo(counts.data());
             fit::Work work = fit->model().work();
+            work.bad = point_.bad_of(frames[first + i]);
             const ImageView<const double> view = {counts.data(), rows, cols, cols};
             fit->model().visit(&view, point_.own[frame].data(), 0, work, [&](const fit::Model::Row &row) {
                 for (size_t x = 0; x < cols; x++)
@@ -138,6 +140,30 @@ void Joint::whiten(const std::vector<size_t> &frames, const std::function<void(c
         for (size_t i = 0; i < count; i++)
             on_frame({frames[first + i], &residuals[i * pixels]});
     }
+}
+
+void Joint::find_bad_pixels(std::vector<BadPixels> &bad) const {
+    run_jobs(problem_.settings.workers, window_.frames.size(), [&](size_t i) {
+        const size_t frame = window_.frames[i];
+        const std::shared_ptr<const fit::Fit> fit = fit_of(frame);
+        Buffer<double> counts(fit->rows() * fit->cols());
+        problem_.frames.read(frame, counts.data());
+        fit->model().undo(counts.data());
+        fit::FitWork work = fit->work();
+        bad[frame] =
+            fit->bad_pixels_at({counts.data(), fit->rows(), fit->cols(), fit->cols()}, point_.own[frame].data(), work);
+    });
+}
+
+std::vector<BadPixels> find_bad_pixels(const Problem &problem, const Point &point) {
+    std::vector<BadPixels> bad(problem.frames.count);
+    std::unique_ptr<Joint> joint;
+    for (size_t window = 0; window < problem.windows.size(); window++) {
+        joint = std::make_unique<Joint>(problem, point, window, joint.get());
+        joint->find_bad_pixels(bad);
+    }
+    const bool any = std::any_of(bad.begin(), bad.end(), [](const BadPixels &one) { return one.count() > 0; });
+    return any ? bad : std::vector<BadPixels>();
 }
 
 Linearisation linearise(const Problem &problem, const Point &point, const Planes &planes, double blend) {

@@ -29,7 +29,7 @@ struct Linearisation {
 // A frame whitened: residuals over their standard deviations.
 struct Whitened {
     size_t frame;
-    const double *residual; // [rows][cols], 0 where a pixel saturates
+    const double *residual; // [rows][cols], 0 where a pixel saturates or is bad
 };
 
 // The fits of the frames of one window at a point; frames are distributed over the workers.
@@ -44,6 +44,8 @@ class Joint {
     // blend: weight of the counts in the variances, as in fit::Model::linearise(). Adds the blocks of the window's
     // frames to `all`.
     void linearise(const Planes &planes, double blend, Linearisation &all) const;
+    // Those of the window's frames, without regard to point.bad, into bad[frame].
+    void find_bad_pixels(std::vector<BadPixels> &bad) const;
     // Calls `on_frame` for each of these frames of the window, in their order, with variances of the model.
     void whiten(const std::vector<size_t> &frames, const std::function<void(const Whitened &)> &on_frame) const;
 
@@ -59,5 +61,8 @@ class Joint {
 
 // About a point, with the derivatives of `planes`.
 Linearisation linearise(const Problem &problem, const Point &point, const Planes &planes, double blend);
+
+// Of each frame, at a point; empty if there are none.
+std::vector<BadPixels> find_bad_pixels(const Problem &problem, const Point &point);
 
 } // namespace toliman::calibrate

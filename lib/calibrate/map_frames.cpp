@@ -207,6 +207,7 @@ void MapFrames::add_residuals(const Joint &joint, Residuals &sum) const {
                 const std::shared_ptr<const fit::Fit> fit = joint.fit_of(frame);
                 fit->model().undo(counts.data());
                 fit::Work work = fit->model().work();
+                work.bad = point_.bad_of(frame);
                 Rows of(*this, frame);
                 const ImageView<const double> view = {counts.data(), rows, cols, cols};
                 fit->model().visit(&view, point_.own[frame].data(), 0, work, [&](const fit::Model::Row &row) {

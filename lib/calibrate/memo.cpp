@@ -114,6 +114,25 @@ template <class Stream> void pass(Stream &stream, OwnOfFrames &own) {
             stream.number(value);
 }
 
+template <class Stream> void pass(Stream &stream, BadPixels &bad) {
+    size_t count = bad.count();
+    stream.size(count);
+    BadPixels passed;
+    for (size_t i = 0; i < count; i++) {
+        size_t pixel = i < bad.count() ? bad[i] : 0;
+        stream.size(pixel);
+        if (!passed.add(pixel))
+            fail(Status::format, "journal: %zu bad pixels of a frame", count);
+    }
+    bad = passed;
+}
+
+template <class Stream> void pass(Stream &stream, std::vector<BadPixels> &frames) {
+    stream.length(frames, 8);
+    for (BadPixels &bad : frames)
+        pass(stream, bad);
+}
+
 template <class Stream> void pass(Stream &stream, Point &point) {
     stream.length(point.instrument, 8);
     for (std::vector<double> &window : point.instrument)
@@ -121,6 +140,7 @@ template <class Stream> void pass(Stream &stream, Point &point) {
     pass(stream, point.own);
     pass_numbers(stream, point.map_m);
     pass_numbers(stream, point.response);
+    pass(stream, point.bad);
 }
 
 // The matrix is symmetric.
@@ -232,6 +252,9 @@ constexpr uint64_t kind_of(const std::vector<optics::StarImages> *) noexcept {
 constexpr uint64_t kind_of(const ResponseStep *) noexcept {
     return 9;
 }
+constexpr uint64_t kind_of(const std::vector<BadPixels> *) noexcept {
+    return 10;
+}
 
 } // namespace
 
@@ -241,6 +264,11 @@ uint64_t hash_of(const Point &point) noexcept {
         hash = fnv1a(window, hash);
     for (const auto &own : point.own)
         hash = fnv1a(own, hash);
+    for (const BadPixels &bad : point.bad) {
+        hash = fnv1a(uint64_t{bad.count()}, hash);
+        for (const size_t pixel : bad)
+            hash = fnv1a(uint64_t{pixel}, hash);
+    }
     return fnv1a(point.response, fnv1a(point.map_m, hash));
 }
 
@@ -306,6 +334,7 @@ TOLIMAN_MEMO(MapStep)
 TOLIMAN_MEMO(ResponseStep)
 TOLIMAN_MEMO(double)
 TOLIMAN_MEMO(std::vector<Block>)
+TOLIMAN_MEMO(std::vector<BadPixels>)
 TOLIMAN_MEMO(Buffer<double>)
 TOLIMAN_MEMO(std::vector<optics::StarImages>)
 #undef TOLIMAN_MEMO

@@ -60,6 +60,7 @@ class ResponseFrames::Rows {
         std::vector<const double *> columns(count_ + 1);
         fit->model().undo(counts_.data());
         fit::Work work = fit->model().work();
+        work.bad = owner_.point_.bad_of(frame);
         const ImageView<const double> view = {counts_.data(), rows_, cols_, cols_};
         fit->model().visit(&view, values, 0, work, [&](const fit::Model::Row &row) {
             const size_t first = row.row * cols_;

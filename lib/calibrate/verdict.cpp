@@ -97,8 +97,10 @@ void describe_frames(const Joint &joint, const Problem &problem, const Point &po
         result.displacement_px = result.values[0] - start.separation_px;
         const auto pixels = static_cast<double>(block.used);
         const double freedom = pixels - static_cast<double>(kOwn);
-        result.goodness = frame_goodness(block.chi_square / freedom,
-                                         chi_square_sigma(block.used, block.inverse_counts, freedom), NAN, 0, true);
+        result.goodness =
+            frame_goodness(block.chi_square / freedom, chi_square_sigma(block.used, block.inverse_counts, freedom), NAN,
+                           point.bad_of(frame).count(), true);
+        result.bad = point.bad_of(frame);
         result.excluded = block.saturated;
         if (block.saturated > 0)
             result.flags |= fit::saturated;

@@ -252,6 +252,20 @@ bool Fit::leave_out_bad_pixels(ImageView<const double> counts, double *values, F
     }
 }
 
+BadPixels Fit::bad_pixels_at(ImageView<const double> counts, const double *values, FitWork &work) const {
+    work.model.bad.clear();
+    model_.linearise(&counts, values, 0, work.model);
+    if (!(work.model.excess > kBadPixelLimit))
+        return {};
+    double found[kMostParameters];
+    std::copy_n(values, model_.parameters(), found);
+    Result result;
+    if (!leave_out_bad_pixels(counts, found, work, result) || work.model.bad.count() == 0)
+        return {};
+    report(found, work.model, result);
+    return result.goodness.verdict == GoodnessVerdict::good ? work.model.bad : BadPixels();
+}
+
 // Reports a fit whose steps ended, without its bad pixels unless there are too many.
 void Fit::settle(ImageView<const double> counts, double *values, FitWork &work, Result &result) const {
     report(values, work.model, result);

@@ -87,6 +87,8 @@ class Fit {
     Start start_of(const Prediction &prediction) const;
     // Moves values, those of the start, to where a search finds the stars; false if the model images do not cover it.
     bool search(ImageView<const double> counts, const Start &start, double *values, FitWork &work) const;
+    // The bad pixels of counts near the values of their fit; none if a frame is poor without them.
+    BadPixels bad_pixels_at(ImageView<const double> counts, const double *values, FitWork &work) const;
     // The result for the model's parameters `values` with this covariance [n][n]; without what depends on the counts.
     void describe(const double *values, const double *covariance, Result &result) const;
 

@@ -421,6 +421,37 @@ class Calibrations(unittest.TestCase):
         rms = numpy.mean(numpy.square(pulls))**0.5
         self.assertTrue(0.63 < rms < 1.4, rms)
 
+    def test_hits_are_left_out(self):
+        """Five cosmic rays of 1e4 e in every frame bias neither the response nor the optics; the bits do not depend on
+        threads and interruptions. Frames that are poor without their bad pixels are not cleaned."""
+        cadence, motion = {"frames": 24, "interval_days": 1}, {"pointing_rms_px": 1.0}
+        truth = toliman.Simulator(scene_with({"flat_rms": 0.01}, cadence=cadence, systematics=motion))
+        nominal = toliman.Simulator(scene_with({}, cadence=cadence, systematics=motion))
+        frames, random = truth.frames(), numpy.random.default_rng(9)
+        hit = frames.copy()
+        for frame in hit:
+            frame.ravel()[random.choice(frame.size, 5, replace=False)] += 1e4
+        how = {"free": "focus zernike_5-8", "detector": True, "response_rms": 0.01}
+        expected, found = (toliman.calibrate(nominal, given, threads=1, **how) for given in (frames, hit))
+        self.assertEqual((expected.flags, found.flags), ((), ()), found.verdict)
+        self.assertEqual(expected.frames["bad_pixels"].sum(), 0)
+        self.assertGreater(found.frames["bad_pixels"].sum(), 0.8 * 5 * len(hit))  # others are within the noise of a star
+        response = truth.image() / nominal.image()
+        pulls = (found.response - response / response.mean()) / found.response_sigma
+        self.assertAlmostEqual((pulls**2).mean()**0.5, 1, delta=4 / (2 * pulls.size)**0.5)
+        self.assertLess(abs(pulls).max(), 5)
+        for name, value in found.values().items():
+            self.assertLess(abs(value.value - expected.values()[name].value), 0.5 * value.sigma, name)
+        with tempfile.TemporaryDirectory() as folder:
+            journal = pathlib.Path(folder) / "part"
+            with refused(toliman.Cancelled):
+                toliman.calibrate(nominal, hit, journal=journal, step=lambda _, step: step.is_response, **how)
+            again = toliman.calibrate(nominal, hit, journal=journal, threads=2, **how)
+        numpy.testing.assert_array_equal(again.response, found.response)
+        wrong = toliman.calibrate(nominal, hit, free="focus")
+        self.assertEqual(wrong.frames["bad_pixels"].sum(), 0)
+        self.assertIn("incomplete", wrong.flags)
+
     def test_a_blur_that_is_less_than_assumed_is_saved(self):
         """As jitter or diffusion below 0 alone, whose sum is a blur."""
         motion = {"pointing_rms_px": 0.7}
