@@ -54,7 +54,7 @@ std::string parse(int argc, char **argv, Options &options) {
     app.formatter(std::make_shared<HelpFormatter>());
     app.set_version_flag("--version", std::string("toliman-mpi ") + toliman_version());
     add_scene(app, options.scene);
-    CLI::Option *seed = add_seed(app, options.seed, "seed of the noise; default: the scene's");
+    CLI::Option *seed = add_seed(app, options.seed)->description("seed of the noise; default: the scene's");
     CLI::Option *campaign = app.add_option("--campaign", options.campaign,
                                            "K: K series with the seeds from --seed on; a JSON line for each");
     campaign->check(CLI::Range(1, 1000000));

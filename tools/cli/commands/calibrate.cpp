@@ -61,9 +61,7 @@ void add_calibrate(CLI::App &app, Context &context) {
     CalibrationRequest &request = options->request;
     add_scene(*command, request.scene);
     add_bad_pixels(*command, request.bad_pixels);
-    request.frames.add_to(*command,
-                          "seconds from frame to frame, default the times of the table FRAMES of a FITS file, "
-                          "or else those of the scene's frames");
+    request.frames.add_to(*command);
     add_option(command, "--out", request.out, "FILE")->required();
     CLI::Option *free = add_option(command, "--free", request.free, "NAMES");
     CLI::Option *choose =

@@ -111,37 +111,21 @@ void add_coadd(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "coadd");
     auto options = std::make_shared<Options>();
     InputOptions &input = options->input;
-    add_option(command, "--fit", options->scene, "SCENE",
-               "scene of one short frame, on whose model frames are registered")
-        ->required();
-    add_option(command, "--out", options->out, "FOLDER", "folder of the sums, which is created")->required();
-    add_option(command, "--session", options->session, "NAME",
-               "session of the sums and name of their files, default sums")
-        ->check(CLI::Validator(session_complaint, "NAME"));
-    add_option(command, "--every", options->every, "TIME",
-               "a sum ends at multiples of this camera time: 90s, 10min, 1h, 1d; default: no limit");
-    add_option(command, "--gap", options->gap, "TIME", "a sum ends at a longer pause; default: no limit");
-    command
-        ->add_option("--motion", options->motion,
-                     "a sum ends when the stars have moved by this many px; default: no limit")
-        ->check(CLI::Range(1e-6, 16.0));
-    command
-        ->add_option("--range", options->range, "largest shift of the stars from their predicted places, px, default 4")
-        ->check(CLI::Range(1u, 14u));
-    add_option(command, "--shift", options->shift, "X:Y",
-               "predicted shift of the stars from their places in the scene, px");
-    command->add_option("--days", options->days, "time of the frames for moving stars, days of scene time, default 0");
-    command->add_option("--chi-limit", options->chi, "largest chi-square of a frame, default 1.5")
-        ->check(CLI::Range(1.0001, 1e6));
-    command
-        ->add_option("--exposure", options->exposure,
-                     "length of an exposure, s, default cadence.exposure_s of the scene")
-        ->check(CLI::PositiveNumber);
+    add_option(command, "--fit", options->scene, "SCENE")->required();
+    add_option(command, "--out", options->out, "FOLDER")->required();
+    add_option(command, "--session", options->session, "NAME")->check(CLI::Validator(session_complaint, "NAME"));
+    add_option(command, "--every", options->every, "TIME");
+    add_option(command, "--gap", options->gap, "TIME");
+    command->add_option("--motion", options->motion)->check(CLI::Range(1e-6, 16.0));
+    command->add_option("--range", options->range)->check(CLI::Range(1u, 14u));
+    add_option(command, "--shift", options->shift, "X:Y");
+    command->add_option("--days", options->days);
+    command->add_option("--chi-limit", options->chi)->check(CLI::Range(1.0001, 1e6));
+    command->add_option("--exposure", options->exposure)->check(CLI::PositiveNumber);
     add_bad_pixels(*command, options->bad_pixels);
-    add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
-               "leap-seconds.list of the IERS, default the table of ERFA");
-    command->add_option("--jobs", options->jobs, "threads that prepare the model images, default one per processor");
-    command->add_flag("--strict", options->strict, "exit with code 4 if a frame was left out");
+    add_option(command, "--leap-seconds", options->leap_seconds, "FILE");
+    command->add_option("--jobs", options->jobs);
+    command->add_flag("--strict", options->strict);
     add_inputs(*command, input);
     set_action(*command, context, options, coadd);
 }

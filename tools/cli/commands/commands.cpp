@@ -26,8 +26,7 @@ void add_commands(CLI::App &app, Context &context) {
         add(app, context);
     for (const char *name : {"run", "psf", "simulate", "calibrate", "train", "convert", "period", "planet", "merge",
                              "pupil", "refit", "report", "status"})
-        app.get_subcommand(name)->add_flag_callback("--force", replace_anything,
-                                                    "replace any existing file, not only those written by toliman");
+        app.get_subcommand(name)->add_flag_callback("--force", replace_anything);
     for (CLI::App *command : app.get_subcommands([](const CLI::App *) { return true; }))
         describe(*command, command->get_name());
 }

@@ -203,9 +203,7 @@ void add_encode(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "encode");
     auto options = std::make_shared<EncodeOptions>();
     options->estimator_options.add_to(*command);
-    options->frames.add_to(*command,
-                           "with --fit: seconds from frame to frame, default the times of the table FRAMES of a FITS "
-                           "file, or else those of the scene's frames");
+    options->frames.add_to(*command);
     options->reduction.add_to(*command);
     set_action(*command, context, options, encode);
 }

@@ -157,9 +157,7 @@ void add_run(CLI::App &app, Context &context) {
     add_bad_pixels(*command, options->bad_pixels);
     add_option(command, "--out", options->folder, "FOLDER");
     CLI::Option *seed = add_seed(*command, options->seed);
-    add_controls(*command, options->controls,
-                 "none: no frames without signal, no untrained network; quick: 200 frames without signal; full, the "
-                 "default: at least 2000");
+    add_controls(*command, options->controls);
     command->add_flag("--json", options->as_json);
     set_action(*command, context, options, run, [options, seed] { options->seed_given = seed->count() > 0; });
 }

@@ -183,28 +183,21 @@ void simulate(const Options &options, Progress &progress) {
 }
 
 void add_stream(CLI::App &command, Options &options) {
-    CLI::Option *rate = command.add_option("--rate", options.stream.rate_hz,
-                                           "write the stream of the camera, frames per second, up to 10,000");
-    CLI::Option *duration = add_option(&command, "--duration", options.duration, "TIME",
-                                       "its length: 90s, 10min, 1h, 1d; --frames chooses a part");
+    CLI::Option *rate = command.add_option("--rate", options.stream.rate_hz);
+    CLI::Option *duration = add_option(&command, "--duration", options.duration, "TIME");
     rate->check(CLI::Range(1e-3, 1e4))->needs(duration);
     duration->needs(rate);
-    const auto add = [&](const char *name, std::string &value, const char *type, const char *what) {
-        return add_option(&command, name, value, type, what)->needs(rate);
+    const auto add = [&](const char *name, std::string &value, const char *type) {
+        return add_option(&command, name, value, type)->needs(rate);
     };
-    add("--format", options.format, "FORMAT", "files of the stream: pair (default), netcdf or fits")
-        ->check(CLI::IsMember({"pair", "netcdf", "fits"}));
-    add("--roi", options.roi, "LABEL", "region in pairs, default single_roi")
-        ->check(CLI::Validator(session_complaint, "LABEL"));
-    add("--jitter", options.jitter, "RMS[:HZ]",
-        "pointing jitter from frame to frame, rms px along x and y, and corner frequency, default 10 Hz");
-    add("--drift", options.drift, "PX[:TIME]", "drift of the pointing on a circle, radius and period, default 95min");
-    command.add_option("--cosmic-rays", options.stream.hits, "mean number of pixels of a frame that they hit")
-        ->needs(rate)
-        ->check(CLI::Range(0.0, 100.0));
-    add("--drops", options.drops, "FRACTION[:RUN]", "fraction of the frames that are lost, and mean length of a run");
-    add("--restarts", options.restarts, "TIME", "time after which the camera restarts, again and again");
-    add("--sessions", options.sessions, "TIME", "time after which a new session begins, again and again");
+    add("--format", options.format, "FORMAT")->check(CLI::IsMember({"pair", "netcdf", "fits"}));
+    add("--roi", options.roi, "LABEL")->check(CLI::Validator(session_complaint, "LABEL"));
+    add("--jitter", options.jitter, "RMS[:HZ]");
+    add("--drift", options.drift, "PX[:TIME]");
+    command.add_option("--cosmic-rays", options.stream.hits)->needs(rate)->check(CLI::Range(0.0, 100.0));
+    add("--drops", options.drops, "FRACTION[:RUN]");
+    add("--restarts", options.restarts, "TIME");
+    add("--sessions", options.sessions, "TIME");
 }
 
 } // namespace
@@ -213,9 +206,8 @@ void add_psf(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "psf");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    add_option(command, "--out", options->out, "FILE", "output file, .npy or .fits; - writes .npy to standard output")
-        ->required();
-    add_choice(command, "--star", options->star, {"A", "B", "both"}, "stars in the image: A, B or both (default)");
+    add_option(command, "--out", options->out, "FILE")->required();
+    add_choice(command, "--star", options->star, {"A", "B", "both"});
     set_action(*command, context, options, psf);
 }
 
@@ -223,23 +215,14 @@ void add_simulate(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "simulate");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    add_option(command, "--out", options->out, "PATH",
-               "output file, .npy, .bin or .fits; with --session a folder; - writes .npy to standard output")
-        ->required();
-    add_option(command, "--frames", options->frames, "RANGE",
-               "frames FIRST to END - 1: FIRST:END, FIRST:, :END or one number; default all of the cadence");
-    add_seed(*command, options->seed, "seed of the noise; default: the scene's");
-    CLI::Option *session = command->add_option(
-        "--session", options->session,
-        "write the mission's files, with this session name, into --out: a pair, or with --rate a stream");
-    CLI::Option *dtype = command->add_option("--dtype", options->dtype, "pixel type of the pair: u16le or u32le");
+    add_option(command, "--out", options->out, "PATH")->required();
+    add_option(command, "--frames", options->frames, "RANGE");
+    add_seed(*command, options->seed);
+    CLI::Option *session = command->add_option("--session", options->session);
+    CLI::Option *dtype = command->add_option("--dtype", options->dtype);
     session->check(CLI::Validator(session_complaint, "NAME"));
     dtype->needs(session)->check(CLI::IsMember({"u16le", "u32le"}));
-    command
-        ->add_option("--bit-depth", options->bit_depth,
-                     "bits per pixel of the pair; default: the scene's, otherwise 12 for u16le and 32 for u32le")
-        ->needs(session)
-        ->check(CLI::Range(1, 32));
+    command->add_option("--bit-depth", options->bit_depth)->needs(session)->check(CLI::Range(1, 32));
     add_stream(*command, *options);
     set_action(*command, context, options, simulate);
 }

@@ -101,17 +101,12 @@ void add_track(CLI::App &app, Context &context) {
     auto options = std::make_shared<Options>();
     InputOptions &input = options->input;
     options->folder.add_to(*command);
-    command->add_option("--every", options->every, "accepted frames between two updates of the period, default 1")
-        ->check(CLI::Range(1u, 1000000000u));
-    add_option(command, "--frames", options->frames, "RANGE",
-               "A:B: use only frames with ids from A to B - 1 (a shard); default all");
-    add_option(command, "--session", input.dated.session, "NAME",
-               "session name for .npy and FITS files, default their file names");
-    add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
-               "leap-seconds.list of the IERS, default the table of ERFA");
-    add_option(command, "--on-target", options->on_target, "FILE",
-               "CSV file of on-target windows: intervals of each exposure in which the telescope points at the stars");
-    command->add_flag("--strict", options->strict, "exit with code 4 if anything was damaged or quarantined");
+    command->add_option("--every", options->every)->check(CLI::Range(1u, 1000000000u));
+    add_option(command, "--frames", options->frames, "RANGE");
+    add_option(command, "--session", input.dated.session, "NAME");
+    add_option(command, "--leap-seconds", options->leap_seconds, "FILE");
+    add_option(command, "--on-target", options->on_target, "FILE");
+    command->add_flag("--strict", options->strict);
     add_inputs(*command, input);
     set_action(*command, context, options, track);
 }

@@ -348,51 +348,21 @@ void add_train(CLI::App &app, Context &context) {
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
     add_bad_pixels(*command, options->bad_pixels);
-    add_option(command, "--out", options->out, "FILE",
-               "weights file to write (.tlmw, a bank .tlmb); - writes to standard output")
-        ->required();
-    CLI::Option *resume =
-        add_option(command, "--resume", options->resume, "[FILE]",
-                   "continue the training that was stopped or killed, or begin; FILE: weights file with a training")
-            ->expected(0, 1);
-    add_seed(*command, options->seed, "seed of the initial weights and of the frames' noise, default 1");
-    add_choice(command, "--mode", options->mode, kModes, "training: tied (default) or unsupervised");
-    add_choice(
-        command, "--layout", options->layout, kLayouts,
-        "network: flight, for frames of at least 256x256 pixels; core, for the camera's 128x128 windows; or paper, "
-        "the book chapter's, which needs --mode unsupervised or --bank; default: core if the frames have fewer "
-        "than 256 rows or columns, else flight");
-    add_choice(command, "--input", options->input, kInputs,
-               "preprocessing of frames: whitened (default), residual or raw; the last two need --mode unsupervised");
-    add_choice(
-        command, "--centre", options->centre, kCentres,
-        "the network's crop of a frame: centred on the scene's light (default), or moved by whole pixels with the "
-        "barycentre of each image");
-    command
-        ->add_option("--steps", options->steps,
-                     "number of steps of tied training, default 300; with --bank 600, of each network")
-        ->check(CLI::Range(1u, 1000000u));
-    add_option(command, "--bank", options->bank, "DATE:DATE",
-               "train a bank of networks that follow moving stars between these dates, e.g. 2026.5:2029.5 or "
-               "2026-07-02:2029-07-02; `frames`: the dates of the scene's frames");
-    command->add_option("--places", options->places, "with --bank: sub-pixel places of the stars per axis, default 3")
-        ->check(CLI::Range(1u, 8u));
-    command
-        ->add_option(
-            "--spacing", options->spacing,
-            "with --bank: largest motion of the stars relative to each other between two dates, px, default 0.5")
-        ->check(CLI::Range(0.05, 4.0));
-    add_option(command, "--free", options->free, "NAMES",
-               "with --bank: further free parameters of the fit, as in encode");
-    command
-        ->add_option("--epochs", options->epochs,
-                     "number of epochs of unsupervised training, including those before --resume, default 300")
-        ->check(CLI::Range(1u, 1000000u));
-    add_option(command, "--log", options->log, "FILE",
-               "csv file with a line per epoch of unsupervised training: losses, and every 10 epochs the log10 FAP of "
-               "latents");
-    add_choice(command, "--payload", options->payload, kPayloads,
-               "number format of the file: float32 (default), bf16 or fp16");
+    add_option(command, "--out", options->out, "FILE")->required();
+    CLI::Option *resume = add_option(command, "--resume", options->resume, "[FILE]")->expected(0, 1);
+    add_seed(*command, options->seed);
+    add_choice(command, "--mode", options->mode, kModes);
+    add_choice(command, "--layout", options->layout, kLayouts);
+    add_choice(command, "--input", options->input, kInputs);
+    add_choice(command, "--centre", options->centre, kCentres);
+    command->add_option("--steps", options->steps)->check(CLI::Range(1u, 1000000u));
+    add_option(command, "--bank", options->bank, "DATE:DATE");
+    command->add_option("--places", options->places)->check(CLI::Range(1u, 8u));
+    command->add_option("--spacing", options->spacing)->check(CLI::Range(0.05, 4.0));
+    add_option(command, "--free", options->free, "NAMES");
+    command->add_option("--epochs", options->epochs)->check(CLI::Range(1u, 1000000u));
+    add_option(command, "--log", options->log, "FILE");
+    add_choice(command, "--payload", options->payload, kPayloads);
     set_action(*command, context, options, train, [command, options, resume] {
         options->resumes = resume->count() > 0;
         for (const char *name :

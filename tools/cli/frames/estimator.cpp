@@ -26,11 +26,7 @@ void EstimatorOptions::add_to(CLI::App &command) {
     add_option(&command, "--weights", weights, "FILE");
     add_option(&command, "--template", scene, "SCENE");
     add_option(&command, "--fit", fit, "SCENE");
-    const std::string names =
-        std::string("with --fit: further free parameters, in quotes and separated by spaces, e.g. \"scale "
-                    "jitter_xx\"; self: jitter and aberrations that may drift; none; default: ") +
-        (self_by_default ? "self if the scene is calibrated" : "none");
-    add_option(&command, "--free", free, "NAMES", names.c_str());
+    add_option(&command, "--free", free, "NAMES");
     add_bad_pixels(command, bad_pixels);
 }
 

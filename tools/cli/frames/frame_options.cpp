@@ -17,8 +17,8 @@ void shape_of(const std::string &text, int64_t &rows, int64_t &cols) {
 
 } // namespace
 
-void FrameOptions::add_to(CLI::App &command, const char *cadence_text) {
-    command.add_option("--cadence", cadence, cadence_text)->check(CLI::PositiveNumber);
+void FrameOptions::add_to(CLI::App &command) {
+    command.add_option("--cadence", cadence)->check(CLI::PositiveNumber);
     add_choice(&command, "--dtype", dtype, dtypes());
     add_option(&command, "--shape", shape, "ROWSxCOLS");
     add_option(&command, "--roi", roi, "LABEL");

@@ -5,8 +5,7 @@
 namespace cli {
 
 struct FrameOptions {
-    // cadence: the description of --cadence.
-    void add_to(CLI::App &command, const char *cadence);
+    void add_to(CLI::App &command);
     // Files and those of folders. Throws Failure for pairs of several regions without --roi.
     std::vector<std::string> inputs() const;
     // exposure_s: of the scene, for raw pairs and batches; 0: unknown.

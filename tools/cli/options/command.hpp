@@ -24,14 +24,13 @@ void add_commands(CLI::App &app, Context &context);
 std::string help_text(const std::string &command);
 // A subcommand with its help text.
 CLI::App *add_command(CLI::App &app, const std::string &name);
-// Gives the options that have no text that of help/options.txt, where `name` is the command.
+// Gives the options their texts of help/options.txt; `name` is that of the command.
 void describe(CLI::App &command, const std::string &name);
 
 // An option whose value is one of the names, which are a list or the keys of a map.
 template <class Names = std::vector<std::string>>
-CLI::Option *add_choice(CLI::App *command, const char *name, std::string &value, const Names &names,
-                        const char *what = "") {
-    return command->add_option(name, value, what)->check(CLI::IsMember(names));
+CLI::Option *add_choice(CLI::App *command, const char *name, std::string &value, const Names &names) {
+    return command->add_option(name, value)->check(CLI::IsMember(names));
 }
 
 // Throws Failure for a number among the options given that is not finite: CLI::Range lets NaN pass.
@@ -56,9 +55,8 @@ void set_action(
 }
 
 // An option or positional (whose `type` is empty) that shows `type` as its value in --help.
-template <class Value>
-CLI::Option *add_option(CLI::App *command, const char *name, Value &value, const char *type, const char *what = "") {
-    return command->add_option(name, value, what)->type_name(type);
+template <class Value> CLI::Option *add_option(CLI::App *command, const char *name, Value &value, const char *type) {
+    return command->add_option(name, value)->type_name(type);
 }
 
 // The positional SCENE of many commands.
@@ -72,7 +70,7 @@ void add_system(CLI::App &command, std::string &name);
 
 // --seed: a whole number of 64 bits without sign. Parsed here because CLI11 wraps -1 around and clips numbers that are
 // too large.
-template <class Seed> CLI::Option *add_seed(CLI::App &command, Seed &seed, const std::string &description = "") {
+template <class Seed> CLI::Option *add_seed(CLI::App &command, Seed &seed) {
     const auto take = [&seed](const std::string &text) {
         uint64_t value = 0;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -80,7 +78,7 @@ template <class Seed> CLI::Option *add_seed(CLI::App &command, Seed &seed, const
             throw CLI::ValidationError("--seed", text + ": must be a whole number from 0 to 18446744073709551615");
         seed = value;
     };
-    return command.add_option_function<std::string>("--seed", take, description)->type_name("UINT");
+    return command.add_option_function<std::string>("--seed", take)->type_name("UINT");
 }
 
 // The subcommands.

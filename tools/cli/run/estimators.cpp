@@ -80,11 +80,11 @@ std::string name_of(Controls controls) {
     return kNames[static_cast<size_t>(controls)];
 }
 
-void add_controls(CLI::App &command, Controls &controls, const std::string &description) {
+void add_controls(CLI::App &command, Controls &controls) {
     const auto set = [&controls](const std::string &word) {
         controls = static_cast<Controls>(std::find(kNames.begin(), kNames.end(), word) - kNames.begin());
     };
-    command.add_option_function<std::string>("--controls", set, description)->check(CLI::IsMember(kNames));
+    command.add_option_function<std::string>("--controls", set)->check(CLI::IsMember(kNames));
 }
 
 Reconstructor::Reconstructor(const Scene &scene, const toliman::autoencoder &cae, size_t total)

@@ -22,7 +22,7 @@ struct Outcome {
 enum class Controls { none, quick, full };
 
 std::string name_of(Controls controls);
-void add_controls(CLI::App &command, Controls &controls, const std::string &description);
+void add_controls(CLI::App &command, Controls &controls);
 
 // Errors of the reconstructions of a run's frames by the network.
 struct Reconstructions {

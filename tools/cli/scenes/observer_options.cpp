@@ -31,22 +31,17 @@ double plate_scale_of(const std::optional<double> &given, double otherwise) {
 }
 
 void ObserverOptions::add_to(CLI::App &command, Times times) {
-    CLI::Option *const observer =
-        add_option(&command, "--observer", file_, "FILE", "orbit of the spacecraft: CCSDS OEM or CSV");
-    CLI::Option *const altitude = add_option(&command, "--altitude", altitude_, "KM",
-                                             "circular sun-synchronous orbit of this altitude, 200 to 2000");
+    CLI::Option *const observer = add_option(&command, "--observer", file_, "FILE");
+    CLI::Option *const altitude = add_option(&command, "--altitude", altitude_, "KM");
     altitude->excludes(observer);
-    add_option(&command, "--node", node_, "HOURS", "local mean time at its ascending node, default 18")
-        ->needs(altitude);
+    add_option(&command, "--node", node_, "HOURS")->needs(altitude);
     if (times == Times::own)
-        add_option(&command, "--leap-seconds", leap_seconds_, "FILE",
-                   "leap-seconds.list of the IERS, default the table of ERFA");
+        add_option(&command, "--leap-seconds", leap_seconds_, "FILE");
 }
 
 void ObserverOptions::add_file_to(CLI::App &command) {
-    add_option(&command, "--observer", file_, "FILE", "describe the orbit in this file: CCSDS OEM or CSV");
-    add_option(&command, "--leap-seconds", leap_seconds_, "FILE",
-               "leap-seconds.list of the IERS, default the table of ERFA");
+    add_option(&command, "--observer", file_, "FILE");
+    add_option(&command, "--leap-seconds", leap_seconds_, "FILE");
 }
 
 void ObserverOptions::use_scene(const SceneDefaults &scene, Notes &notes) {

@@ -125,20 +125,17 @@ std::vector<SkyTime> times_of_file(const SkyTimeOptions &options,
 } // namespace
 
 void add_sky_times(CLI::App &command, SkyTimeOptions &options) {
-    CLI::Option *const times =
-        command.add_option("--times", options.times, "dates, Modified Julian Days or Julian Days, separated by commas");
+    CLI::Option *const times = command.add_option("--times", options.times);
     times->type_name("TIME,...")->delimiter(',')->allow_extra_args(false);
-    CLI::Option *const file =
-        command.add_option("--times-file", options.file, "file with one time per line, or - for standard input");
+    CLI::Option *const file = command.add_option("--times-file", options.file);
     file->type_name("FILE")->excludes(times);
-    CLI::Option *const from = command.add_option("--from", options.from, "first time of a regular series");
+    CLI::Option *const from = command.add_option("--from", options.from);
     from->type_name("TIME")->excludes(times)->excludes(file);
-    CLI::Option *const to = command.add_option("--to", options.to, "end of the series; it may be its last time");
+    CLI::Option *const to = command.add_option("--to", options.to);
     to->type_name("TIME")->needs(from);
     from->needs(to);
-    command.add_option("--every", options.every, "step of the series, default 1")->type_name("DAYS")->needs(from);
-    command.add_option("--scale", options.scale, "time scale of all times: utc (default), tai, tt, tdb or gps")
-        ->check(CLI::IsMember({"utc", "tai", "tt", "tdb", "gps"}));
+    command.add_option("--every", options.every)->type_name("DAYS")->needs(from);
+    command.add_option("--scale", options.scale)->check(CLI::IsMember({"utc", "tai", "tt", "tdb", "gps"}));
 }
 
 std::vector<SkyTime> sky_times(const SkyTimeOptions &options, const std::vector<toliman_leap_second> &leap_seconds) {
