@@ -1,10 +1,6 @@
 // toliman coadd: short frames to sums.
 #include <filesystem>
 
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "downlink/adding.hpp"
 #include "downlink/downlink.hpp"
 #include "downlink/input_options.hpp"

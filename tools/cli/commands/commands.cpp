@@ -1,11 +1,5 @@
-#include <map>
-#include <memory>
 #include <sstream>
 
-#include <toliman/toliman.hpp>
-
-#include "common/failure.hpp"
-#include "common/output.hpp"
 #include "options/command.hpp"
 #include "options/help.hpp"
 #include "scenes/leap_seconds.hpp"

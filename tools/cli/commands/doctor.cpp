@@ -7,7 +7,6 @@
 #include <unistd.h>
 #include <zlib.h>
 
-#include "common/json.hpp"
 #include "frames/fits.hpp"
 #include "options/command.hpp"
 #include "scenes/observer_options.hpp"

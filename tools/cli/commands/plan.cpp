@@ -1,5 +1,4 @@
 // toliman plan: approximations, errors and cost of a scene, before anything is computed.
-#include <cmath>
 #include <thread>
 
 #include "options/command.hpp"

@@ -1,13 +1,5 @@
 // toliman psf, toliman simulate: images and frames to files.
-#include <algorithm>
-#include <cmath>
-#include <optional>
-#include <utility>
 
-#include "common/failure.hpp"
-#include "common/output.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "frames/frame_loop.hpp"
 #include "frames/frames_out.hpp"
 #include "frames/stream_frames.hpp"

@@ -1,12 +1,6 @@
 // toliman track: frames from the spacecraft, in any order, to the period.
-#include <optional>
 #include <poll.h>
-#include <utility>
 
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "downlink/downlink.hpp"
 #include "downlink/folder_options.hpp"
 #include "downlink/input_options.hpp"

@@ -1,20 +1,9 @@
 // toliman train: weights from a scene.
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <map>
-#include <optional>
 #include <tuple>
 
-#include "common/failure.hpp"
-#include "common/input.hpp"
 #include "common/job_journal.hpp"
-#include "common/library.hpp"
-#include "common/output.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "frames/bank_training.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"

@@ -1,14 +1,5 @@
 #include "downlink/adding.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <utility>
-
-#include "common/failure.hpp"
-#include "common/json.hpp"
-#include "common/output.hpp"
-#include "common/text.hpp"
 #include "frames/frames_in.hpp"
 
 namespace cli {

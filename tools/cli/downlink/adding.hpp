@@ -1,11 +1,7 @@
 // Adds the frames of inputs: sums go to files, a JSON line per sum to standard output once it is durable.
 #pragma once
 #include <chrono>
-#include <map>
-#include <string>
-#include <vector>
 
-#include "common/terminal.hpp"
 #include "common/warnings.hpp"
 #include "downlink/frame_source.hpp"
 #include "downlink/sum_files.hpp"

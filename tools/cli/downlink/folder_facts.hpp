@@ -1,6 +1,5 @@
 // The period of a state folder and the goodness of fit of its frames, as text and JSON.
 #pragma once
-#include "common/common.hpp"
 #include "series/goodness.hpp"
 #include "series/nuisance.hpp"
 

@@ -2,10 +2,8 @@
 // where they are just the gap to the range before: no frame has them. Other gaps remain, as their frames may arrive.
 #include "downlink/known_frames.hpp"
 
-#include <algorithm>
 #include <charconv>
 #include <cinttypes>
-#include <cstdio>
 #include <stdexcept>
 
 #include "frames/frames_in.hpp"

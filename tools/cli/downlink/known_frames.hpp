@@ -1,11 +1,8 @@
 // The frames that were taken into account, by their keys.
 #pragma once
-#include <map>
-#include <string>
+#include "common/common.hpp"
 
 #include <toliman/ingest.h>
-
-#include "common/json.hpp"
 
 namespace cli {
 

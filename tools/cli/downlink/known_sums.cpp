@@ -1,10 +1,7 @@
 #include "downlink/known_sums.hpp"
 
-#include <cmath>
 #include <fstream>
 
-#include "common/input.hpp"
-#include "common/json.hpp"
 #include "frames/frames_in.hpp"
 
 namespace cli {

@@ -1,10 +1,6 @@
 // Sums of `coadd` among the inputs of a new state folder, which needs to know their noise.
 #pragma once
-#include <optional>
-#include <string>
-#include <vector>
-
-#include <toliman/toliman.hpp>
+#include "common/common.hpp"
 
 namespace cli {
 

@@ -3,7 +3,6 @@
 #include <array>
 
 #include "common/content.hpp"
-#include "common/json.hpp"
 #include "downlink/folder_facts.hpp"
 #include "downlink/state_folder.hpp"
 #include "series/fap.hpp"

@@ -3,20 +3,14 @@
 // sizes of the state, adds the frames since then again, and writes the same bytes. A state precedes the first sum.
 #include "downlink/sum_files.hpp"
 
-#include <cerrno>
-#include <cmath>
-#include <cstring>
+#include "common/common.hpp"
+
 #include <fcntl.h>
 #include <stdexcept>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "backend/lock.hpp"
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/json.hpp"
-#include "common/output.hpp"
-#include "common/text.hpp"
 
 namespace cli {
 

@@ -1,12 +1,7 @@
 // The pair of files that `coadd` writes, and the file from which it continues after a kill.
 #pragma once
-#include <cstdint>
-#include <string>
-#include <vector>
-
-#include <toliman/toliman.hpp>
-
 #include "backend/descriptor.hpp"
+#include "common/common.hpp"
 #include "downlink/known_frames.hpp"
 
 namespace cli {

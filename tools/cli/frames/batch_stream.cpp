@@ -1,12 +1,6 @@
 // Writes frames as the mission's image service compresses them for the downlink: netCDF-4 files of 50 frames, the first
 // one and the differences of successive ones. netCDF is loaded when the first batch is written, as by the library.
-#include <algorithm>
-#include <memory>
-#include <utility>
-#include <vector>
 
-#include "common/failure.hpp"
-#include "common/text.hpp"
 #include "frames/frames_out.hpp"
 #include "frames/stream_output.hpp"
 

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 
-#include "common/json.hpp"
 #include "common/npy.hpp"
 #include "scenes/windows.hpp"
 

@@ -1,7 +1,5 @@
 // Results of a calibration: fitted scenes, JSON, arrays for the report, and text.
 #pragma once
-#include <optional>
-
 #include "frames/calibration.hpp"
 
 namespace cli {

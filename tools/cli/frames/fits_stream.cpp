@@ -1,12 +1,9 @@
 // Writes frames as the mission's older image service: frame_proc_CAMTIME.fits.gz with an empty primary unit that has
 // the keywords, and the tile-compressed image CORE. CFITSIO makes the file in memory, zlib compresses it.
-#include <algorithm>
 #include <cstdlib>
 #include <new>
 #include <zlib.h>
 
-#include "common/failure.hpp"
-#include "common/text.hpp"
 #include "frames/fits.hpp"
 #include "frames/frames_out.hpp"
 #include "frames/stream_output.hpp"

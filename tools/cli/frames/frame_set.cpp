@@ -6,16 +6,9 @@
 // possible.
 #include "frames/frame_set.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <map>
-#include <optional>
 #include <set>
 #include <tuple>
 
-#include "common/failure.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "common/warnings.hpp"
 #include "frames/predictions.hpp"
 #include "scenes/scene_defaults.hpp"

@@ -1,12 +1,9 @@
 // The frames of a calibration: good ones of all files, spread in time and pointing.
 #pragma once
 #include <deque>
-#include <string>
-#include <vector>
 
 #include <toliman/fit.h>
 
-#include "common/terminal.hpp"
 #include "frames/frame_options.hpp"
 #include "scenes/scene.hpp"
 

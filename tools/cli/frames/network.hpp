@@ -1,10 +1,6 @@
 // Loads the trained network of a weights file.
 #pragma once
-#include <string>
-
 #include "common/content.hpp"
-#include "common/failure.hpp"
-#include "common/library.hpp"
 
 namespace cli {
 

@@ -3,13 +3,7 @@
 // bias. Charge of cosmic rays is added to it; then the detector of the scene makes counts of it.
 #include "frames/stream_frames.hpp"
 
-#include <algorithm>
-#include <vector>
-
-#include "common/failure.hpp"
 #include "common/parallel.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "scenes/scene_json.hpp"
 
 namespace cli {

@@ -1,6 +1,5 @@
 #include "frames/stream_output.hpp"
 
-#include "common/text.hpp"
 #include "frames/frames_out.hpp"
 
 namespace cli {

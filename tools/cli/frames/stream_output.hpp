@@ -1,10 +1,6 @@
 // Writes the frames of a stream as the mission's image service does: pairs, batches or FITS files.
 #pragma once
-#include <memory>
-#include <string>
-#include <vector>
-
-#include "common/output.hpp"
+#include "common/common.hpp"
 #include "frames/stream.hpp"
 
 namespace cli {

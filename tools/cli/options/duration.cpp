@@ -1,10 +1,8 @@
 #include "options/duration.hpp"
 
-#include <utility>
+#include "common/common.hpp"
 
 #include "base/name.hpp"
-#include "common/failure.hpp"
-#include "common/text.hpp"
 
 namespace cli {
 

@@ -3,7 +3,6 @@
 #pragma once
 #include <CLI/App.hpp>
 
-#include "common/common.hpp"
 #include "scenes/scene.hpp"
 #include "series/periodogram.hpp"
 

@@ -5,7 +5,6 @@
 
 #include "base/constants.hpp"
 #include "common/content.hpp"
-#include "common/json.hpp"
 #include "scenes/scene_json.hpp"
 
 namespace cli {

@@ -2,13 +2,12 @@
 // JD 2440587.5.
 #include "scenes/dates.hpp"
 
-#include <cmath>
-#include <cstdio>
+#include "common/common.hpp"
+
 #include <ctime>
 
 #include <toliman/ingest.h>
 
-#include "common/text.hpp"
 #include "scenes/scene_json.hpp"
 
 namespace cli {

@@ -1,9 +1,6 @@
 // Dates of scenes whose stars follow an orbit, Julian years of 365.25 days as binary.date, and of frames.
 #pragma once
-#include <cstdint>
-#include <optional>
-#include <string>
-
+#include "common/common.hpp"
 #include "scenes/scene.hpp"
 
 namespace cli {

@@ -1,12 +1,8 @@
 // Leap seconds: those of the library, or of a file.
 #pragma once
-#include <cstdint>
-#include <string>
-#include <vector>
+#include "common/common.hpp"
 
 #include <toliman/ingest.h>
-
-#include "common/terminal.hpp"
 
 namespace CLI {
 class App;

@@ -1,12 +1,7 @@
 #include "scenes/observer_options.hpp"
 
-#include <cmath>
-#include <cstring>
 #include <filesystem>
 
-#include "common/failure.hpp"
-#include "common/library.hpp"
-#include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/dates.hpp"
 #include "scenes/leap_seconds.hpp"

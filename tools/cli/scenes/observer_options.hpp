@@ -1,12 +1,6 @@
 // Options of the observer of a system: --observer, --altitude, --node and --leap-seconds.
 #pragma once
-#include <optional>
-#include <string>
-
-#include <toliman/toliman.hpp>
-
-#include "common/json.hpp"
-#include "common/terminal.hpp"
+#include "common/common.hpp"
 #include "scenes/scene_defaults.hpp"
 
 namespace CLI {

@@ -1,16 +1,9 @@
 #include "scenes/scene.hpp"
 
-#include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <filesystem>
 
 #include "common/content.hpp"
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/library.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "options/suggest.hpp"
 #include "scenes/scene_json.hpp"
 

@@ -1,11 +1,6 @@
 // The simulator of a scene file, with progress and warnings on standard error.
 #pragma once
-#include <string>
-#include <vector>
-
-#include <toliman/toliman.hpp>
-
-#include "common/terminal.hpp"
+#include "common/common.hpp"
 
 namespace cli {
 

@@ -1,8 +1,6 @@
 // What a scene says about the times, the orbit and the observer of its frames: defaults of options.
 #pragma once
-#include <optional>
-#include <string>
-#include <vector>
+#include "common/common.hpp"
 
 namespace cli {
 

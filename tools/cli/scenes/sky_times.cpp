@@ -2,19 +2,10 @@
 // has 86,400 s, and every time is written as a date, which is then read in its scale.
 #include "scenes/sky_times.hpp"
 
-#include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <cmath>
-#include <map>
-#include <utility>
 
-#include <toliman/toliman.hpp>
-
-#include "common/failure.hpp"
 #include "common/lines.hpp"
-#include "common/stop.hpp"
-#include "common/text.hpp"
 #include "scenes/dates.hpp"
 
 namespace cli {

@@ -1,9 +1,6 @@
 // Times on the command line: dates, Modified Julian Days or Julian Days of a time scale.
 #pragma once
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <vector>
+#include "common/common.hpp"
 
 #include <CLI/App.hpp>
 

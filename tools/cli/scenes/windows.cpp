@@ -1,12 +1,8 @@
 #include "scenes/windows.hpp"
 
-#include <cmath>
 #include <filesystem>
 
 #include "common/content.hpp"
-#include "common/failure.hpp"
-#include "common/input.hpp"
-#include "common/json.hpp"
 #include "scenes/scene_json.hpp"
 
 namespace cli {

@@ -3,7 +3,6 @@
 #pragma once
 #include <toliman/period_sampling.h>
 
-#include "common/common.hpp"
 #include "series/series.hpp"
 
 namespace cli {

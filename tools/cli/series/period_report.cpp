@@ -2,7 +2,6 @@
 
 #include "base/constants.hpp"
 #include "common/content.hpp"
-#include "common/json.hpp"
 #include "series/goodness.hpp"
 #include "series/series.hpp"
 

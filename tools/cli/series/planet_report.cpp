@@ -3,7 +3,6 @@
 #include <tuple>
 
 #include "common/content.hpp"
-#include "common/json.hpp"
 #include "common/npy.hpp"
 #include "scenes/dates.hpp"
 #include "series/goodness.hpp"

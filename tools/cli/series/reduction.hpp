@@ -1,6 +1,5 @@
 // Measured separations: their unit, their reduction to the orbit of the binary, and what is wrong with them.
 #pragma once
-#include "common/common.hpp"
 #include "scenes/observer_options.hpp"
 #include "series/series.hpp"
 

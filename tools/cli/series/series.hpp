@@ -1,6 +1,5 @@
 // Reads time series with the library: whole files, or line by line where input grows or continues sums.
 #pragma once
-#include "common/library.hpp"
 #include "common/lines.hpp"
 #include "series/nuisance.hpp"
 
