@@ -1,21 +1,12 @@
 // include/toliman/bank.h
 #include <toliman/bank.h>
 
-#include <cmath>
-#include <optional>
-#include <vector>
-
-#include "api/accept.hpp"
 #include "api/cae_choices.hpp"
+#include "api/common.hpp"
 #include "api/fit_values.hpp"
-#include "api/goodness.hpp"
-#include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/journal.hpp"
-#include "api/memory.hpp"
-#include "api/output.hpp"
 #include "api/pixel_frames.hpp"
-#include "api/struct_array.hpp"
 #include "api/track_estimators.hpp"
 #include "backend/file.hpp"
 #include "bank/weights.hpp"
@@ -41,22 +32,13 @@ bank::Options options_of(const toliman_bank_options &given, size_t rows, size_t 
     if (options.last_days < options.first_days)
         fail(Status::argument, "{options->last_days} = %g: must be at least first_days = %g", options.last_days,
              options.first_days);
-    options.spacing_px = given.spacing_px;
-    options.places = given.places;
-    options.steps = given.steps;
-    options.seed = given.seed;
+    TOLIMAN_COPY(options, given, spacing_px, places, steps, seed);
     return options;
 }
 
 toliman_bank_result public_result(const bank::Estimate &estimate) {
     toliman_bank_result out = {};
-    out.flags = estimate.flags;
-    out.displacement_px = estimate.displacement_px;
-    out.separation_px = estimate.separation_px;
-    out.sigma_px = estimate.sigma_px;
-    out.efficiency = estimate.efficiency;
-    out.distance_px = estimate.distance_px;
-    out.network = estimate.network;
+    TOLIMAN_COPY(out, estimate, flags, displacement_px, separation_px, sigma_px, efficiency, distance_px, network);
     set_frame_goodness(estimate.goodness, out);
     return out;
 }
@@ -85,10 +67,9 @@ void toliman::api::check_fit(const toliman_bank &bank, const toliman_fit &fit, c
 
 toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_options *given,
                                  toliman_bank_plan_info *out) noexcept {
-    return guard([&] {
-        const Use use(sim, "sim");
-        const Scene &scene = use->simulator.scene();
-        const optics::Light &light = use->simulator.light();
+    return call(sim, "sim", [&](auto &self) {
+        const Scene &scene = self.simulator.scene();
+        const optics::Light &light = self.simulator.light();
         if (scene.stars.size() < 2)
             fail(Status::unsupported, "%s: {stars}: a bank needs two stars", scene.source.c_str());
         const size_t rows = scene.detector.rows, cols = scene.detector.cols;
@@ -103,8 +84,7 @@ toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_opti
         info.dates = static_cast<int64_t>(dates.size());
         info.places = options.places * options.places;
         info.networks = info.dates * info.places;
-        info.first_days = options.first_days;
-        info.last_days = options.last_days;
+        TOLIMAN_COPY(info, options, first_days, last_days);
         info.bytes_float32 = static_cast<uint64_t>(info.networks) * bank::weight_bytes(layout, cae::Encoding::float32);
         info.bytes_half = static_cast<uint64_t>(info.networks) * bank::weight_bytes(layout, cae::Encoding::fp16);
         const double pixels = static_cast<double>(layout.pixels()) / static_cast<double>(cae::kFlight.pixels());
@@ -133,36 +113,30 @@ void toliman_bank_destroy(toliman_bank *bank) noexcept {
 
 toliman_status toliman_bank_train(toliman_bank *handle, const toliman_fit *fit,
                                   const toliman_bank_train_options *options) noexcept {
-    return guard([&] {
-        const Use use(handle, "bank");
+    return call(handle, "bank", [&](auto &self) {
         const Use model(fit, "fit");
-        check_fit(*handle, *fit, "bank");
+        check_fit(self, *fit, "bank");
         const toliman_bank_train_options known = accept(options, "options");
         std::optional<Journal> journal;
-        open_journal(journal, known.journal, "BANK", [&] { return use->bank.inputs(); });
-        use->bank.train(model->fit.first(), known.threads, {known.progress, known.progress_data},
+        open_journal(journal, known.journal, "BANK", [&] { return self.bank.inputs(); });
+        self.bank.train(model->fit.first(), known.threads, {known.progress, known.progress_data},
                         journal ? &*journal : nullptr);
     });
 }
 
 toliman_status toliman_bank_get_info(const toliman_bank *handle, toliman_bank_info *out) noexcept {
-    return guard([&] {
-        const Use use(handle, "bank");
-        const bank::Bank &bank = use->bank;
+    return call(handle, "bank", [&](auto &self) {
+        const bank::Bank &bank = self.bank;
         const bank::Options &options = bank.options();
         toliman_bank_info info = {};
         info.networks = static_cast<int64_t>(bank.networks().size());
         info.trained_networks = static_cast<int64_t>(bank.trained());
         info.dates = static_cast<int64_t>(bank.dates().size());
         info.places = options.places * options.places;
-        info.steps = options.steps;
-        info.first_days = options.first_days;
-        info.last_days = options.last_days;
-        info.spacing_px = options.spacing_px;
+        TOLIMAN_COPY(info, options, steps, first_days, last_days, spacing_px, seed);
         info.rows = static_cast<int64_t>(bank.rows());
         info.cols = static_cast<int64_t>(bank.cols());
         info.layout = options.layout->name;
-        info.seed = options.seed;
         info.fit_digest = bank.fit_digest();
         info.digest = bank.digest();
         deliver(info, out, "out");
@@ -170,11 +144,10 @@ toliman_status toliman_bank_get_info(const toliman_bank *handle, toliman_bank_in
 }
 
 toliman_status toliman_bank_get_network(const toliman_bank *handle, int64_t index, toliman_bank_network *out) noexcept {
-    return guard([&] {
-        const Use use(handle, "bank");
-        const auto &networks = use->bank.networks();
+    return call(handle, "bank", [&](auto &self) {
+        const auto &networks = self.bank.networks();
         const bank::Network &network = networks[required_index(index, networks.size(), "index")];
-        const bank::Date &date = use->bank.dates()[network.date];
+        const bank::Date &date = self.bank.dates()[network.date];
         toliman_bank_network found = {};
         found.trained = network.trained() ? 1 : 0;
         found.days = date.days;
@@ -190,13 +163,12 @@ toliman_status toliman_bank_get_network(const toliman_bank *handle, int64_t inde
 toliman_status toliman_bank_encode(const toliman_bank *handle, const toliman_fit *fit, const toliman_image *image,
                                    size_t count, const toliman_fit_prediction *predictions,
                                    toliman_bank_result *results, toliman_fit_result *fitted) noexcept {
-    return guard([&] {
-        const Use use(handle, "bank");
+    return call(handle, "bank", [&](auto &self) {
         const Use model(fit, "fit");
-        check_fit(*handle, *fit, "bank");
+        check_fit(self, *fit, "bank");
         if (count == 0)
             return;
-        const bank::Bank &bank = use->bank;
+        const bank::Bank &bank = self.bank;
         const PixelFrames frames = frames_of(image, count, bank.rows(), bank.cols());
         const StructArray<toliman_bank_result> out(results, "results");
         const Predictions given(predictions);
@@ -218,7 +190,7 @@ toliman_status toliman_bank_encode(const toliman_bank *handle, const toliman_fit
         };
         if (count == 1) {
             Buffer<double> converted;
-            Work work(*fit, *handle);
+            Work work(*fit, self);
             out.put(0, encode(frames.frame(0, converted), 0, work));
             if (fits)
                 fits->put(0, fit_of(work));
@@ -227,7 +199,7 @@ toliman_status toliman_bank_encode(const toliman_bank *handle, const toliman_fit
         Buffer<toliman_bank_result> found(count); // so that nothing is written if a frame fails
         Buffer<toliman_fit_result> found_fits(fits ? count : 0);
         for_groups(
-            frames, count, 1, use->threads, [&] { return Work(*fit, *handle); },
+            frames, count, 1, self.threads, [&] { return Work(*fit, self); },
             [&](const ImageView<const double> *frame, size_t i, size_t, Work &work) {
                 found[i] = encode(*frame, i, work);
                 if (fits)
@@ -243,13 +215,12 @@ toliman_status toliman_bank_encode(const toliman_bank *handle, const toliman_fit
 
 toliman_status toliman_bank_predict(const toliman_bank *handle, const toliman_fit *fit,
                                     const toliman_fit_prediction *prediction, toliman_bank_result *out) noexcept {
-    return guard([&] {
-        const Use use(handle, "bank");
+    return call(handle, "bank", [&](auto &self) {
         const Use model(fit, "fit");
-        check_fit(*handle, *fit, "bank");
+        check_fit(self, *fit, "bank");
         WorkPool<fit::FitWork>::Lease fit_work(model->works);
-        WorkPool<bank::BankWork>::Lease work(use->works);
-        deliver(public_result(use->bank.predict(
+        WorkPool<bank::BankWork>::Lease work(self.works);
+        deliver(public_result(self.bank.predict(
                     model->fit.first(), of_one_frame(prediction_of(prediction), "prediction"), *fit_work, *work)),
                 out, "out");
     });
@@ -257,16 +228,15 @@ toliman_status toliman_bank_predict(const toliman_bank *handle, const toliman_fi
 
 toliman_status toliman_bank_get_renewal(const toliman_bank *handle, const toliman_fit *fit, double least_efficiency,
                                         double *days) noexcept {
-    return guard([&] {
-        const Use use(handle, "bank");
+    return call(handle, "bank", [&](auto &self) {
         const Use model(fit, "fit");
-        check_fit(*handle, *fit, "bank");
+        check_fit(self, *fit, "bank");
         if (!(least_efficiency > 0 && least_efficiency < 1))
             fail(Status::argument, "{least_efficiency} = %g: must be in (0, 1)", least_efficiency);
         required(days, "days");
         WorkPool<fit::FitWork>::Lease fit_work(model->works);
-        WorkPool<bank::BankWork>::Lease work(use->works);
-        *days = use->bank.renewal(model->fit.first(), least_efficiency, *fit_work, *work);
+        WorkPool<bank::BankWork>::Lease work(self.works);
+        *days = self.bank.renewal(model->fit.first(), least_efficiency, *fit_work, *work);
     });
 }
 

@@ -1,13 +1,8 @@
 // include/toliman/budget.h
 #include <toliman/budget.h>
 
-#include <algorithm>
-#include <limits>
-
-#include "api/accept.hpp"
-#include "api/guard.hpp"
+#include "api/common.hpp"
 #include "api/handles.hpp"
-#include "api/output.hpp"
 #include "api/parameters.hpp"
 #include "information/budget.hpp"
 
@@ -53,8 +48,7 @@ toliman_sim_budget_row public_row(const information::BudgetRow &row, size_t i, c
     result.is_free = row.free ? 1 : 0;
     result.name = public_parameter(row.parameter).name;
     result.unit = unit_of(row.parameter);
-    result.bias_px = row.bias_px;
-    result.curvature_px = row.curvature_px;
+    TOLIMAN_COPY(result, row, bias_px, curvature_px);
     result.earth_amount = row.amount(earth_px);
     result.tenth_crb_amount = row.amount(tenth_px);
     result.deviation = row.free ? fit.deviation[i] : unknown;

@@ -1,20 +1,11 @@
 // include/toliman/cae.h. Training replaces the handle's immutable network only after it has succeeded; its state is
 // kept in the handle, so that a cancelled training can be resumed.
-#include <algorithm>
-#include <cmath>
-#include <memory>
-#include <optional>
-#include <utility>
-
 #include <toliman/cae.h>
 
-#include "api/accept.hpp"
 #include "api/cae_choices.hpp"
+#include "api/common.hpp"
 #include "api/frames_goodness.hpp"
-#include "api/guard.hpp"
 #include "api/handles.hpp"
-#include "api/memory.hpp"
-#include "api/output.hpp"
 #include "api/pixel_frames.hpp"
 #include "backend/file.hpp"
 #include "cae/network.hpp"
@@ -73,10 +64,8 @@ toliman_cae_train_options resumable_of(const cae::Training *training) noexcept {
     const cae::Course &course = training->course;
     options.mode = kModes.to_constant(course.mode);
     options.steps = course.mode == cae::Mode::unsupervised ? training->done : static_cast<uint32_t>(course.total);
-    options.learning_rate = course.learning_rate;
+    TOLIMAN_COPY(options, course, learning_rate, validation, batch);
     options.frame_count = course.frames;
-    options.validation = course.validation;
-    options.batch = course.batch;
     return options;
 }
 
@@ -128,13 +117,9 @@ cae::UnsupervisedOptions unsupervised_options(const toliman_cae_train_options &o
 toliman_cae_training result_of(const cae::Training &state, const cae::Quality &quality) {
     toliman_cae_training result = {};
     result.struct_size = sizeof result;
-    result.steps = static_cast<uint32_t>(state.steps);
+    TOLIMAN_COPY(result, state, steps, loss, validation_loss);
     result.epochs = state.done;
-    result.loss = state.loss;
-    result.validation_loss = state.validation_loss;
-    result.mmse = quality.mmse;
-    result.mssim = quality.mssim;
-    result.photon_floor = quality.photon_floor;
+    TOLIMAN_COPY(result, quality, mmse, mssim, photon_floor);
     return result;
 }
 
@@ -183,9 +168,8 @@ extern "C" {
 
 toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const toliman_cae_options *options,
                                   toliman_cae **out) noexcept {
-    return guard([&] {
-        const Use use(sim, "sim");
-        const auto &simulator = use->simulator;
+    return call(sim, "sim", [&](auto &self) {
+        const auto &simulator = self.simulator;
         const toliman_cae_options known = accept(options, "options");
         const Detector &detector = simulator.scene().detector;
         const cae::Layout &layout = layout_of(known.layout, detector.rows, detector.cols);
@@ -207,13 +191,12 @@ void toliman_cae_destroy(toliman_cae *cae) noexcept {
 
 toliman_status toliman_cae_train(toliman_cae *cae, const toliman_cae_train_options *options,
                                  toliman_cae_training *report) noexcept {
-    return guard([&] {
-        const Use use(cae, "cae");
+    return call(cae, "cae", [&](auto &self) {
         const toliman_cae_train_options known = known_train_options(options);
         if (report != nullptr)
             check_struct_size("report", *report);
         const toliman_cae_training training =
-            known.mode == TOLIMAN_CAE_MODE_TIED ? train_tied(*use, known) : train_unsupervised(*use, known);
+            known.mode == TOLIMAN_CAE_MODE_TIED ? train_tied(self, known) : train_unsupervised(self, known);
         if (report != nullptr)
             deliver(training, report, "report");
     });
@@ -221,41 +204,32 @@ toliman_status toliman_cae_train(toliman_cae *cae, const toliman_cae_train_optio
 
 toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_train_options *resumable,
                                     toliman_cae_info *out) noexcept {
-    return guard([&] {
-        const Use use(cae, "cae");
-        const cae::Network &network = use->network;
+    return call(cae, "cae", [&](auto &self) {
+        const cae::Network &network = self.network;
         const cae::Preprocess &preprocess = network.preprocess();
         toliman_cae_info info = {};
         info.trained = network.trained() ? 1 : 0;
         info.layout = network.layout().name;
         info.layout_hash = cae::layout_hash(network.layout());
         info.input = kInputs.to_constant(preprocess.input);
-        info.scene_digest = preprocess.scene_digest;
+        TOLIMAN_COPY(info, preprocess, scene_digest, rows, cols, crop_row, crop_col);
+        TOLIMAN_COPY(info, preprocess, projected, crb_px, input_scale, side);
         info.parameters = network.layout().parameters();
-        info.rows = static_cast<int64_t>(preprocess.rows);
-        info.cols = static_cast<int64_t>(preprocess.cols);
-        info.crop_row = static_cast<int64_t>(preprocess.crop_row);
-        info.crop_col = static_cast<int64_t>(preprocess.crop_col);
-        info.projected = static_cast<uint32_t>(preprocess.projected);
-        info.crb_px = preprocess.crb_px;
         info.cosine = network.cosine();
-        info.input_scale = preprocess.input_scale;
         info.seed = network.seed();
         info.centre = kCentres.to_constant(preprocess.centre);
-        info.side = static_cast<uint32_t>(preprocess.side);
         if (resumable != nullptr)
             check_struct_size("resumable", *resumable);
         deliver(info, out, "out");
         if (resumable != nullptr)
-            deliver(resumable_of(training_of(*use)), resumable, "resumable");
+            deliver(resumable_of(training_of(self)), resumable, "resumable");
     });
 }
 
 toliman_status toliman_cae_encode(const toliman_cae *cae, const toliman_image *image, size_t count, double *latents_px,
                                   toliman_frame_goodness *goodness) noexcept {
-    return guard([&] {
-        const Use use(cae, "cae");
-        const cae::Network &network = use->network;
+    return call(cae, "cae", [&](auto &self) {
+        const cae::Network &network = self.network;
         if (count == 0)
             return;
         const PixelFrames frames = frames_of(image, count, network.preprocess().rows, network.preprocess().cols);
@@ -263,18 +237,17 @@ toliman_status toliman_cae_encode(const toliman_cae *cae, const toliman_image *i
         FramesGoodness out(goodness, count);
         if (count == 1) {
             Buffer<double> converted;
-            WorkPool<cae::Workspace>::Lease work(use->works);
+            WorkPool<cae::Workspace>::Lease work(self.works);
             *latents_px = network.encode(frames.frame(0, converted), *work, out.found(), frames.window(0));
         } else
-            network.encode_many(frames, count, use->threads, latents_px, out.found());
+            network.encode_many(frames, count, self.threads, latents_px, out.found());
         out.deliver();
     });
 }
 
 toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px, double *image, size_t stride) noexcept {
-    return guard([&] {
-        const Use use(cae, "cae");
-        const cae::Network &network = use->network;
+    return call(cae, "cae", [&](auto &self) {
+        const cae::Network &network = self.network;
         const size_t side = network.layout().side;
         required_image(image, stride, side, "image");
         Buffer<double> output(side * side);
@@ -284,9 +257,8 @@ toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px, doub
 }
 
 toliman_status toliman_cae_get_target(const toliman_cae *cae, double *image, size_t stride) noexcept {
-    return guard([&] {
-        const Use use(cae, "cae");
-        const cae::Network &network = use->network;
+    return call(cae, "cae", [&](auto &self) {
+        const cae::Network &network = self.network;
         const size_t side = network.layout().side;
         copy_rows(network.preprocess().target.data(), side, side, required_image(image, stride, side, "image"), stride);
     });
@@ -295,9 +267,8 @@ toliman_status toliman_cae_get_target(const toliman_cae *cae, double *image, siz
 toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *counts, size_t counts_stride,
                                        double *image, size_t stride, double *mmse, double *mssim,
                                        double *photon_floor) noexcept {
-    return guard([&] {
-        const Use use(cae, "cae");
-        const cae::Network &network = use->network;
+    return call(cae, "cae", [&](auto &self) {
+        const cae::Network &network = self.network;
         const cae::Preprocess &preprocess = network.preprocess();
         const ImageView<const double> frame = {required_image(counts, counts_stride, preprocess.cols, "counts"),
                                                preprocess.rows, preprocess.cols, counts_stride};

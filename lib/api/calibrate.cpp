@@ -1,22 +1,12 @@
 // include/toliman/calibrate.h
 #include <toliman/calibrate.h>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <optional>
-#include <string>
-
-#include "api/accept.hpp"
+#include "api/common.hpp"
 #include "api/fit_values.hpp"
-#include "api/goodness.hpp"
-#include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/journal.hpp"
-#include "api/memory.hpp"
 #include "api/parameters.hpp"
 #include "api/pixel_frames.hpp"
-#include "api/struct_array.hpp"
 #include "base/workers.hpp"
 #include "calibrate/calibrate.hpp"
 #include "calibrate/fitted.hpp"
@@ -96,22 +86,17 @@ toliman_calibration_step public_step(const calibrate::Report &report) {
     step.struct_size = sizeof step;
     step.is_map = report.of_map ? 1 : 0;
     step.is_response = report.of_response ? 1 : 0;
-    step.iteration = report.iteration;
-    step.accepted = report.accepted ? 1 : 0;
-    step.chi_square = report.chi_square;
-    step.largest_step = report.largest_step;
+    TOLIMAN_COPY(step, report, iteration, accepted, chi_square, largest_step, recalled);
     step.change = report.lack;
-    step.recalled = report.recalled ? 1 : 0;
     return step;
 }
 
 calibrate::Options options_of(const toliman_calibration_options &given) {
     calibrate::Options options;
     options.map = (given.flags & TOLIMAN_CALIBRATION_MAP) != 0;
-    options.most_iterations = given.most_iterations;
+    TOLIMAN_COPY(options, given, most_iterations, response_rms);
     options.map_rms_m = 1e-9 * given.map_rms_nm;
     options.response = (given.flags & TOLIMAN_CALIBRATION_DETECTOR) != 0;
-    options.response_rms = given.response_rms;
     options.on_step = [given](const calibrate::Calibration &so_far, const calibrate::Report &report) {
         if (given.step == nullptr)
             return;
@@ -192,8 +177,7 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
             free = calibrate::with_readout(free, problem.frames.has_sums());
         problem.free = calibrate::free_of(free, problem.nominal, outline.plan, problem.peak_e, &problem.left_out);
         check_sums(problem);
-        problem.capture_px = given.capture_px;
-        problem.smoothness = given.smoothness;
+        TOLIMAN_COPY(problem, given, capture_px, smoothness);
         const PixelFrames frames =
             frames_of(image, count, simulator.scene().detector.rows, simulator.scene().detector.cols);
         check_windows(frames, count, simulator.scene(), how.response);
@@ -239,13 +223,11 @@ toliman_status toliman_calibration_get_info(const toliman_calibration *handle, t
         toliman_calibration_info info = {};
         info.flags = calibration.underway ? calibrate::not_converged : calibration.flags;
         info.frames = static_cast<int64_t>(calibration.point.own.size());
-        info.rows = static_cast<int64_t>(calibration.nominal.detector.rows);
-        info.cols = static_cast<int64_t>(calibration.nominal.detector.cols);
+        TOLIMAN_COPY(info, calibration.nominal.detector, rows, cols);
         info.cells = static_cast<int64_t>(calibration.samples);
         info.parameters = static_cast<int64_t>(calibration.free.size());
         info.windows = static_cast<int64_t>(calibration.windows.size());
-        info.iterations = calibration.iterations;
-        info.map_iterations = calibration.map_iterations;
+        TOLIMAN_COPY(info, calibration, iterations, map_iterations);
         // The chi-square is also that of a calibration that did not converge: it tells how far it came.
         set_goodness(calibration.goodness, info);
         info.structure = valid ? calibration.structure : kNan;
@@ -256,9 +238,7 @@ toliman_status toliman_calibration_get_info(const toliman_calibration *handle, t
         info.response_iterations = calibration.response_iterations;
         describe_response(calibration, info);
         info.map_parameters = valid ? calibration.map_parameters : kNan;
-        info.pupil_error = calibration.pupil_error;
-        info.peak_noise = calibration.peak_noise;
-        info.lacks = calibration.lacks;
+        TOLIMAN_COPY(info, calibration, pupil_error, peak_noise, lacks);
         info.changes = calibration.improved;
         info.attempts = static_cast<int64_t>(calibration.attempts.size());
         info.left_out = static_cast<int64_t>(calibration.left_out.size());
@@ -332,8 +312,7 @@ toliman_status toliman_calibration_get_attempt(const toliman_calibration *handle
         const calibrate::Attempt &attempt = all[required_index(index, all.size(), "index")];
         toliman_calibration_attempt tried = {};
         tried.change = attempt.lack;
-        tried.kept = attempt.kept ? 1 : 0;
-        tried.flags = attempt.flags;
+        TOLIMAN_COPY(tried, attempt, kept, flags);
         tried.cells = static_cast<int64_t>(attempt.samples);
         set_goodness(attempt.goodness, tried);
         deliver(tried, out, "out");

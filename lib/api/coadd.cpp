@@ -1,16 +1,9 @@
 // include/toliman/coadd.h
 #include <toliman/coadd.h>
 
-#include <algorithm>
-#include <cmath>
-#include <string>
-
-#include "api/accept.hpp"
+#include "api/common.hpp"
 #include "api/fit_values.hpp"
-#include "api/guard.hpp"
 #include "api/handles.hpp"
-#include "api/memory.hpp"
-#include "api/output.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/spread.hpp"
 #include "base/name.hpp"
@@ -172,9 +165,7 @@ coadd::Frame frame_of(const toliman_frame *frame, toliman_coadd &object) {
                   object.coadd.cols()};
     out.middle_ns = given.camera_ns;
     out.exposure_ns = nanoseconds(given.exposure_s);
-    out.dropped = given.dropped;
-    out.window_row = given.window_row;
-    out.window_col = given.window_col;
+    TOLIMAN_COPY(out, given, dropped, window_row, window_col);
     return out;
 }
 
@@ -185,14 +176,11 @@ toliman_coadd_outcome public_outcome(const toliman_coadd &object, coadd::End end
     out.reason = kEnds.to_constant(end);
     if (found.verdict != coadd::Verdict::added && found.verdict != coadd::Verdict::misfit)
         return out;
-    out.left_out = static_cast<int32_t>(found.left_out);
-    out.saturated = static_cast<int32_t>(found.saturated);
-    out.flux = found.flux;
+    TOLIMAN_COPY(out, found, left_out, saturated, flux, chi_square);
     out.x_px = object.shift[0] + found.x;
     out.y_px = object.shift[1] + found.y;
     out.x_sigma_px = std::sqrt(found.xx);
     out.y_sigma_px = std::sqrt(found.yy);
-    out.chi_square = found.chi_square;
     return out;
 }
 
@@ -200,14 +188,12 @@ toliman_coadd_sum public_sum(const coadd::Coadd::Taken &taken, const double *shi
     const coadd::Totals &totals = taken.totals;
     const auto verdicts = [&](coadd::Verdict verdict) { return totals.verdicts[static_cast<size_t>(verdict)]; };
     toliman_coadd_sum out = {};
-    out.frames = totals.frames;
+    TOLIMAN_COPY(out, totals, frames, cosmic_rays, saturated);
     out.lost = verdicts(coadd::Verdict::lost);
     out.faint = verdicts(coadd::Verdict::faint);
     out.not_found = verdicts(coadd::Verdict::not_found);
     out.outside = verdicts(coadd::Verdict::outside);
     out.misfit = verdicts(coadd::Verdict::misfit);
-    out.cosmic_rays = totals.cosmic_rays;
-    out.saturated = totals.saturated;
     out.filled_pixels = std::count_if(taken.left_out.begin(), taken.left_out.end(),
                                       [&](uint32_t frames) { return 2 * int64_t{frames} > totals.frames; });
     out.first_ns = totals.intervals.first();
@@ -237,9 +223,9 @@ toliman_frame public_sum_frame(toliman_coadd &object) {
     out.pixel = TOLIMAN_PIXEL_U32;
     out.session = totals.session;
     out.roi = totals.roi;
+    out.dropped = totals.dropped;
     out.frame_id = taken.number;
     out.camera_ns = coadd::mean_ns(totals);
-    out.dropped = totals.dropped;
     out.pixels = taken.counts.data();
     out.rows = static_cast<int64_t>(object.coadd.rows());
     out.cols = out.stride = static_cast<int64_t>(object.coadd.cols());
@@ -256,8 +242,7 @@ toliman_frame public_sum_frame(toliman_coadd &object) {
         out.intervals = nullptr;
         out.interval_count = 0;
     }
-    out.window_row = totals.window_row;
-    out.window_col = totals.window_col;
+    TOLIMAN_COPY(out, totals, window_row, window_col);
     out.spread = &object.spread;
     return out;
 }
@@ -273,17 +258,16 @@ int64_t rejected(const coadd::Totals &totals) noexcept {
 
 toliman_status toliman_coadd_create(const toliman_fit *handle, const toliman_fit_prediction *prediction,
                                     const toliman_coadd_options *options, toliman_coadd **out) noexcept {
-    return guard([&] {
-        const Use use(handle, "fit");
+    return call(handle, "fit", [&](auto &self) {
         const toliman_coadd_options known = accept(options, "options");
         const MemoryScope scope(memory_of(known.allocator));
         const coadd::Limits limits = limits_of(known);
-        check_size(use->fit, limits.range);
+        check_size(self.fit, limits.range);
         const fit::Prediction place = prediction_of(prediction);
         if (place.spread.any())
             fail(Status::argument, "{prediction->spread}: must be NULL: the frames are not sums");
         toliman_coadd *&made = required(out, "out");
-        made = new toliman_coadd(use->fit.at(place), place, limits, worker_count(known.threads),
+        made = new toliman_coadd(self.fit.at(place), place, limits, worker_count(known.threads),
                                  {known.progress, known.progress_data});
     });
 }

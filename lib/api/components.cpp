@@ -1,13 +1,8 @@
 // include/toliman/components.h
-#include <algorithm>
-
 #include <toliman/components.h>
 
-#include "api/accept.hpp"
-#include "api/choice.hpp"
-#include "api/guard.hpp"
+#include "api/common.hpp"
 #include "api/handles.hpp"
-#include "api/memory.hpp"
 #include "api/pixel_frames.hpp"
 #include "base/workers.hpp"
 #include "information/scene_model.hpp"
@@ -48,9 +43,7 @@ toliman_components_train_options known_options(const toliman_components_train_op
 linear::DictionaryOptions dictionary_of(const toliman_components_train_options &options, const Progress &progress) {
     linear::DictionaryOptions known;
     known.count = options.components;
-    known.lambda = options.lambda;
-    known.iterations = options.iterations;
-    known.seed = options.seed;
+    TOLIMAN_COPY(known, options, lambda, iterations, seed);
     known.progress = progress;
     return known;
 }
@@ -132,10 +125,8 @@ toliman_status toliman_components_get_info(const toliman_components *handle, tol
     return call(handle, "components", [&](auto &self) {
         const linear::Residuals &residuals = self.residuals;
         toliman_components_info info = {};
-        info.raw = residuals.preparation().raw ? 1 : 0;
-        info.bin = static_cast<uint32_t>(residuals.preparation().bin);
+        TOLIMAN_COPY(info, residuals.preparation(), raw, bin, capacity);
         info.projected = static_cast<uint32_t>(residuals.projected());
-        info.capacity = static_cast<int64_t>(residuals.preparation().capacity);
         info.frames = static_cast<int64_t>(residuals.frames());
         info.pixels = static_cast<int64_t>(residuals.pixels());
         info.components = static_cast<int64_t>(self.trained.share.size());

@@ -1,26 +1,15 @@
 // include/toliman/fit.h
 #include <toliman/fit.h>
 
-#include <algorithm>
-#include <cmath>
-#include <deque>
-#include <iterator>
-#include <limits>
-#include <string>
-#include <utility>
-#include <vector>
+#include "api/common.hpp"
 
-#include "api/accept.hpp"
+#include <deque>
+
 #include "api/fit_values.hpp"
-#include "api/goodness.hpp"
-#include "api/guard.hpp"
 #include "api/handles.hpp"
-#include "api/memory.hpp"
-#include "api/output.hpp"
 #include "api/parameters.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/spread.hpp"
-#include "api/struct_array.hpp"
 #include "api/track_estimators.hpp"
 #include "base/text.hpp"
 #include "base/workers.hpp"
@@ -166,8 +155,7 @@ toliman_fit_result public_result(const fit::Result &result, size_t n) {
     out.flux_b = values[5];
     out.background = values[6];
     set_frame_goodness(fitted ? result.goodness : FrameGoodness(), out);
-    out.iterations = result.iterations;
-    out.excluded = static_cast<int32_t>(result.excluded);
+    TOLIMAN_COPY(out, result, iterations, excluded);
     return out;
 }
 
@@ -200,10 +188,9 @@ void toliman_fit_destroy(toliman_fit *fit) noexcept {
 
 toliman_status toliman_fit_get_parameters(const toliman_fit *handle, toliman_sim_parameter *parameters, size_t capacity,
                                           size_t *count) noexcept {
-    return guard([&] {
-        const Use use(handle, "fit");
+    return call(handle, "fit", [&](auto &self) {
         const StructOutput<toliman_sim_parameter> result(parameters, "parameters", capacity, count);
-        const std::vector<Parameter> &all = use->fit.parameters();
+        const std::vector<Parameter> &all = self.fit.parameters();
         result.write(all.size(), "parameters", [&](size_t i) {
             toliman_sim_parameter found = public_parameter(all[i]);
             if (all[i].kind == Parameter::Kind::position_angle)
@@ -214,11 +201,10 @@ toliman_status toliman_fit_get_parameters(const toliman_fit *handle, toliman_sim
 }
 
 toliman_status toliman_fit_get_info(const toliman_fit *handle, toliman_fit_info *out) noexcept {
-    return guard([&] {
-        const Use use(handle, "fit");
-        const fit::Windows &fit = use->fit;
+    return call(handle, "fit", [&](auto &self) {
+        const fit::Windows &fit = self.fit;
         toliman_fit_info info = {};
-        for (const optics::AtlasPlan &atlas : use->atlases) {
+        for (const optics::AtlasPlan &atlas : self.atlases) {
             info.oversampling = std::max(info.oversampling, static_cast<uint32_t>(atlas.oversampling));
             info.taps = std::max(info.taps, static_cast<uint32_t>(atlas.blur.window.taps));
             info.image_error = std::max(info.image_error, atlas.error);
@@ -236,9 +222,8 @@ toliman_status toliman_fit_get_info(const toliman_fit *handle, toliman_fit_info 
 toliman_status toliman_fit_frame(const toliman_fit *handle, const toliman_image *image, size_t count,
                                  const toliman_fit_prediction *predictions, toliman_fit_result *results, double *values,
                                  double *covariance) noexcept {
-    return guard([&] {
-        const Use use(handle, "fit");
-        const fit::Windows &fit = use->fit;
+    return call(handle, "fit", [&](auto &self) {
+        const fit::Windows &fit = self.fit;
         if (count == 0)
             return;
         const PixelFrames frames = frames_of(image, count, fit.rows(), fit.cols());
@@ -247,7 +232,7 @@ toliman_status toliman_fit_frame(const toliman_fit *handle, const toliman_image 
         const size_t n = fit.parameters().size();
         if (count == 1) {
             Buffer<double> converted;
-            Lease work(use->works);
+            Lease work(self.works);
             fit::Result found;
             fit.frame(frames.frame(0, converted), in_window(given.at(0), frames.window(0)), *work, found);
             out.put(0, public_result(found, n));
@@ -257,7 +242,7 @@ toliman_status toliman_fit_frame(const toliman_fit *handle, const toliman_image 
         Buffer<double> found_values(values != nullptr ? checked_product(count, n, "values") : 0),
             found_covariance(covariance != nullptr ? checked_product(count, n * n, "covariance") : 0);
         for_groups(
-            frames, count, 1, use->threads, [&] { return fit.work(); },
+            frames, count, 1, self.threads, [&] { return fit.work(); },
             [&](const ImageView<const double> *frame, size_t i, size_t, fit::FitWork &work) {
                 fit::Result result;
                 fit.frame(*frame, in_window(given.at(i), frames.window(i)), work, result);
@@ -274,13 +259,12 @@ toliman_status toliman_fit_frame(const toliman_fit *handle, const toliman_image 
 
 toliman_status toliman_fit_predict(const toliman_fit *handle, const toliman_fit_prediction *prediction, double *image,
                                    size_t stride, double *values, double *covariance) noexcept {
-    return guard([&] {
-        const Use use(handle, "fit");
+    return call(handle, "fit", [&](auto &self) {
         if (image != nullptr)
-            required_image(image, stride, use->fit.cols(), "image");
-        Lease work(use->works);
+            required_image(image, stride, self.fit.cols(), "image");
+        Lease work(self.works);
         const fit::Prediction known = prediction_of(prediction);
-        const std::shared_ptr<const fit::Fit> fit = use->fit.at(known);
+        const std::shared_ptr<const fit::Fit> fit = self.fit.at(known);
         if (image != nullptr)
             fit->expect(known, {image, fit->rows(), fit->cols(), stride}, *work);
         if (image != nullptr && values == nullptr && covariance == nullptr)

@@ -1,15 +1,7 @@
 // include/toliman/ingest.h: pairs of files and batches
 #include <toliman/ingest.h>
 
-#include <cmath>
-#include <memory>
-#include <vector>
-
-#include "api/accept.hpp"
-#include "api/choice.hpp"
-#include "api/guard.hpp"
-#include "api/handle.hpp"
-#include "api/memory.hpp"
+#include "api/common.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/spread.hpp"
 #include "api/track_frames.hpp"
@@ -79,9 +71,7 @@ ingest::ReaderOptions reader_options(const toliman_ingest_options &options) {
     pair.growing = (options.flags & TOLIMAN_INGEST_GROWING) != 0;
     pair.pixel_bytes = size_of(kPixels.to_enum(options.pixel));
     pair.middle = middle_of(options);
-    pair.exposure_s = options.exposure_s;
-    pair.rows = static_cast<size_t>(options.rows);
-    pair.cols = static_cast<size_t>(options.cols);
+    TOLIMAN_COPY(pair, options, exposure_s, rows, cols);
     if (options.first_id != 0 || options.end_id != 0)
         pair.ids = {options.first_id, options.end_id};
     pair.roi = options.roi != nullptr ? options.roi : "";
@@ -99,23 +89,17 @@ toliman_frame public_frame(const ingest::Event &event, const toliman_ingest_opti
                            const ingest::ReaderOptions &reader) {
     toliman_frame frame = {};
     const ingest::SideLine &line = event.line;
-    frame.session = line.session;
-    frame.roi = line.roi;
-    frame.frame_id = line.frame_id;
-    frame.restarts = line.restarts;
+    TOLIMAN_COPY(frame, line, session, roi, frame_id, restarts);
     if (line.rows == 0) // no valid line
         return frame;
     frame.camera_ns = line.stamp_ns + line.clock_shift_ns + ingest::shift_of(line, reader);
-    frame.dropped = line.dropped;
-    frame.rows = line.rows;
-    frame.cols = line.cols;
+    TOLIMAN_COPY(frame, line, dropped, rows, cols);
     if (event.kind != ingest::EventKind::frame)
         return frame;
     frame.pixel = options.pixel;
     frame.pixels = event.pixels;
     frame.exposure_s = ingest::exposure_of(line, reader);
-    frame.window_row = line.window_row;
-    frame.window_col = line.window_col;
+    TOLIMAN_COPY(frame, line, window_row, window_col);
     if (line.on_target_s) {
         frame.intervals = line.on_target_s->data();
         frame.interval_count = line.on_target_s->size() / 2;
@@ -127,13 +111,10 @@ toliman_ingest_event public_event(const ingest::Event &event) {
     toliman_ingest_event result = {};
     result.event = kEvents.to_constant(event.kind);
     result.reason = kReasons.to_constant(event.reason);
-    result.has_key = event.line.has_key ? 1 : 0;
+    TOLIMAN_COPY(result, event.line, has_key, stamp_ns, host_s);
     result.file = event.file->c_str();
     result.line = event.number;
-    result.text = event.text;
-    result.stamp_ns = event.line.stamp_ns;
-    result.host_s = event.line.host_s;
-    result.offset = static_cast<int64_t>(event.offset);
+    TOLIMAN_COPY(result, event, text, offset);
     return result;
 }
 
@@ -215,14 +196,8 @@ toliman_status toliman_ingest_get_info(const toliman_ingest *ingest, toliman_ing
     return call(ingest, "ingest", [&](auto &self) {
         const ingest::ReaderCounts counts = self.reader->counts();
         toliman_ingest_info info = {};
-        info.stamp = self.options.stamp;
-        info.exposure_s = self.options.exposure_s;
-        info.lines = counts.lines;
-        info.frames = counts.frames;
-        info.damaged = counts.damaged;
-        info.warnings = counts.warnings;
-        info.skipped = counts.skipped;
-        info.bytes = counts.bytes;
+        TOLIMAN_COPY(info, self.options, stamp, exposure_s);
+        TOLIMAN_COPY(info, counts, lines, frames, damaged, warnings, skipped, bytes);
         info.side_file = self.reader->side_path().c_str();
         info.pixel_file = self.reader->pixel_path().c_str();
         deliver(info, out, "out");

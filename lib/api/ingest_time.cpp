@@ -1,13 +1,11 @@
 // include/toliman/ingest.h: clock tables, leap seconds, dates, times of FITS headers
 #include <toliman/ingest.h>
 
-#include <algorithm>
+#include "api/common.hpp"
+
 #include <string_view>
 
-#include "api/accept.hpp"
-#include "api/guard.hpp"
 #include "api/header_keys.hpp"
-#include "api/output.hpp"
 #include "api/times.hpp"
 #include "ingest/clock_table.hpp"
 #include "ingest/header_time.hpp"

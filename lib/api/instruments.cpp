@@ -1,13 +1,9 @@
 // include/toliman/measure.h: instruments, their offsets and jitters.
+
 #include "api/instruments.hpp"
+#include "api/common.hpp"
 
-#include <algorithm>
-#include <cmath>
-
-#include "api/goodness.hpp"
-#include "api/guard.hpp"
 #include "api/measure_handle.hpp"
-#include "api/output.hpp"
 #include "measure/planets.hpp"
 #include "planet/instruments.hpp"
 

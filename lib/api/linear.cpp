@@ -1,11 +1,9 @@
 // include/toliman/linear.h
 #include <toliman/linear.h>
 
-#include "api/accept.hpp"
+#include "api/common.hpp"
 #include "api/frames_goodness.hpp"
-#include "api/guard.hpp"
 #include "api/handles.hpp"
-#include "api/memory.hpp"
 #include "api/pixel_frames.hpp"
 #include "information/scene_model.hpp"
 
@@ -33,9 +31,8 @@ void toliman_linear_destroy(toliman_linear *linear) noexcept {
 
 toliman_status toliman_linear_encode(const toliman_linear *handle, const toliman_image *image, size_t count,
                                      double *values_px, toliman_frame_goodness *goodness) noexcept {
-    return guard([&] {
-        const Use use(handle, "linear");
-        const linear::TemplateEstimator &estimator = use->estimator;
+    return call(handle, "linear", [&](auto &self) {
+        const linear::TemplateEstimator &estimator = self.estimator;
         if (count == 0)
             return;
         const PixelFrames frames = frames_of(image, count, estimator.rows(), estimator.cols());
@@ -43,10 +40,10 @@ toliman_status toliman_linear_encode(const toliman_linear *handle, const toliman
         FramesGoodness out(goodness, count);
         if (count == 1) {
             Buffer<double> converted;
-            WorkPool<linear::TemplateWork>::Lease work(use->works);
+            WorkPool<linear::TemplateWork>::Lease work(self.works);
             *values_px = estimator.estimate(frames.frame(0, converted), *work, out.found(), frames.window(0));
         } else
-            estimator.estimate_many(frames, count, use->threads, values_px, out.found());
+            estimator.estimate_many(frames, count, self.threads, values_px, out.found());
         out.deliver();
     });
 }

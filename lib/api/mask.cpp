@@ -1,12 +1,7 @@
 // include/toliman/mask.h
 #include <toliman/mask.h>
 
-#include <algorithm>
-#include <cmath>
-
-#include "api/accept.hpp"
-#include "api/choice.hpp"
-#include "api/guard.hpp"
+#include "api/common.hpp"
 #include "api/handles.hpp"
 #include "api/parameters.hpp"
 #include "information/information.hpp"
@@ -46,13 +41,11 @@ std::vector<Parameter> free_of(const Scene &scene, const char *names) {
 
 mask::DesignOptions design_options_of(const Scene &scene, const toliman_mask_options &given) {
     mask::DesignOptions known;
-    known.seed = given.seed;
+    TOLIMAN_COPY(known, given, seed, peak_to_mean);
     known.free = free_of(scene, given.free);
-    known.peak_to_mean = given.peak_to_mean;
     if (given.light_in_frame > 0 || scene.cadence.peak_photons > 0)
         known.light_in_frame = given.light_in_frame;
-    known.feature_cells = given.feature_cells;
-    known.iterations = given.iterations;
+    TOLIMAN_COPY(known, given, feature_cells, iterations);
     known.draws = std::clamp<size_t>(known.iterations / 2, 1, kMostDraws);
     known.symmetry = kSymmetries.to_enum(given.symmetry);
     known.workers = given.threads;
@@ -95,23 +88,17 @@ std::vector<Scene> places_of(const Scene &scene, const toliman_mask_options &opt
 toliman_mask_info info_of(const mask::Score &own, const mask::Score &best) {
     toliman_mask_info info = {};
     info.crb_before_px = own.crb_px;
-    info.crb_px = best.crb_px;
+    TOLIMAN_COPY(info, best, crb_px, peak_to_mean, light_in_frame, gradient_energy, radius_50_px, radius_80_px);
+    TOLIMAN_COPY(info, best, quantum_px, quantum_flux_shift_px);
     info.peak_to_mean_before = own.peak_to_mean;
-    info.peak_to_mean = best.peak_to_mean;
     info.light_in_frame_before = own.light_in_frame;
-    info.light_in_frame = best.light_in_frame;
     info.gradient_energy_before = own.gradient_energy;
-    info.gradient_energy = best.gradient_energy;
     info.crb_alone_before_px = own.alone_px;
     info.crb_alone_px = best.alone_px;
     info.crb_flux_shift_before_px = own.flux_shift_px;
     info.crb_flux_shift_px = best.flux_shift_px;
     info.radius_50_before_px = own.radius_50_px;
-    info.radius_50_px = best.radius_50_px;
     info.radius_80_before_px = own.radius_80_px;
-    info.radius_80_px = best.radius_80_px;
-    info.quantum_px = best.quantum_px;
-    info.quantum_flux_shift_px = best.quantum_flux_shift_px;
     return info;
 }
 

@@ -1,15 +1,12 @@
 // include/toliman/measure.h
 #include <toliman/measure.h>
 
-#include <algorithm>
-#include <cmath>
+#include "api/common.hpp"
+
 #include <filesystem>
 #include <system_error>
 
-#include "api/accept.hpp"
-#include "api/guard.hpp"
 #include "api/measure_handle.hpp"
-#include "api/output.hpp"
 #include "api/series_options.hpp"
 #include "api/sky_measurements.hpp"
 #include "api/times.hpp"
@@ -68,13 +65,7 @@ measure::Series series_of(const toliman_measure_data &data) {
 measure::Series series_of(std::string_view bytes, const char *name, const toliman_measure_options &options) {
     toliman_series_options lines = {};
     lines.struct_size = sizeof lines;
-    lines.flags = options.flags;
-    lines.time_format = options.time_format;
-    lines.time_scale = options.time_scale;
-    lines.columns = options.columns;
-    lines.instrument = options.instrument;
-    lines.leap_seconds = options.leap_seconds;
-    lines.leap_second_count = options.leap_second_count;
+    TOLIMAN_COPY(lines, options, flags, time_format, time_scale, columns, instrument, leap_seconds, leap_second_count);
     lines.name = name;
     measure::Text text = measure::read_text(bytes, series_options(accept(&lines, "options")));
     std::optional<measure::Kind> kind;
@@ -222,9 +213,7 @@ toliman_status toliman_measure_get_info(const toliman_measure *measure, toliman_
         info.trend_end = series.trend.end;
         info.unit = series.unit;
         put_text(series.unit_name, info.unit_name);
-        info.time_unit_days = series.time_unit_days;
-        info.frame_chi_square = series.frame_chi_square;
-        info.parallax_arcsec = series.parallax_arcsec;
+        TOLIMAN_COPY(info, series, time_unit_days, frame_chi_square, parallax_arcsec);
         std::copy(std::begin(series.star_mass), std::end(series.star_mass), info.star_mass);
         deliver(info, out, "out");
     });

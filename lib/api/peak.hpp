@@ -6,6 +6,7 @@
 
 #include "api/goodness.hpp"
 #include "api/guard.hpp"
+#include "api/members.hpp"
 #include "period/fap.hpp"
 #include "period/peak.hpp"
 #include "period/sampling.hpp"
@@ -45,18 +46,11 @@ inline toliman_period_peak public_peak(const period::Stream &stream, const perio
                 // The sums contain the variance of the times, from which the span follows, but not the step.
                 (grid_flags(stream.grid(), cadence) & TOLIMAN_PERIOD_COARSE) |
                 slow_flags(stream.grid(), peak.frequency, cadence.span);
-    out.frequency = peak.frequency;
+    TOLIMAN_COPY(out, peak, frequency, power, log10_residual, fwhm, frequency_error);
+    TOLIMAN_COPY(out, peak, amplitude, amplitude_error, phase, offset);
     out.period = 1 / peak.frequency;
-    out.power = peak.power;
-    out.log10_residual = peak.log10_residual;
-    out.fwhm = peak.fwhm;
     out.fwhm_period = peak.fwhm / (peak.frequency * peak.frequency);
     out.half_width_period = out.fwhm_period / 2;
-    out.frequency_error = peak.frequency_error;
-    out.amplitude = peak.amplitude;
-    out.amplitude_error = peak.amplitude_error;
-    out.phase = peak.phase;
-    out.offset = peak.offset;
     out.log10_fap = log10_fap(period::Fap::baluev, sampling, peak.log10_residual);
     out.period_error = peak.frequency_error / (peak.frequency * peak.frequency);
     set_goodness(peak.goodness, out);

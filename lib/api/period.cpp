@@ -1,16 +1,9 @@
 // include/toliman/period.h
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
 #include <toliman/period.h>
 
-#include "api/accept.hpp"
+#include "api/common.hpp"
 #include "api/grid_flags.hpp"
-#include "api/guard.hpp"
 #include "api/handles.hpp"
-#include "api/memory.hpp"
-#include "api/output.hpp"
 #include "api/peak.hpp"
 #include "api/period_samples.hpp"
 #include "backend/file.hpp"
@@ -25,8 +18,7 @@ namespace {
 
 period::Basis basis_of(const toliman_period_options &options) {
     period::Basis basis;
-    basis.trend = options.trend;
-    basis.columns = options.columns;
+    TOLIMAN_COPY(basis, options, trend, columns);
     basis.start = options.trend_start;
     basis.end = options.trend_end;
     std::copy_n(options.column_bound, basis.bound.size(), basis.bound.begin());
@@ -43,12 +35,7 @@ period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_opti
     grid.df = df;
     grid.nf = nf;
     set_flags(grid, options.flags);
-    grid.time_offset = options.time_offset;
-    grid.time_offset_ns = options.time_offset_ns;
-    grid.value_offset = options.value_offset;
-    grid.unit_ns = options.unit_ns;
-    grid.value_bound = options.value_bound;
-    grid.sigma_floor = options.sigma_floor;
+    TOLIMAN_COPY(grid, options, time_offset, time_offset_ns, value_offset, unit_ns, value_bound, sigma_floor);
     grid.sigma_ceiling =
         options.sigma_ceiling != 0 ? options.sigma_ceiling : period::kSingleLimbSigmaRatio * grid.sigma_floor;
     grid.basis = basis_of(options);
@@ -101,11 +88,7 @@ toliman_status toliman_period_suggest(const double *t, const double *y, const do
             only_options ? period::suggest_bounds(samples, mission_span) : period::suggest(samples, mission_span);
         toliman_period_options suggested = {};
         suggested.flags = flags_of(grid);
-        suggested.time_offset = grid.time_offset;
-        suggested.value_offset = grid.value_offset;
-        suggested.value_bound = grid.value_bound;
-        suggested.sigma_floor = grid.sigma_floor;
-        suggested.sigma_ceiling = grid.sigma_ceiling;
+        TOLIMAN_COPY(suggested, grid, time_offset, value_offset, value_bound, sigma_floor, sigma_ceiling);
         if (!only_options) {
             required(f0, "f0");
             required(df, "df");
@@ -145,9 +128,8 @@ toliman_status toliman_period_retract_samples(toliman_period *period, const toli
 }
 
 toliman_status toliman_period_merge(toliman_period *period, const toliman_period *other) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        period::Stream &stream = self.stream;
         if (period == other)
             fail(Status::argument, "{other}: must not be the periodogram itself");
         const Use use_other(other, "other");
@@ -156,9 +138,8 @@ toliman_status toliman_period_merge(toliman_period *period, const toliman_period
 }
 
 toliman_status toliman_period_copy(const toliman_period *period, toliman_period **out) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         required(out, "out");
         const MemoryScope scope(stream.memory());
         *out = new toliman_period{{}, stream};
@@ -166,27 +147,17 @@ toliman_status toliman_period_copy(const toliman_period *period, toliman_period 
 }
 
 toliman_status toliman_period_get_info(const toliman_period *period, toliman_period_info *out) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         const period::Grid &grid = stream.grid();
         toliman_period_info info = {};
         info.flags = flags_of(grid);
-        info.nf = grid.nf;
-        info.f0 = grid.f0;
-        info.df = grid.df;
-        info.time_offset = grid.time_offset;
-        info.value_offset = grid.value_offset;
-        info.value_bound = grid.value_bound;
-        info.sigma_floor = grid.sigma_floor;
-        info.sigma_ceiling = grid.sigma_ceiling;
-        info.time_offset_ns = grid.time_offset_ns;
-        info.unit_ns = grid.unit_ns;
+        TOLIMAN_COPY(info, grid, nf, f0, df, time_offset, value_offset, value_bound, sigma_floor, sigma_ceiling);
+        TOLIMAN_COPY(info, grid, time_offset_ns, unit_ns);
         info.count = stream.totals().count;
         info.weighted = stream.weighted() ? 1 : 0;
         info.digest = grid.digest();
-        info.trend = grid.basis.trend;
-        info.columns = grid.basis.columns;
+        TOLIMAN_COPY(info, grid.basis, trend, columns);
         info.trend_start = grid.basis.start;
         info.trend_end = grid.basis.end;
         std::copy(grid.basis.bound.begin(), grid.basis.bound.end(), info.column_bound);
@@ -200,9 +171,8 @@ toliman_status toliman_period_get_info(const toliman_period *period, toliman_per
 
 toliman_status toliman_period_query_power(const toliman_period *period, int32_t normalisation, int64_t first,
                                           size_t count, double *power) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         required(power, "power");
         if (normalisation < TOLIMAN_PERIOD_POWER_STANDARD || normalisation > TOLIMAN_PERIOD_POWER_PSD)
             fail(Status::argument, "{normalisation} = %d: must be one of TOLIMAN_PERIOD_POWER_..., %d to %d",
@@ -224,34 +194,25 @@ toliman_status toliman_period_query_power(const toliman_period *period, int32_t 
 }
 
 toliman_status toliman_period_query_model(const toliman_period *period, int64_t k, toliman_period_model *out) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         required(out, "out");
         const period::PowerQuery query(stream);
         check_model(query, stream, k);
         const period::Model model = query.model(k);
         query.check_power(k, model.power);
         toliman_period_model result = {};
-        result.rank = static_cast<uint32_t>(model.rank);
+        TOLIMAN_COPY(result, model, rank, power, amplitude, phase, offset, amplitude_error, phase_error, offset_error);
         result.flags = model.inaccurate ? TOLIMAN_PERIOD_INACCURATE : 0;
         result.frequency = stream.grid().f0 + stream.grid().df * static_cast<double>(k);
-        result.power = model.power;
-        result.amplitude = model.amplitude;
-        result.phase = model.phase;
-        result.offset = model.offset;
-        result.amplitude_error = model.amplitude_error;
-        result.phase_error = model.phase_error;
-        result.offset_error = model.offset_error;
         deliver(result, out, "out");
     });
 }
 
 toliman_status toliman_period_query_peaks(const toliman_period *period, toliman_period_peak *peaks, size_t capacity,
                                           size_t *count) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         const StructArray<toliman_period_peak> results(peaks, "peaks");
         required(count, "count");
         if (capacity < 1 || capacity > period::kMaxPeaks)
@@ -264,9 +225,8 @@ toliman_status toliman_period_query_peaks(const toliman_period *period, toliman_
 }
 
 toliman_status toliman_period_query_peak(const toliman_period *period, toliman_period_peak *out) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         required(out, "out");
         deliver(public_peak(stream, period::find_peak(stream)), out, "out");
     });
@@ -275,9 +235,8 @@ toliman_status toliman_period_query_peak(const toliman_period *period, toliman_p
 toliman_status toliman_period_query_fit(const toliman_period *period, const double *t, const double *y,
                                         const double *sigma, const double *rows, size_t n,
                                         toliman_period_peak *out) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n, rows};
         required(out, "out");
         deliver(public_fit(stream, samples), out, "out");
@@ -286,9 +245,8 @@ toliman_status toliman_period_query_fit(const toliman_period *period, const doub
 
 toliman_status toliman_period_save(const toliman_period *period, void *bytes, size_t capacity,
                                    size_t *needed) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
+    return call(period, "period", [&](auto &self) {
+        const period::Stream &stream = self.stream;
         if (capacity < stream.saved_size()) // known without saving
             check_bytes(stream.saved_size(), bytes, capacity, needed);
         deliver_bytes(stream.save(), bytes, capacity, needed);

@@ -1,11 +1,8 @@
 // include/toliman/period_batch.h
-#include <algorithm>
-
 #include <toliman/period.h>
 #include <toliman/period_batch.h>
 
-#include "api/accept.hpp"
-#include "api/guard.hpp"
+#include "api/common.hpp"
 #include "period/batch/batch.hpp"
 
 using namespace toliman;
@@ -26,8 +23,7 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
         job.grid.df = df;
         job.grid.nf = nf;
         job.grid.fixed_mean = (known.flags & TOLIMAN_PERIOD_FIXED_MEAN) != 0;
-        job.grid.basis.trend = known.trend;
-        job.grid.basis.columns = known.columns;
+        TOLIMAN_COPY(job.grid.basis, known, trend, columns);
         job.grid.basis.start = known.trend_start;
         job.grid.basis.end = known.trend_end;
         std::copy_n(known.prior_precision, job.grid.basis.precision.size(), job.grid.basis.precision.begin());

@@ -1,12 +1,7 @@
 // include/toliman/period_fap.h
-#include <algorithm>
-#include <vector>
-
 #include <toliman/period_fap.h>
 
-#include "api/accept.hpp"
-#include "api/choice.hpp"
-#include "api/guard.hpp"
+#include "api/common.hpp"
 #include "api/handles.hpp"
 #include "period/bootstrap.hpp"
 #include "period/fap.hpp"

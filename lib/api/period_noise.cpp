@@ -1,12 +1,7 @@
 // include/toliman/period_noise.h
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
 #include <toliman/period_noise.h>
 
-#include "api/accept.hpp"
-#include "api/guard.hpp"
+#include "api/common.hpp"
 #include "api/measure_handle.hpp"
 #include "api/peak.hpp"
 #include "period/noise/noise_bootstrap.hpp"
@@ -59,27 +54,16 @@ toliman_period_noise public_noise(const period::NoiseModel &model, const Search 
     const bool at_edge = f <= search.grid().f0 || f >= search.grid().last();
     out.flags = grid_flags(search.grid(), cadence) | (at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0u) |
                 (slow_flags(search.grid(), f, cadence.span) & TOLIMAN_PERIOD_LONG);
-    out.rho = found.rho;
-    out.rho_error = found.rho_error;
+    TOLIMAN_COPY(out, found, rho, rho_error, log10_p_white, index, power, log10_residual, log10_fap, rank);
     out.tau = found.rho > 0 ? -cadence.step / std::log(found.rho) : 0;
     out.step = cadence.step;
-    out.log10_p_white = found.log10_p_white;
-    out.index = static_cast<int64_t>(found.index);
-    out.power = found.power;
-    out.log10_residual = found.log10_residual;
-    out.log10_fap = found.log10_fap;
     out.frequency = f;
-    out.frequency_error = solution.frequency_error;
+    TOLIMAN_COPY(out, solution, frequency_error, amplitude, amplitude_error, phase, phase_error);
     out.period = 1 / f;
     out.period_error = solution.frequency_error / (f * f);
-    out.amplitude = solution.amplitude;
-    out.amplitude_error = solution.amplitude_error;
-    out.phase = solution.phase;
-    out.phase_error = solution.phase_error;
     out.offset = offset;
     out.offset_error = offset_error;
     out.time_reference = model.reference();
-    out.rank = static_cast<uint32_t>(found.rank);
     return out;
 }
 

@@ -1,12 +1,8 @@
 // include/toliman/period_sampling.h
-#include <algorithm>
-
 #include <toliman/period_sampling.h>
 
-#include "api/choice.hpp"
-#include "api/guard.hpp"
+#include "api/common.hpp"
 #include "api/handles.hpp"
-#include "api/output.hpp"
 #include "api/peak.hpp"
 #include "period/alias.hpp"
 #include "period/sampling.hpp"
@@ -23,14 +19,8 @@ constexpr Choice<period::Cause> kIntervals = {TOLIMAN_PERIOD_INTERVAL_SAMPLING, 
 toliman_period_alias public_alias(const period::Alias &alias) noexcept {
     toliman_period_alias out = {};
     out.interval_kind = kIntervals.to_constant(alias.cause);
-    out.frequency = alias.frequency;
+    TOLIMAN_COPY(out, alias, frequency, interval, window, power, equal, slow, parts);
     out.period = 1 / alias.frequency;
-    out.interval = alias.interval;
-    out.window = alias.window;
-    out.power = alias.power;
-    out.equal = alias.equal ? 1 : 0;
-    out.slow = alias.slow ? 1 : 0;
-    out.parts = alias.parts;
     return out;
 }
 

@@ -1,7 +1,6 @@
-#include "api/pixel_frames.hpp"
-#include "api/accept.hpp"
 
-#include "api/guard.hpp"
+#include "api/pixel_frames.hpp"
+#include "api/common.hpp"
 
 namespace toliman::api {
 

@@ -1,19 +1,11 @@
 // include/toliman/planet.h
-#include <algorithm>
-#include <cmath>
-#include <memory>
 #include <mutex>
 
 #include <toliman/planet.h>
 
-#include "api/accept.hpp"
-#include "api/goodness.hpp"
-#include "api/guard.hpp"
-#include "api/handle.hpp"
+#include "api/common.hpp"
 #include "api/instruments.hpp"
 #include "api/measure_handle.hpp"
-#include "api/output.hpp"
-#include "api/struct_array.hpp"
 #include "base/constants.hpp"
 #include "base/workers.hpp"
 #include "measure/planets.hpp"
@@ -70,11 +62,7 @@ planet::Settings settings_of(const toliman_planet_options &options, const measur
         series.unit,
         chosen(options.parallax_arcsec, series.parallax_arcsec),
         {chosen(options.star_mass[0], series.star_mass[0]), chosen(options.star_mass[1], series.star_mass[1])}};
-    settings.period_min = prior.period_min;
-    settings.period_max = prior.period_max;
-    settings.eccentricity_max = prior.eccentricity_max;
-    settings.amplitude_min = prior.amplitude_min;
-    settings.amplitude_max = prior.amplitude_max;
+    TOLIMAN_COPY(settings, prior, period_min, period_max, eccentricity_max, amplitude_min, amplitude_max);
     check_pair("prior.amplitude_min", prior.amplitude_min, "amplitude_max", prior.amplitude_max);
     settings.jitter_max = prior.jitter_max;
     if (prior.jitter_max != 0 && !settings.jitter)
@@ -85,10 +73,8 @@ planet::Settings settings_of(const toliman_planet_options &options, const measur
     if (settings.units.velocity && options.star_mass[1] != 0)
         fail(Status::argument, "{options->star_mass[1]} = %g: must be 0 for velocities, of one star",
              options.star_mass[1]);
-    settings.threshold = options.threshold;
+    TOLIMAN_COPY(settings, options, threshold, samples, seed);
     settings.fap = options.detection_fap;
-    settings.samples = options.samples;
-    settings.seed = options.seed;
     settings.progress = {options.progress, options.progress_data};
     return settings;
 }
@@ -115,11 +101,7 @@ toliman_planet_candidate public_planet(const planet::Result &result, int64_t ind
     const planet::Summary summary = planet::summary_of(result, candidate);
     toliman_planet_candidate out = {};
     out.flags = candidate.at_edge ? TOLIMAN_PLANET_AT_EDGE : 0;
-    out.reasons = candidate.reasons;
-    out.log10_bayes = candidate.log10_bayes;
-    out.log10_bayes_error = candidate.log10_bayes_error;
-    out.log10_fap = candidate.log10_fap;
-    out.log10_fap_orbit = candidate.log10_fap_orbit;
+    TOLIMAN_COPY(out, candidate, reasons, log10_bayes, log10_bayes_error, log10_fap, log10_fap_orbit);
     double *const intervals[planet::kColumns] = {out.period,          out.eccentricity, out.periastron_deg, out.epoch,
                                                  out.amplitude,       out.mass_a,       out.mass_b,         nullptr,
                                                  out.inclination_deg, out.node_deg};
@@ -213,10 +195,7 @@ toliman_status toliman_planet_get_info(const toliman_planet *planets, toliman_pl
         info.time_reference = series.time_reference;
         info.axis_deg = series.axis_cosine.empty() ? NAN : series.axis / kDegree;
         info.axis_turn_deg = series.turn / kDegree;
-        info.period_min = result.settings.period_min;
-        info.period_max = result.settings.period_max;
-        info.amplitude_min = result.settings.amplitude_min;
-        info.amplitude_max = result.settings.amplitude_max;
+        TOLIMAN_COPY(info, result.settings, period_min, period_max, amplitude_min, amplitude_max);
         deliver(info, out, "out");
     });
 }

@@ -1,13 +1,7 @@
 // include/toliman/series.h
 #include <toliman/series.h>
 
-#include <algorithm>
-#include <cstring>
-
-#include "api/accept.hpp"
-#include "api/guard.hpp"
-#include "api/handle.hpp"
-#include "api/output.hpp"
+#include "api/common.hpp"
 #include "api/series_options.hpp"
 #include "api/times.hpp"
 #include "base/progress.hpp"

@@ -1,20 +1,11 @@
 // include/toliman/sim.h
 #include <toliman/sim.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstring>
-#include <limits>
+#include "api/common.hpp"
+
 #include <numeric>
 
-#include "api/accept.hpp"
-#include "api/choice.hpp"
-#include "api/goodness.hpp"
-#include "api/guard.hpp"
 #include "api/handles.hpp"
-#include "api/memory.hpp"
-#include "api/output.hpp"
 #include "backend/json.hpp"
 #include "base/buffer.hpp"
 #include "base/workers.hpp"
@@ -149,27 +140,21 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     toliman_sim_info info = {};
     info.name = scene.name.c_str();
     info.wavelengths = static_cast<int32_t>(light.wavelength_m.size());
-    info.rows = static_cast<int64_t>(scene.detector.rows);
-    info.cols = static_cast<int64_t>(scene.detector.cols);
-    info.frames = scene.cadence.frames;
-    info.pupil_samples = static_cast<int64_t>(scene.telescope.pupil_samples);
+    TOLIMAN_COPY(info, scene.detector, rows, cols, pixel_scale_arcsec, bit_depth);
+    TOLIMAN_COPY(info, scene.cadence, frames, exposure_s);
+    TOLIMAN_COPY(info, scene.telescope, pupil_samples, aperture_m);
     info.seed = scene.noise.seed;
-    info.amplitude_px = scene.signal.amplitude_px;
+    TOLIMAN_COPY(info, scene.signal, amplitude_px, period_days);
     info.amplitude_uas = scene.signal.amplitude_px * scene.detector.pixel_scale_arcsec * 1e6 / pixels_along_axis(scene);
-    info.period_days = scene.signal.period_days;
     info.separation_px = light.separation_px;
     info.flux_ratio = light.photons[1].empty() ? 0 : total(light.photons[0]) / total(light.photons[1]);
     info.peak_photons = simulator.images().peak_photons();
     info.total_photons = simulator.images().total_photons();
     info.min_displacement_px = simulator.min_displacement_px();
     info.max_displacement_px = simulator.max_displacement_px();
-    info.aperture_m = scene.telescope.aperture_m;
-    info.pixel_scale_arcsec = scene.detector.pixel_scale_arcsec;
     info.scene_digest = scene.digest;
     info.whole_counts = simulator.detector().whole_counts() ? 1 : 0;
     info.unit = kUnits.to_constant(simulator.detector().unit());
-    info.bit_depth = static_cast<int32_t>(scene.detector.bit_depth);
-    info.exposure_s = scene.cadence.exposure_s;
     info.bad_pixels = static_cast<int64_t>(scene.detector.bad_pixels.size());
     info.time_zero_ns = toliman::time_zero_ns(scene.binary);
     set_calibration(scene.calibration, info);
@@ -196,9 +181,7 @@ toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, co
                               const optics::Plan &plan) {
     toliman_sim_plan_info info = {};
     info.engine = kEngines.to_constant(plan.engine);
-    info.scene_wavelengths = static_cast<int32_t>(plan.scene_wavelengths);
-    info.wavelengths = static_cast<int32_t>(plan.wavelengths);
-    info.order = static_cast<int32_t>(plan.order);
+    TOLIMAN_COPY(info, plan, scene_wavelengths, wavelengths, order);
     info.exact_frames = plan.frames == optics::Frames::propagation ? 1 : 0;
     info.oversampling = static_cast<int32_t>(plan.filter.oversampling);
     info.filter_taps = static_cast<int32_t>(plan.filter.empty() ? 0 : 2 * plan.filter.margin() + 1);
@@ -207,9 +190,7 @@ toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, co
         if (optics::has_stage(scene, stage))
             info.stages |= int64_t{1} << stage;
     info.accuracy = scene.accuracy;
-    info.pupil_error = plan.pupil_error;
-    info.spectrum_error = plan.spectrum_error;
-    info.series_error = plan.series_error;
+    TOLIMAN_COPY(info, plan, pupil_error, spectrum_error, series_error);
     info.pixel_error = plan.filter.error;
     for (const double error : plan.plate_scale_errors)
         info.plate_scale_error = std::max(info.plate_scale_error, std::fabs(error));
@@ -228,11 +209,7 @@ toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, co
     info.orbit_px = plan.orbit_px;
     info.bad_pixels = static_cast<int64_t>(scene.detector.bad_pixels.size());
     const optics::Cost cost = optics::cost_of(scene, pupil, plan);
-    info.setup_flops = cost.setup_flops;
-    info.frame_flops = cost.frame_flops;
-    info.bytes = cost.bytes;
-    info.setup_s = cost.setup_s;
-    info.frame_s = cost.frame_s;
+    TOLIMAN_COPY(info, cost, setup_flops, frame_flops, bytes, setup_s, frame_s);
     return info;
 }
 
@@ -458,16 +435,15 @@ toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px
 
 toliman_status toliman_sim_frame(const toliman_sim *sim, const double *displacements_px, uint64_t seed, int64_t first,
                                  size_t count, double *images) noexcept {
-    return api::guard([&] {
-        const api::Use use(sim, "sim");
-        const optics::Simulator &simulator = use->simulator;
+    return api::call(sim, "sim", [&](auto &self) {
+        const optics::Simulator &simulator = self.simulator;
         const bool own = displacements_px != nullptr; // any frame number is then allowed
         check_frames(first, count, own ? std::numeric_limits<int64_t>::max() : simulator.scene().cadence.frames);
         if (count == 0)
             return;
         api::required_array(images, count, simulator.pixels() * sizeof *images, "images");
         check_displacements(displacements_px, own ? count : 0, simulator.largest_displacement_px());
-        make_frames(simulator.pixels(), count, use->threads, images, [&](size_t i, double *scratch, double *image) {
+        make_frames(simulator.pixels(), count, self.threads, images, [&](size_t i, double *scratch, double *image) {
             const int64_t k = first + static_cast<int64_t>(i);
             simulator.frame(own ? displacements_px[i] : simulator.displacement_px(k), seed, k, scratch, image);
         });
@@ -476,16 +452,15 @@ toliman_status toliman_sim_frame(const toliman_sim *sim, const double *displacem
 
 toliman_status toliman_sim_expose(const toliman_sim *sim, const double *expected, uint64_t seed, int64_t first,
                                   size_t count, double *images) noexcept {
-    return api::guard([&] {
-        const api::Use use(sim, "sim");
-        const optics::Simulator &simulator = use->simulator;
+    return api::call(sim, "sim", [&](auto &self) {
+        const optics::Simulator &simulator = self.simulator;
         check_frames(first, count, std::numeric_limits<int64_t>::max());
         if (count == 0)
             return;
         const size_t size = simulator.pixels() * sizeof *images;
         api::required_array(expected, count, size, "expected");
         api::required_array(images, count, size, "images");
-        make_frames(simulator.pixels(), count, use->threads, images, [&](size_t i, double *scratch, double *image) {
+        make_frames(simulator.pixels(), count, self.threads, images, [&](size_t i, double *scratch, double *image) {
             electrons_of(simulator, expected, i, scratch);
             simulator.expose(seed, first + static_cast<int64_t>(i), scratch, image);
         });

@@ -1,12 +1,8 @@
 // include/toliman/sim_derivative.h
 #include <toliman/sim_derivative.h>
 
-#include <algorithm>
-#include <cmath>
-
-#include "api/guard.hpp"
+#include "api/common.hpp"
 #include "api/handles.hpp"
-#include "api/output.hpp"
 #include "api/parameters.hpp"
 
 namespace api = toliman::api;

@@ -1,24 +1,10 @@
 // include/toliman/sky.h
 #include <toliman/sky.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <iterator>
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "api/accept.hpp"
-#include "api/choice.hpp"
-#include "api/goodness.hpp"
-#include "api/guard.hpp"
+#include "api/common.hpp"
 #include "api/measure_handle.hpp"
-#include "api/output.hpp"
 #include "api/sky_handle.hpp"
 #include "api/sky_measurements.hpp"
-#include "api/struct_array.hpp"
 #include "api/times.hpp"
 #include "backend/file.hpp"
 #include "base/progress.hpp"
@@ -73,14 +59,8 @@ sky::System system_of(const char *name) {
 
 toliman_sky_prediction public_prediction(const sky::Prediction &prediction) noexcept {
     toliman_sky_prediction out = {};
-    out.separation_arcsec = prediction.separation_arcsec;
-    out.position_angle_deg = prediction.position_angle_deg;
-    out.geometric_arcsec = prediction.geometric_arcsec;
-    out.geometric_angle_deg = prediction.geometric_angle_deg;
-    out.factor = prediction.factor;
-    out.barycentric_offset_s = prediction.barycentric_offset_s;
-    out.approach_m_s = prediction.approach_m_s;
-    out.sun_angle_deg = prediction.sun_angle_deg;
+    TOLIMAN_COPY(out, prediction, separation_arcsec, position_angle_deg, geometric_arcsec, geometric_angle_deg, factor);
+    TOLIMAN_COPY(out, prediction, barycentric_offset_s, approach_m_s, sun_angle_deg);
     std::copy(std::begin(prediction.partials), std::end(prediction.partials), out.partials);
     return out;
 }
@@ -94,9 +74,7 @@ std::unique_ptr<toliman_sky> new_sky(std::unique_ptr<const sky::Predictor> predi
 
 void set_orbit(const sky::Observer &observer, toliman_sky_info &info) {
     const sky::OrbitShape shape = observer.shape();
-    info.inclination_deg = shape.inclination_deg;
-    info.node_deg = shape.node_deg;
-    info.node_hours = shape.node_hours;
+    TOLIMAN_COPY(info, shape, inclination_deg, node_deg, node_hours);
     info.orbit_minutes = shape.period_minutes;
     std::copy_n(shape.altitude_km, 2, info.altitude_km);
     if (observer.ephemeris() == nullptr)
@@ -157,8 +135,7 @@ toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns
 
 toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts,
                                         size_t count, toliman_sky_prediction *predictions) noexcept {
-    return guard([&] {
-        const Use use(sky, "sky");
+    return call(sky, "sky", [&](auto &self) {
         const std::vector<sky::Exposure> exposures = exposures_of(intervals, interval_counts, count);
         if (count == 0)
             return;
@@ -167,7 +144,7 @@ toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *i
         std::vector<sky::Prediction> found;
         for (size_t i = 0; i < count; i++) {
             try {
-                found.push_back(sky::reduce(*sky->predictor, exposures[i], NAN).seen);
+                found.push_back(sky::reduce(*self.predictor, exposures[i], NAN).seen);
             } catch (const Error &error) {
                 if (count == 1)
                     throw;
@@ -223,15 +200,12 @@ toliman_status toliman_sky_refit(const toliman_sky *sky, const toliman_measure *
         toliman_sky_refit_result filled = {};
         filled.iterations = found.iterations;
         set_goodness(found.goodness, filled);
-        filled.jitter_arcsec = found.jitter_arcsec;
+        TOLIMAN_COPY(filled, found, jitter_arcsec, outliers);
         filled.left_out = static_cast<uint32_t>(all.size() - known.size());
-        filled.outliers = static_cast<uint32_t>(found.outliers);
         const bool is_unusable =
             found.goodness.verdict == GoodnessVerdict::poor && found.goodness.chi_square > kMostSeriesChiSquare;
         filled.flags = is_unusable ? TOLIMAN_SKY_UNUSABLE : 0;
-        filled.rms_arcsec = found.rms_arcsec;
-        filled.scale = found.scale;
-        filled.scale_sigma = found.scale_sigma;
+        TOLIMAN_COPY(filled, found, rms_arcsec, scale, scale_sigma);
         std::copy_n(found.covariance[0], sky::kElements * sky::kElements, filled.covariance);
         deliver(filled, result, "result");
         made = handle.release();

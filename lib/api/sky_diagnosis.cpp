@@ -1,15 +1,10 @@
 // include/toliman/sky_diagnosis.h
 #include <toliman/sky_diagnosis.h>
 
-#include <optional>
-
-#include "api/choice.hpp"
-#include "api/goodness.hpp"
+#include "api/common.hpp"
 #include "api/measure_handle.hpp"
-#include "api/output.hpp"
 #include "api/sky_handle.hpp"
 #include "api/sky_measurements.hpp"
-#include "api/struct_array.hpp"
 #include "measure/reduction.hpp"
 #include "sky/diagnosis.hpp"
 
@@ -26,12 +21,7 @@ constexpr Choice<sky::Cause> kPublicCauses = {TOLIMAN_SKY_CAUSE_NONE, TOLIMAN_SK
 toliman_sky_hypothesis public_hypothesis(const sky::Hypothesis &one, size_t place) noexcept {
     toliman_sky_hypothesis out = {};
     out.cause = TOLIMAN_SKY_CAUSE_TIME + static_cast<int32_t>(place);
-    out.value = one.value;
-    out.sigma = one.sigma;
-    out.chi_square = one.chi_square;
-    out.gain = one.gain;
-    out.significance = one.significance;
-    out.is_decisive = one.is_decisive ? 1 : 0;
+    TOLIMAN_COPY(out, one, value, sigma, chi_square, gain, significance, is_decisive);
     put_text(one.text, out.text);
     return out;
 }

@@ -1,11 +1,6 @@
+
 #include "api/spread.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <string>
-
-#include "api/accept.hpp"
-#include "api/guard.hpp"
+#include "api/common.hpp"
 
 namespace toliman::api {
 

@@ -3,24 +3,13 @@
 // Options are checked, and completed with the estimator's properties, before the folder is opened; a missing grid or
 // clock then comes from the folder. All frames of a push are checked before the first one is processed, so that an
 // impossible frame leaves the tracker unchanged.
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <cstring>
-#include <memory>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include <toliman/track.h>
 
-#include "api/accept.hpp"
+#include "api/common.hpp"
 #include "api/grid_flags.hpp"
-#include "api/guard.hpp"
 #include "api/handles.hpp"
-#include "api/memory.hpp"
-#include "api/struct_array.hpp"
 #include "api/track_estimators.hpp"
 #include "api/track_frames.hpp"
 #include "api/track_handle.hpp"
@@ -82,14 +71,9 @@ toliman_track_options known_options(const toliman_track_options *given) {
 track::Terms terms_of(const toliman_track_options &options) {
     track::Terms terms;
     track::Geometry &geometry = terms.geometry;
-    geometry.rows = static_cast<size_t>(options.frames.rows);
-    geometry.cols = static_cast<size_t>(options.frames.cols);
-    geometry.crop_row = static_cast<size_t>(options.frames.crop_row);
-    geometry.crop_col = static_cast<size_t>(options.frames.crop_col);
+    TOLIMAN_COPY(geometry, options.frames, rows, cols, crop_row, crop_col, bin, bit_depth);
     geometry.out_rows = static_cast<size_t>(options.frames.image_rows);
     geometry.out_cols = static_cast<size_t>(options.frames.image_cols);
-    geometry.bin = static_cast<size_t>(options.frames.bin);
-    geometry.bit_depth = options.frames.bit_depth;
     geometry.zero_run = (options.flags & TOLIMAN_TRACK_ALLOW_ZERO_RUNS) != 0 ? 0 : options.frames.zero_run_bytes;
     terms.sigma = options.estimator.sigma;
     terms.value_limit = options.limits.value;
@@ -101,12 +85,9 @@ std::optional<period::Grid> grid_of(const toliman_track_options &options, const 
     if (options.grid.nf == 0)
         return std::nullopt;
     period::Grid grid;
-    grid.f0 = options.grid.f0;
-    grid.df = options.grid.df;
-    grid.nf = options.grid.nf;
+    TOLIMAN_COPY(grid, options.grid, f0, df, nf);
     set_flags(grid, options.grid.flags);
-    grid.time_offset_ns = options.grid.time_offset_ns;
-    grid.unit_ns = options.grid.unit_ns;
+    TOLIMAN_COPY(grid, options.grid, time_offset_ns, unit_ns);
     grid = track::for_terms(grid, terms);
     in_struct("options->grid.", [&] { grid.check(); });
     return grid;
@@ -135,14 +116,9 @@ void set_terms(toliman_track_options &options, const track::Terms &terms, const 
     columns.further().copy(options.estimator.values, sizeof options.estimator.values - 1);
     options.estimator.sigma = terms.sigma;
     options.limits.value = terms.value_limit;
-    options.frames.rows = static_cast<int64_t>(geometry.rows);
-    options.frames.cols = static_cast<int64_t>(geometry.cols);
-    options.frames.crop_row = static_cast<int64_t>(geometry.crop_row);
-    options.frames.crop_col = static_cast<int64_t>(geometry.crop_col);
-    options.frames.bin = static_cast<int64_t>(geometry.bin);
+    TOLIMAN_COPY(options.frames, geometry, rows, cols, crop_row, crop_col, bin, bit_depth);
     options.frames.image_rows = static_cast<int64_t>(geometry.out_rows);
     options.frames.image_cols = static_cast<int64_t>(geometry.out_cols);
-    options.frames.bit_depth = geometry.bit_depth;
     options.frames.zero_run_bytes = static_cast<uint32_t>(geometry.zero_run);
     if (geometry.zero_run == 0)
         options.flags |= TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
@@ -150,11 +126,7 @@ void set_terms(toliman_track_options &options, const track::Terms &terms, const 
 
 void set_setup(toliman_track_options &options, const track::Setup &setup) {
     const period::Basis &basis = setup.grid.basis;
-    options.grid.f0 = setup.grid.f0;
-    options.grid.df = setup.grid.df;
-    options.grid.nf = setup.grid.nf;
-    options.grid.time_offset_ns = setup.grid.time_offset_ns;
-    options.grid.unit_ns = setup.grid.unit_ns;
+    TOLIMAN_COPY(options.grid, setup.grid, f0, df, nf, time_offset_ns, unit_ns);
     options.grid.flags = flags_of(setup.grid);
     options.frames.stamp = kStamps.to_constant(setup.timing.stamp);
     options.frames.exposure_s = setup.timing.exposure_s;
@@ -189,8 +161,7 @@ void keep_options(toliman_track &made, const toliman_track_options &given) {
     options.flags = given.flags;
     options.ledger.capacity = plan.capacity;
     options.threads = plan.workers;
-    options.ledger.sync = given.ledger.sync;
-    options.ledger.group = given.ledger.group;
+    TOLIMAN_COPY(options.ledger, given.ledger, sync, group);
     set_terms(options, plan.terms, made.tracker->columns());
     set_setup(options, made.tracker->setup());
     options.folder = given.folder != nullptr ? made.folder.c_str() : nullptr;
@@ -209,9 +180,7 @@ track::Request request_of(const toliman_track_options &options, const track::Sou
     request.scale_arcsec = options.reduction.plate_scale_arcsec;
     request.scale_sigma = options.reduction.scale_sigma;
     request.chi_limit = options.limits.chi_square;
-    request.trend = options.grid.trend;
-    request.trend_start = options.grid.trend_start;
-    request.trend_end = options.grid.trend_end;
+    TOLIMAN_COPY(request, options.grid, trend, trend_start, trend_end);
     request.folder = options.folder;
     request.setup_folder = options.ledger.setup_folder;
     request.has_estimator = source.estimate || options.estimator.estimate != nullptr;
@@ -222,9 +191,8 @@ track::Request request_of(const toliman_track_options &options, const track::Sou
 
 std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) {
     track::Plan plan;
-    plan.capacity = options.ledger.capacity;
+    TOLIMAN_COPY(plan, options.ledger, capacity, group);
     plan.workers = options.threads;
-    plan.group = options.ledger.group;
     plan.sync = kSyncs.to_enum(options.ledger.sync);
     track::Source source = source_of(options, plan.workers);
     const bool is_reduced = options.reduction.sky != nullptr;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "api/members.hpp"
 #include "api/spread.hpp"
 #include "estimate/values.hpp"
 
@@ -50,9 +51,7 @@ toliman_estimate_input input_of(const double *image, const track::Frame &frame, 
     input.stride = geometry.out_cols;
     input.tai_ns = tai_ns;
     input.variance_scale = noise * noise;
-    input.exposure_s = frame.exposure_s;
-    input.intervals = frame.intervals;
-    input.interval_count = frame.interval_count;
+    TOLIMAN_COPY(input, frame, exposure_s, intervals, interval_count);
     input.window_row = frame.window_row + static_cast<int64_t>(geometry.crop_row);
     input.window_col = frame.window_col + static_cast<int64_t>(geometry.crop_col);
     return input;
@@ -80,9 +79,7 @@ track::Estimate estimate_of(const toliman_track_options &options, const track::T
         if (call(&input, &made, data) != 0)
             return;
         estimated.value = values[0];
-        estimated.sigma = made.sigma;
-        estimated.chi_square = made.chi_square;
-        estimated.flags = made.flags;
+        TOLIMAN_COPY(estimated, made, sigma, chi_square, flags);
         estimate::store_further(values, covariance, count, estimated);
     };
 }

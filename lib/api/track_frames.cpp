@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "api/members.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/spread.hpp"
 #include "api/track_results.hpp"
@@ -91,23 +92,12 @@ void check_frame(const toliman_frame &given, size_t i, const track::Terms &terms
 
 track::Frame frame_of(const toliman_frame &given) {
     track::Frame frame = {};
-    frame.session = given.session;
-    frame.roi = given.roi;
-    frame.frame_id = given.frame_id;
-    frame.camera_ns = given.camera_ns;
-    frame.dropped = given.dropped;
-    frame.restarts = given.restarts;
+    TOLIMAN_COPY(frame, given, session, roi, frame_id, camera_ns, dropped, restarts);
     frame.sigma = given.sigma != 0 ? given.sigma : 0; // -0 becomes 0
     frame.pixel = kPixels.to_enum(given.pixel, "pixel");
-    frame.pixels = given.pixels;
-    frame.rows = static_cast<size_t>(given.rows);
-    frame.cols = static_cast<size_t>(given.cols);
+    TOLIMAN_COPY(frame, given, pixels, rows, cols, intervals, interval_count, window_row, window_col);
     frame.stride = static_cast<size_t>(given.stride != 0 ? given.stride : given.cols);
     frame.exposure_s = given.exposure_s != 0 ? given.exposure_s : 0;
-    frame.intervals = given.intervals;
-    frame.interval_count = given.interval_count;
-    frame.window_row = given.window_row;
-    frame.window_col = given.window_col;
     frame.spread = spread_of(given.spread, "frames[].spread");
     return frame;
 }
@@ -115,23 +105,9 @@ track::Frame frame_of(const toliman_frame &given) {
 toliman_frame public_frame(const track::Frame &frame) noexcept {
     toliman_frame out = {};
     out.struct_size = sizeof out;
-    out.session = frame.session;
-    out.roi = frame.roi;
-    out.frame_id = frame.frame_id;
-    out.camera_ns = frame.camera_ns;
-    out.dropped = frame.dropped;
-    out.restarts = frame.restarts;
-    out.sigma = frame.sigma;
+    TOLIMAN_COPY(out, frame, session, roi, frame_id, camera_ns, dropped, restarts, sigma, pixels);
+    TOLIMAN_COPY(out, frame, rows, cols, stride, exposure_s, intervals, interval_count, window_row, window_col);
     out.pixel = kPixels.to_constant(frame.pixel);
-    out.pixels = frame.pixels;
-    out.rows = static_cast<int64_t>(frame.rows);
-    out.cols = static_cast<int64_t>(frame.cols);
-    out.stride = static_cast<int64_t>(frame.stride);
-    out.exposure_s = frame.exposure_s;
-    out.intervals = frame.intervals;
-    out.interval_count = frame.interval_count;
-    out.window_row = frame.window_row;
-    out.window_col = frame.window_col;
     return out;
 }
 
@@ -145,8 +121,7 @@ track::Retry retry_of(const toliman_track_options &options, const track::Terms &
         toliman_track_outcome seen = public_outcome(outcome);
         seen.struct_size = sizeof seen;
         seen.verdict = TOLIMAN_TRACK_VERDICT_MISFIT;
-        seen.value = outcome.value;
-        seen.tai_ns = outcome.tai_ns;
+        TOLIMAN_COPY(seen, outcome, value, tai_ns);
         try {
             if (call(&given, &seen, &changed, data) != 1)
                 return false;
@@ -154,11 +129,7 @@ track::Retry retry_of(const toliman_track_options &options, const track::Terms &
             return false;
         }
         toliman_frame tried = given; // nothing else may be changed
-        tried.pixel = changed.pixel;
-        tried.pixels = changed.pixels;
-        tried.rows = changed.rows;
-        tried.cols = changed.cols;
-        tried.stride = changed.stride;
+        TOLIMAN_COPY(tried, changed, pixel, pixels, rows, cols, stride);
         check_frame(tried, 0, terms);
         other = frame_of(tried);
         return true;

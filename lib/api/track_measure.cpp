@@ -1,10 +1,7 @@
 // include/toliman/track_records.h: the frames of a tracker as a series; measure.h: those of a state folder.
-#include <memory>
-
 #include <toliman/track_records.h>
 
-#include "api/accept.hpp"
-#include "api/guard.hpp"
+#include "api/common.hpp"
 #include "api/measure_handle.hpp"
 #include "api/track_handle.hpp"
 #include "measure/folder.hpp"
@@ -63,8 +60,7 @@ measure::Series series_of_folder(const char *folder, const toliman_measure_optio
     how.struct_size = sizeof how;
     check_again(toliman_track_load_options(folder, &how));
     how.flags |= TOLIMAN_TRACK_READ_ONLY;
-    how.log = options.log;
-    how.log_data = options.log_data;
+    TOLIMAN_COPY(how, options, log, log_data);
     toliman_track *made = nullptr;
     check_again(toliman_track_create(&how, &made));
     const std::unique_ptr<toliman_track, Destroy> track(made);

@@ -1,15 +1,10 @@
 // include/toliman/track.h: queries of a tracker.
-#include <algorithm>
-#include <vector>
-
 #include <toliman/track.h>
 #include <toliman/track_goodness.h>
 #include <toliman/track_records.h>
 
-#include "api/guard.hpp"
-#include "api/output.hpp"
+#include "api/common.hpp"
 #include "api/peak.hpp"
-#include "api/struct_array.hpp"
 #include "api/track_handle.hpp"
 #include "api/track_results.hpp"
 #include "track/folder_goodness.hpp"
@@ -120,19 +115,12 @@ toliman_status toliman_track_query_goodness(const toliman_track *track, toliman_
         const track::FolderGoodness found = track::folder_goodness(tracker);
         toliman_track_goodness made = {};
         set_goodness(found.goodness, made);
-        made.frames = found.frames;
-        made.years = found.years;
-        made.trend_per_year = found.trend_per_year;
-        made.trend_sigma_per_year = found.trend_sigma_per_year;
-        made.poor = found.poor;
-        made.too_good = found.too_good;
+        TOLIMAN_COPY(made, found, frames, years, trend_per_year, trend_sigma_per_year, poor, too_good, bad_pixels);
+        TOLIMAN_COPY(made, found, cleaned);
         made.misfit = tracker.counts().misfit;
-        made.bad_pixels = found.bad_pixels;
-        made.cleaned = found.cleaned;
         made.chi_limit = tracker.chi_limit();
         const track::ModelVerdict &model = tracker.plan().model;
-        made.is_calibrated = model.is_calibrated ? 1 : 0;
-        made.is_complete = model.is_complete ? 1 : 0;
+        TOLIMAN_COPY(made, model, is_calibrated, is_complete);
         made.calibration_chi_square = model.goodness.chi_square;
         made.calibration_chi_square_sigma = model.goodness.sigma;
         made.calibration_goodness = kGoodness.to_constant(model.goodness.verdict);

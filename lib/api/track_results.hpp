@@ -7,6 +7,7 @@
 
 #include "api/choice.hpp"
 #include "api/goodness.hpp"
+#include "api/members.hpp"
 #include "api/output.hpp"
 #include "base/name.hpp"
 #include "track/tracker.hpp"
@@ -33,14 +34,11 @@ inline toliman_track_outcome public_outcome(const track::Outcome &outcome) noexc
     toliman_track_outcome out = {};
     out.verdict = public_verdict(outcome.verdict);
     out.reason = kReasons.to_constant(outcome.flaw.reason);
-    out.row = static_cast<int64_t>(outcome.flaw.row);
-    out.col = static_cast<int64_t>(outcome.flaw.col);
+    TOLIMAN_COPY(out, outcome.flaw, row, col);
     out.pixel = outcome.flaw.value;
     if (outcome.verdict == track::Verdict::accepted || outcome.verdict == track::Verdict::unreduced ||
         outcome.verdict == track::Verdict::outlier || outcome.verdict == track::Verdict::misfit) {
-        out.value = outcome.value;
-        out.tai_ns = outcome.tai_ns;
-        out.sigma = outcome.sigma;
+        TOLIMAN_COPY(out, outcome, value, tai_ns, sigma);
     }
     set_goodness(outcome.goodness, out);
     out.bad_pixels = outcome.bad_pixels;
@@ -49,14 +47,8 @@ inline toliman_track_outcome public_outcome(const track::Outcome &outcome) noexc
 
 inline toliman_track_record public_record(const track::Record &record, const track::Outcome &outcome) noexcept {
     toliman_track_record out = {};
-    out.stream = record.stream;
-    out.frame_id = record.frame_id;
-    out.camera_ns = record.camera_ns;
-    out.tai_ns = outcome.tai_ns;
-    out.value = outcome.value;
-    out.sigma = record.sigma;
-    out.content = record.content;
-    out.dropped = record.dropped;
+    TOLIMAN_COPY(out, record, stream, frame_id, camera_ns, sigma, content, dropped);
+    TOLIMAN_COPY(out, outcome, tai_ns, value);
     out.reason = kReasons.to_constant(record.reason);
     out.verdict = record.kind == track::Kind::merged      ? TOLIMAN_TRACK_VERDICT_MERGED
                   : record.kind == track::Kind::intervals ? TOLIMAN_TRACK_VERDICT_INTERVALS
@@ -92,12 +84,7 @@ inline toliman_track_info public_info(const track::Tracker &tracker, uint32_t fl
     const track::Counts &counts = tracker.counts();
     toliman_track_info info = {};
     info.flags = flags;
-    info.received = counts.received;
-    info.accepted = counts.accepted;
-    info.unreduced = counts.unreduced;
-    info.outlier = counts.outlier;
-    info.quarantined = counts.quarantined;
-    info.repeated = counts.repeated;
+    TOLIMAN_COPY(info, counts, received, accepted, unreduced, outlier, quarantined, repeated);
     for (size_t reason = 0; reason < std::size(counts.rejected); reason++) {
         const int32_t constant = kRejections.to_constant(static_cast<track::Reason>(reason));
         info.rejected_for[constant - TOLIMAN_TRACK_REASON_NONE] = counts.rejected[reason];
@@ -113,8 +100,7 @@ inline toliman_track_info public_info(const track::Tracker &tracker, uint32_t fl
     info.committed = static_cast<int64_t>(tracker.committed());
     info.capacity = tracker.plan().capacity;
     info.estimator_id = tracker.plan().terms.estimator;
-    info.sigma = tracker.plan().terms.sigma;
-    info.value_limit = tracker.plan().terms.value_limit;
+    TOLIMAN_COPY(info, tracker.plan().terms, sigma, value_limit);
     info.chi_limit = tracker.chi_limit();
     info.chi_median = tracker.chi_median();
     const track::Reference &reference = tracker.plan().reference;
