@@ -143,9 +143,9 @@ typedef struct toliman_bank_result {
 } toliman_bank_result;
 #define TOLIMAN_BANK_RESULT_INIT TOLIMAN_INIT(toliman_bank_result)
 
-/* Encodes `count` frames of image; one frame on the calling thread, which allocates memory only if more calls run at
- * the same time than before. A frame that cannot be fitted is not an error: see the flags. The result of a bank depends
- * on the frame and its prediction only (promise: bank-results-ignore-others).
+/* Encodes `count` frames of image; a single one allocates memory only if more calls run at the same time than before. A
+ * frame that cannot be fitted is not an error: see the flags. The result of a bank depends on the frame and its
+ * prediction only (promise: bank-results-ignore-others).
  *   fit          with the scene, free parameters and capture_px of the bank's fit
  *   image        in the unit of the scene's frames
  *   predictions  [count]; NULL: time 0, no shift

@@ -33,7 +33,7 @@
  *   - Texts in results are static unless a comment says otherwise. Lists of names are separated by spaces or commas.
  *   - Results of unknown number: (..., array, capacity, count), files in memory: (..., bytes, capacity, needed). The
  *     last becomes their number; if capacity is smaller, nothing else is written: TOLIMAN_E_CAPACITY. To ask for the
- *     number, pass NULL and 0: TOLIMAN_E_CAPACITY, or TOLIMAN_OK if there is none.
+ *     number, pass NULL and 0: TOLIMAN_E_CAPACITY, or TOLIMAN_OK if there is none. Later versions may append results.
  *   - Files. toliman_X_save_file replaces its file atomically; after TOLIMAN_E_WRITE the old one remains.
  *     toliman_X_load takes exactly `size` bytes.
  *   - Threads. Different threads may use different objects at the same time. Functions that take a const object may run

@@ -60,8 +60,7 @@ typedef struct toliman_sim_budget_step {
 } toliman_sim_budget_step;
 #define TOLIMAN_SIM_BUDGET_STEP_INIT TOLIMAN_INIT(toliman_sim_budget_step)
 
-/* Writes the steps, to which later versions may append some. Of the options, only `frames` counts. A step omits
- * parameters without derivative. */
+/* Writes the steps. Of the options, only `frames` counts. A step omits parameters without derivative. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget_steps(const toliman_sim *sim,
                                                                            const toliman_sim_budget_options *options,
                                                                            toliman_sim_budget_step *steps,

@@ -166,10 +166,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
                                                                    toliman_cae_train_options *resumable,
                                                                    toliman_cae_info *out) TOLIMAN_NOEXCEPT;
 
-/* Encodes `count` frames of image; one frame on the calling thread. A latent does not depend on the other frames
- * (promise: latents-ignore-other-frames). Encoding one frame of doubles allocates no memory
- * (promise: encoding-allocates-nothing), except once per simultaneous call. Bad pixels get the counts of a linear fit
- * to the others.
+/* Encodes `count` frames of image. A latent does not depend on the other frames (promise: latents-ignore-other-frames).
+ * Encoding one frame of doubles allocates no memory (promise: encoding-allocates-nothing), except once per simultaneous
+ * call. Bad pixels get the counts of a linear fit to the others.
  *   latents_px  [count]
  *   goodness    [count] or NULL, of this fit: with r = (counts - reference)/sigma, K orthonormal nuisance images u_k
  *               and the target t, chi_square is

@@ -143,8 +143,8 @@ typedef struct toliman_fit_result {
 } toliman_fit_result;
 #define TOLIMAN_FIT_RESULT_INIT TOLIMAN_INIT(toliman_fit_result)
 
-/* Fits `count` frames of image; one frame on the calling thread, which for doubles allocates memory only if more calls
- * run at the same time than before.
+/* Fits `count` frames of image; a single one of doubles allocates memory only if more calls run at the same time than
+ * before.
  *   predictions  [count]; NULL: time 0, no shift
  *   results      [count]
  *   values       [count][n], or NULL: all n = toliman_fit_info.parameters parameters

@@ -6,7 +6,8 @@
  *   downlinked frames -> toliman_frame, with the same pixel types -> track.h
  *
  * Errors of these functions: TOLIMAN_E_ARGUMENT for another shape, and for a count that is not finite, naming frame,
- * row and column; TOLIMAN_E_RANGE for an image larger than the address space. */
+ * row and column; TOLIMAN_E_RANGE for an image larger than the address space. A single frame is processed on the
+ * calling thread. */
 #ifndef TOLIMAN_IMAGE_H
 #define TOLIMAN_IMAGE_H
 

@@ -37,8 +37,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_create(const tolima
 /* Destroys an estimator. */
 TOLIMAN_API void toliman_linear_destroy(toliman_linear *linear) TOLIMAN_NOEXCEPT;
 
-/* Estimates the displacements of `count` frames of image; one frame on the calling thread. A value does not depend on
- * the other frames. Errors: image.h.
+/* Estimates the displacements of `count` frames of image. A value does not depend on the other frames. Errors: image.h.
  *   values_px  [count]
  *   goodness   [count], or NULL. chi_square is, with r = (counts - reference)/sigma per pixel, |r - sum_k <u_k, r>
  *              u_k - value w|^2 / (pixels - K - 1); u_k: K images of preprocess.project over sigma, orthonormalised;

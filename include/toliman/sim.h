@@ -225,7 +225,7 @@ typedef struct toliman_sim_stage {
 } toliman_sim_stage;
 #define TOLIMAN_SIM_STAGE_INIT TOLIMAN_INIT(toliman_sim_stage)
 
-/* Writes the stages, to which later versions may append some. */
+/* Writes the stages. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_stages(const toliman_sim_plan_info *plan,
                                                                      toliman_sim_stage *stages, size_t capacity,
                                                                      size_t *count) TOLIMAN_NOEXCEPT;

@@ -53,7 +53,7 @@ typedef struct toliman_sim_parameter {
 } toliman_sim_parameter;
 #define TOLIMAN_SIM_PARAMETER_INIT TOLIMAN_INIT(toliman_sim_parameter)
 
-/* Writes the parameters, to which later versions may append some. */
+/* Writes the parameters. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_parameters(toliman_sim_parameter *parameters,
                                                                          size_t capacity,
                                                                          size_t *count) TOLIMAN_NOEXCEPT;
