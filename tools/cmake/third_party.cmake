@@ -12,7 +12,11 @@ find_library(NETCDF_LIBRARY netcdf)
 # Further libraries that the program links.
 pkg_check_modules(CJSON REQUIRED IMPORTED_TARGET libcjson)
 pkg_check_modules(ZLIB REQUIRED IMPORTED_TARGET zlib)
-pkg_check_modules(CFITSIO REQUIRED IMPORTED_TARGET cfitsio)
+# CFITSIO is loaded when the first FITS file is opened, by the name that programs linked with it would have.
+find_path(CFITSIO_INCLUDE fitsio.h REQUIRED)
+find_library(CFITSIO_LIBRARY cfitsio REQUIRED)
+file(REAL_PATH ${CFITSIO_LIBRARY} CFITSIO_SONAME)
+string(REGEX MATCH "libcfitsio\\.so\\.[0-9]+" CFITSIO_SONAME ${CFITSIO_SONAME})
 if(TOLIMAN_TESTS)
   pkg_check_modules(CMOCKA REQUIRED IMPORTED_TARGET cmocka)
 endif()

@@ -96,7 +96,7 @@ Health examine(const std::string &folder) {
             break; // the library uses the widest available
     }
     float version = 0;
-    ::fits_get_version(&version);
+    cfitsio().get_version(&version);
     health.cfitsio = formatted("%.2f", static_cast<double>(version));
     health.sync = sync_in(folder);
     find_problems(health);

@@ -5,9 +5,9 @@
 #include "frames/stream_output.hpp"
 
 #ifdef TOLIMAN_NETCDF // the name of the shared library
-#include <dlfcn.h>
 #include <netcdf.h>
-#include <type_traits>
+
+#include "common/shared_library.hpp"
 #endif
 
 namespace cli {
@@ -33,25 +33,19 @@ struct Functions {
     decltype(&::nc_put_var) put_var;
 
     Functions() {
-        void *const library = ::dlopen(TOLIMAN_NETCDF, RTLD_NOW | RTLD_LOCAL);
-        bool is_complete = library != nullptr;
-        const auto find = [&](const char *name, auto &function) {
-            void *const found = is_complete ? ::dlsym(library, name) : nullptr;
-            function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(found);
-            is_complete = found != nullptr;
-        };
-        find("nc_create", create);
-        find("nc_close", close);
-        find("nc_strerror", strerror);
-        find("nc_def_dim", def_dim);
-        find("nc_def_var", def_var);
-        find("nc_def_var_deflate", def_var_deflate);
-        find("nc_put_att_text", put_att_text);
-        find("nc_put_att_longlong", put_att_longlong);
-        find("nc_put_att_ushort", put_att_ushort);
-        find("nc_put_att_double", put_att_double);
-        find("nc_put_var", put_var);
-        if (!is_complete)
+        SharedLibrary library(TOLIMAN_NETCDF);
+        library.find("nc_create", create);
+        library.find("nc_close", close);
+        library.find("nc_strerror", strerror);
+        library.find("nc_def_dim", def_dim);
+        library.find("nc_def_var", def_var);
+        library.find("nc_def_var_deflate", def_var_deflate);
+        library.find("nc_put_att_text", put_att_text);
+        library.find("nc_put_att_longlong", put_att_longlong);
+        library.find("nc_put_att_ushort", put_att_ushort);
+        library.find("nc_put_att_double", put_att_double);
+        library.find("nc_put_var", put_var);
+        if (!library.is_complete())
             throw Failure(kExitOutput,
                           std::string("--format netcdf: the library netCDF, ") + TOLIMAN_NETCDF + ", is not installed");
     }

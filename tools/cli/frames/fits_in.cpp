@@ -20,20 +20,20 @@ class FitsFrames : public FrameFile {
         const size_t size = check_is_fits();
         int status = 0;
         fitsfile *file = nullptr;
-        fits_open_diskfile(&file, plain_name(path).c_str(), READONLY, &status);
+        cfitsio().open_diskfile(&file, plain_name(path).c_str(), READONLY, &status);
         file_.reset(file);
         check(status);
         const int axes = find_image(unit);
         std::vector<LONGLONG> lengths(static_cast<size_t>(axes));
-        fits_get_img_sizell(file, axes, lengths.data(), &status);
+        cfitsio().get_img_sizell(file, axes, lengths.data(), &status);
         LONGLONG end = 0;
-        fits_get_hduaddrll(file, nullptr, nullptr, &end, &status);
+        cfitsio().get_hduaddrll(file, nullptr, nullptr, &end, &status);
         check(status);
         set_axes({lengths.rbegin(), lengths.rend()}); // NAXIS1 is the columns
         if (static_cast<size_t>(end) > size)
             malformed(path, "is truncated: it has " + std::to_string(size) + " bytes, its image ends at byte " +
                                 std::to_string(end));
-        fits_get_hdu_num(file, &unit_);
+        cfitsio().get_hdu_num(file, &unit_);
     }
 
     std::optional<std::string> value_of(const std::string &key) override {
@@ -46,15 +46,15 @@ class FitsFrames : public FrameFile {
         int status = 0, number = 0;
         LONGLONG rows = 0;
         std::vector<double> days;
-        if (fits_movnam_hdu(file_.get(), BINARY_TBL, table, 0, &status) == 0 &&
-            fits_get_colnum(file_.get(), CASEINSEN, column, &number, &status) == 0) {
-            fits_get_num_rowsll(file_.get(), &rows, &status);
+        if (cfitsio().movnam_hdu(file_.get(), BINARY_TBL, table, 0, &status) == 0 &&
+            cfitsio().get_colnum(file_.get(), CASEINSEN, column, &number, &status) == 0) {
+            cfitsio().get_num_rowsll(file_.get(), &rows, &status);
             if (static_cast<size_t>(rows) != count())
                 malformed(path_, "table FRAMES has " + std::to_string(rows) + " rows: must have " +
                                      std::to_string(count()) + ", one per frame");
             days.resize(count());
             double blank = std::numeric_limits<double>::quiet_NaN();
-            fits_read_col(file_.get(), TDOUBLE, number, 1, 1, rows, &blank, days.data(), nullptr, &status);
+            cfitsio().read_col(file_.get(), TDOUBLE, number, 1, 1, rows, &blank, days.data(), nullptr, &status);
             check(status);
         }
         move_to(unit_);
@@ -125,7 +125,7 @@ class FitsFrames : public FrameFile {
 
     void move_to(int unit) {
         int status = 0;
-        fits_movabs_hdu(file_.get(), unit, nullptr, &status);
+        cfitsio().movabs_hdu(file_.get(), unit, nullptr, &status);
         check(status);
     }
 
@@ -133,7 +133,7 @@ class FitsFrames : public FrameFile {
         char value[FLEN_VALUE] = "";
         int status = 0;
         move_to(unit);
-        fits_read_keyword(file_.get(), key.c_str(), value, nullptr, &status);
+        cfitsio().read_keyword(file_.get(), key.c_str(), value, nullptr, &status);
         move_to(unit_);
         if (status == KEY_NO_EXIST)
             return std::nullopt;
@@ -146,9 +146,9 @@ class FitsFrames : public FrameFile {
     // Axes of the image in the current unit; 0 if it has none.
     int axes_here() {
         int status = 0, kind = 0, axes = 0;
-        fits_get_hdu_type(file_.get(), &kind, &status);
+        cfitsio().get_hdu_type(file_.get(), &kind, &status);
         if (kind == IMAGE_HDU)
-            fits_get_img_dim(file_.get(), &axes, &status);
+            cfitsio().get_img_dim(file_.get(), &axes, &status);
         check(status);
         return axes;
     }
@@ -158,10 +158,10 @@ class FitsFrames : public FrameFile {
         int status = 0;
         int64_t number = 0;
         if (is_whole_number(unit, number)) // HDU 0 is the primary one, as in the standard's tools
-            fits_movabs_hdu(file_.get(), static_cast<int>(std::clamp<int64_t>(number, -1, 1 << 20)) + 1, nullptr,
-                            &status);
+            cfitsio().movabs_hdu(file_.get(), static_cast<int>(std::clamp<int64_t>(number, -1, 1 << 20)) + 1, nullptr,
+                                 &status);
         else
-            fits_movnam_hdu(file_.get(), ANY_HDU, std::string(unit).data(), 0, &status);
+            cfitsio().movnam_hdu(file_.get(), ANY_HDU, std::string(unit).data(), 0, &status);
         return status == 0;
     }
 
@@ -177,7 +177,7 @@ class FitsFrames : public FrameFile {
             return axes_here();
         for (int unit = 1;; unit++) {
             int status = 0;
-            if (fits_movabs_hdu(file_.get(), unit, nullptr, &status) == END_OF_FILE)
+            if (cfitsio().movabs_hdu(file_.get(), unit, nullptr, &status) == END_OF_FILE)
                 malformed(path_, "contains no image");
             check(status);
             if (axes_here() > 0)
@@ -189,8 +189,8 @@ class FitsFrames : public FrameFile {
         const auto count = static_cast<LONGLONG>(rows()) * static_cast<LONGLONG>(cols());
         double blank = std::numeric_limits<double>::quiet_NaN();
         int status = 0, any = 0;
-        fits_read_img(file_.get(), TDOUBLE, 1 + static_cast<LONGLONG>(frame) * count, count, &blank, pixels, &any,
-                      &status);
+        cfitsio().read_img(file_.get(), TDOUBLE, 1 + static_cast<LONGLONG>(frame) * count, count, &blank, pixels, &any,
+                           &status);
         check(status);
     }
 

@@ -19,11 +19,11 @@ class FitsOutput : public FrameOutput {
         out_.need_space(axes, type == ULONG_IMG ? 4 : 8);
         std::vector<LONGLONG> lengths(axes.rbegin(), axes.rend()); // NAXIS1 is the columns
         fitsfile *file = nullptr;
-        fits_create_diskfile(&file, plain_name(out_.hand_over()).c_str(), &status_);
+        cfitsio().create_diskfile(&file, plain_name(out_.hand_over()).c_str(), &status_);
         file_.reset(file);
         if (status_ == 0)
             out_.take_back();
-        fits_create_imgll(file, type, static_cast<int>(lengths.size()), lengths.data(), &status_);
+        cfitsio().create_imgll(file, type, static_cast<int>(lengths.size()), lengths.data(), &status_);
         check();
         text("CREATOR", std::string("toliman ") + toliman_version(), "");
     }
@@ -33,13 +33,13 @@ class FitsOutput : public FrameOutput {
         if (file_ == nullptr)
             return;
         int status = 0, none = 0;
-        fits_update_key(file_.get(), TINT, "NAXIS", &none, nullptr, &status);
-        fits_set_hdustruc(file_.get(), &status);
+        cfitsio().update_key(file_.get(), TINT, "NAXIS", &none, nullptr, &status);
+        cfitsio().set_hdustruc(file_.get(), &status);
     }
 
     void write(const double *images, size_t count) override {
         const LONGLONG values = static_cast<LONGLONG>(count) * pixels_;
-        fits_write_img(file_.get(), TDOUBLE, first_, values, const_cast<double *>(images), &status_);
+        cfitsio().write_img(file_.get(), TDOUBLE, first_, values, const_cast<double *>(images), &status_);
         check();
         first_ += values;
     }
@@ -47,7 +47,7 @@ class FitsOutput : public FrameOutput {
     void commit() override {
         if (cube_)
             write_table();
-        fits_close_file(file_.release(), &status_);
+        cfitsio().close_file(file_.release(), &status_);
         check();
         out_.commit();
     }
@@ -85,15 +85,15 @@ class FitsOutput : public FrameOutput {
 
   private:
     void text(const char *key, const std::string &value, const char *comment) {
-        fits_write_key_longstr(file_.get(), key, value.c_str(), comment, &status_);
+        cfitsio().write_key_longstr(file_.get(), key, value.c_str(), comment, &status_);
     }
 
     void number(const char *key, double value, const char *comment) {
-        fits_write_key_dbl(file_.get(), key, value, -15, comment, &status_);
+        cfitsio().write_key_dbl(file_.get(), key, value, -15, comment, &status_);
     }
 
     void number(const char *key, uint64_t value, const char *comment) {
-        fits_write_key(file_.get(), TULONGLONG, key, &value, comment, &status_);
+        cfitsio().write_key(file_.get(), TULONGLONG, key, &value, comment, &status_);
     }
 
     // The time of the first frame, where time 0 of the scene is a date.
@@ -122,10 +122,10 @@ class FitsOutput : public FrameOutput {
         char frame[] = "frame", time[] = "time_days", displacement[] = "displacement_px", whole[] = "K", real[] = "D";
         char none[] = "", days[] = "d", pixels[] = "pixel";
         char *names[] = {frame, time, displacement}, *types[] = {whole, real, real}, *units[] = {none, days, pixels};
-        fits_create_tbl(file_.get(), BINARY_TBL, 0, 3, names, types, units, "FRAMES", &status_);
+        cfitsio().create_tbl(file_.get(), BINARY_TBL, 0, 3, names, types, units, "FRAMES", &status_);
         const auto rows = static_cast<LONGLONG>(numbers.size());
         const auto write_column = [&](int column, int type, const void *values) {
-            fits_write_col(file_.get(), type, column, 1, 1, rows, const_cast<void *>(values), &status_);
+            cfitsio().write_col(file_.get(), type, column, 1, 1, rows, const_cast<void *>(values), &status_);
         };
         write_column(1, TLONGLONG, numbers.data());
         write_column(2, TDOUBLE, &cadence.times[first]);

@@ -66,27 +66,28 @@ class FitsStream : public StreamOutput {
             throw std::bad_alloc();
         fitsfile *made = nullptr;
         int status = 0, middle = kMiddle, zero = 0;
-        fits_create_memfile(&made, &memory.data, &memory.size, 0, std::realloc, &status);
+        cfitsio().create_memfile(&made, &memory.data, &memory.size, 0, std::realloc, &status);
         const Fits file(made);
         long axes[] = {static_cast<long>(layout_.cols), static_cast<long>(layout_.rows)};
         long long number = exposure.frame_id;
         double us = layout_.exposure_s * 1e6;
         char core[] = "CORE";
         std::string time = std::to_string(exposure.stamp_ns);
-        fits_create_img(made, BYTE_IMG, 0, nullptr, &status);
-        fits_write_key(made, TLONGLONG, "SEQNUM", &number, "number of the frame", &status);
-        fits_write_key(made, TSTRING, "CAMTIME", time.data(), "[ns] start of the exposure, camera's clock", &status);
-        fits_write_key(made, TDOUBLE, "EXPOSURE", &us, "[us] length of the exposure", &status);
+        cfitsio().create_img(made, BYTE_IMG, 0, nullptr, &status);
+        cfitsio().write_key(made, TLONGLONG, "SEQNUM", &number, "number of the frame", &status);
+        cfitsio().write_key(made, TSTRING, "CAMTIME", time.data(), "[ns] start of the exposure, camera's clock",
+                            &status);
+        cfitsio().write_key(made, TDOUBLE, "EXPOSURE", &us, "[us] length of the exposure", &status);
         for (const char *key : {"XOFF", "YOFF"})
-            fits_write_key(made, TINT, key, &zero, "[pixel] first one of the region", &status);
+            cfitsio().write_key(made, TINT, key, &zero, "[pixel] first one of the region", &status);
         for (const char *key : {"CENTR_X", "CENTR_Y"})
-            fits_write_key(made, TINT, key, &middle, "[pixel] middle of the core", &status);
-        fits_set_compression_type(made, RICE_1, &status);
-        fits_create_img(made, USHORT_IMG, 2, axes, &status);
-        fits_write_key(made, TSTRING, "EXTNAME", core, "", &status);
-        fits_write_img(made, TUSHORT, 1, static_cast<LONGLONG>(layout_.pixels()), const_cast<uint16_t *>(counts),
-                       &status);
-        fits_flush_file(made, &status);
+            cfitsio().write_key(made, TINT, key, &middle, "[pixel] middle of the core", &status);
+        cfitsio().set_compression_type(made, RICE_1, &status);
+        cfitsio().create_img(made, USHORT_IMG, 2, axes, &status);
+        cfitsio().write_key(made, TSTRING, "EXTNAME", core, "", &status);
+        cfitsio().write_img(made, TUSHORT, 1, static_cast<LONGLONG>(layout_.pixels()), const_cast<uint16_t *>(counts),
+                            &status);
+        cfitsio().flush_file(made, &status);
         if (status == 0)
             memory.size = static_cast<size_t>(made->Fptr->filesize);
         return status;

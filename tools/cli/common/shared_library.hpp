@@ -1,0 +1,27 @@
+// A shared library that is loaded when it is first used, and stays loaded.
+#pragma once
+#include <dlfcn.h>
+#include <type_traits>
+
+namespace cli {
+
+class SharedLibrary {
+  public:
+    explicit SharedLibrary(const char *name) : handle_(::dlopen(name, RTLD_NOW | RTLD_LOCAL)) {}
+
+    template <typename Function> void find(const char *name, Function &function) {
+        void *const found = handle_ == nullptr ? nullptr : ::dlsym(handle_, name);
+        function = reinterpret_cast<Function>(found);
+        is_complete_ = is_complete_ && found != nullptr;
+    }
+
+    bool is_complete() const noexcept {
+        return is_complete_;
+    } // it is there and has every function that was to be found
+
+  private:
+    void *handle_;
+    bool is_complete_ = true;
+};
+
+} // namespace cli
