@@ -168,7 +168,8 @@ typedef struct toliman_calibration_info {
                                     chi-square distributed with 6 degrees of freedom for white residuals */
     double structure_limit;      /* 50, which white residuals exceed once in 2e8; more with a map */
     double separation_sigma_px;  /* in a frame (median), the instrument known */
-    double calibration_sigma_px; /* likewise, due to errors of the instrument without map and response */
+    double calibration_sigma_px; /* likewise, due to errors of the instrument without map; with _DETECTOR that of
+                                    the mean separation, response included */
     double map_rms_nm;           /* over the open pupil; 0 without a map */
     double map_parameters;       /* effective number */
     double largest_residual;

@@ -334,8 +334,8 @@ bool Calibrator::leave_out_bad_pixels() {
 bool Calibrator::iterate_response(Calibration &out) {
     ResponseOptions how;
     how.rms = out.response_rms = options_.response_rms;
-    Buffer<double> of_response;
-    Point best, change; // of the smallest chi-square so far, and the step from there
+    Linearisation found; // about the response
+    Point best, change;  // of the smallest chi-square so far, and the step from there
     double least = std::numeric_limits<double>::infinity();
     int halved = 0;
     for (bool rests = false; !rests;) {
@@ -353,7 +353,8 @@ bool Calibrator::iterate_response(Calibration &out) {
             least = normal_.chi_square = step.chi_square;
             normal_.used = step.used;
             out.response_sigma = std::move(step.sigma);
-            of_response = std::move(step.covariance);
+            found.of_response = std::move(step.covariance);
+            found.separation_sigma_px = step.separation_sigma_px;
             halved = 0;
         } else if (best.own.empty()) {
             return false;
@@ -372,7 +373,8 @@ bool Calibrator::iterate_response(Calibration &out) {
     out.response_parameters = out.response_sigma.empty() ? 0 : response_parameters(out.response_sigma, how.rms);
     aim_planes(point_);
     normal_ = linearised(point_, 0);
-    normal_.of_response = std::move(of_response);
+    normal_.of_response = std::move(found.of_response);
+    normal_.separation_sigma_px = found.separation_sigma_px;
     return !normal_.lost;
 }
 

@@ -20,10 +20,11 @@ struct Linearisation {
     double chi_square = 0;      // of all frames
     double inverse_counts = 0;  // sum over all pixels of 1/expected counts: with 2 per pixel the variance of chi_square
     Buffer<double> of_response; // what an unknown response adds to the covariance of the instrument; empty: nothing
-    double excess = 1;          // of the variances: chi_square per pixel, if it is above 1
-    size_t used = 0;            // pixels
-    bool lost = false;          // a star left the model images: nothing else is valid
-    bool refused = false;       // likewise: the scene is not possible
+    double separation_sigma_px = 0; // of the mean separation, due to the response and the instrument; with of_response
+    double excess = 1;              // of the variances: chi_square per pixel, if it is above 1
+    size_t used = 0;                // pixels
+    bool lost = false;              // a star left the model images: nothing else is valid
+    bool refused = false;           // likewise: the scene is not possible
 };
 
 // A frame whitened: residuals over their standard deviations.

@@ -193,7 +193,7 @@ template <class Stream> void pass(Stream &stream, ResponseStep &step) {
     pass(stream, step.change);
     pass_numbers(stream, step.sigma);
     pass_numbers(stream, step.covariance);
-    for (double *value : {&step.chi_square, &step.largest})
+    for (double *value : {&step.separation_sigma_px, &step.chi_square, &step.largest})
         stream.number(*value);
     stream.size(step.used);
     stream.flag(step.lost);

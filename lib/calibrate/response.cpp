@@ -95,6 +95,8 @@ class ResponseFit {
     bool expand(Buffer<double> right, const Buffer<double> &fixed, Krylov &krylov) const;
     bool solve(ResponseStep &step) const;
     bool measure_errors(ResponseStep &step) const;
+    Buffer<double> scaled(Buffer<double> vector, const std::vector<double> &weights) const;
+    bool measure_separation(ResponseStep &step) const;
     void measure_covariance(const Krylov &krylov, ResponseStep &step) const;
     void finish(ResponseStep &step);
 
@@ -245,7 +247,21 @@ bool ResponseFit::measure_errors(ResponseStep &step) const {
     for (size_t i = 0; i < pixels; i++)
         step.sigma[i] = scale_[i] * std::sqrt(variance[i]);
     measure_covariance(krylov, step);
-    return true;
+    return measure_separation(step);
+}
+
+// s (vector + E Q^-1 weights).
+Buffer<double> ResponseFit::scaled(Buffer<double> vector, const std::vector<double> &weights) const {
+    const size_t m = equations_.instrument.size();
+    for (size_t k = 0; k < m; k++) {
+        double factor = 0;
+        for (size_t j = 0; j < m; j++)
+            factor += inverse_[k * m + j] * weights[j];
+        add_scaled(factor, equations_.instrument[k], vector);
+    }
+    for (size_t i = 0; i < vector.size(); i++)
+        vector[i] *= scale_[i];
+    return vector;
 }
 
 // Q^-1 E' S^-1 E Q^-1, with S^-1 = s (1 + V (T^-1 - 1) V') s.
@@ -254,13 +270,11 @@ void ResponseFit::measure_covariance(const Krylov &krylov, ResponseStep &step) c
     std::vector<Buffer<double>> columns; // s E Q^-1
     std::vector<std::vector<double>> along(n, std::vector<double>(m));
     for (size_t j = 0; j < m; j++) {
-        Buffer<double> &column = columns.emplace_back(scale_.size());
-        for (size_t k = 0; k < m; k++)
-            add_scaled(inverse_[k * m + j], equations_.instrument[k], column);
-        for (size_t i = 0; i < column.size(); i++)
-            column[i] *= scale_[i];
+        std::vector<double> unit(m);
+        unit[j] = 1;
+        columns.push_back(scaled(Buffer<double>(scale_.size()), unit));
         for (size_t a = 0; a < n; a++)
-            along[a][j] = dot(krylov.vectors[a], column);
+            along[a][j] = dot(krylov.vectors[a], columns[j]);
     }
     step.covariance.resize(m * m);
     for (size_t i = 0; i < m; i++)
@@ -271,6 +285,25 @@ void ResponseFit::measure_covariance(const Krylov &krylov, ResponseStep &step) c
                     sum += (krylov.inverse[a * n + b] - (a == b ? 1 : 0)) * along[a][i] * along[b][j];
             step.covariance[i * m + j] = sum;
         }
+}
+
+// The mean separation changes by -u'd - g'q, u and g as in Equations, and q by -Q^-1 E'd with d, otherwise
+// independently of it. The variance is g' Q^-1 g + c' S^-1 c with c = u - E Q^-1 g.
+bool ResponseFit::measure_separation(ResponseStep &step) const {
+    const size_t m = equations_.instrument.size();
+    std::vector<double> minus = equations_.separation_gain;
+    double variance = 0;
+    for (size_t i = 0; i < m; i++)
+        for (size_t j = 0; j < m; j++)
+            variance += minus[i] * inverse_[i * m + j] * minus[j];
+    for (double &gain : minus)
+        gain = -gain;
+    const Buffer<double> right = scaled(equations_.separation, minus);
+    Krylov krylov;
+    if (!expand(right, {}, krylov))
+        return false;
+    step.separation_sigma_px = std::sqrt(variance + dot(right, right) * krylov.inverse[0]);
+    return true;
 }
 
 // The other parameters for the change of the response.

@@ -16,11 +16,12 @@ struct ResponseStep {
     Point change; // of all, without an OPD map
     Buffer<double>
         sigma; // of the response of each pixel over the mean, all other parameters free; empty after a long step
-    Buffer<double> covariance; // that it adds to the parameters of the instrument, [n][n]; with sigma
-    double chi_square = 0;     // before the step, of all frames
-    size_t used = 0;           // pixels
-    double largest = 0;        // of the step: rms over the pixels, in their standard deviations, all else known
-    bool lost = false;         // a star left the model images: nothing else is valid
+    Buffer<double> covariance;      // that it adds to the parameters of the instrument, [n][n]; with sigma
+    double separation_sigma_px = 0; // of the mean separation, due to the response and the instrument; with sigma
+    double chi_square = 0;          // before the step, of all frames
+    size_t used = 0;                // pixels
+    double largest = 0;             // of the step: rms over the pixels, in their standard deviations, all else known
+    bool lost = false;              // a star left the model images: nothing else is valid
     bool solvable = false;
 };
 

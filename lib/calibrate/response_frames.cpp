@@ -7,9 +7,11 @@
 #include "calibrate/response_frames.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/symmetric.hpp"
 #include "base/workers.hpp"
+#include "calibrate/vectors.hpp"
 #include "kernels/normal.hpp"
 
 namespace toliman::calibrate {
@@ -23,6 +25,17 @@ void add(const Buffer<double> &b, Buffer<double> &a) {
     a.resize(b.size());
     for (size_t i = 0; i < b.size(); i++)
         a[i] += b[i];
+}
+
+// h: of the separation by a frame's own parameters.
+std::array<double, kOwn> separation_gradient(const std::array<double, kOwn> &own) {
+    const double x = own[fit::x_b] - own[fit::x_a], y = own[fit::y_b] - own[fit::y_a], r = std::hypot(x, y);
+    std::array<double, kOwn> gradient = {};
+    gradient[fit::x_b] = x / r;
+    gradient[fit::y_b] = y / r;
+    gradient[fit::x_a] = -x / r;
+    gradient[fit::y_a] = -y / r;
+    return gradient;
 }
 
 } // namespace
@@ -151,18 +164,36 @@ void ResponseFrames::accumulate(const Rows &rows, const std::array<double, kOwn 
         }
 }
 
+void ResponseFrames::accumulate_separation(const Rows &rows, const std::array<double, kOwn> &gradient,
+                                           const std::array<double, kOwn * kOwn> &inverse, const Buffer<double> &gain,
+                                           Equations &sum) {
+    const size_t n = sum.instrument.size(), pixels = rows.weighted.size();
+    for (size_t k = 0; k < kOwn; k++) {
+        double factor = 0; // of F^-1 h
+        for (size_t l = 0; l < kOwn; l++)
+            factor += inverse[k * kOwn + l] * gradient[l];
+        for (size_t i = 0; i < pixels; i++)
+            sum.separation[i] += factor * rows.weighted[i] * rows.lines[k * pixels + i];
+        for (size_t j = 0; j < n; j++)
+            sum.separation_gain[j] += gradient[k] * gain[k * (n + 1) + j];
+    }
+}
+
 ResponseFrames::Equations ResponseFrames::linearise(const Planes &planes) {
     const size_t frames = problem_.frames.count, n = planes.parameters(), count = kOwn + n,
                  pixels = problem_.nominal.detector.rows * problem_.nominal.detector.cols;
     Equations all;
     all.normal.blocks.resize(frames);
     all.instrument.resize(n);
+    all.separation.resize(pixels);
+    all.separation_gain.resize(n);
     inverse_.resize(frames);
     std::vector<Equations> parts(std::min(frames, kChunks));
     for_chunks([&](size_t chunk, const std::vector<size_t> &of_chunk) {
         Equations &part = parts[chunk];
-        for (Buffer<double> *const image : {&part.diagonal, &part.gradient, &part.eliminated})
+        for (Buffer<double> *const image : {&part.diagonal, &part.gradient, &part.eliminated, &part.separation})
             image->resize(pixels);
+        part.separation_gain.resize(n);
         for (size_t i = 0; i < n; i++)
             part.instrument.emplace_back(pixels);
         Rows rows(*this, count);
@@ -181,14 +212,18 @@ ResponseFrames::Equations ResponseFrames::linearise(const Planes &planes) {
                         sum += inverse[i * kOwn + k] * (j < n ? block.matrix[k * count + kOwn + j] : block.gradient[k]);
                 }
             accumulate(rows, inverse, gain, part);
+            accumulate_separation(rows, separation_gradient(point_.own[frame]), inverse, gain, part);
         }
     });
     for (Equations &part : parts) {
         add(part.diagonal, all.diagonal);
         add(part.gradient, all.gradient);
         add(part.eliminated, all.eliminated);
-        for (size_t i = 0; i < n; i++)
+        add_scaled(1 / static_cast<double>(frames), part.separation, all.separation);
+        for (size_t i = 0; i < n; i++) {
             add(part.instrument[i], all.instrument[i]);
+            all.separation_gain[i] += part.separation_gain[i] / static_cast<double>(frames);
+        }
         all.solvable = all.solvable && part.solvable;
         part = {};
     }

@@ -14,6 +14,8 @@ class ResponseFrames {
 
     struct Equations {
         Linearisation normal;                   // of all other parameters
+        Buffer<double> separation;              // mean over frames of A_k F_k^-1 h_k, h_k that of the separation by t_k
+        std::vector<double> separation_gain;    // mean over frames of h_k' F_k^-1 J'W G
         Buffer<double> diagonal;                // sum over frames of W a^2
         Buffer<double> gradient;                // W a r, r the residual, after elimination
         Buffer<double> eliminated;              // the diagonal of the sum of A_k F_k^-1 A_k'
@@ -30,6 +32,9 @@ class ResponseFrames {
     class Rows;
     static void accumulate(const Rows &rows, const std::array<double, kOwn * kOwn> &inverse, const Buffer<double> &gain,
                            Equations &sum);
+    static void accumulate_separation(const Rows &rows, const std::array<double, kOwn> &gradient,
+                                      const std::array<double, kOwn * kOwn> &inverse, const Buffer<double> &gain,
+                                      Equations &sum);
     template <class Work> void for_chunks(const Work &work) const;
 
     const Problem &problem_;

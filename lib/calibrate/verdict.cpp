@@ -172,7 +172,7 @@ void judge(const Problem &problem, const Point &point, const Linearisation &norm
     for (size_t i = 0; i < rows * cols; i++)
         out.chi_map[i] /= std::max(1.0, counted[i]);
     out.separation_sigma_px = median(alone);
-    out.calibration_sigma_px = median(added);
+    out.calibration_sigma_px = normal.of_response.empty() ? median(added) : normal.separation_sigma_px;
     out.structure = correlation.structure();
     out.goodness = all.judged(determined, out.map_parameters);
     out.squares = all.squares;

@@ -163,7 +163,7 @@ struct Detector {
     std::optional<DetectorWindow> window; // of the frames
     std::optional<Sidelobe> sidelobe;     // whose frames these are
 
-    // Whether the file's response is that of other pixels in a frame of this window. Without detector.window, it is that
+    // Whether the response is that of other pixels in a frame of this window. Without detector.window, the file is that
     // of [0, 0], where frames are whose window is not known.
     bool response_moves_with(const std::optional<DetectorWindow> &of_frame) const noexcept {
         return !response.empty() && of_frame && !(window.value_or(DetectorWindow()) == *of_frame);

@@ -102,6 +102,7 @@ class Responses(unittest.TestCase):
 
 
 SMALL, FRAMES, RMS, FREE = 28, 60, 5e-3, "scale=1e-3 focus=20 zernike_7=20"
+PLACES = {"A": (-3.2, 2.3), "B": (4.1, -3.6)}
 
 
 class ResponseMaps(unittest.TestCase):
@@ -121,8 +122,7 @@ class ResponseMaps(unittest.TestCase):
     @staticmethod
     def scene(shift):
         scene = copy.deepcopy(test_calibration.SCENE)
-        places = {"A": (-3.2, 2.3), "B": (4.1, -3.6)}
-        scene["binary"] = {"offsets_px": {star: [place[0] + shift[0], place[1] + shift[1]] for star, place in places.items()}}
+        scene["binary"] = {"offsets_px": {star: [place[0] + shift[0], place[1] + shift[1]] for star, place in PLACES.items()}}
         scene["signal"]["amplitude_px"] = 0
         scene["detector"]["shape"] = [SMALL, SMALL]
         scene["noise"] = {"photon": True, "seed": 1}
@@ -160,14 +160,21 @@ class ResponseMaps(unittest.TestCase):
         shape = (SMALL, SMALL)
         # Without the response itself times a constant, which is not determined: an eigenvector.
         variance = covariance.diagonal()[:pixels].reshape(shape) - (RMS * self.response)**2 / (true**2).sum()
-        return self.response + (covariance @ right)[:pixels].reshape(shape), variance**0.5
+        apart = numpy.zeros(size)  # of the mean of the separations, which the scale changes, too
+        first = pixels + 7 * numpy.arange(FRAMES)
+        apart[first + names.index("separation")] = 1 / FRAMES
+        apart[size - n + list(values).index("scale")] = math.dist(*PLACES.values())
+        alone = [numpy.linalg.inv(matrix[k:k + 7, k:k + 7])[2, 2] for k in first]
+        common = apart @ covariance @ apart - sum(alone) / FRAMES**2
+        return self.response + (covariance @ right)[:pixels].reshape(shape), variance**0.5, common**0.5
 
     def test_dense_least_squares(self):
-        response, sigma = self.dense()
+        response, sigma, common = self.dense()
         self.assertEqual(self.found.flags, (), self.found.verdict)
         self.assertLess(numpy.abs((self.found.response - response) / sigma).max(), 0.01)
         ratio = self.found.response_sigma / sigma
         self.assertLess(numpy.abs(ratio - 1).max(), 0.003)
+        self.assertAlmostEqual(self.found.info.calibration_sigma_px / common, 1, delta=1e-3)
         self.assertAlmostEqual(self.found.info.response_parameters, (1 - sigma**2 / RMS**2).sum() - 1, delta=0.1)
 
     def test_errors_are_those_stated(self):
