@@ -94,9 +94,9 @@ using OwnOfFrames = std::vector<std::array<double, kOwn>>; // [frame]
 struct Point {
     std::vector<std::vector<double>> instrument; // [window][parameter]
     OwnOfFrames own;
-    Buffer<double> map_m;       // OPD added to the pupil, [N][N]; empty = none
-    Buffer<double> response;    // relative change of each pixel's response, [rows][cols]; empty = none
-    std::vector<BadPixels> bad; // [frame], left out; empty = none
+    Buffer<double> map_m;            // OPD added to the pupil, [N][N]; empty = none
+    Buffer<double> response;         // relative change of each pixel's response, [rows][cols]; empty = none
+    std::vector<BadPixels> bad = {}; // [frame], left out; empty = none
 
     BadPixels bad_of(size_t frame) const noexcept { return bad.empty() ? BadPixels() : bad[frame]; }
 };
