@@ -59,4 +59,21 @@ std::string date_text(int64_t ns) {
     return text.erase(text.find_last_not_of('0') + 1);
 }
 
+namespace {
+
+std::string mjd_text(double mjd, size_t length) {
+    constexpr double kOf1970 = 40587, kNsPerDay = 86400e9;
+    return date_text(std::llround((mjd - kOf1970) * kNsPerDay)).substr(0, length);
+}
+
+} // namespace
+
+std::string mjd_day(double mjd) {
+    return mjd_text(mjd, std::strlen("2027-01-01"));
+}
+
+std::string mjd_minute(double mjd) {
+    return mjd_text(mjd, std::strlen("2027-01-01T00:00"));
+}
+
 } // namespace cli

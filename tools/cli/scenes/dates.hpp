@@ -17,6 +17,10 @@ std::string day_text(double zero, double days);
 // "2027-01-01T00:00:00" of nanoseconds since 1970, with the digits of the nanoseconds that are not 0.
 std::string date_text(int64_t ns);
 
+// The same of a Modified Julian Day, "2027-01-01", or to the minute, "2027-01-01T00:00".
+std::string mjd_day(double mjd);
+std::string mjd_minute(double mjd);
+
 constexpr double kDaysPerYear = 365.25;
 
 } // namespace cli

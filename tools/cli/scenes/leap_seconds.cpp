@@ -1,9 +1,6 @@
 #include "scenes/leap_seconds.hpp"
 
 #include <CLI/App.hpp>
-#include <utility>
-
-#include <toliman/toliman.hpp>
 
 #include "scenes/dates.hpp"
 
@@ -18,16 +15,6 @@ LeapSeconds::LeapSeconds(const std::string &path) {
     rows.resize(count);
 }
 
-namespace {
-
-// "2029-01-01" of a Modified Julian Day.
-std::string day_of(int64_t mjd) {
-    constexpr int64_t kDay = 86400000000000, kMjdOf1970 = 40587;
-    return date_text((mjd - kMjdOf1970) * kDay).substr(0, sizeof "2029-01-01" - 1);
-}
-
-} // namespace
-
 void warn_of_expiry(const CLI::App &command, Progress &progress) {
     static bool warned = false;
     const CLI::Option *const option = command.get_option_no_throw("--leap-seconds");
@@ -38,8 +25,9 @@ void warn_of_expiry(const CLI::App &command, Progress &progress) {
     const int64_t expires = LeapSeconds(file).expires;
     if (last < expires || std::exchange(warned, true))
         return;
-    progress.warn("dates of UTC up to " + day_of(last) + " were converted, but leap seconds are known only before " +
-                  day_of(expires) + ": " +
+    progress.warn("dates of UTC up to " + mjd_day(static_cast<double>(last)) +
+                  " were converted, but leap seconds are known only before " + mjd_day(static_cast<double>(expires)) +
+                  ": " +
                   (option != nullptr ? "--leap-seconds FILE reads a newer leap-seconds.list of the IERS"
                                      : "a newer version of ERFA has newer ones"));
 }

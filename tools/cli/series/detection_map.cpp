@@ -35,7 +35,8 @@ std::pair<double, double> masses_of(const std::string &text) {
 
 // A decade on either side of the size that is detectable in the middle of the periods.
 std::pair<double, double> default_sizes(const PlanetSearch &search, bool masses) {
-    const toliman_planet_limit limit = limit_at(search, std::sqrt(search.info.period_min * search.info.period_max));
+    const double middle = std::sqrt(search.info.period_min * search.info.period_max);
+    const toliman_planet_limit limit = limits_at(search, {middle})[0];
     const double size = masses ? limit.detectable_mass_a : limit.detectable;
     if (!(size > 0 && std::isfinite(size)))
         throw Failure(kExitUsage,

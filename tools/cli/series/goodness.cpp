@@ -31,7 +31,6 @@ std::string line_of(const toliman_period_alias &alias) {
            (std::isnan(alias.power) ? ", outside the grid" : formatted(", power %.6f", alias.power));
 }
 
-constexpr double kMjdOf1970 = 40587, kNsPerDay = 86400e9;
 constexpr size_t kListed = 10;
 
 void add_sinusoid(const Series &series, double frequency, toliman_measure *measure) {
@@ -124,8 +123,7 @@ std::string listed_outliers(const std::vector<int64_t> &indices, const Series &s
     for (size_t i = 0; i < std::min(indices.size(), kListed); i++) {
         const double t = series.t[static_cast<size_t>(indices[i])];
         text += i == 0 ? "" : ", ";
-        text += series.time_scale.empty() ? formatted("t = %.9g", t)
-                                          : date_text(std::llround((t - kMjdOf1970) * kNsPerDay)).substr(0, 16);
+        text += series.time_scale.empty() ? formatted("t = %.9g", t) : mjd_minute(t);
     }
     return text + (indices.size() > kListed ? ", ..." : "");
 }

@@ -11,8 +11,6 @@ namespace cli {
 
 namespace {
 
-constexpr double kMjdOf1970 = 40587, kNsPerDay = 86400e9;
-
 // "479.10 (-2.30 +2.41)" of the 16, 50 and 84 % points times a factor.
 std::string interval_text(const double (&points)[3], double factor = 1) {
     const double middle = points[1] * factor;
@@ -38,10 +36,6 @@ std::optional<std::vector<double>> listed_if(bool is_known, const double (&point
 // An infinite size is never detected.
 std::string cell_text(double value) {
     return std::isinf(value) ? formatted("%12s", "never") : formatted("%12.4g", value);
-}
-
-std::string day_of(double mjd) {
-    return date_text(std::llround((mjd - kMjdOf1970) * kNsPerDay)).substr(0, 10);
 }
 
 std::vector<double> signal_of(const PlanetSearch &search, uint32_t planet, const Series &series) {
@@ -88,7 +82,7 @@ std::string PlanetReport::planet_text(size_t index) const {
     text += "  eccentricity  " + interval_text(planet.eccentricity) + "\n";
     text += "  periastron    " + interval_text(planet.periastron_deg) + " deg\n";
     text += "  epoch         " + interval_text(planet.epoch);
-    text += series.time_scale.empty() ? "\n" : " MJD, " + day_of(planet.epoch[1]) + " " + series.time_scale + "\n";
+    text += series.time_scale.empty() ? "\n" : " MJD, " + mjd_day(planet.epoch[1]) + " " + series.time_scale + "\n";
     text += "  amplitude     " + interval_text(planet.amplitude, uas ? search.uas(1) : 1) +
             (unit.empty() ? "" : " " + unit) + "\n";
     if (planet.star >= 0) {

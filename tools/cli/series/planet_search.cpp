@@ -190,18 +190,14 @@ PlanetSearch find_planets(const Series &series, const PlanetOptions &options, co
 }
 
 std::vector<toliman_planet_limit> limits_of(const PlanetSearch &search) {
-    const std::vector<double> periods =
-        edges_between(search.info.period_min, search.info.period_max, kLimitPeriods - 1);
+    return limits_at(search, edges_between(search.info.period_min, search.info.period_max, kLimitPeriods - 1));
+}
+
+std::vector<toliman_planet_limit> limits_at(const PlanetSearch &search, const std::vector<double> &periods) {
     std::vector<toliman_planet_limit> limits(periods.size(), toliman::sized<toliman_planet_limit>());
     toliman::check(toliman_planet_get_limits(search.handle.get(), periods.data(), periods.size(), kLimitProbability,
                                              limits.data()));
     return limits;
-}
-
-toliman_planet_limit limit_at(const PlanetSearch &search, double period) {
-    auto limit = toliman::sized<toliman_planet_limit>();
-    toliman::check(toliman_planet_get_limits(search.handle.get(), &period, 1, kLimitProbability, &limit));
-    return limit;
 }
 
 std::vector<double> edges_between(double first, double last, size_t count) {

@@ -59,8 +59,8 @@ PlanetSearch find_planets(const Series &series, const PlanetOptions &options, co
 constexpr double kLimitProbability = 0.95;
 // Limits at periods from the shortest to the longest, with equal steps of their logarithm.
 std::vector<toliman_planet_limit> limits_of(const PlanetSearch &search);
-// The limit at one period.
-toliman_planet_limit limit_at(const PlanetSearch &search, double period);
+// Those at other periods.
+std::vector<toliman_planet_limit> limits_at(const PlanetSearch &search, const std::vector<double> &periods);
 
 // [count + 1] numbers from `first` to `last` with equal ratios.
 std::vector<double> edges_between(double first, double last, size_t count);
