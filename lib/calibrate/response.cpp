@@ -330,6 +330,7 @@ void ResponseFit::finish(ResponseStep &step) {
     step.solvable = rest.solvable;
     step.change.instrument = std::move(rest.change.instrument);
     step.change.own = std::move(rest.change.own);
+    step.largest = std::max(step.largest, rest.largest);
 }
 
 ResponseStep ResponseFit::step() {
@@ -341,9 +342,9 @@ ResponseStep ResponseFit::step() {
     step.used = equations_.normal.used;
     if (!solve(step))
         return step;
-    if (step.largest < options_.still && !measure_errors(step))
-        return step;
     finish(step);
+    if (step.largest < options_.still && !measure_errors(step))
+        step.solvable = false;
     return step;
 }
 

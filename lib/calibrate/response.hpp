@@ -20,8 +20,10 @@ struct ResponseStep {
     double separation_sigma_px = 0; // of the mean separation, due to the response and the instrument; with sigma
     double chi_square = 0;          // before the step, of all frames
     size_t used = 0;                // pixels
-    double largest = 0;             // of the step: rms over the pixels, in their standard deviations, all else known
-    bool lost = false;              // a star left the model images: nothing else is valid
+    // Of the step, in standard deviations: rms over the pixels, all else known; the largest of all other parameters,
+    // the response known.
+    double largest = 0;
+    bool lost = false; // a star left the model images: nothing else is valid
     bool solvable = false;
 };
 
