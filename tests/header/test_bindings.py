@@ -70,7 +70,7 @@ class Bindings(CopiedTree):
         self.change(LAYOUT, '{"conv2.weight", {16, 8, 3, 3}}', '{"conv2.weight", {16, 8, 5, 5}}')
         self.assertIn('"conv2.weight": (16, 8, 5, 5),', self.made(NETWORK))
         self.change(LAYOUT, '{"conv2.bias", {16}}', '{"conv2_bias", {16}}')
-        self.refuses(LAYOUT + ": 19 tensors and 4 stages were found: must be 20 and 4")
+        self.refuses(LAYOUT + ": 19 tensors and 5 channels were found: must be 20 and 5")
 
     def test_function_without_binding(self):
         self.change(SYM, "    toliman_version;", "    toliman_version;\n    toliman_other;")
