@@ -302,7 +302,9 @@ bool ResponseFit::measure_separation(ResponseStep &step) const {
     Krylov krylov;
     if (!expand(right, {}, krylov))
         return false;
-    step.separation_sigma_px = std::sqrt(variance + dot(right, right) * krylov.inverse[0]);
+    if (!krylov.inverse.empty())
+        variance += dot(right, right) * krylov.inverse[0];
+    step.separation_sigma_px = std::sqrt(variance);
     return true;
 }
 

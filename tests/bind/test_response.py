@@ -177,6 +177,24 @@ class ResponseMaps(unittest.TestCase):
         self.assertAlmostEqual(self.found.info.calibration_sigma_px / common, 1, delta=1e-3)
         self.assertAlmostEqual(self.found.info.response_parameters, (1 - sigma**2 / RMS**2).sum() - 1, delta=0.1)
 
+    def test_steps_are_those_of_all_parameters(self):
+        """In standard deviations with the response known, also of spectra, which a response imitates: one that rests does not
+        end a calibration whose other parameters move."""
+        free, steps = FREE + " spectrum_a_1 spectrum_b_1 temperature_a temperature_b", []
+
+        def record(calibration, step):
+            if step.is_response:
+                steps.append((step.largest_step, {name: value.value for name, value in calibration.values().items()}))
+
+        found = toliman.calibrate(self.nominal, self.frames[:FRAMES], step=record, **{**self.options, "free": free})
+        with tempfile.TemporaryDirectory() as folder:
+            found.save(pathlib.Path(folder) / "fitted.json")
+            fitted = toliman.Simulator(pathlib.Path(folder) / "fitted.json")
+        known = toliman.calibrate(fitted, self.frames[:FRAMES], shifts=self.options["shifts"], free=free).values()
+        for (_, before), (largest, after) in zip(steps, steps[1:]):
+            self.assertGreater(largest, 0.9 * max(abs(after[name] - before[name]) / known[name].sigma for name in known))
+        self.assertLess(steps[-1][0], 0.1)
+
     def test_errors_are_those_stated(self):
         pulls = (self.found.response - self.response / self.response.mean()) / self.found.response_sigma
         self.assertAlmostEqual((pulls**2).mean()**0.5, 1, delta=4 / math.sqrt(2 * pulls.size))

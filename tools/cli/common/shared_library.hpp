@@ -15,9 +15,8 @@ class SharedLibrary {
         is_complete_ = is_complete_ && found != nullptr;
     }
 
-    bool is_complete() const noexcept {
-        return is_complete_;
-    } // it is there and has every function that was to be found
+    // Whether it is there and has every function that was to be found.
+    bool is_complete() const noexcept { return is_complete_; }
 
   private:
     void *handle_;

@@ -347,7 +347,7 @@ void CalibrationOutput::print(const Calibration &calibration) const {
     std::printf("chi-square   %s per degree of freedom, %s; largest residual %.1f sigma\n",
                 text_with_error(info.chi_square, info.chi_square_sigma).c_str(), toliman_constant_name(info.goodness),
                 info.largest_residual);
-    std::printf("separation   sigma %.3g px per frame; uncertain parameters of the instrument add %.3g px\n",
+    std::printf("separation   sigma %.3g px per frame; the uncertain instrument adds %.3g px\n",
                 info.separation_sigma_px, info.calibration_sigma_px);
     if (info.map_iterations > 0)
         std::printf("map          %.3g nm rms over the open pupil, as good as %.0f parameters\n", info.map_rms_nm,
