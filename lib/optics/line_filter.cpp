@@ -29,6 +29,7 @@ constexpr size_t kMaxTaps = 100;                 // of an interpolated filter, f
 constexpr double kSampleRounding = 1e-15;        // relative to the peak
 constexpr double kGiveUpRatio = 100;             // times the best error: longer filters only accumulate rounding
 constexpr size_t kChecks = 1000;                 // frequencies between 0 and the cutoff
+constexpr size_t kStride = 20;                   // of them, of a first look at a filter
 constexpr double kWide = 1.4;                    // samples; interpolated filters of narrower blurs do not amplify
 constexpr double kShare = 0.1;                   // of the accuracy, for the alias and for the pixel of a sampled filter
 constexpr double kLoosest = 1e-2;                // accuracy for which a cut is chosen
@@ -107,13 +108,14 @@ class Band {
         }
     }
 
-    // The filter with these taps, its error with the rounding that long filters accumulate.
-    LineFilter checked(std::vector<double> taps) const {
+    // The filter with these taps, its error with the rounding that long filters accumulate. A stride of frequencies
+    // above 1 gives a lower bound of the error.
+    template <size_t stride = 1> LineFilter checked(std::vector<double> taps) const {
         LineFilter line;
         for (size_t k = 0; k < taps.size(); k++)
             line.gain += (k == 0 ? 1 : 2) * taps[k] * taps[k];
         line.gain = std::sqrt(line.gain) * edge_weight_;
-        line.error = 2 * (largest_error(taps) + kSampleRounding * line.gain);
+        line.error = 2 * (largest_error<stride>(taps) + kSampleRounding * line.gain);
         line.taps = std::move(taps);
         line.odd = transfer_->odd();
         return line;
@@ -122,23 +124,25 @@ class Band {
   private:
     using Values = std::array<double, kChecks + 1>;
 
-    double largest_error(const std::vector<double> &taps) const noexcept {
-        Values sum, x, y; // x + i y = exp(2 pi i k f)
+    template <size_t stride> double largest_error(const std::vector<double> &taps) const noexcept {
+        constexpr size_t count = kChecks / stride + 1;
+        std::array<double, count> sum, x, y; // x + i y = exp(2 pi i k f)
         sum.fill(transfer_->odd() ? 0 : taps[0]);
         x.fill(1);
         y.fill(0);
         for (size_t k = 1; k < taps.size(); k++) {
-            const Values &part = transfer_->odd() ? y : x;
-            for (size_t i = 0; i <= kChecks; i++) {
-                const double next = x[i] * turn_x_[i] - y[i] * turn_y_[i];
-                y[i] = x[i] * turn_y_[i] + y[i] * turn_x_[i];
+            const std::array<double, count> &part = transfer_->odd() ? y : x;
+            for (size_t i = 0; i < count; i++) {
+                const double turn_x = turn_x_[i * stride], turn_y = turn_y_[i * stride];
+                const double next = x[i] * turn_x - y[i] * turn_y;
+                y[i] = x[i] * turn_y + y[i] * turn_x;
                 x[i] = next;
                 sum[i] += 2 * taps[k] * part[i];
             }
         }
         double largest = 0;
-        for (size_t i = 0; i <= kChecks; i++)
-            largest = std::max(largest, std::fabs(sum[i] - wanted_[i]) * weight_[i]);
+        for (size_t i = 0; i < count; i++)
+            largest = std::max(largest, std::fabs(sum[i] - wanted_[i * stride]) * weight_[i * stride]);
         return largest;
     }
 
@@ -147,20 +151,25 @@ class Band {
     Values turn_x_, turn_y_, wanted_, weight_;
 };
 
-// The shortest interpolated filter within the accuracy; else the most accurate one.
+// The shortest interpolated filter within the accuracy; else the most accurate one. Only filters that may be within it
+// are compared with the transfer function at all frequencies.
 LineFilter interpolated(const TransferFunction &transfer, double cutoff, double accuracy) {
     const Band band(transfer, cutoff);
     LineFilter best;
     for (size_t count = transfer.odd() ? 2 : 1; count <= kMaxTaps; count++) {
-        LineFilter line =
-            band.checked(transfer.odd() ? odd_taps(transfer, cutoff, count) : even_taps(transfer, cutoff, count));
+        LineFilter line = band.checked<kStride>(transfer.odd() ? odd_taps(transfer, cutoff, count)
+                                                               : even_taps(transfer, cutoff, count));
+        if (line.error <= accuracy)
+            line = band.checked(std::move(line.taps));
+        if (line.error <= accuracy)
+            return line;
         const double error = line.error;
         if (best.taps.empty() || error < best.error)
             best = std::move(line);
-        if (best.error <= accuracy || !(error < kGiveUpRatio * best.error))
+        if (!(error < kGiveUpRatio * best.error))
             break;
     }
-    return best;
+    return band.checked(std::move(best.taps));
 }
 
 // The filter whose transfer function is the product of those of two filters; taps from the middle outwards. That of an
