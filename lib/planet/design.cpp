@@ -1,4 +1,4 @@
-// Method: modified Gram-Schmidt, twice, in long double, on the whitened functions w b_j with one more row per prior,
+// Method: modified Gram-Schmidt, twice where it cancels, in long double, on the whitened functions w b_j with one more row per prior,
 // sqrt(precision): a prior is an observation of the coefficient. With Q R = [w B; P] and the residual r of the values,
 //     ln evidence = -|r|^2/2 + sum ln w - sum ln R_jj + constants.
 // Signals have zeros in the rows of the priors, so that only the measurements' rows of Q are kept.
@@ -15,6 +15,7 @@ using Real = long double;
 using Column = std::vector<Real>;
 
 constexpr Real kLeastLeft = 1e-20L; // share of the square of a function that is left by those before it
+constexpr Real kCancelled = 1e-3L;  // share below which a second pass removes what rounding left
 
 Real dot(const Column &a, const Column &b) noexcept {
     Real sum = 0;
@@ -23,10 +24,11 @@ Real dot(const Column &a, const Column &b) noexcept {
     return sum;
 }
 
-// Returns the parts of x along the directions.
+// Removes from x its parts along the directions, which it returns.
 Column remove(const std::vector<Column> &directions, Column &x) {
     Column parts(directions.size());
-    for (int pass = 0; pass < 2; pass++)
+    const Real before = dot(x, x);
+    for (int pass = 0; pass < 2 && (pass == 0 || dot(x, x) < kCancelled * before); pass++)
         for (size_t j = 0; j < directions.size(); j++) {
             const Real along = dot(directions[j], x);
             for (size_t i = 0; i < x.size(); i++)
@@ -70,10 +72,11 @@ Design::Design(const Series &series, const std::vector<const Function *> &functi
             dependent_ = std::min(dependent_, j);
             continue;
         }
+        const Real length = std::sqrt(left);
         for (Real &value : column)
-            value /= std::sqrt(left);
+            value /= length;
         directions.push_back(std::move(column));
-        parts.push_back(std::sqrt(left));
+        parts.push_back(length);
         triangle_.push_back(std::move(parts));
         index_.push_back(j);
         log_evidence -= std::log(left) / 2;

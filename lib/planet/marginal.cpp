@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "kernels/kepler_rows.hpp"
 
@@ -46,8 +47,9 @@ Moments ShapeWork::moments(const Series &series, const Design &design, const Orb
     return moments;
 }
 
-AmplitudeFit fit_amplitudes(const Moments &moments, double scale) noexcept {
-    const size_t m = moments.size;
+namespace {
+
+template <size_t m> [[gnu::always_inline]] inline AmplitudeFit fit_of(const Moments &moments, double scale) noexcept {
     const double precision = 1 / (scale * scale);
     AmplitudeFit fit = {};
     double volume = 1, square = 0, solved[kMostAmplitudes] = {};
@@ -76,20 +78,36 @@ AmplitudeFit fit_amplitudes(const Moments &moments, double scale) noexcept {
     return fit;
 }
 
+// Calls work with the number of amplitudes as a constant, by which the compiler unrolls its loops.
+template <class Work> auto with_size(size_t m, Work work) noexcept {
+    static_assert(kMostAmplitudes == 6);
+    return m == 2   ? work(std::integral_constant<size_t, 2>())
+           : m == 4 ? work(std::integral_constant<size_t, 4>())
+                    : work(std::integral_constant<size_t, 6>());
+}
+
+} // namespace
+
+AmplitudeFit fit_amplitudes(const Moments &moments, double scale) noexcept {
+    return with_size(moments.size, [&](auto m) { return fit_of<m>(moments, scale); });
+}
+
 double log_bayes(const Moments &moments, const std::vector<double> &scales, double *each) noexcept {
-    double largest = -HUGE_VAL, sum = 0;
-    for (size_t i = 0; i < scales.size(); i++) {
-        const double value = fit_amplitudes(moments, scales[i]).log_bayes;
-        if (each != nullptr)
-            each[i] = value;
-        if (value > largest) {
-            sum = sum * std::exp(largest - value) + 1;
-            largest = value;
-        } else {
-            sum += std::exp(value - largest);
+    return with_size(moments.size, [&](auto m) {
+        double largest = -HUGE_VAL, sum = 0;
+        for (size_t i = 0; i < scales.size(); i++) {
+            const double value = fit_of<m>(moments, scales[i]).log_bayes;
+            if (each != nullptr)
+                each[i] = value;
+            if (value > largest) {
+                sum = sum * std::exp(largest - value) + 1;
+                largest = value;
+            } else {
+                sum += std::exp(value - largest);
+            }
         }
-    }
-    return largest + std::log(sum / static_cast<double>(scales.size()));
+        return largest + std::log(sum / static_cast<double>(scales.size()));
+    });
 }
 
 } // namespace toliman::planet
