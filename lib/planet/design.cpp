@@ -1,5 +1,6 @@
-// Method: modified Gram-Schmidt, twice where it cancels, in long double, on the whitened functions w b_j with one more row per prior,
-// sqrt(precision): a prior is an observation of the coefficient. With Q R = [w B; P] and the residual r of the values,
+// Method: modified Gram-Schmidt, twice where it cancels, in long double, on the whitened functions w b_j with one more
+// row per prior, sqrt(precision): a prior is an observation of the coefficient. With Q R = [w B; P] and the residual r
+// of the values,
 //     ln evidence = -|r|^2/2 + sum ln w - sum ln R_jj + constants.
 // Signals have zeros in the rows of the priors, so that only the measurements' rows of Q are kept.
 #include "planet/design.hpp"

@@ -287,9 +287,9 @@ class Sums(StreamTest):
         (self.folder / "in").mkdir()
         first, second, third = sorted((self.folder / "all").glob("*.nc"))
         shutil.copy(first, self.folder / "in")
+        (self.folder / "in" / second.name).write_bytes(second.read_bytes()[:-5000])
         run = self.follow("in")
         ids = [frame["frame_id"] for frame in self.frames(run, 50)]
-        (self.folder / "in" / second.name).write_bytes(second.read_bytes()[:-5000])
         while "damage" not in run.stdout.readline():
             self.assertIsNone(run.poll())
         shutil.copy(second, self.folder / "in")

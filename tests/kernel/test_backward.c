@@ -167,7 +167,7 @@ static void check_layout(int layout) {
     if (layout != kPaper)
         assert_true(shim_latent_by_rows((uint32_t)layout, weights, image) == encoded);
     for (size_t l = 0; l < sizeof kLayers / sizeof kLayers[0]; l++) {
-        /* So small that the loss is linear, and that no maximum moves to another pixel; rounding is 1e-5 of the slope. */
+        /* So small that the loss is linear and no maximum moves to another pixel; rounding is 1e-5 of the slope. */
         const Real step = 1e-9;
         double along = 0, length = 0;
         size_t last;
