@@ -44,6 +44,14 @@ class Arguments(unittest.TestCase):
             with self.subTest(intervals=intervals), refused(kind, "intervals"):
                 sky.predict_mean(intervals)
 
+    def test_intervals_that_touch(self):
+        """In any order, they are one."""
+        sky, (start, middle, end) = toliman.Sky(altitude_km=600), TIMES[0] + numpy.array([0, 700, 2000]) * 10**9
+        whole, parts = (sky.predict_mean(one) for one in ([start, end], [[middle, end], [start, middle]]))
+        numpy.testing.assert_allclose(parts.separation_arcsec, whole.separation_arcsec, rtol=1e-12)
+        with refused(toliman.InputError, "intervals"):
+            sky.predict_mean([[middle - 1, end], [start, middle]])
+
     def test_an_instant(self):
         sky = toliman.Sky()
         time = TIMES[0]

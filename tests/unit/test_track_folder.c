@@ -202,7 +202,7 @@ TEST_IN_FOLDER(ledger_matches_its_format) {
     toliman_track *track = make_track(&options);
     small_frame frame;
     make_frame(&frame, 5);
-    frame.frame.dropped = 65535;
+    frame.frame.dropped = 0xabcdef; /* 24 bits: in three fields */
     push_one(track, &frame.frame);
     frame.pixels[1]++;
     push_one(track, &frame.frame);
@@ -239,7 +239,7 @@ TEST_IN_FOLDER(ledger_matches_its_format) {
         make_frame(&frame, ids[line]);
         frame.pixels[1] = (uint16_t)(frame.pixels[1] + (line == 1));
         frame.pixels[2] = line == 3 ? 4096 : frame.pixels[2];
-        const uint64_t dropped = line < 2 ? 65535 : 0;
+        const uint64_t dropped = line < 2 ? 0xabcdef : 0;
         const uint64_t fields[] = {(uint64_t)frame.frame.camera_ns, dropped, 0, SIDE, SIDE, 1 /* u16 */, 0, 0, 0, 0};
         const uint32_t content = crc32(crc32(0, fields, sizeof fields), frame.pixels, sizeof frame.pixels);
         assert_true(number_at(ledger, at, 8) == fnv1a("pass-1\0core", 11));
@@ -249,9 +249,9 @@ TEST_IN_FOLDER(ledger_matches_its_format) {
         assert_int_equal(number_at(ledger, at + 28, 8), line == 3 ? 0 : frame.frame.camera_ns);
         assert_true(double_at(ledger, at + 36) == (line == 3 ? 0 : value_of_frame(&frame)));
         assert_true(double_at(ledger, at + 44) == SIGMA);
-        assert_int_equal(number_at(ledger, at + 52, 1), kinds[line]);
-        assert_int_equal(number_at(ledger, at + 53, 1), reasons[line]);
-        assert_int_equal(number_at(ledger, at + 54, 2), dropped);
+        assert_int_equal(number_at(ledger, at + 52, 1), kinds[line] | (line < 2 ? 0xb0 : 0));
+        assert_int_equal(number_at(ledger, at + 53, 1), reasons[line] | (line < 2 ? 0xa0 : 0));
+        assert_int_equal(number_at(ledger, at + 54, 2), dropped & 0xffff);
         assert_true(isnan(double_at(ledger, at + 56)));
         for (int i = 1; i < COLUMNS; i++)
             assert_true(i == 7 || i == 8 ? isnan(double_at(ledger, at + 56 + 8 * i))
