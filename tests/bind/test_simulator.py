@@ -203,6 +203,14 @@ class Scenes(unittest.TestCase):
         self.assertEqual((type(error), error.name, error.status, error.field), (toliman.InputError, "TOLIMAN_E_SCENE", 6, "accuracyy"))
         with refused(ValueError, "scene.accuracy"):
             toliman.Simulator(scene(accuracy=float("nan")))
+        faint = scene(cadence={"frames": 2, "interval_days": 1, "peak_photons": 1e-6})  # the least
+        toliman.Simulator(faint).close()
+        faint["cadence"] = {"frames": 2, "interval_days": 1, "exposure_s": 1e-9}
+        for star in faint["stars"].values():
+            del star["relative_flux"]
+            star["photons_per_s"] = 1.0
+        with refused(toliman.InputError, "cadence"):
+            toliman.Simulator(faint)
         with refused(ValueError, "folder"):
             toliman.Simulator("chapter.json", folder=".")
         with refused(ValueError, "engine"):
