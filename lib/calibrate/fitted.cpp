@@ -24,7 +24,7 @@ constexpr size_t kNpyHeader = 128; // bytes, a multiple of 64
 // Whether the text of a key is the name of a file.
 bool is_file(const std::string &key, const std::string &text) {
     return key == "file" || key == "opd_file" || key == "times_days" || key == "bad_pixels" || key == "response" ||
-           key == "qe" || key == "throughput" || (key == "magnitude_band" && text != "V") ||
+           key == "on_target" || key == "qe" || key == "throughput" || (key == "magnitude_band" && text != "V") ||
            (key == "orbit" && text != "alpha-cen");
 }
 

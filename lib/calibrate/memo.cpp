@@ -61,6 +61,8 @@ uint64_t hash_of(const Scene &scene, const optics::Outline &nominal) noexcept {
     uint64_t hash = fnv1a(scene.digest, kFnvOffset);
     if (scene.binary.sky != nullptr)
         hash = fnv1a(scene.binary.sky->digest(), hash);
+    for (const sky::Interval &window : scene.cadence.windows)
+        hash = fnv1a(std::array<int64_t, 2>{window.start_ns, window.end_ns}, hash);
     hash = fnv1a(scene.cadence.times_days, fnv1a(scene.detector.bad_pixels, hash));
     hash = fnv1a(scene.detector.response, hash);
     hash = fnv1a(nominal.pupil.opd_m, fnv1a(nominal.pupil.amplitude, hash));

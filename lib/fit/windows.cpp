@@ -35,7 +35,8 @@ bool same(const Cadence &a, const Cadence &b) noexcept {
 // The places of the stars are means over these with an observer.
 bool same_exposure(const Scene &a, const Scene &b) noexcept {
     return a.binary.sky == nullptr ||
-           (a.cadence.exposure_s == b.cadence.exposure_s && a.cadence.on_target_s == b.cadence.on_target_s);
+           (a.cadence.exposure_s == b.cadence.exposure_s && a.cadence.on_target_s == b.cadence.on_target_s &&
+            a.cadence.windows == b.cadence.windows);
 }
 
 void check_same(const Scene &first, const Scene &other, size_t window) {

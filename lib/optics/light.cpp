@@ -83,15 +83,13 @@ sky::Prediction seen_at(const Scene &scene, double days) {
     if (!(std::fabs(days) < kFarthestDays))
         fail(Status::range, "%s: {time} = %g days: must be within %g days of time 0 with an observer",
              scene.source.c_str(), days, kFarthestDays);
-    const double half_s = cadence.exposure_s / 2;
-    const int64_t middle = tai_of_date(scene.binary.date) + std::llround(days * 86400e9);
-    std::vector<sky::Interval> intervals;
-    for (size_t i = 0; i + 1 < cadence.on_target_s.size(); i += 2)
-        intervals.push_back({middle + std::llround((cadence.on_target_s[i] - half_s) * 1e9),
-                             middle + std::llround((cadence.on_target_s[i + 1] - half_s) * 1e9)});
-    if (intervals.empty() && half_s > 0)
-        intervals.push_back({middle - std::llround(half_s * 1e9), middle + std::llround(half_s * 1e9)});
-    return intervals.empty() ? scene.binary.sky->at(middle) : scene.binary.sky->mean(intervals);
+    const int64_t zero = tai_of_date(scene.binary.date);
+    const std::vector<sky::Interval> intervals = exposure_at(cadence, zero, days);
+    if (intervals.empty() && !cadence.windows.empty())
+        fail(Status::range, "%s: {time} = %.9g days: no window of cadence.on_target is in the exposure",
+             scene.source.c_str(), days);
+    return intervals.empty() ? scene.binary.sky->at(zero + std::llround(days * 86400e9))
+                             : scene.binary.sky->mean(intervals);
 }
 
 // Offsets of both stars from their separation and position angle.
@@ -178,6 +176,13 @@ Offsets offsets_at(const Scene &scene, const Light &light, double days) {
         return unobserved_offsets_at(scene, light, days);
     const sky::Prediction seen = seen_at(scene, days);
     return offsets_of(seen.separation_arcsec, seen.position_angle_deg, scene, light);
+}
+
+double relative_light_at(const Scene &scene, double days) {
+    const Cadence &cadence = scene.cadence;
+    if (cadence.windows.empty())
+        return 1;
+    return seconds_of(exposure_at(cadence, tai_of_date(scene.binary.date), days)) / on_target_s(cadence);
 }
 
 void scale_light(Light &light, double factor) noexcept {

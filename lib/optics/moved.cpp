@@ -77,6 +77,7 @@ void MovedStars::add_propagated(const Imager &imager, Light light, size_t star, 
 void MovedStars::expect(double displacement_px, const Disturbances &disturbances, double days, double *image) const {
     const Offsets offsets = offsets_at(scene_, light_, days);
     const auto axis = axis_of(scene_, offsets);
+    const double relative_light = relative_light_at(scene_, days);
     const size_t pixels = plan_.pixels.rows * plan_.pixels.cols;
     std::fill_n(image, pixels, disturbances.background_photons);
     std::optional<Instrument> own;
@@ -87,7 +88,8 @@ void MovedStars::expect(double displacement_px, const Disturbances &disturbances
     for (double &by_wavelength : light.dispersion)
         by_wavelength *= 1 + disturbances.scale;
     for (size_t star = 0; star < scene_.stars.size(); star++) {
-        const double wobble = star == scene_.signal.star ? displacement_px : 0, flux = 1 + disturbances.flux[star];
+        const double wobble = star == scene_.signal.star ? displacement_px : 0,
+                     flux = relative_light * (1 + disturbances.flux[star]);
         const Place place = place_of(disturbances, offsets[star], axis.data(), wobble);
         const bool interpolated = plan_.frames == Frames::atlas && atlas().covers(star, place[0], place[1]);
         if (interpolated)

@@ -133,10 +133,7 @@ double Simulator::truncation() const {
 }
 
 double Simulator::time_days(int64_t k) const noexcept {
-    const Cadence &cadence = scene_.cadence;
-    if (cadence.times_days.empty())
-        return static_cast<double>(k) * cadence.interval_days;
-    return cadence.times_days[std::min(static_cast<size_t>(k), cadence.times_days.size() - 1)];
+    return toliman::time_days(scene_.cadence, k);
 }
 
 double Simulator::displacement_px(int64_t k) const noexcept {

@@ -2,7 +2,9 @@
 #include <charconv>
 #include <cmath>
 
+#include "backend/erfa.hpp"
 #include "backend/file.hpp"
+#include "ingest/on_target_table.hpp"
 #include "scene/groups.hpp"
 
 namespace toliman::scene {
@@ -59,6 +61,30 @@ void read_on_target(const Reader &reader, const Row &row, Cadence &cadence) {
     cadence.on_target_s = times;
 }
 
+// Read after the frames and the binary. The light of a frame is proportional to its time on target: that of a scene is
+// the mean.
+void read_windows(const Reader &reader, Cadence &cadence) {
+    constexpr const char *kKey = "on_target";
+    const int64_t zero_ns = time_zero_ns(reader.scene().binary);
+    if (zero_ns == 0)
+        reader.refuse(Status::scene, kKey, ": needs stars that move from binary.date on");
+    if (!cadence.on_target_s.empty())
+        reader.refuse(Status::scene, kKey, ": not allowed with on_target_s");
+    for (const ingest::OnTargetWindow &window :
+         ingest::read_on_target(cadence.windows_file, ingest::LeapSeconds(erfa::leap_seconds().rows)))
+        cadence.windows.push_back({window.start_ns, window.end_ns});
+    double frames = 0, total_s = 0;
+    for (int64_t k = 0; k < cadence.frames; k++) {
+        const double seconds = seconds_of(exposure_at(cadence, zero_ns, time_days(cadence, k)));
+        total_s += seconds;
+        frames += seconds > 0;
+    }
+    if (frames == 0)
+        reader.refuse(Status::scene, kKey, ": %s has no window in the exposure of any frame",
+                      cadence.windows_file.c_str());
+    cadence.windows_s = total_s / frames;
+}
+
 constexpr Condition kRegular = without("times_days", "not allowed with times_days, which gives all times");
 
 constexpr Row kCadenceRows[] = {
@@ -86,6 +112,12 @@ constexpr Row kCadenceRows[] = {
         .as(Type::numbers)
         .entries(2, 4096)
         .when(with("exposure_s", "needs exposure_s")),
+    optional<&Cadence::windows_file>("on_target",
+                                     "Table of on-target windows (formats.md), instead of on_target_s: the telescope "
+                                     "points at the stars in those within an exposure, and its photons are in "
+                                     "proportion to their time")
+        .when(with("exposure_s", "needs exposure_s"))
+        .checked<read_windows>(),
 };
 
 } // namespace

@@ -178,7 +178,15 @@ double longest_days(const Cadence &cadence) noexcept {
     return longest;
 }
 
+double time_days(const Cadence &cadence, int64_t k) noexcept {
+    if (cadence.times_days.empty())
+        return static_cast<double>(k) * cadence.interval_days;
+    return cadence.times_days[std::min(static_cast<size_t>(k), cadence.times_days.size() - 1)];
+}
+
 double on_target_s(const Cadence &cadence) noexcept {
+    if (!cadence.windows.empty())
+        return cadence.windows_s;
     double total = cadence.on_target_s.empty() ? cadence.exposure_s : 0;
     for (size_t i = 0; i + 1 < cadence.on_target_s.size(); i += 2)
         total += cadence.on_target_s[i + 1] - cadence.on_target_s[i];
@@ -194,6 +202,30 @@ int64_t tai_of_date(double date) noexcept {
 int64_t time_zero_ns(const Binary &binary) noexcept {
     constexpr double kFirst = 1700, kLast = 2250;
     return binary.moving && binary.date >= kFirst && binary.date <= kLast ? tai_of_date(binary.date) : 0;
+}
+
+std::vector<sky::Interval> exposure_at(const Cadence &cadence, int64_t zero_ns, double days) {
+    if (!(cadence.exposure_s > 0))
+        return {};
+    const auto from_middle = [&](double seconds) { return std::llround((seconds - cadence.exposure_s / 2) * 1e9); };
+    const int64_t middle = zero_ns + std::llround(days * static_cast<double>(sky::kNsPerDay));
+    const sky::Interval whole = {middle + from_middle(0), middle + from_middle(cadence.exposure_s)};
+    std::vector<sky::Interval> intervals;
+    for (size_t i = 0; i + 1 < cadence.on_target_s.size(); i += 2)
+        intervals.push_back(
+            {middle + from_middle(cadence.on_target_s[i]), middle + from_middle(cadence.on_target_s[i + 1])});
+    const auto before = [&](const sky::Interval &window) { return window.end_ns <= whole.start_ns; };
+    auto window = std::partition_point(cadence.windows.begin(), cadence.windows.end(), before);
+    for (; window != cadence.windows.end() && window->start_ns < whole.end_ns; ++window)
+        intervals.push_back({std::max(window->start_ns, whole.start_ns), std::min(window->end_ns, whole.end_ns)});
+    return intervals.empty() && cadence.windows.empty() ? std::vector<sky::Interval>{whole} : intervals;
+}
+
+double seconds_of(const std::vector<sky::Interval> &intervals) noexcept {
+    double seconds = 0;
+    for (const sky::Interval &interval : intervals)
+        seconds += static_cast<double>(interval.end_ns - interval.start_ns) * 1e-9;
+    return seconds;
 }
 
 std::string with_bad_pixels(const std::string &json, const std::string &source, const std::string &path) {

@@ -36,6 +36,9 @@ struct Prediction {
 // On-target intervals of an exposure, TAI.
 struct Interval {
     int64_t start_ns, end_ns;
+    bool operator==(const Interval &other) const noexcept {
+        return start_ns == other.start_ns && end_ns == other.end_ns;
+    }
 };
 
 // Any number of threads may use one object.

@@ -86,6 +86,44 @@ class Observers(unittest.TestCase):
                        for more in ({}, {"on_target_s": [0, 10, 40, 55]}))
         self.assertAlmostEqual(part / whole, 0.25, places=12)
 
+    def test_windows_are_those_of_each_exposure(self):
+        """Places and light of a frame are those of a scene with the parts of the windows that are in this exposure."""
+        days, zero = [0.0, 1.0, 2.5], toliman.Simulator(SCENE).info.time_zero_ns
+        starts = [zero + round((day - 0.5) * 86400) * SECOND for day in days]
+        arcs = [(starts[0] - 3000 * SECOND, starts[0] + 2000 * SECOND), (starts[0] + 9000 * SECOND, starts[0] + 12000 * SECOND),
+                (starts[1] - 1000 * SECOND, starts[1] + 500 * SECOND), (starts[2] + 80000 * SECOND, starts[2] + 90000 * SECOND)]
+        parts = [[0, 2000, 9000, 12000, 85400, 86400], [0, 500], [80000, 86400]]
+        low = scene_with(binary={"observer": {"altitude_km": 600}}, cadence={"exposure_s": 86400})
+        with tempfile.TemporaryDirectory() as folder:
+            table = pathlib.Path(folder) / "windows.csv"
+            table.write_text("start_tai_ns,end_tai_ns\n" + "".join(f"{start},{end}\n" for start, end in arcs))
+
+            def simulator(**cadence):
+                scene = copy.deepcopy(low)
+                scene["cadence"].update(cadence)
+                return toliman.Simulator(scene, folder=folder)
+
+            with_windows = simulator(times_days=days, on_target="windows.csv")
+            frames, total = with_windows.frames(), with_windows.info.total_photons
+            for frame, day, part in zip(frames, days, parts):
+                alone = simulator(times_days=[day], on_target_s=part)
+                numpy.testing.assert_allclose(frame, alone.frame(0), atol=1e-8 * frame.max(), rtol=0)
+            seconds = [sum(part[1::2]) - sum(part[::2]) for part in parts]
+            self.assertAlmostEqual(total / simulator(times_days=days).info.total_photons, sum(seconds) / 3 / 86400, places=12)
+            seen = toliman.Fit(with_windows).predict(time_days=1.0)[1][0]
+            self.assertAlmostEqual(seen, toliman.Fit(simulator(times_days=[1.0], on_target_s=parts[1])).predict(time_days=1.0)[1][0],
+                                   places=11)
+            with refused(toliman.Error, "time"):
+                toliman.Fit(with_windows).predict(time_days=5.0)
+            for change, key in (({"on_target_s": [0, 10]}, "cadence.on_target"), ({"times_days": [9.0]}, "cadence.on_target"),
+                                ({"on_target": "none.csv"}, pathlib.Path(folder) / "none.csv")):
+                with refused(toliman.Error, key):
+                    simulator(**{"times_days": days, "on_target": "windows.csv", **change})
+            low["binary"]["moving"] = False
+            del low["binary"]["observer"]
+            with refused(toliman.Error, "cadence.on_target"):
+                simulator(times_days=days, on_target="windows.csv")
+
     def test_a_planet_is_recovered(self):
         """1.2 uas in noise-free frames of a moving, aberrated binary: the amplitude is right to 0.03 uas."""
         planet = {"kind": "sinusoid", "star": "A", "amplitude_px": 1.2e-6 / SCALE, "period_days": 250, "phase_rad": 0.7}

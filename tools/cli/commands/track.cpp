@@ -67,11 +67,14 @@ void track(Options &options, Progress &progress) {
     const std::optional<std::string> renewal = estimator.bank ? std::make_optional(estimator.renewal) : std::nullopt;
     const SceneDefaults &scene = estimator.scene;
     input.dated.begins_at_epoch = estimator.time_zero_ns != 0;
+    if (!on_target && !scene.on_target_file.empty())
+        on_target.emplace(scene.on_target_file, input.dated.leap_seconds);
     Tracking tracking(std::move(tracker),
                       {options.every, jobs, unused, renewal, options.folder.reference.coverage(), scene.exposure_s,
                        scene.on_target_s},
                       options.folder.realigner, progress);
-    const bool by_scene = options.folder.is_new && !options.folder.setup.has_exposure() && scene.on_target_s.empty();
+    const bool by_scene = options.folder.is_new && !options.folder.setup.has_exposure() && scene.on_target_s.empty() &&
+                          scene.on_target_file.empty();
     try {
         if (on_target)
             tracking.set_on_target(std::move(*on_target), by_scene ? scene.path : "");

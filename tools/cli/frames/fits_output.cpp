@@ -5,7 +5,7 @@
 #include "frames/fits.hpp"
 #include "frames/frames_out.hpp"
 #include "scenes/dates.hpp"
-#include "scenes/scene_json.hpp"
+#include "scenes/scene_defaults.hpp"
 
 namespace cli {
 
@@ -109,8 +109,8 @@ class FitsOutput : public FrameOutput {
 
     // A header has no place for on-target intervals: with them, a length alone would be taken for the time on target.
     void exposure(const Scene &scene) {
-        const JsonTree tree = read_scene_json(scene.path);
-        if (scene.info.exposure_s > 0 && item_of(item_of(tree.get(), "cadence"), "on_target_s") == nullptr)
+        const SceneDefaults defaults = scene_defaults(scene.path);
+        if (scene.info.exposure_s > 0 && defaults.on_target_s.empty() && defaults.on_target_file.empty())
             number("XPOSURE", scene.info.exposure_s, "[s] length of each exposure");
     }
 

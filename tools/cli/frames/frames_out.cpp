@@ -2,7 +2,7 @@
 
 #include "common/npy.hpp"
 #include "frames/frames_in.hpp"
-#include "scenes/scene_json.hpp"
+#include "scenes/exposures.hpp"
 
 namespace cli {
 
@@ -74,30 +74,36 @@ class CountOutput : public FrameOutput {
     double largest_;
 };
 
-constexpr int kMostIntervals = 64; // of a line that toliman/ingest.h reads
+constexpr size_t kMostIntervals = 64; // of a line that toliman/ingest.h reads
 
-// Time stamp of an exposure whose middle is `days` after time 0: its start.
-int64_t stamp_of(double days, const toliman_sim_info &scene) {
+struct Exposure {
+    int64_t start_ns, middle_ns;
+};
+
+// Of the frame `days` after time 0.
+Exposure exposure_at(double days, const toliman_sim_info &scene) {
     const std::optional<int64_t> middle = frame_time(days, scene.time_zero_ns);
-    int64_t stamp = 0;
-    if (!middle || __builtin_sub_overflow(*middle, std::llround(scene.exposure_s * 5e8), &stamp))
+    int64_t start = 0;
+    if (!middle || __builtin_sub_overflow(*middle, std::llround(scene.exposure_s * 5e8), &start))
         throw Failure(kExitUsage,
                       "timestamp_ns: a frame at " + std::to_string(days) + " days: must be within 100000 days");
-    return stamp;
+    return {start, *middle};
 }
 
-// The member of a line for the intervals of a scene; "" if it has none.
-std::string on_target_member(const Scene &scene) {
-    const JsonTree tree = read_scene_json(scene.path);
-    const cJSON *const intervals = item_of(item_of(tree.get(), "cadence"), "on_target_s");
-    if (intervals == nullptr)
+// The member of a line for the intervals of an exposure, in s from its start; "" for a scene without.
+std::string on_target_member(const Exposures &exposures, const Exposure &exposure, const std::string &scene) {
+    if (!exposures.has_intervals())
         return "";
-    const int count = cJSON_GetArraySize(intervals) / 2;
-    if (count > kMostIntervals)
-        throw Failure(kExitUsage, scene.path + ": cadence.on_target_s has " + std::to_string(count) +
-                                      " intervals: must be at most " + std::to_string(kMostIntervals) +
-                                      " for --session");
-    return ", \"on_target_s\": " + line_of(intervals);
+    const std::vector<int64_t> times = exposures.at(exposure.middle_ns);
+    if (times.size() > 2 * kMostIntervals)
+        throw Failure(kExitUsage, scene + ": cadence has " + std::to_string(times.size() / 2) +
+                                      " on-target intervals in an exposure: must be at most " +
+                                      std::to_string(kMostIntervals) + " for --session");
+    std::vector<double> seconds;
+    for (const int64_t time : times)
+        seconds.push_back(static_cast<double>(time - exposure.start_ns) / 1e9);
+    const std::string object = Json("on_target_s", seconds).line(); // and a newline
+    return ", " + object.substr(1, object.size() - 3);
 }
 
 // The mission's pair of files: counts, and one JSON object per frame. Files of a pair are never replaced.
@@ -105,20 +111,20 @@ class SessionOutput : public FrameOutput {
   public:
     SessionOutput(const std::string &folder, const std::string &session, const CountFormat &format,
                   const Simulated &frames)
-        : on_target_(on_target_member(frames.scene)), folder_(folder), session_(session), cadence_(frames.scene),
-          scene_(frames.scene.info), next_(frames.range.first), rows_(frames.rows()), cols_(frames.cols()),
-          counts_(count_output(folder_.file(session + "_frames.bin"), format, frames)),
+        : scene_path_(frames.scene.path), exposures_(scene_defaults(scene_path_)), folder_(folder), session_(session),
+          cadence_(frames.scene), scene_(frames.scene.info), next_(frames.range.first), rows_(frames.rows()),
+          cols_(frames.cols()), counts_(count_output(folder_.file(session + "_frames.bin"), format, frames)),
           meta_(folder_.file(session + "_meta.jsonl")) {}
 
     void write(const double *images, size_t count) override {
         counts_->write(images, count);
         for (size_t k = 0; k < count; k++, next_++) {
-            const double days = cadence_.times[static_cast<size_t>(next_)];
-            const int64_t start_ns = stamp_of(days, scene_);
+            const Exposure exposure = exposure_at(cadence_.times[static_cast<size_t>(next_)], scene_);
+            const int64_t start_ns = exposure.start_ns;
             meta_.write("{" +
                         side_members({next_, start_ns, static_cast<double>(start_ns) / 1e9, 0}, kOnlyRegion, rows_,
                                      cols_, session_) +
-                        on_target_ + "}\n");
+                        on_target_member(exposures_, exposure, scene_path_) + "}\n");
         }
     }
 
@@ -131,7 +137,8 @@ class SessionOutput : public FrameOutput {
     }
 
   private:
-    std::string on_target_; // member of every line
+    std::string scene_path_;
+    Exposures exposures_;
     OutputFolder folder_;
     std::string session_;
     Cadence cadence_; // middle of each exposure

@@ -4,6 +4,7 @@
 
 #include "options/command.hpp"
 #include "scenes/dates.hpp"
+#include "scenes/exposures.hpp"
 #include "scenes/leap_seconds.hpp"
 #include "scenes/sky_times.hpp"
 
@@ -11,30 +12,11 @@ namespace cli {
 
 namespace {
 
-struct Interval {
-    int64_t start_ns, end_ns; // from the middle of the exposure
-};
-
 // Modified Julian Day of a time in ns since 1970; whole days are exact.
 double mjd_of(int64_t ns) {
     constexpr int64_t kDay = 86400000000000, kMjdOf1970 = 40587;
     const int64_t days = ns / kDay;
     return static_cast<double>(kMjdOf1970 + days) + static_cast<double>(ns - days * kDay) / static_cast<double>(kDay);
-}
-
-int64_t ns_of(double seconds) {
-    return std::llround(seconds * 1e9);
-}
-
-// A whole exposure if the scene has no on_target_s, an instant if it has no exposure_s.
-std::vector<Interval> intervals_of(const SceneDefaults &scene) {
-    const int64_t length = ns_of(scene.exposure_s), start = -(length / 2);
-    if (scene.on_target_s.empty())
-        return {{start, start + length}};
-    std::vector<Interval> intervals;
-    for (size_t i = 0; i + 1 < scene.on_target_s.size(); i += 2)
-        intervals.push_back({start + ns_of(scene.on_target_s[i]), start + ns_of(scene.on_target_s[i + 1])});
-    return intervals;
 }
 
 // NaN for a frame that is not reduced.
@@ -50,10 +32,7 @@ class ReducingEncoder final : public Encoder {
           plate_scale_(plate_scale_of(options.plate_scale, estimator.pixel_scale_arcsec)),
           sky_(options.observer.predictor(*options.system, 0, progress)),
           columns_(std::string(encoder_->columns()) + ",mjd,factor,geometric_arcsec,reduced_px"),
-          exposure_s_(estimator.scene.exposure_s) {
-        on_target_ = !estimator.scene.on_target_s.empty();
-        intervals_ = intervals_of(estimator.scene);
-    }
+          exposure_s_(estimator.scene.exposure_s), exposures_(estimator.scene) {}
 
     const char *columns() const override { return columns_.c_str(); }
     void open(FrameFile &frames) override { encoder_->open(frames); }
@@ -111,16 +90,17 @@ class ReducingEncoder final : public Encoder {
 
     void reduce(size_t count) {
         std::vector<int64_t> intervals;
+        std::vector<size_t> counts;
         times_.clear();
         for (size_t i = 0; i < count; i++) {
             const int64_t middle = times_.emplace_back(time_of(encoder_->separation(i)));
-            for (const Interval &interval : intervals_)
-                intervals.insert(intervals.end(), {moved(middle, interval.start_ns), moved(middle, interval.end_ns)});
+            const std::vector<int64_t> times = exposures_.at(middle);
+            intervals.insert(intervals.end(), times.begin(), times.end());
+            counts.push_back(times.size() / 2);
         }
-        const std::vector<size_t> counts(count, intervals_.size());
         std::vector<toliman_sky_prediction> seen(count, toliman::sized<toliman_sky_prediction>());
         const toliman_status status = toliman_sky_predict_mean(
-            sky_.get(), intervals.data(), on_target_ ? counts.data() : nullptr, count, seen.data());
+            sky_.get(), intervals.data(), exposures_.has_intervals() ? counts.data() : nullptr, count, seen.data());
         if (status != TOLIMAN_OK)
             check(status);
         rows_.clear();
@@ -138,14 +118,6 @@ class ReducingEncoder final : public Encoder {
             unreduced_++;
     }
 
-    int64_t moved(int64_t middle, int64_t offset) const {
-        int64_t time = 0;
-        if (__builtin_add_overflow(middle, offset, &time))
-            malformed(scene_, formatted("a frame at %lld ns of TAI: its exposure must be within 64 bits",
-                                        static_cast<long long>(middle)));
-        return time;
-    }
-
     std::unique_ptr<Encoder> encoder_;
     const FrameReductionOptions &options_;
     std::string scene_;
@@ -153,8 +125,7 @@ class ReducingEncoder final : public Encoder {
     toliman::sky_predictor sky_;
     std::string columns_;
     double exposure_s_;
-    bool on_target_;                              // intervals_ are those of cadence.on_target_s
-    std::vector<Interval> intervals_;             // of one exposure
+    Exposures exposures_;
     std::vector<int64_t> times_;                  // TAI, of the last call
     std::vector<Row> rows_;                       // of the last call
     size_t frames_ = 0, unreduced_ = 0, far_ = 0; // far_: separations far from those of the system
@@ -176,7 +147,8 @@ namespace {
 bool is_too_long(const SceneDefaults &scene) {
     constexpr double kLongest = 600;
     const bool in_orbit = !scene.observer_file.empty() || scene.altitude_km;
-    return in_orbit && scene.on_target_s.empty() && !(scene.exposure_s > 0 && scene.exposure_s <= kLongest);
+    return in_orbit && scene.on_target_s.empty() && scene.on_target_file.empty() &&
+           !(scene.exposure_s > 0 && scene.exposure_s <= kLongest);
 }
 
 } // namespace

@@ -47,6 +47,7 @@ SceneDefaults scene_defaults(const std::string &path) {
         defaults.system = is_file(orbit) ? file_of(path, orbit) : orbit;
     set_observer(item_of(binary, "observer"), defaults);
     defaults.exposure_s = number_in(cadence, "exposure_s").value_or(0);
+    defaults.on_target_file = file_of(path, text_of(item_of(cadence, "on_target")));
     const cJSON *const on_target = item_of(cadence, "on_target_s");
     for (const cJSON *item = on_target != nullptr ? on_target->child : nullptr; item != nullptr; item = item->next)
         defaults.on_target_s.push_back(item->valuedouble);

@@ -17,7 +17,8 @@ struct SceneDefaults {
     std::optional<double> altitude_km, node_hours;
     double exposure_s = 0; // cadence.exposure_s; 0: unknown
     std::vector<double>
-        on_target_s; // cadence.on_target_s: start and end of each interval, from the start of an exposure
+        on_target_s;            // cadence.on_target_s: start and end of each interval, from the start of an exposure
+    std::string on_target_file; // cadence.on_target, a table of windows; "" for none
 };
 
 // Reads a scene file that the library has checked.
