@@ -79,6 +79,18 @@ class ObserverFrames(ProgramTest):
         status = json.loads(self.succeed("status", "a", "--json"))
         self.assertEqual(status["grid"]["time_offset_ns"], ZERO)
 
+    def test_calibrate_reads_them(self):
+        """Pairs and FITS files have times from time 0 of the scene on: both give the same optics."""
+        self.simulate()
+        found = []
+        for name in ("in", "day.fits"):
+            self.succeed("calibrate", "scene.json", name, *(("--dtype", "u32le") if name == "in" else ()), "--free", "focus zernike_5=20",
+                         "--out", f"{name}.json")
+            aberrations = json.loads((self.folder / f"{name}.json").read_text())["telescope"]["aberrations"]["zernike_rms_nm"]
+            found.append([aberrations[noll] for noll in ("4", "5")])
+        numpy.testing.assert_allclose(*found, rtol=1e-6)
+        self.assertLess(max(map(abs, found[0])), 3)  # nm, of none
+
     def test_exposures(self):
         """A FITS header has the exposure, unless its frames have on-target intervals, for which it has no place."""
         self.simulate()
@@ -97,6 +109,28 @@ class ObserverFrames(ProgramTest):
         fits.setval(self.folder / "whole.fits", "XPOSURE", value=2e9)
         done = self.run_program("track", "--fit", "scene.json", "--state", "bad", *GRID, "whole.fits")
         self.assertIn("XPOSURE = 2000000000.0: ", done.stderr)
+
+    def test_windows_of_the_scene(self):
+        """Simulated lines have their parts in each exposure. Lines of the mission have none: track and encode take the scene's."""
+        scene = json.loads(json.dumps(SCENE))
+        del scene["cadence"]["on_target_s"]
+        scene["cadence"]["on_target"] = "windows.csv"
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        parts = [[0, 32], [5, 20, 30, 60], [0, 60], [7, 38]]
+        windows = [(middle(day) + round((start - 30) * 1e9), middle(day) + round((end - 30) * 1e9))
+                   for day, part in zip(TIMES, parts) for start, end in zip(part[::2], part[1::2])]
+        (self.folder / "windows.csv").write_text("start_tai_ns,end_tai_ns\n" + "".join(f"{a},{b}\n" for a, b in windows))
+        lines = self.simulate()
+        self.assertEqual([line["on_target_s"] for line in lines], parts)
+        for line in lines:
+            del line["on_target_s"]
+        own = self.track("own", "in")
+        (self.folder / "in/day_meta.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+        self.assertEqual([line["value"] for line in self.track("windows", "in")], [line["value"] for line in own])
+        reduced = self.succeed("encode", "--fit", "scene.json", "day.fits").splitlines()
+        column = reduced[0].split(",").index("reduced_px")
+        for row, line in zip(reduced[1:], own):
+            self.assertAlmostEqual(float(row.split(",")[column]), line["value"], delta=1e-9)
 
     def test_times_by_cadence_begin_at_time_0(self):
         """That of the scene, or of --epoch, which is reported."""

@@ -239,7 +239,8 @@ std::string span_text(const std::vector<Candidate *> &frames) {
 
 FrameSet::FrameSet(const FrameOptions &options, const Scene &scene, const FrameChoice &choice, Progress &progress) {
     const Cadence cadence(scene);
-    Predictions times(cadence.times, 1, {options.cadence, {}, LeapSeconds()}, progress);
+    const std::optional<int64_t> time_zero = if_known(scene.info.time_zero_ns != 0, scene.info.time_zero_ns);
+    Predictions times(cadence.times, 1, {options.cadence, time_zero, LeapSeconds()}, progress);
     Reader reader(options, scene);
     std::vector<Candidate> frames;
     reader.survey(times, spreads_, frames, progress);
