@@ -34,7 +34,6 @@ int main(int argc, char **argv) {
     options.grid.df = 0.1 / (double)frames;
     options.grid.nf = 5 * frames;
     check(toliman_track_create(&options, &tracker));
-    reading.pixel = TOLIMAN_PIXEL_U32;
     reading.flags = TOLIMAN_INGEST_GROWING;
     check(toliman_ingest_create(argv[2], &reading, &pair));
 

@@ -35,7 +35,6 @@ program follow
     options%grid%df = 0.1d0/frames
     options%grid%nf = 5*frames
     call tracker%create(options, linear=linear)
-    reading%pixel = TOLIMAN_PIXEL_U32
     reading%flags = TOLIMAN_INGEST_GROWING
     call pair%create(trim(path), reading)
 

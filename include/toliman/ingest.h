@@ -30,7 +30,7 @@ typedef struct toliman_ingest toliman_ingest;
 typedef struct toliman_ingest_options {
     uint32_t struct_size;
     uint32_t flags;     /* TOLIMAN_INGEST_GROWING */
-    int32_t pixel;      /* of a pair: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32, without a default; of a batch U16 */
+    int32_t pixel;      /* TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32; 0 = found in the files. Of a batch always U16 */
     int32_t stamp;      /* meaning of timestamp_ns: TOLIMAN_FRAME_STAMP_..., 0 = START, as the mission writes it */
     double exposure_s;  /* in (0, 1e9] s; 0 = unknown */
     int64_t rows, cols; /* expected shape, in [1, 65536]; both 0 = the shape in the first valid line. It locates the
@@ -103,6 +103,9 @@ typedef struct toliman_ingest_event {
  * frames have keys of their own (promise: restarted-counters-lose-no-frame). Times of a clock that begins again are
  * moved to continue those before as host_time does: one clock table holds for the session.
  *
+ * Pixel type, if it is not given: that of the key dtype of the lines. Without it, U32 if complete files have at least
+ * 1.5 times the bytes of their frames as U16; otherwise U16, as the mission writes (promise: pixel-type-is-found).
+ *
  * Intervals: those of on_target_s in the line, at most 64; NULL without. They need a known exposure (otherwise DAMAGE).
  *
  * Memory: pixels, intervals, names and texts belong to the reader and stay valid during the next `buffers` - 1 calls of
@@ -117,8 +120,9 @@ typedef struct toliman_ingest_event {
  * Errors, after which next may be called again; it then examines the files, and starts again if they were replaced or
  * truncated:
  *   - TOLIMAN_E_NOT_FOUND also if a file is truncated while it is read;
- *   - TOLIMAN_E_FORMAT if the file of pixels has twice or half the size of all frames, as with the other pixel type,
- *     and no line has been reported; with GROWING, if two examinations in a row find this;
+ *   - TOLIMAN_E_FORMAT if a given pixel type contradicts the key dtype;
+ *   - TOLIMAN_E_FORMAT if without this key the file of pixels has twice or half the size of all frames, as with the
+ *     other pixel type, and no line has been reported; with GROWING, if two examinations in a row find this;
  *   - TOLIMAN_E_FORMAT if a side file of n bytes has more than 1024 + n/120 lines. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_next(toliman_ingest *ingest, toliman_frame *frame,
                                                                   toliman_ingest_event *event) TOLIMAN_NOEXCEPT;
@@ -162,6 +166,8 @@ typedef struct toliman_ingest_info {
     int64_t skipped;                    /* by first_id, end_id and roi */
     uint64_t bytes;                     /* of the file of pixels at the last examination; 0 before */
     const char *side_file, *pixel_file; /* paths, valid until the reader is destroyed; both that of a batch */
+    int32_t pixel;                      /* TOLIMAN_PIXEL_... of the frames; 0 before the first valid line */
+    uint32_t reserved;
 } toliman_ingest_info;
 #define TOLIMAN_INGEST_INFO_INIT TOLIMAN_INIT(toliman_ingest_info)
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_get_info(const toliman_ingest *ingest,

@@ -42,8 +42,8 @@ void check_shape(const toliman_ingest_options &options) {
 }
 
 void check(const toliman_ingest_options &options) {
-    if (options.pixel != TOLIMAN_PIXEL_U16 && options.pixel != TOLIMAN_PIXEL_U32)
-        fail(Status::argument, "{options->pixel} = %d: must be TOLIMAN_PIXEL_U16, %d, or TOLIMAN_PIXEL_U32, %d",
+    if (options.pixel != 0 && options.pixel != TOLIMAN_PIXEL_U16 && options.pixel != TOLIMAN_PIXEL_U32)
+        fail(Status::argument, "{options->pixel} = %d: must be TOLIMAN_PIXEL_U16, %d, TOLIMAN_PIXEL_U32, %d, or 0",
              options.pixel, TOLIMAN_PIXEL_U16, TOLIMAN_PIXEL_U32);
     check_shape(options);
     const bool has_range = options.first_id != 0 || options.end_id != 0;
@@ -56,9 +56,7 @@ void check(const toliman_ingest_options &options) {
 
 toliman_ingest_options known_options(const toliman_ingest_options *given, bool is_batch) {
     required(given, "options");
-    toliman_ingest_options options = accept(given, "options");
-    if (is_batch && options.pixel == 0)
-        options.pixel = TOLIMAN_PIXEL_U16;
+    const toliman_ingest_options options = accept(given, "options");
     if (is_batch && options.pixel == TOLIMAN_PIXEL_U32)
         fail(Status::argument, "{options->pixel} = %d: must be TOLIMAN_PIXEL_U16, %d, or 0, for a batch", options.pixel,
              TOLIMAN_PIXEL_U16);
@@ -69,7 +67,7 @@ toliman_ingest_options known_options(const toliman_ingest_options *given, bool i
 ingest::ReaderOptions reader_options(const toliman_ingest_options &options) {
     ingest::ReaderOptions pair;
     pair.growing = (options.flags & TOLIMAN_INGEST_GROWING) != 0;
-    pair.pixel_bytes = size_of(kPixels.to_enum(options.pixel));
+    pair.pixel_bytes = options.pixel != 0 ? size_of(kPixels.to_enum(options.pixel)) : 0;
     pair.middle = middle_of(options);
     TOLIMAN_COPY(pair, options, exposure_s, rows, cols);
     if (options.first_id != 0 || options.end_id != 0)
@@ -85,8 +83,13 @@ std::unique_ptr<ingest::Reader> reader_of(const char *path, const ingest::Reader
     return std::make_unique<ingest::Pair>(path, options);
 }
 
-toliman_frame public_frame(const ingest::Event &event, const toliman_ingest_options &options,
-                           const ingest::ReaderOptions &reader) {
+// Of the frames of a reader; 0 if it is not known yet.
+int32_t pixel_of(const ingest::Reader &reader) noexcept {
+    const size_t bytes = reader.pixel_bytes();
+    return bytes == 0 ? 0 : bytes == sizeof(uint32_t) ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
+}
+
+toliman_frame public_frame(const ingest::Event &event, int32_t pixel, const ingest::ReaderOptions &reader) {
     toliman_frame frame = {};
     const ingest::SideLine &line = event.line;
     TOLIMAN_COPY(frame, line, session, roi, frame_id, restarts);
@@ -96,7 +99,7 @@ toliman_frame public_frame(const ingest::Event &event, const toliman_ingest_opti
     TOLIMAN_COPY(frame, line, dropped, rows, cols);
     if (event.kind != ingest::EventKind::frame)
         return frame;
-    frame.pixel = options.pixel;
+    frame.pixel = pixel;
     frame.pixels = event.pixels;
     frame.exposure_s = ingest::exposure_of(line, reader);
     TOLIMAN_COPY(frame, line, window_row, window_col);
@@ -145,7 +148,7 @@ toliman_status toliman_ingest_next(toliman_ingest *ingest, toliman_frame *frame,
         check_struct_size("frame", required(frame, "frame"));
         check_struct_size("event", required(event, "event"));
         const ingest::Event found = self.reader->next();
-        toliman_frame out = public_frame(found, self.options, self.reader_options);
+        toliman_frame out = public_frame(found, pixel_of(*self.reader), self.reader_options);
         if (found.kind == ingest::EventKind::frame && found.line.spread) {
             toliman_spread &spread = self.spreads[self.next_spread++ % self.spreads.size()];
             spread = public_spread(*found.line.spread);
@@ -164,7 +167,7 @@ toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t o
         const toliman_frame known = copied(&required(reference, "reference"), "reference");
         required(pixels, "pixels");
         required(shift, "shift");
-        if (known.pixel != self.options.pixel || known.rows < 1 || known.cols < 1 || known.rows > kLargestSide ||
+        if (known.pixel != pixel_of(*self.reader) || known.rows < 1 || known.cols < 1 || known.rows > kLargestSide ||
             known.cols > kLargestSide || (known.stride != 0 && known.stride != known.cols))
             fail(Status::argument, "{reference}: must be a contiguous frame of the pixel type of the reader");
         const auto count = static_cast<size_t>(known.rows * known.cols);
@@ -198,6 +201,7 @@ toliman_status toliman_ingest_get_info(const toliman_ingest *ingest, toliman_ing
         toliman_ingest_info info = {};
         TOLIMAN_COPY(info, self.options, stamp, exposure_s);
         TOLIMAN_COPY(info, counts, lines, frames, damaged, warnings, skipped, bytes);
+        info.pixel = pixel_of(*self.reader);
         info.side_file = self.reader->side_path().c_str();
         info.pixel_file = self.reader->pixel_path().c_str();
         deliver(info, out, "out");

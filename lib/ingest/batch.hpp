@@ -20,6 +20,7 @@ class Batch final : public Reader {
 
     Event next() override;
     ReaderCounts counts() const noexcept override;
+    size_t pixel_bytes() const noexcept override { return sizeof(uint16_t); }
     const std::string &side_path() const noexcept override { return path_; }
     const std::string &pixel_path() const noexcept override { return path_; }
 

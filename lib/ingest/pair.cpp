@@ -1,8 +1,10 @@
 // Method: an examination of the files reads the new lines and finds out which of them have pixels in the file
 // (placement.cpp); the following calls report these lines one by one. Both files are written independently, so that one
 // may be ahead of the other at any time. Lines without pixels, and pixels without line, are therefore damage only at
-// the end. Where growing files look replaced, or like those of another pixel type, a second examination decides: the
-// first may have seen one file of before and one of after.
+// the end. The pixel type is that of the key dtype of the lines. Without it, it is u16le, as the mission writes, or u32le
+// if complete files have at least 1.5 times these bytes, half way between. Where growing files look replaced, or like
+// those of another pixel type, a second examination decides: the first may have seen one file of before and one of
+// after.
 #include "ingest/pair.hpp"
 
 #include <algorithm>
@@ -35,6 +37,10 @@ template <class... Values> std::string text_of(const char *format, Values... val
     return text;
 }
 
+const char *type_name(size_t pixel_bytes) noexcept {
+    return pixel_bytes == 4 ? "u32le" : "u16le";
+}
+
 std::string restart_text(const SideLine &line) {
     const std::string clock =
         line.clock_shift_ns == 0
@@ -49,7 +55,7 @@ std::string restart_text(const SideLine &line) {
 
 Pair::Pair(const std::string &path, const ReaderOptions &options)
     : Reader(options), side_path_(stem_of(path) + kSide), pixel_path_(stem_of(path) + kPixels), slots_(options.buffers),
-      placement_(options.pixel_bytes, options.rows, options.cols) {
+      pixel_bytes_(options.pixel_bytes), placement_(options.rows, options.cols) {
     [[maybe_unused]] const file::Reader side(side_path_), pixels(pixel_path_); // fail if a file cannot be opened
 }
 
@@ -64,7 +70,9 @@ ReaderCounts Pair::counts() const noexcept {
 void Pair::restart() noexcept {
     side_ = {};
     forget_lines();
-    placement_ = {options_.pixel_bytes, options_.rows, options_.cols};
+    pixel_bytes_ = options_.pixel_bytes;
+    is_type_written_ = false;
+    placement_ = {options_.rows, options_.cols};
     clock_ = {};
     restarts_ = {};
     warnings_.clear();
@@ -78,6 +86,8 @@ void Pair::add_line(const std::string &text, int64_t number, int64_t most) {
              static_cast<unsigned long long>(kShortestLine));
     SideLine line = parse_side_line(text, options_.exposure_s, names_);
     line.number = number;
+    if (line.error.empty())
+        use_type(line);
     if (line.error.empty())
         restarts_.count(line, clock_.usual_step_ns());
     int64_t middle = 0;
@@ -104,18 +114,42 @@ void Pair::read_lines(const file::Reader &side) {
                [&](const std::string &text, int64_t number) { add_line(text, number, most); });
 }
 
-// Compares the size of the file with that of the frames as the other pixel type. Only before the first frame: later on
+// Takes the pixel type that a line names.
+void Pair::use_type(SideLine &line) {
+    if (line.pixel_bytes == 0)
+        return;
+    if (pixel_bytes_ == 0)
+        pixel_bytes_ = line.pixel_bytes;
+    const char *const here = type_name(line.pixel_bytes), *const known = type_name(pixel_bytes_);
+    if (line.pixel_bytes != pixel_bytes_ && options_.pixel_bytes != 0 && !is_type_written_)
+        fail(Status::format, "{%s}:%lld: dtype is %s, but %s was given (--dtype)", side_path_.c_str(),
+             static_cast<long long>(line.number), here, known);
+    if (line.pixel_bytes != pixel_bytes_)
+        line.error = text_of("dtype must be %s, as before, not %s", known, here);
+    is_type_written_ = true;
+}
+
+// Decides on the pixel type if no line names it.
+void Pair::find_type() {
+    if (pixel_bytes_ == 0 && placement_.has_valid())
+        pixel_bytes_ = !options_.growing && pixel_stamp_.size / 3 >= placement_.pixels() ? 4 : 2;
+    placement_.set_pixel_bytes(pixel_bytes_);
+}
+
+// Compares the size of the file with that of the frames as the other pixel type, unless a line names the type. Only before the first frame: later on
 // the files may pass through such sizes.
 void Pair::check_type(bool certain) {
     const uint64_t bytes = placement_.bytes(), size = pixel_stamp_.size;
-    const bool is_wide = options_.pixel_bytes == 4;
-    if (placement_.released() > 0 || bytes == 0 || (is_wide ? bytes != 2 * size : 2 * bytes != size))
+    const bool is_wide = pixel_bytes_ == 4;
+    if (is_type_written_ || placement_.released() > 0 || bytes == 0 ||
+        (is_wide ? bytes != 2 * size : 2 * bytes != size))
         return;
     is_other_type_ = true;
+    const char *const other = type_name(is_wide ? 2 : 4);
     if (certain)
-        fail(Status::format, "{%s}: has %llu bytes, %s those of %lld frames of %s: is the pixel type %s?",
+        fail(Status::format, "{%s}: has %llu bytes, %s those of %lld frames of %s: are its pixels %s (--dtype %s)?",
              pixel_path_.c_str(), static_cast<unsigned long long>(size), is_wide ? "half" : "twice",
-             static_cast<long long>(placement_.counted()), is_wide ? "u32" : "u16", is_wide ? "u16" : "u32");
+             static_cast<long long>(placement_.counted()), type_name(pixel_bytes_), other, other);
 }
 
 // Reads the new lines. Settled, and without a new line, if the files have not changed.
@@ -137,6 +171,7 @@ void Pair::look() {
     if (is_replaced && options_.growing)
         return;
     read_lines(side);
+    find_type();
     check_type(is_second || !options_.growing);
     placement_.set_size(pixel_stamp_.size);
     is_settled_ = !is_other_type_;
@@ -310,14 +345,13 @@ std::optional<Event> Pair::give(Slot &slot) {
 // next one, which is where it should be but for the surplus.
 int64_t Pair::find(uint64_t offset, size_t pixels, const void *reference, void *found) const {
     const int64_t surplus = placement_.surplus(), now = placement_.shift(), place = static_cast<int64_t>(offset);
-    const auto frame = static_cast<int64_t>(pixels * options_.pixel_bytes);
+    const auto frame = static_cast<int64_t>(pixels * pixel_bytes_);
     const int64_t least = std::max(std::min<int64_t>(surplus, 0), now - frame + 1),
                   most = std::min(std::max<int64_t>(surplus, 0), now + frame - 1);
     if (options_.growing || surplus == 0)
         return 0;
     const file::Reader file(pixel_path_);
-    const std::optional<int64_t> at =
-        find_frame(file, {place + least, place + most, pixels, options_.pixel_bytes}, reference);
+    const std::optional<int64_t> at = find_frame(file, {place + least, place + most, pixels, pixel_bytes_}, reference);
     if (!at || *at == place)
         return 0;
     file.read_exactly(static_cast<uint64_t>(*at), found, static_cast<size_t>(frame));

@@ -31,6 +31,7 @@ class Pair final : public Reader {
     int64_t find(uint64_t offset, size_t pixels, const void *reference, void *found) const override;
     void set_shift(int64_t bytes) noexcept override { placement_.set_shift(bytes); }
     ReaderCounts counts() const noexcept override;
+    size_t pixel_bytes() const noexcept override { return pixel_bytes_; }
     const std::string &side_path() const noexcept override { return side_path_; }
     const std::string &pixel_path() const noexcept override { return pixel_path_; }
 
@@ -49,6 +50,8 @@ class Pair final : public Reader {
     }
     void read_lines(const file::Reader &side);
     void add_line(const std::string &text, int64_t number, int64_t most);
+    void use_type(SideLine &line);
+    void find_type();
     void check_type(bool certain);
     void begin_rest();
     std::optional<Event> give(Slot &slot);
@@ -83,6 +86,8 @@ class Pair final : public Reader {
     SideFile side_;
     std::vector<SideLine> lines_;
     size_t first_ = 0;
+    size_t pixel_bytes_;           // 0 until the first valid line
+    bool is_type_written_ = false; // a line has had the key dtype
     Placement placement_;
     ClockChecks clock_;
     Restarts restarts_;

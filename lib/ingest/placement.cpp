@@ -7,24 +7,24 @@
 
 namespace toliman::ingest {
 
-uint64_t Placement::bytes(const SideLine &line) const noexcept {
+uint64_t Placement::pixels(const SideLine &line) const noexcept {
     const bool valid = line.error.empty();
-    return valid ? uint64_t{line.rows} * line.cols * pixel_bytes_ : usual_bytes_;
+    return valid ? uint64_t{line.rows} * line.cols : usual_pixels_;
 }
 
 void Placement::add(Sums &sums, const SideLine &line) const noexcept {
     sums.lines++;
     if (line.error.empty())
-        sums.valid_bytes += bytes(line);
+        sums.valid_pixels += pixels(line);
     else
         sums.bad++;
 }
 
 void Placement::count(const SideLine &line) noexcept {
-    if (usual_bytes_ == 0 && line.error.empty())
-        usual_bytes_ = bytes(line);
+    if (usual_pixels_ == 0 && line.error.empty())
+        usual_pixels_ = pixels(line);
     if (all_.lines == 0)
-        first_bytes_ = bytes(line);
+        first_pixels_ = pixels(line);
     add(all_, line);
 }
 
@@ -36,7 +36,7 @@ void Placement::release(const SideLine &line) noexcept {
 void Placement::set_size(uint64_t size) noexcept {
     size_ = size;
     is_exact_ = bytes(all_) == size;
-    is_uniform_ = !is_exact_ && static_cast<uint64_t>(all_.lines) * usual_bytes_ == size;
+    is_uniform_ = !is_exact_ && static_cast<uint64_t>(all_.lines) * usual_pixels_ * pixel_bytes_ == size;
 }
 
 void Placement::set_shift(int64_t bytes) noexcept {
@@ -44,12 +44,12 @@ void Placement::set_shift(int64_t bytes) noexcept {
 }
 
 bool Placement::is_odd(const SideLine &line) const noexcept {
-    return !line.error.empty() || bytes(line) != first_bytes_;
+    return !line.error.empty() || pixels(line) != first_pixels_;
 }
 
 std::optional<Place> Placement::next(const SideLine &line) const noexcept {
     if (is_uniform_)
-        return Place{static_cast<uint64_t>(done_.lines) * usual_bytes_, usual_bytes_};
+        return Place{static_cast<uint64_t>(done_.lines) * usual_pixels_ * pixel_bytes_, usual_pixels_ * pixel_bytes_};
     const Place place = {bytes(done_), bytes(line)};
     const int64_t end = static_cast<int64_t>(place.offset + place.bytes) + shift_;
     if (is_exact_ || (!has_odd_ && !is_odd(line) && end <= static_cast<int64_t>(size_)))

@@ -12,7 +12,7 @@ namespace toliman::ingest {
 
 struct ReaderOptions {
     bool growing = false;
-    size_t pixel_bytes = 2; // of a pair
+    size_t pixel_bytes = 0; // of a pair, 2 or 4; 0: by its files
     int middle = 1;         // from a time stamp to the middle of the exposure, in halves of its length: -1, 0 or 1
     double exposure_s = 0;  // of lines without one; 0: unknown
     size_t rows = 0, cols = 0;
@@ -75,6 +75,7 @@ class Reader {
     virtual int64_t find(uint64_t, size_t, const void *, void *) const { return 0; }
     virtual void set_shift(int64_t) noexcept {} // of the frames that were not reported yet
     virtual ReaderCounts counts() const noexcept = 0;
+    virtual size_t pixel_bytes() const noexcept = 0; // of the last frame; 0: not known yet
     virtual const std::string &side_path() const noexcept = 0;
     virtual const std::string &pixel_path() const noexcept = 0;
 

@@ -14,9 +14,9 @@ namespace {
 
 using json::Value;
 
-constexpr const char *kKeys[] = {"frame_id", "timestamp_ns", "host_time",   "nframes_dropped", "roi_label",
-                                 "n_rows",   "n_cols",       "session_id",  "on_target_s",     "exposure_s",
-                                 "frames",   "jitter_px2",   "cumulants_px"};
+constexpr const char *kKeys[] = {
+    "frame_id",   "timestamp_ns", "host_time",  "nframes_dropped", "roi_label",  "n_rows",       "n_cols",
+    "session_id", "on_target_s",  "exposure_s", "frames",          "jitter_px2", "cumulants_px", "dtype"};
 constexpr int64_t kLargestSide = 65536;
 constexpr double kLongestExposure = 1e9, kMostFrames = 1e12, kMostVariance = 4;
 
@@ -81,6 +81,18 @@ std::string printable(const std::string &key) {
     for (char &byte : text)
         byte = byte >= 0x20 && byte != 0x7f ? byte : '?';
     return text;
+}
+
+// 0 without the key.
+size_t pixel_bytes(const Value &object) {
+    const Value *const type = object.find("dtype");
+    if (type == nullptr)
+        return 0;
+    if (type->kind == Value::Kind::text && type->text == "u16le")
+        return 2;
+    if (type->kind == Value::Kind::text && type->text == "u32le")
+        return 4;
+    fail(Status::format, "dtype must be \"u16le\" or \"u32le\"");
 }
 
 double optional_number(const Value &object, const char *key, double least, double most) {
@@ -156,6 +168,7 @@ void parse(const std::string &text, double exposure_s, std::set<std::string> &na
     line.dropped = integer(object, "nframes_dropped", 0);
     line.rows = static_cast<uint32_t>(integer(object, "n_rows", 1, kLargestSide));
     line.cols = static_cast<uint32_t>(integer(object, "n_cols", 1, kLargestSide));
+    line.pixel_bytes = pixel_bytes(object);
     const Value &host = member(object, "host_time");
     if (host.kind != Value::Kind::number)
         fail(Status::format, "host_time must be a number");

@@ -23,6 +23,7 @@ struct SideLine {
     int64_t window_row = 0, window_col = 0; // of the first pixel on the detector
     bool is_restart = false;                // first line after a restart
     uint32_t rows = 0, cols = 0;            // in [1, 65536]
+    size_t pixel_bytes = 0;                 // of its key dtype, 2 or 4; 0 without
     std::shared_ptr<const std::vector<double>> on_target_s; // start and end of each interval in turn; empty: unknown
     double exposure_s = 0;                                  // 0: as all frames of the pair
     std::shared_ptr<const Spread> spread;                   // of a sum of frames

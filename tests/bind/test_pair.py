@@ -96,6 +96,21 @@ class Frames(Pairs):
         template = toliman.Template(simulator)
         self.assertEqual(template.encode(frame), template.encode(numpy.rint(simulator.frame(0))))
 
+    def test_type_is_found(self):
+        """By the key dtype, otherwise by the size of complete files; the same pixels as with the type given."""
+        for dtype, code in (("u16le", "<u2"), ("u32le", "<u4")):
+            for key in ({}, {"dtype": dtype}):
+                self.write([line(k, **key) for k in range(6)], PIXELS.astype(code))
+                pair = Pair(self.stem)
+                self.assertEqual(pair.info().pixel, "0")
+                frames = [frame.pixels for frame in pair]
+                numpy.testing.assert_array_equal(frames, PIXELS)
+                self.assertEqual({frame.dtype for frame in frames}, {numpy.dtype(code)})
+                self.assertEqual(pair.info().pixel, dtype[:3])
+        self.write([line(0, dtype="u32le")], PIXELS[:2])
+        with refused(toliman.InputError, self.side):
+            list(Pair(self.stem, "u16le"))
+
     def test_arguments(self):
         for arguments, error in (({"dtype": "u16"}, "dtype"),
                                  ({"stamp": "begin"}, "stamp"),

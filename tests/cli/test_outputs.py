@@ -161,7 +161,7 @@ class Cube(OutputTest):
 class Pair(OutputTest):
     """<session>_frames.bin and <session>_meta.jsonl."""
 
-    KEYS = ["frame_id", "timestamp_ns", "host_time", "nframes_dropped", "roi_label", "n_rows", "n_cols", "session_id"]
+    KEYS = ["frame_id", "timestamp_ns", "host_time", "nframes_dropped", "roi_label", "n_rows", "n_cols", "session_id", "dtype"]
 
     def test_u32_and_its_side_file(self):
         scene = self.scene(cadence={"interval_days": 0.3})
@@ -180,7 +180,7 @@ class Pair(OutputTest):
             self.assertLessEqual(abs(line["timestamp_ns"] - round(days * 86400 * 10**9)), 16)
             self.assertAlmostEqual(line["host_time"], days * 86400, delta=1e-6)
             self.assertEqual([line[key] for key in self.KEYS if key not in ("timestamp_ns", "host_time")],
-                             [k, 0, "single_roi", ROWS, COLS, "day-1.A_b"])
+                             [k, 0, "single_roi", ROWS, COLS, "day-1.A_b", "u32le"])
 
     def test_u16_at_its_bit_depth(self):
         self.scene("faint.json", cadence={"peak_photons": 3000})
@@ -205,6 +205,18 @@ class Pair(OutputTest):
         self.scene("deep.json", detector={"bit_depth": 20}, cadence={"peak_photons": 12000})
         self.refuse(2, "deep.json: detector.bit_depth = 20: ", arguments=command)
         self.succeed(*command, "--bit-depth", "16")
+
+    def test_default_pixel_type(self):
+        """Of a pair: that of the bit depth, of the scene or given; u32le if it is not known."""
+        for name, detector, more, dtype in (("none", {}, (), "u32le"), ("d12", {"bit_depth": 12}, (), "u16le"),
+                                            ("d16", {"bit_depth": 16}, (), "u16le"), ("d17", {"bit_depth": 17}, (), "u32le"),
+                                            ("given", {}, ("--bit-depth", "16"), "u16le"), ("wide", {}, ("--bit-depth", "17"), "u32le")):
+            with self.subTest(name):
+                self.scene(f"{name}.json", detector=detector, cadence={"peak_photons": 3000})
+                self.succeed("simulate", f"{name}.json", "--frames", "0", "--out", "pair", "--session", name, *more)
+                line = json.loads((self.folder / "pair" / f"{name}_meta.jsonl").read_text())
+                size = (self.folder / "pair" / f"{name}_frames.bin").stat().st_size
+                self.assertEqual((line["dtype"], size), (dtype, ROWS * COLS * (2 if dtype == "u16le" else 4)))
 
     def test_bit_depth_overflow(self):
         self.scene(cadence={"peak_photons": 5000})
@@ -235,7 +247,7 @@ class Pair(OutputTest):
         command = ("simulate", "scene.json", "--frames", "0", "--out")
         for code, text, *more in (
                 *((2, "--session", "pair", "--session", name, "--dtype", "u32le") for name in ("", ".s", "a/b", "é", 65 * "x")),
-                (2, "--dtype", "pair", "--session", "s"), (2, "--dtype", "pair", "--session", "s", "--dtype", "u8"),
+                (2, "--dtype", "pair", "--session", "s", "--dtype", "u8"),
                 (2, "--bit-depth 17", "pair", "--session", "s", "--dtype", "u16le", "--bit-depth", "17"),
                 (2, "--session", "f.npy", "--dtype", "u16le"), (6, "no/pair", "no/pair", "--session", "s", "--dtype", "u32le")):
             with self.subTest(more):

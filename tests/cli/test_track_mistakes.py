@@ -113,7 +113,7 @@ class Pixels(Mistakes):
         self.pair("wide/x", self.lines[:2], self.frames[:2])
         done = self.run_program("track", *TEMPLATE, "--state", "s", *GRID, "--dtype", "u16le", "wide")
         self.assertEqual((done.returncode, done.stderr.count("\n")), (0, 2), done.stderr)
-        self.assertRegex(done.stderr, "2 frames of u16: .*u32")
+        self.assertRegex(done.stderr, "2 frames of u16le: .*--dtype u32le")
         self.assertFalse((self.folder / "s").exists())  # binds no later command
         out = [json.loads(line) for line in done.stdout.splitlines()]
         self.assertEqual([line for line in out if "verdict" in line], [])

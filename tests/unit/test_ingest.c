@@ -299,7 +299,7 @@ TEST_WITH_PAIR(test_other_pixel_type) {
     toliman_ingest_options options = pair_options(0);
     toliman_ingest *ingest = open_with(options);
     for (int i = 0; i < 2; i++)
-        assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT, "is the pixel type u32?");
+        assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT, "(--dtype u32le)?");
     toliman_ingest_destroy(ingest);
     options.pixel = TOLIMAN_PIXEL_U32;
     ingest = open_with(options);
@@ -309,7 +309,7 @@ TEST_WITH_PAIR(test_other_pixel_type) {
     remove(pixel_path);
     put_pixels(3 * FRAME_BYTES);
     ingest = open_with(options);
-    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT, "is the pixel type u16?");
+    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT, "(--dtype u16le)?");
     toliman_ingest_destroy(ingest);
 }
 

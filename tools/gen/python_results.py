@@ -90,6 +90,7 @@ WORDS = {
     "input": "TOLIMAN_CAE_INPUT",
     "centre": "TOLIMAN_CAE_CENTRE",
     "stamp": "TOLIMAN_FRAME_STAMP",
+    "pixel": "TOLIMAN_PIXEL",
     "observer": "TOLIMAN_SKY_OBSERVER",
     "goodness": "TOLIMAN_GOODNESS",
     "toliman_coadd_outcome.verdict": "TOLIMAN_COADD_VERDICT",

@@ -20,7 +20,8 @@ from ._words import number, words
 from .track import Frame
 
 _log = logging.getLogger("toliman")
-_PIXELS = {"u16le": (_raw.TOLIMAN_PIXEL_U16, ctypes.c_uint16), "u32le": (_raw.TOLIMAN_PIXEL_U32, ctypes.c_uint32)}
+_PIXELS = {None: 0, "u16le": _raw.TOLIMAN_PIXEL_U16, "u32le": _raw.TOLIMAN_PIXEL_U32}
+_TYPES = {_raw.TOLIMAN_PIXEL_U16: ctypes.c_uint16, _raw.TOLIMAN_PIXEL_U32: ctypes.c_uint32}
 _EVENTS = words("TOLIMAN_INGEST_EVENT")
 _REASONS = words("TOLIMAN_INGEST_REASON")
 
@@ -59,17 +60,17 @@ class PairEvent:
 class Pair(Handle):
     """Frames of a pair of files, X_frames.bin and X_meta.jsonl, or of a batch, X.nc.
 
-        for frame in Pair("day1", dtype="u16le"):
+        for frame in Pair("day1"):
             tracker.push(frame)
 
     Iterating gives the frames that are complete now; damaged frames and suspicious times are logged as warnings to
     Python's logging, logger "toliman". events() gives all of them. A pair that grows may be iterated again, which gives
     what is new, or followed:
 
-        for frame in Pair("day1", dtype="u16le", growing=True).follow():
+        for frame in Pair("day1", growing=True).follow():
 
     path: one of the two files, or X; or a batch.
-    dtype: type of the pixels of a pair, "u16le" or "u32le"; not needed for a batch, whose pixels are "u16le".
+    dtype: type of the pixels, "u16le" or "u32le"; None: found in the files.
     growing: the files may still grow.
     rows, cols: expected shape of a frame, which locates the frames if lines are damaged; 0: that of the first valid one.
     stamp: point of the exposure to which the time stamps refer: "start", "middle" or "end".
@@ -88,19 +89,16 @@ class Pair(Handle):
     def __init__(self, path: str | os.PathLike[str], dtype: str | None = None, *, growing: bool = False, rows: int = 0, cols: int = 0,
                  stamp: str = "start", exposure_s: float = 0.0, frame_ids: range | None = None, copy: bool = True,
                  roi: str | None = None):
-        if dtype is None and os.fsdecode(path).endswith(".nc"):
-            dtype = "u16le"
         if dtype not in _PIXELS:
-            raise ValueError(f"dtype = {dtype!r}: must be {' or '.join(_PIXELS)}")
-        pixel, self._type = _PIXELS[dtype]
+            raise ValueError(f"dtype = {dtype!r}: must be u16le, u32le or None")
         first, end = _limits(frame_ids)
-        options = options_of(_raw.toliman_ingest_options, pixel=pixel,
+        options = options_of(_raw.toliman_ingest_options, pixel=_PIXELS[dtype],
                              flags=_raw.TOLIMAN_INGEST_GROWING if growing else 0, rows=whole("rows", rows),
                              cols=whole("cols", cols), stamp=number("stamp", stamp, "TOLIMAN_FRAME_STAMP"),
                              exposure_s=real("exposure_s", exposure_s), first_id=first, end_id=end,
                              roi=None if roi is None else text("roi", roi),
                              buffers=1 if copy else 2)  # a view outlives the end of the iteration
-        self._copy, self._growing, self._dtype = copy, growing, dtype
+        self._copy, self._growing = copy, growing
         self._finished = False
         super().__init__(self._create(library.toliman_ingest_create, file_name(path), ctypes.byref(options)))
 
@@ -141,10 +139,12 @@ class Pair(Handle):
         """Finds a frame that is not at its place, because the file has lost or gained bytes before it. offset: that of its
         event. reference: pixels of an undamaged frame. Returns its pixels, and how many bytes it is from its place, for
         set_shift; None if it is not found elsewhere. Let a chi-square confirm it."""
-        given = numpy.ascontiguousarray(reference, self._type)
+        info = _raw.toliman_ingest_info()
+        check(library.toliman_ingest_get_info(self._c, ctypes.byref(info)))
+        given = numpy.ascontiguousarray(reference, _TYPES.get(info.pixel))
         if given.ndim != 2:
             raise ValueError(f"reference: has {given.ndim} dimensions: must have 2")
-        frame = _raw.toliman_frame(pixel=_PIXELS[self._dtype][0], rows=given.shape[0], cols=given.shape[1],
+        frame = _raw.toliman_frame(pixel=info.pixel, rows=given.shape[0], cols=given.shape[1],
                                    pixels=given.ctypes.data)
         found, shift = numpy.empty_like(given), ctypes.c_int64()
         check(library.toliman_ingest_find_frame(self._c, within("offset", offset, 0, INT64), ctypes.byref(frame),
@@ -166,7 +166,7 @@ class Pair(Handle):
                          event.stamp_ns, event.host_s, event.offset)
 
     def _frame(self, frame: _raw.toliman_frame) -> Frame:
-        memory = (self._type * (frame.rows * frame.cols)).from_address(frame.pixels)
+        memory = (_TYPES[frame.pixel] * (frame.rows * frame.cols)).from_address(frame.pixels)
         memory.owner = self._c  # the reader owns the pixels
         pixels = numpy.frombuffer(memory, memory._type_).reshape(frame.rows, frame.cols)
         intervals = None

@@ -1,7 +1,9 @@
 // toliman calibrate: the parameters of the telescope from frames.
+#include "common/content.hpp"
 #include "common/job_journal.hpp"
 #include "frames/calibration_output.hpp"
 #include "options/command.hpp"
+#include "scenes/scene_json.hpp"
 
 namespace cli {
 
@@ -14,6 +16,15 @@ struct Options {
     bool chooses = false; // --choose is given
     bool map = false, detector = false, improve = false, as_json = false;
 };
+
+// Without --out. A scene that is not the result of a calibration is not replaced.
+std::string default_out(Progress &progress) {
+    const std::string out = "fitted.json";
+    if (identify(out).content == Content::scene && item_of(read_scene_json(out).get(), "calibration") == nullptr)
+        const OutputFile probe(out);
+    progress.tell("the fitted scene will be " + out + " (--out)");
+    return out;
+}
 
 void calibrate(Options &options, Progress &progress) {
     CalibrationRequest &request = options.request;
@@ -35,6 +46,8 @@ void calibrate(Options &options, Progress &progress) {
         request.options.flags |= TOLIMAN_CALIBRATION_MAP;
     if (options.improve)
         request.options.flags |= TOLIMAN_CALIBRATION_IMPROVE;
+    if (request.out.empty())
+        request.out = default_out(progress);
     const CalibrationFiles files(request.out);
     std::vector<std::string> inputs = request.frames.files;
     inputs.push_back(request.scene);
@@ -62,7 +75,7 @@ void add_calibrate(CLI::App &app, Context &context) {
     add_scene(*command, request.scene);
     add_bad_pixels(*command, request.bad_pixels);
     request.frames.add_to(*command);
-    add_option(command, "--out", request.out, "FILE")->required();
+    add_option(command, "--out", request.out, "FILE");
     CLI::Option *free = add_option(command, "--free", request.free, "NAMES");
     CLI::Option *choose =
         command->add_option("--choose", request.most_frames)->check(CLI::Range(size_t{2}, kAllFrames));

@@ -43,16 +43,24 @@ void psf(const Options &options, Progress &progress) {
     out->commit();
 }
 
+// u16le by default if the scene has at most 16 bits; a file without header is u32le.
+bool is_wide(const Options &options, int bits_of_scene) {
+    if (!options.dtype.empty() || options.session.empty())
+        return options.dtype != "u16le";
+    const int bits = options.bit_depth != 0 ? options.bit_depth : bits_of_scene;
+    return bits == 0 || bits > 16;
+}
+
 CountFormat count_format(const Options &options, const Scene &scene) {
-    const bool wide = options.dtype != "u16le";
-    const int width = wide ? 32 : 16, of_scene = static_cast<int>(scene.info.bit_depth);
-    const int otherwise = of_scene != 0 ? of_scene : wide ? 32 : 12;
-    const int bit_depth = options.bit_depth != 0 ? options.bit_depth : otherwise;
-    if (bit_depth > width)
+    const int of_scene = static_cast<int>(scene.info.bit_depth);
+    const bool wide = is_wide(options, of_scene);
+    const int width = wide ? 32 : 16, otherwise = of_scene != 0 ? of_scene : wide ? 32 : 12;
+    const CountFormat format = {wide, options.bit_depth != 0 ? options.bit_depth : otherwise};
+    if (format.bit_depth > width)
         throw Failure(kExitUsage, (options.bit_depth != 0 ? "--bit-depth " : scene.path + ": detector.bit_depth = ") +
-                                      std::to_string(bit_depth) + ": must be 1 to " + std::to_string(width) +
-                                      " bits for " + options.dtype);
-    return {wide, bit_depth};
+                                      std::to_string(format.bit_depth) + ": must be 1 to " + std::to_string(width) +
+                                      " bits for " + format.dtype());
+    return format;
 }
 
 void check_out(const Options &options) {
@@ -154,8 +162,6 @@ void simulate_stream(const Options &options, Progress &progress) {
 void simulate(const Options &options, Progress &progress) {
     if (options.stream.rate_hz > 0)
         return simulate_stream(options, progress);
-    if (!options.session.empty() && options.dtype.empty())
-        throw Failure(kExitUsage, "--session requires --dtype");
     check_out(options);
     const Scene scene(options.scene, progress);
     check_not_input(options.out, {scene.path});

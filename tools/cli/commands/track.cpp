@@ -29,9 +29,13 @@ FrameIds frame_ids(const std::string &text) {
     return ids;
 }
 
-// The noise of a new folder is that of its sums: with --follow, waits for the first line.
-void find_sums(Options &options, Progress &progress) {
-    if (!options.folder.needs_sigma() || options.input.inputs.front() == "-")
+// A new folder takes the bit depth of its first pair and the noise of its sums: with --follow, waits for the first line.
+void examine_inputs(Options &options, Progress &progress) {
+    const bool needs_pixel = options.input.dtype.empty() && options.folder.needs_pixel();
+    const bool is_stdin = options.input.inputs.front() == "-";
+    options.input.suits_folder = options.input.dtype.empty() && !options.folder.bit_depth;
+    options.input.needs_dtype = needs_pixel && is_stdin;
+    if ((!options.folder.needs_sigma() && !needs_pixel) || is_stdin)
         return;
     KnownSums sums(options.input.inputs);
     if (options.input.follow && sums.waits)
@@ -40,7 +44,10 @@ void find_sums(Options &options, Progress &progress) {
         ::poll(nullptr, 0, 1000); // a signal ends it
         stop_if_asked();
     }
-    options.folder.sums = sums.largest;
+    if (options.folder.needs_sigma())
+        options.folder.sums = sums.largest;
+    if (needs_pixel)
+        options.folder.pixel = first_pixel(options.input);
 }
 
 void track(Options &options, Progress &progress) {
@@ -55,7 +62,7 @@ void track(Options &options, Progress &progress) {
     if (!options.on_target.empty())
         on_target.emplace(options.on_target, input.dated.leap_seconds);
     options.folder.has_stamps = has_stamps(input.inputs);
-    find_sums(options, progress);
+    examine_inputs(options, progress);
     const std::string &folder = options.folder.folder, unused = exists(folder) ? "" : folder;
     Estimator estimator;
     const size_t jobs = options.folder.jobs == 0 ? 64 : options.folder.jobs;

@@ -76,7 +76,8 @@ class DatedFile : public FrameSource {
 constexpr int kPollMs = 1000;
 constexpr const char kUnreadable[] = "unreadable input";
 constexpr const char kInputs[] = "must be X_frames.bin, X_meta.jsonl, .nc, .npy, .fits, .fits.fz, .fits.gz or a folder";
-constexpr const char kNeedsDtype[] = "headerless frames need --dtype u16le or u32le";
+constexpr const char kNeedsDtype[] =
+    "a new folder needs --dtype u16le or u32le, or --bit-depth, for raw pairs that are named on standard input";
 
 // Why work() cannot read an input, without the name of the input; "" if it can.
 template <class Work> std::string complaint_of(const std::string &input, Work work) {
@@ -89,11 +90,6 @@ template <class Work> std::string complaint_of(const std::string &input, Work wo
         const std::string text = failure.what(), name = input + ": ";
         return text.rfind(name, 0) == 0 ? text.substr(name.size()) : text;
     }
-}
-
-// A batch, or a folder of batches or FITS files.
-bool has_whole_files(const std::string &input) {
-    return is_batch(input) || (is_folder(input) && !files_of(input).empty() && !has_pairs(input));
 }
 
 } // namespace
@@ -172,13 +168,30 @@ void check_inputs(const InputOptions &options) {
             throw Failure(kExitUsage, input + ": a file without times needs --cadence SECONDS");
         if (!is_folder(input) && !is_pair(input) && !is_dated_file(input) && !is_batch(input))
             throw Failure(kExitUsage, input + ": " + kInputs);
-        if ((has_pairs(input) || (options.follow && !has_whole_files(input))) && options.dtype.empty())
-            throw Failure(kExitUsage, input + ": " + kNeedsDtype);
         if (is_pair(input) && !options.follow)
             check_complete(side_of(input));
     }
     if (options.roi.empty())
         check_one_region(options.inputs);
+}
+
+int32_t first_pixel(const InputOptions &options) {
+    auto reading = toliman::sized<toliman_ingest_options>();
+    reading.flags = options.follow ? TOLIMAN_INGEST_GROWING : 0;
+    toliman_frame frame;
+    toliman_ingest_event event;
+    int32_t found = 0;
+    for (const std::string &input : options.inputs)
+        for (const std::string &file : is_folder(input) ? files_of(input) : std::vector<std::string>{input}) {
+            if (found != 0 || !is_pair(file) || !exists(file) || !exists(other_file(file)))
+                continue;
+            complaint_of(file, [&] { // is reported when its frames are read
+                PairSource pair(file, reading);
+                pair.next(frame, event);
+                found = pair.pixel();
+            });
+        }
+    return found;
 }
 
 void Downlink::read() {
@@ -230,7 +243,7 @@ void Downlink::read_folder(const std::string &folder) {
 }
 
 void Downlink::read_pair(const std::string &path) {
-    if (options_.dtype.empty())
+    if (options_.needs_dtype)
         malformed(path, kNeedsDtype);
     check_complete(side_of(path));
     drain(open_pair(path));
@@ -240,7 +253,7 @@ std::shared_ptr<PairSource> Downlink::open_pair(const std::string &path) const {
     const toliman_track_options &settings = sink_.settings();
     auto options = toliman::sized<toliman_ingest_options>();
     options.flags = options_.follow ? TOLIMAN_INGEST_GROWING : 0;
-    options.pixel = options_.dtype == "u32le" && !is_batch(path) ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
+    options.pixel = is_batch(path) ? 0 : pixel_of_pair(path, options_.dtype);
     options.stamp = settings.frames.stamp;
     options.exposure_s = settings.frames.exposure_s;
     options.rows = settings.frames.rows;
@@ -249,7 +262,8 @@ std::shared_ptr<PairSource> Downlink::open_pair(const std::string &path) const {
     options.end_id = options_.frames.end;
     options.buffers = static_cast<uint32_t>(sink_.batch());
     options.roi = options_.roi.empty() ? nullptr : options_.roi.c_str();
-    return std::make_shared<PairSource>(path, options);
+    const bool suits = options_.suits_folder && !is_batch(path);
+    return std::make_shared<PairSource>(path, options, suits ? settings.frames.bit_depth : 0);
 }
 
 // Gives all frames of a source to the sink.
@@ -276,8 +290,6 @@ void Downlink::read_growing(const std::string &side) {
     }
     pair.at_end = false;
     const std::string why = complaint_of(side, [&] {
-        if (options_.dtype.empty())
-            malformed(side, kNeedsDtype);
         if (!pair.source)
             pair.source = open_pair(side);
         drain(pair.source);

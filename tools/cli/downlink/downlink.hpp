@@ -41,8 +41,10 @@ class DatedFiles {
 
 struct InputOptions {
     std::vector<std::string> inputs;
-    std::string dtype; // of pairs
-    std::string roi;   // frames of other regions are skipped; empty: the region of the folder
+    std::string dtype;         // of pairs; empty: found in their files
+    bool suits_folder = false; // pairs of other pixels than the bit depth of the folder's frames are refused
+    bool needs_dtype = false;  // of pairs that are named on standard input
+    std::string roi;           // frames of other regions are skipped; empty: the region of the folder
     DatedFileOptions dated;
     FrameIds frames; // all others are skipped
     bool follow = false;
@@ -50,6 +52,9 @@ struct InputOptions {
 
 // Throws Failure for inputs that are certainly a mistake.
 void check_inputs(const InputOptions &options);
+
+// TOLIMAN_PIXEL_... of the first pair with a valid line; 0: none.
+int32_t first_pixel(const InputOptions &options);
 
 class Downlink {
   public:

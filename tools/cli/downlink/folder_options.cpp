@@ -36,11 +36,20 @@ bool uses_same_frames(const toliman_track_options &a, const toliman_track_option
     return frames(a) == frames(b);
 }
 
+int32_t pixel_of(const std::string &dtype) {
+    return dtype == "u32le" ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
+}
+
+// Of a new folder: that of the scene's detector, if its frames come as this pixel type.
+uint32_t depth_of(int32_t pixel, uint32_t of_scene) {
+    return of_scene != 0 && suits(pixel, of_scene) ? of_scene : pixel == TOLIMAN_PIXEL_U32 ? 32 : 12;
+}
+
 // Refuses a pixel type that does not fit the bit depth of the folder's frames: one of the two is likely a mistake.
 void check_depth(const FolderOptions &given, const std::string &dtype, const toliman_track_options &made) {
-    const bool wide = dtype == "u32le";
-    if (dtype.empty() || given.bit_depth || made.frames.bit_depth == 0 || wide == (made.frames.bit_depth > 16))
+    if (dtype.empty() || given.bit_depth || suits(pixel_of(dtype), made.frames.bit_depth))
         return;
+    const bool wide = dtype == "u32le";
     const std::string depth = std::to_string(made.frames.bit_depth);
     throw Failure(kExitUsage, "--dtype " + dtype + ": the frames of " + given.folder + " have " + depth +
                                   " bits: give --dtype " + (wide ? "u16le" : "u32le") + ", or a new folder; if these " +
@@ -75,8 +84,9 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
                                     const Made &made, Progress &progress) {
     auto how = made.value_or(toliman::sized<toliman_track_options>());
     how.folder = given.folder.c_str();
-    if (!made && !dtype.empty())
-        how.frames.bit_depth = dtype == "u16le" ? 12 : 32;
+    const int32_t pixel = dtype.empty() ? given.pixel : pixel_of(dtype);
+    if (!made && pixel != 0)
+        how.frames.bit_depth = depth_of(pixel, estimator.bit_depth);
     if (!made && given.has_stamps)
         how.frames.stamp = TOLIMAN_FRAME_STAMP_START; // as the mission writes them
     if (!made) {
@@ -172,6 +182,10 @@ bool FolderOptions::needs_sigma() const {
     return !estimator_options.fit.empty() && !sigma && !made_with(folder);
 }
 
+bool FolderOptions::needs_pixel() const {
+    return !bit_depth && !made_with(folder);
+}
+
 void FolderOptions::check() const {
     estimator_options.check();
     reference.check();
@@ -180,11 +194,15 @@ void FolderOptions::check() const {
 toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estimator, Progress &progress) {
     const Made made = made_with(folder);
     is_new = !made;
-    if (!made && !setup.has_grid())
-        throw Failure(kExitUsage, folder + ": is new: give --grid F0:DF:NF or --mission-days N");
     if (made && made->grid.nf == 0)
         setup.check_complete(folder);
+    if (!made && !setup.has_grid() && !estimator_options.has_scene())
+        throw Failure(kExitUsage, folder + ": is new, without a scene: give --grid F0:DF:NF or --mission-days N");
     estimator = Estimator(estimator_options, progress);
+    if (!made && !setup.has_grid()) {
+        setup.use_days(estimator.cadence_days);
+        progress.tell(formatted("--mission-days %g: the cadence of ", estimator.cadence_days) + estimator.scene.path);
+    }
     if (made && (made->frames.image_rows != estimator.rows || made->frames.image_cols != estimator.cols))
         throw Failure(kExitUsage, folder + ": " + other_estimator(folder, progress));
     if (made)

@@ -4,6 +4,11 @@
 
 namespace cli {
 
+// Whether frames of so many bits come as this pixel type: u32le above 16 bits.
+inline bool suits(int32_t pixel, uint32_t bit_depth) noexcept {
+    return bit_depth == 0 || (pixel == TOLIMAN_PIXEL_U32) == (bit_depth > 16);
+}
+
 // Frame ids first ... end - 1; all ids if both are 0.
 struct FrameIds {
     int64_t first = 0, end = 0;
@@ -50,15 +55,18 @@ class FrameSink {
 // The mission's pair of files, by the name of either of them.
 class PairSource : public FrameSource {
   public:
-    PairSource(const std::string &path, const toliman_ingest_options &options);
+    // Frames of pixels that do not suit this bit depth are refused; 0: none.
+    PairSource(const std::string &path, const toliman_ingest_options &options, uint32_t bit_depth = 0);
     bool next(toliman_frame &frame, toliman_ingest_event &event) override;
     int64_t skipped() const override;
     int64_t find(int64_t offset, const toliman_frame &reference, std::vector<uint8_t> &pixels) const override;
     void set_shift(int64_t bytes) override;
-    void finish(); // the files do not grow any more: next() reports what is missing
+    int32_t pixel() const; // TOLIMAN_PIXEL_...; 0: not known yet
+    void finish();         // the files do not grow any more: next() reports what is missing
 
   private:
     toliman::pair_reader reader_;
+    uint32_t bit_depth_;
 };
 
 } // namespace cli

@@ -17,6 +17,7 @@ class SetupOptions {
     // The path of a leap-seconds.list for --epoch; empty: the table of the library.
     void set_leap_seconds(const std::string &path) { leap_seconds_ = path; }
     bool has_grid() const { return !grid_.empty() || mission_days_; }
+    void use_days(double days) { mission_days_ = days; } // without a grid
     bool has_clock() const { return !clock_.empty(); }
     bool has_timing() const { return !stamp_.empty() || exposure_s_; }
     bool has_trend() const { return trend_.has_value(); }

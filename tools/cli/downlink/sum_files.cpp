@@ -128,7 +128,7 @@ std::string SumFiles::line_of(const toliman_frame &frame, const toliman_coadd_su
     const double covariance[] = {spread.xx_px2, spread.yy_px2, spread.xy_px2};
     Json line("frame_id", frame.frame_id, "timestamp_ns", start, "host_time", static_cast<double>(start) / 1e9,
               "nframes_dropped", frame.dropped, "roi_label", frame.roi, "n_rows", frame.rows, "n_cols", frame.cols,
-              "session_id", session_);
+              "session_id", session_, "dtype", "u32le");
     if (frame.exposure_s > 0)
         line.set("exposure_s", Exact{frame.exposure_s});
     if (frame.interval_count > 0) {

@@ -62,6 +62,8 @@ Estimator::Estimator(const EstimatorOptions &given, Progress &progress) {
     rows = made.info.rows;
     cols = made.info.cols;
     scene = scene_defaults(made.path);
+    cadence_days = span_days(made);
+    bit_depth = static_cast<uint32_t>(made.info.bit_depth);
     time_zero_ns = made.info.time_zero_ns;
     const auto options = with_warnings<toliman_linear_options>(progress);
     linear = toliman::make<toliman::linear_estimator>(toliman_linear_create, made.sim.get(), &options);
@@ -78,6 +80,8 @@ void Estimator::set_fit(const EstimatorOptions &given, Progress &progress) {
     if (given.weights.empty() && made.scene.info.calibration == TOLIMAN_SIM_CALIBRATION_NONE)
         lacks = made.scene.lacks_for_real_frames();
     scene = scene_defaults(made.scene.path);
+    cadence_days = span_days(made.scene);
+    bit_depth = static_cast<uint32_t>(made.scene.info.bit_depth);
     time_zero_ns = made.scene.info.time_zero_ns;
     pixel_scale_arcsec = made.scene.info.pixel_scale_arcsec;
     moves = made.scene.moves();

@@ -10,6 +10,7 @@ namespace cli {
 struct EstimatorOptions {
     void add_to(CLI::App &command);
     void check() const; // of what needs no file
+    bool has_scene() const { return !scene.empty() || !fit.empty(); }
     std::string weights, scene, fit, free, bad_pixels;
     bool self_by_default = false; // frees "self" with a calibrated scene, unless there are weights
 };
@@ -28,6 +29,8 @@ struct Estimator {
     std::vector<double> times;     // days, of the frames of a fit's scene
     std::string lacks;             // Scene::lacks_for_real_frames() of a fit's scene, uncalibrated and without a bank
     SceneDefaults scene;           // of the scene of a fit or template
+    double cadence_days = 0;       // span of its cadence, at least 4
+    uint32_t bit_depth = 0;        // of its detector, 0: unknown
     int64_t time_zero_ns = 0;      // TAI of time 0 of a scene whose stars move, else 0
     double pixel_scale_arcsec = 0; // of a fit's scene
     bool moves = false;            // the stars of a fit's scene do

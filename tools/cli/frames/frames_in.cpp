@@ -247,6 +247,12 @@ bool is_batch(const std::string &path) {
     return ends_with(path, kBatch);
 }
 
+int32_t pixel_of_pair(const std::string &path, const std::string &dtype) {
+    if (!dtype.empty() && dtype != "u16le" && dtype != "u32le")
+        throw Failure(kExitUsage, path + ": --dtype " + dtype + ": must be u16le or u32le for raw pairs");
+    return dtype.empty() ? 0 : dtype == "u32le" ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
+}
+
 std::string other_file(const std::string &path) {
     const bool is_side = ends_with(path, kSide);
     return path.substr(0, path.size() - std::strlen(is_side ? kSide : kPixels)) + (is_side ? kPixels : kSide);

@@ -93,6 +93,8 @@ struct MissionOptions {
     double exposure_s = 0; // 0: unknown
     int32_t stamp = 0;     // TOLIMAN_FRAME_STAMP_..., 0: start
 };
+// TOLIMAN_PIXEL_... of --dtype, 0 for ""; throws Failure for a type that a pair cannot have.
+int32_t pixel_of_pair(const std::string &path, const std::string &dtype);
 std::unique_ptr<FrameFile> open_mission(const std::string &path, const MissionOptions &options);
 
 bool is_pair(const std::string &path);       // one of the two files, by its suffix

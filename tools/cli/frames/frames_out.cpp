@@ -112,8 +112,9 @@ class SessionOutput : public FrameOutput {
     SessionOutput(const std::string &folder, const std::string &session, const CountFormat &format,
                   const Simulated &frames)
         : scene_path_(frames.scene.path), exposures_(scene_defaults(scene_path_)), folder_(folder), session_(session),
-          cadence_(frames.scene), scene_(frames.scene.info), next_(frames.range.first), rows_(frames.rows()),
-          cols_(frames.cols()), counts_(count_output(folder_.file(session + "_frames.bin"), format, frames)),
+          dtype_(format.dtype()), cadence_(frames.scene), scene_(frames.scene.info), next_(frames.range.first),
+          rows_(frames.rows()), cols_(frames.cols()),
+          counts_(count_output(folder_.file(session + "_frames.bin"), format, frames)),
           meta_(folder_.file(session + "_meta.jsonl")) {}
 
     void write(const double *images, size_t count) override {
@@ -123,7 +124,7 @@ class SessionOutput : public FrameOutput {
             const int64_t start_ns = exposure.start_ns;
             meta_.write("{" +
                         side_members({next_, start_ns, static_cast<double>(start_ns) / 1e9, 0}, kOnlyRegion, rows_,
-                                     cols_, session_) +
+                                     cols_, session_, dtype_) +
                         on_target_member(exposures_, exposure, scene_path_) + "}\n");
         }
     }
@@ -141,6 +142,7 @@ class SessionOutput : public FrameOutput {
     Exposures exposures_;
     OutputFolder folder_;
     std::string session_;
+    const char *dtype_;
     Cadence cadence_; // middle of each exposure
     toliman_sim_info scene_;
     int64_t next_; // number of the next frame
@@ -164,11 +166,12 @@ std::string free_path(const std::string &path) {
 }
 
 std::string side_members(const SideLine &line, const std::string &roi, size_t rows, size_t cols,
-                         const std::string &session) {
-    return formatted("\"frame_id\": %lld, \"timestamp_ns\": %lld, \"host_time\": %.9f, \"nframes_dropped\": %lld, "
-                     "\"roi_label\": \"%s\", \"n_rows\": %zu, \"n_cols\": %zu, \"session_id\": \"%s\"",
-                     static_cast<long long>(line.frame_id), static_cast<long long>(line.stamp_ns), line.host_s,
-                     static_cast<long long>(line.dropped), roi.c_str(), rows, cols, session.c_str());
+                         const std::string &session, const char *dtype) {
+    return formatted(
+        "\"frame_id\": %lld, \"timestamp_ns\": %lld, \"host_time\": %.9f, \"nframes_dropped\": %lld, "
+        "\"roi_label\": \"%s\", \"n_rows\": %zu, \"n_cols\": %zu, \"session_id\": \"%s\", \"dtype\": \"%s\"",
+        static_cast<long long>(line.frame_id), static_cast<long long>(line.stamp_ns), line.host_s,
+        static_cast<long long>(line.dropped), roi.c_str(), rows, cols, session.c_str(), dtype);
 }
 
 std::unique_ptr<FrameOutput> image_output(const std::string &path, const std::vector<size_t> &axes,

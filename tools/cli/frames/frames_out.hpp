@@ -34,6 +34,7 @@ std::optional<int64_t> frame_time(double days, int64_t time_zero_ns);
 struct CountFormat {
     bool wide; // u32le, otherwise u16le
     int bit_depth;
+    const char *dtype() const noexcept { return wide ? "u32le" : "u16le"; }
 };
 
 // Float64 with the given axes, columns last: FITS or .npy by the suffix. A FITS header describes the scene, if given.
@@ -53,13 +54,13 @@ std::string free_path(const std::string &path);
 
 constexpr char kOnlyRegion[] = "single_roi"; // the mission's name of it
 
-// The members of a line of a side file that each line must have.
+// The members of a line of a side file that each line must have, and the pixel type.
 struct SideLine {
     int64_t frame_id, stamp_ns;
     double host_s;
     int64_t dropped;
 };
 std::string side_members(const SideLine &line, const std::string &roi, size_t rows, size_t cols,
-                         const std::string &session);
+                         const std::string &session, const char *dtype);
 
 } // namespace cli

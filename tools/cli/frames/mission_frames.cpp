@@ -11,9 +11,7 @@ namespace {
 
 toliman_ingest_options ingest_options(const std::string &path, const MissionOptions &options) {
     auto ingest = toliman::sized<toliman_ingest_options>();
-    if (is_pair(path) && options.dtype != "u16le" && options.dtype != "u32le")
-        throw Failure(kExitUsage, path + ": raw pairs need --dtype u16le or u32le");
-    ingest.pixel = is_pair(path) && options.dtype == "u32le" ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
+    ingest.pixel = is_pair(path) ? pixel_of_pair(path, options.dtype) : 0;
     ingest.exposure_s = options.exposure_s;
     ingest.stamp = options.stamp;
     ingest.roi = options.roi.empty() ? nullptr : options.roi.c_str();
@@ -36,6 +34,7 @@ class MissionFrames final : public FrameFile {
             if (times_.empty()) {
                 rows = static_cast<size_t>(frame_.rows);
                 cols = static_cast<size_t>(frame_.cols);
+                pixel_ = frame_.pixel;
                 id_ = frame_.frame_id;
             }
             windows_.push_back({frame_.window_row, frame_.window_col});
@@ -51,7 +50,7 @@ class MissionFrames final : public FrameFile {
         open();
     }
 
-    int32_t pixel() const noexcept override { return ingest_.pixel; }
+    int32_t pixel() const noexcept override { return pixel_; }
     size_t frame_size() const noexcept override { return rows() * cols() * (pixel() == TOLIMAN_PIXEL_U32 ? 4 : 2); }
     std::vector<int64_t> camera_ns() override { return times_; }
     std::vector<toliman_spread> spreads() override { return has_sums_ ? spreads_ : std::vector<toliman_spread>(); }
@@ -97,7 +96,7 @@ class MissionFrames final : public FrameFile {
 
     void load(size_t frame, void *pixels) override {
         for (; delivered_ <= frame; delivered_ += event_.event == TOLIMAN_INGEST_EVENT_FRAME)
-            if (!next())
+            if (!next() || (frame_.pixels != nullptr && frame_.pixel != pixel_))
                 malformed(path_, "has changed while it was read");
         std::memcpy(pixels, frame_.pixels, frame_size());
     }
@@ -112,6 +111,7 @@ class MissionFrames final : public FrameFile {
     bool has_sums_ = false;
     std::vector<std::string> notes_;
     std::vector<FrameWindow> windows_;
+    int32_t pixel_ = 0;
     int64_t id_ = 0;
     size_t delivered_ = 0; // frames of the second reading
 };

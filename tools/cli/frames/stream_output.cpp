@@ -21,7 +21,7 @@ class PairStream : public StreamOutput {
         frames_->write(counts, layout_.pixels() * sizeof *counts);
         lines_->write("{" +
                       side_members({exposure.frame_id, exposure.stamp_ns, exposure.host_s, exposure.dropped},
-                                   layout_.roi, layout_.rows, layout_.cols, session) +
+                                   layout_.roi, layout_.rows, layout_.cols, session, "u16le") +
                       "}\n");
     }
 

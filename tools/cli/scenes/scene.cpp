@@ -125,6 +125,16 @@ Cadence::Cadence(const Scene &scene) : times(static_cast<size_t>(scene.info.fram
     toliman::check(toliman_sim_get_series(scene.sim.get(), 0, times.size(), times.data(), displacements.data()));
 }
 
+double span_days(const Scene &scene) {
+    constexpr double kLeast = 4;
+    const std::vector<double> times = Cadence(scene).times;
+    const JsonTree tree = read_scene_json(scene.path);
+    const bool has_list = item_of(item_of(tree.get(), "cadence"), "times_days") != nullptr;
+    const auto frames = static_cast<double>(times.size());
+    const double length = times.back() - times.front();
+    return std::max(kLeast, has_list || frames < 2 ? length : length * frames / (frames - 1));
+}
+
 void check_cadence(const Scene &scene, const std::string &command) {
     constexpr int64_t fewest = 5, most = 400000;
     const int64_t frames = scene.info.frames;
