@@ -55,7 +55,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const to
  *   factor                      mean apparent over mean geometric separation
  *   geometric_arcsec            mean separation on the orbit
  *   d_period_years ... d_epoch  derivatives of the reduced separation by toliman_sky_element_name, arcsec per unit
- * Then toliman_track_estimator.values, and cov_A_B, the covariance of A and B; the first value is named "value". */
+ * Then toliman_track_estimator.values, and cov_A_B, the covariance of A and B; the first value is named "value". Of a
+ * fit then its parameters from flux_a on (fit.h), if the ledger was created by version 0.3 or later. */
 typedef struct toliman_track_column {
     uint32_t struct_size;
     int32_t type;

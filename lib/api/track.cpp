@@ -195,6 +195,8 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     plan.workers = options.threads;
     plan.sync = kSyncs.to_enum(options.ledger.sync);
     track::Source source = source_of(options, plan.workers);
+    if (source.parameters.empty() && options.ledger.setup_folder != nullptr)
+        source.parameters = track::parameters_in(options.ledger.setup_folder);
     const bool is_reduced = options.reduction.sky != nullptr;
     plan.terms = track::completed(terms_of(options), source, is_reduced);
     check_measured(options, track::columns_of(options.estimator.values, source, false));

@@ -2,7 +2,6 @@
 // estimate of a parameter it then has the same covariance as the efficient estimate of the separation, an element of
 // the inverse Fisher matrix; only its own variance is larger. Reference: C. R. Rao, Linear Statistical Inference,
 // section 5a.
-#include <iterator>
 
 #include "base/error.hpp"
 #include "estimate/estimators.hpp"
@@ -43,7 +42,7 @@ void store_bank(const bank::Estimate &estimate, const fit::Result &result, size_
     for (size_t i = 0; i < 2; i++) // value and separation_px
         for (size_t j = 0; j < 2; j++)
             fitted.covariance[i][j] = estimate.sigma_px * estimate.sigma_px;
-    store_further(fitted.values, fitted.covariance[0], std::size(kRows), estimated);
+    store_fitted(fitted, result, n, estimated);
 }
 
 } // namespace
@@ -68,7 +67,8 @@ track::Source of_bank(const bank::Bank &bank, BankWorks &works, const fit::Windo
                 store_bank(estimate, (*work).fitted, fit.parameters().size(), estimated);
             },
             fit.pixel_scale_arcsec(),
-            model_verdict_of(windows)};
+            model_verdict_of(windows),
+            parameters_of(fit)};
 }
 
 } // namespace toliman::estimate

@@ -1,5 +1,4 @@
 #include <cmath>
-#include <iterator>
 
 #include "estimate/estimators.hpp"
 #include "estimate/values.hpp"
@@ -19,8 +18,7 @@ void store_fit(const fit::Result &result, size_t n, track::Estimated &estimated)
     estimated.sigma = std::sqrt(result.covariance[0]);
     store_goodness(result.goodness, estimated);
     estimated.flags = result.flags;
-    const FittedValues fitted(result, n, kRows);
-    store_further(fitted.values, fitted.covariance[0], std::size(kRows), estimated);
+    store_fitted(FittedValues(result, n, kRows), result, n, estimated);
 }
 
 } // namespace
@@ -57,7 +55,8 @@ track::Source of_fit(const fit::Windows &fit, FitWorks &works, int64_t time_offs
                 store_fit(result, fit.parameters().size(), estimated);
             },
             fit.first().pixel_scale_arcsec(),
-            model_verdict_of(fit)};
+            model_verdict_of(fit),
+            parameters_of(fit.first())};
 }
 
 } // namespace toliman::estimate

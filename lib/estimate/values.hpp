@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "fit/fit.hpp"
 #include "track/plan.hpp"
@@ -10,12 +11,13 @@
 namespace toliman::estimate {
 
 // Stores the second and later of values[count], then the upper triangle of covariance[count][count] without its first
-// element, which is sigma^2.
-inline void store_further(const double *values, const double *covariance, size_t count,
-                          track::Estimated &estimated) noexcept {
+// element, which is sigma^2. Returns the place of the parameters.
+inline double *store_further(const double *values, const double *covariance, size_t count,
+                             track::Estimated &estimated) noexcept {
     double *at = std::copy(values + 1, values + count, estimated.further.begin());
     for (size_t i = 0; i < count; i++)
         at = std::copy(covariance + i * count + std::max<size_t>(i, 1), covariance + (i + 1) * count, at);
+    return at;
 }
 
 inline void store_goodness(const FrameGoodness &goodness, track::Estimated &estimated) noexcept {
@@ -47,6 +49,25 @@ inline fit::Prediction prediction_at(int64_t tai_ns, int64_t time_offset_ns) noe
     fit::Prediction prediction;
     prediction.days = static_cast<double>(static_cast<long double>(tai_ns) - time_offset_ns) / kDayNs;
     return prediction;
+}
+
+// The parameters of a fit that its values do not contain: those after the places of the stars, from the fluxes on.
+constexpr size_t kPlaces = 4;
+static_assert(fit::kMostParameters - kPlaces <= track::kMaxParameters);
+
+inline std::string parameters_of(const fit::Fit &fit) {
+    std::string names;
+    for (size_t i = kPlaces; i < fit.parameters().size(); i++)
+        names += (names.empty() ? "" : " ") + name_of(fit.parameters()[i]);
+    return names;
+}
+
+// Stores values, covariances and parameters of a fit with n parameters.
+template <size_t N>
+void store_fitted(const FittedValues<N> &fitted, const fit::Result &result, size_t n,
+                  track::Estimated &estimated) noexcept {
+    double *const at = store_further(fitted.values, fitted.covariance[0], N, estimated);
+    std::copy(result.values + kPlaces, result.values + n, at);
 }
 
 } // namespace toliman::estimate

@@ -1,6 +1,6 @@
 // Format: a ledger's header lists its columns by type and name: those of every ledger, then the additional values of
 // the estimator, then the covariances cov_A_B of all pairs of values, except the variance of the first, which is
-// sigma^2.
+// sigma^2, then its parameters.
 // Why: records keep one fixed size per ledger, so that record n is found without an index, while estimators differ in
 // what they measure. A cell without a number holds NaN, or 0 in an integer column.
 #include "track/columns.hpp"
@@ -52,7 +52,7 @@ double Column::number(uint64_t cell) const noexcept {
     return type == ColumnType::f64 ? with_bits<double>(cell) : static_cast<double>(static_cast<int64_t>(cell));
 }
 
-Columns::Columns(std::string_view further, bool reduced) {
+Columns::Columns(std::string_view further, bool reduced, std::string_view parameters) {
     for (size_t i = 0; i < (reduced ? kOwnColumns : static_cast<size_t>(OwnColumn::factor)); i++)
         add(kOwn[i].name, kOwn[i].type, ColumnRole::own);
     std::vector<std::string> names = words_of(further);
@@ -73,6 +73,8 @@ Columns::Columns(std::string_view further, bool reduced) {
     for (size_t i = 0; i < names.size(); i++)
         for (size_t j = std::max<size_t>(i, 1); j < names.size(); j++)
             add(kCovariance + names[i] + "_" + names[j], ColumnType::f64, ColumnRole::covariance);
+    for (const std::string &name : words_of(parameters))
+        add(name, ColumnType::f64, ColumnRole::parameter);
 }
 
 void Columns::add(std::string name, ColumnType type, ColumnRole role) {
@@ -91,7 +93,7 @@ Columns Columns::load(ByteReader &in, size_t count) {
         const uint32_t type = in.u32(), role = in.u32();
         if (!is_column_name(name, kNameSize - 1) || columns.find(name) < columns.count())
             fail(Status::format, "column %zu: name is invalid or duplicate", i);
-        if (type > 1 || role < 1 || role > 3)
+        if (type > 1 || role < 1 || role > 4)
             fail(Status::format, "column %s: type %u, role %u: written by a later version?", name, type, role);
         columns.add(name, static_cast<ColumnType>(type), static_cast<ColumnRole>(role));
     }
@@ -129,12 +131,20 @@ size_t Columns::values() const noexcept {
     return count;
 }
 
-std::string Columns::further() const {
+std::string Columns::names_of(ColumnRole role) const {
     std::string list;
     for (const Column &column : all_)
-        if (column.role == ColumnRole::value)
+        if (column.role == role)
             list += (list.empty() ? "" : " ") + column.name;
     return list;
+}
+
+std::string Columns::further() const {
+    return names_of(ColumnRole::value);
+}
+
+std::string Columns::parameters() const {
+    return names_of(ColumnRole::parameter);
 }
 
 Cells Columns::empty() const noexcept {

@@ -12,8 +12,9 @@
 namespace toliman::track {
 
 enum class ColumnType : uint32_t { f64 = 0, i64 = 1 };
-// Origin of a column: the library; the second and later values of the estimator; covariances of its values.
-enum class ColumnRole : uint32_t { own = 1, value = 2, covariance = 3 };
+// Origin of a column: the library; the second and later values of the estimator; covariances of its values; parameters
+// that it fits to each frame, without covariances, for trends of the instrument.
+enum class ColumnRole : uint32_t { own = 1, value = 2, covariance = 3, parameter = 4 };
 
 // Columns of the library in the ledgers that this version creates, in this order. Those from factor on exist if frames
 // are reduced.
@@ -38,7 +39,8 @@ constexpr int64_t kLostIntervals = -1;
 const char *name_of(OwnColumn column) noexcept; // of partials: of the first
 
 constexpr size_t kMaxValues = 8; // of an estimator
-constexpr size_t kMaxFurther = kMaxValues - 1 + kMaxValues * (kMaxValues + 1) / 2 - 1;
+constexpr size_t kMaxParameters = 28; // of an estimator
+constexpr size_t kMaxFurther = kMaxValues - 1 + kMaxValues * (kMaxValues + 1) / 2 - 1 + kMaxParameters;
 constexpr size_t kMaxColumns = kOwnColumns + kMaxFurther;
 
 // One cell per column: the bits of a double or an int64.
@@ -54,9 +56,9 @@ struct Column {
 
 class Columns {
   public:
-    // The columns of the library, then those of an estimator with these further values (names separated by commas).
-    // Status::argument for invalid names and for too many.
-    explicit Columns(std::string_view further = {}, bool reduced = false);
+    // The columns of the library, then those of an estimator with these further values and parameters (names separated
+    // by spaces or commas). Status::argument for invalid names and for too many.
+    explicit Columns(std::string_view further = {}, bool reduced = false, std::string_view parameters = {});
     // Reads the columns of a ledger header. Status::format if they are invalid.
     static Columns load(ByteReader &in, size_t count);
     void save(ByteWriter &out) const;
@@ -71,10 +73,12 @@ class Columns {
     bool has_intervals() const noexcept { return has_intervals_ && count() > 1; }
     size_t values() const noexcept; // number of values of the estimator, including the first
     std::string further() const;    // names of the further values, as for the constructor
+    std::string parameters() const; // of the parameters
     Cells empty() const noexcept;
 
   private:
     void add(std::string name, ColumnType type, ColumnRole role);
+    std::string names_of(ColumnRole role) const;
     std::vector<Column> all_;
     bool is_reduced_ = false, has_intervals_ = false;
 };

@@ -14,9 +14,12 @@ namespace toliman::track {
 
 namespace {
 
-// Fails if the other ledger has a column that this one lacks: its numbers would be dropped silently.
+// Fails if the other ledger has a column that this one lacks: its numbers would be dropped silently. Parameters serve
+// trends alone; ledgers of version 0.2 have none.
 void check_columns(const LedgerFile &file, const Columns &here) {
     for (const Column &column : file.columns().all()) {
+        if (column.role == ColumnRole::parameter)
+            continue;
         const size_t at = here.find(column.name);
         if (at == here.count() || here.all()[at].type != column.type)
             fail(Status::mismatch, "{%s}: has the column %s, which this tracker's ledger does not have",

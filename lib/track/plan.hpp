@@ -43,7 +43,7 @@ struct Estimated {
     double largest_residual = std::numeric_limits<double>::quiet_NaN();
     uint32_t bad_pixels = 0;
     uint32_t flags = 0;
-    // Further values and covariances, in the order of Columns; as many as the plan declares columns for.
+    // Further values, covariances and parameters, in the order of Columns; as many as the plan declares columns for.
     std::array<double, kMaxFurther> further = {};
 };
 

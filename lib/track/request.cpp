@@ -173,7 +173,12 @@ Columns columns_of(const std::string &values, const Source &source, bool reduced
     if (!given.empty() && given != words_of(source.values))
         fail(Status::argument, "{options->estimator.values} = \"%s\": must be \"%s\", the values of the estimator",
              values.c_str(), source.values.c_str());
-    return Columns(source.values, reduced);
+    return Columns(source.values, reduced, source.parameters);
+}
+
+std::string parameters_in(const char *folder) {
+    const std::unique_ptr<Store> store = open_folder(folder, Access::read);
+    return store->size(LedgerFile::kName) >= 0 ? LedgerFile(*store).columns().parameters() : "";
 }
 
 Setup setup_of(const Request &request, const Source &source, const Terms &terms, const StateFolder &place,

@@ -17,6 +17,7 @@ struct Source {
     Estimate estimate;
     double scale_arcsec = 0; // of a pixel; 0: unknown
     ModelVerdict model = {};
+    std::string parameters = {}; // names of the parameters that it fits
 };
 
 // The reference orbit of a reduction.
@@ -52,6 +53,9 @@ Terms completed(Terms terms, const Source &source, bool reduced);
 
 // The columns of a new ledger. An estimator of the library has values of its own. Status::argument for other ones.
 Columns columns_of(const std::string &values, const Source &source, bool reduced);
+
+// The parameters in the ledger of a folder, for a new one without an estimator; "" without a ledger.
+std::string parameters_in(const char *folder);
 
 // The setup of a tracker. orbit: becomes that of the request. Status::argument, naming the option, if it must be given;
 // Status::mismatch and Status::format for the setup of another folder.

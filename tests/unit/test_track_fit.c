@@ -45,11 +45,11 @@ TEST(values_are_those_of_fits_at_the_frames_times) {
     for (int i = 0; i < FRAMES; i++) {
         const toliman_fit_prediction prediction = {.struct_size = sizeof prediction, .time_days = i * INTERVAL_DAYS};
         toliman_fit_result result = {.struct_size = sizeof result};
-        double covariance[7 * 7];
+        double values[7], covariance[7 * 7];
         toliman_track_outcome outcome;
         toliman_track_record record = {.struct_size = sizeof record};
         size_t done;
-        assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(frames + i * PIXELS), 1, &prediction, &result, NULL, covariance));
+        assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(frames + i * PIXELS), 1, &prediction, &result, values, covariance));
         push(track, &i, 1, &outcome);
         assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
         assert_true(outcome.value == result.displacement_px && outcome.chi_square == result.chi_square);
@@ -64,6 +64,8 @@ TEST(values_are_those_of_fits_at_the_frames_times) {
         assert_true(cell(track, "cov_separation_px_y_px", i) == covariance[3]);
         assert_true(cell(track, "cov_x_px_y_px", i) == covariance[2 * 7 + 3]);
         assert_true(cell(track, "cov_y_px_y_px", i) == covariance[3 * 7 + 3]);
+        assert_true(cell(track, "flux_a", i) == values[4] && cell(track, "flux_b", i) == values[5]);
+        assert_true(cell(track, "background", i) == values[6]);
     }
     toliman_track_info info = {.struct_size = sizeof info};
     toliman_fit_info made = {.struct_size = sizeof made};
@@ -77,6 +79,36 @@ TEST(values_are_those_of_fits_at_the_frames_times) {
     assert_ok(toliman_track_get_options(track, &known));
     assert_string_equal(known.estimator.values, "separation_px x_px y_px");
     assert_null(known.estimator.fit);
+    toliman_track_destroy(track);
+}
+
+/* A merged folder has the parameters of its frames, a ledger without such columns goes without. */
+TEST_WITH(parameters_follow_their_frames, make_place, remove_place) {
+    char other[300];
+    toliman_track_outcome outcomes[FRAMES];
+    toliman_track_options options = options_of(folder, fit);
+    toliman_track *const track = opened(&options);
+    push(track, (int[]){0, 1, 2}, 3, outcomes);
+    assert_ok(toliman_track_commit(track));
+    const double expected = cell(track, "flux_b", 1);
+    assert_true(isfinite(expected));
+    for (int has_columns = 0; has_columns < 2; has_columns++) {
+        options = (toliman_track_options){.struct_size = sizeof options};
+        assert_ok(toliman_track_load_options(folder, &options));
+        snprintf(other, sizeof other, "%s/merged%d", folder, has_columns);
+        options.folder = other;
+        options.ledger.setup_folder = has_columns ? folder : NULL;
+        toliman_track *const merged = opened(&options);
+        assert_ok(toliman_track_merge(merged, folder, 0, NULL));
+        assert_true(cell(merged, "x_px", 1) == cell(track, "x_px", 1));
+        double found = 0;
+        size_t done = 0;
+        const toliman_status status = toliman_track_get_column(merged, "flux_b", 1, 1, &found, &done);
+        assert_int_equal(status, has_columns ? TOLIMAN_OK : TOLIMAN_E_NOT_FOUND);
+        assert_true(!has_columns || found == expected);
+        toliman_track_destroy(merged);
+        remove_folder(other);
+    }
     toliman_track_destroy(track);
 }
 
