@@ -1,5 +1,6 @@
 // toliman status, toliman rebuild: the contents of a state folder, and its sums for another grid, clock or epoch.
 #include "downlink/folder_facts.hpp"
+#include "downlink/instrument_trends.hpp"
 #include "downlink/ledger_report.hpp"
 #include "downlink/setup_options.hpp"
 #include "options/command.hpp"
@@ -80,7 +81,7 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, co
     if (as_json)
         return print_stdout(status_json(tracker, how, period).text());
     print_stdout(how.folder + ("\n  " + period.text() + "\n") + indented(period.aliases_text()) + counts_text(tracker) +
-                 goodness_text(goodness_of(tracker)) + settings_text(how, info_of(tracker), median_sigma(tracker)) +
+                 goodness_text(goodness_of(tracker)) + text_of(trends_of(tracker)) + settings_text(how, info_of(tracker), median_sigma(tracker)) +
                  indented(period.functions_text()) + sessions_text(streams_of(tracker)));
 }
 

@@ -4,6 +4,7 @@
 
 #include "common/content.hpp"
 #include "downlink/folder_facts.hpp"
+#include "downlink/instrument_trends.hpp"
 #include "downlink/state_folder.hpp"
 #include "series/fap.hpp"
 #include "series/period_report.hpp"
@@ -192,7 +193,7 @@ Json status_json(const toliman::tracker &tracker, const toliman_track_options &h
              Json("f0", how.grid.f0, "df", how.grid.df, "nf", how.grid.nf, "time_offset_ns", how.grid.time_offset_ns),
              "plate_scale_arcsec", if_known(info.system != nullptr, info.plate_scale_arcsec), "clock",
              how.clock.count > 0, "streams", array_of(streams_of(tracker), session_json), "goodness",
-             goodness_json(goodness_of(tracker)));
+             goodness_json(goodness_of(tracker)), "trends", json_of(trends_of(tracker)));
     add_timing(how, json);
     return json;
 }
