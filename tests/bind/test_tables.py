@@ -58,6 +58,12 @@ def known(table, name):
     return ~numpy.ma.getmaskarray(numpy.ma.asarray(table[name]))
 
 
+class Units(unittest.TestCase):
+    def test_a_unit_is_a_number(self):
+        series = toliman.Measurements.of([1.0, 2.0], [3.0, 4.0], 0.1, kind="reduced", unit=0.375).add_column("c", [1.0, 2.0])
+        self.assertEqual((series.info.unit, series.functions[0].unit), (0.375, 1.0))
+
+
 @unittest.skipIf(Table is None, "needs astropy")
 class Tables(unittest.TestCase):
     def check(self, table, names, stated, form):

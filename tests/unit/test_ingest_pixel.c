@@ -70,7 +70,7 @@ TEST_WITH_PAIR(test_type_is_found) {
             } else {
                 const size_t bytes = cases[i].found == TOLIMAN_PIXEL_U32 ? 4 * PIXELS : 2 * PIXELS;
                 for (int k = 0; k < cases[i].frames[growing]; k++) {
-                    assert_frame(ingest, k, k + 1, k * bytes);
+                    assert_frame(ingest, k, k + 1, (uint64_t)k * bytes);
                     assert_int_equal(frame.pixel, cases[i].found);
                 }
                 assert_int_equal(known_pixel(ingest), cases[i].found);

@@ -157,7 +157,7 @@ def members(model, item, field):
         for constant in FLAGS.get(item.name, ()):
             bit = model.by_name[constant]
             yield constant.split("_", 2)[2].lower(), "bool", bit.doc or bit.heading, f", flag={bit.value}"
-    elif name in WORDS and kind.base != "char":
+    elif name in WORDS and kind.base == "int32_t":
         words = WORDS.get(f"{item.name}.{name}", WORDS[name])
         doc = re.sub(r"\w+, \.\.\.|\w*_?\.\.\.", f"{words}_... as a word", field.doc)
         yield name, "str", doc, f', words="{words}"'
