@@ -27,7 +27,8 @@ namespace toliman::calibrate {
 
 namespace {
 
-constexpr double kLeastFlux = -0.5; // relative change: with wrong optics, a star seems fainter than it is
+// Relative change: with wrong optics a star seems fainter than it is, and an exposure of few arcs has half of the light.
+constexpr double kLeastFlux = -0.75;
 constexpr double kNoMap = 1e-15;    // m
 constexpr double kSymmetry = 1e-3;  // of the step of a mask, whose areas are known to 6e-4
 

@@ -269,7 +269,7 @@ class Choice(Calibrate):
         self.cube = numpy.load(self.folder / "many.npy").astype(float)
 
     def test_bad_frames_are_left_out(self):
-        faults = {1: "row 2, column 3: must be a finite number", 4: "24 rows of zeros", 6: "3.", 7: "0.", 9: "repeats"}
+        faults = {1: "row 2, column 3: must be a finite number", 4: "24 rows of zeros", 6: "3.", 7: "0."}
         self.cube[1, 2, 3] = numpy.nan
         self.cube[4, 24:] = 0
         self.cube[6] *= 3
@@ -277,10 +277,10 @@ class Choice(Calibrate):
         numpy.save(self.folder / "again.npy", self.cube[:1])
         frames, said = self.chosen(self.cube)
         self.assertEqual(frames, [k for k in range(12) if k not in (1, 4, 6, 7)])
-        for frame, fault in list(faults.items())[:-1]:
+        for frame, fault in faults.items():
             self.assertRegex(said, rf"cube.npy: frame {frame}: {fault}.*left out")
         done = self.run_program("calibrate", "s.json", "cube.npy", "again.npy", "--out", "other.json", "--cadence", "86400")
-        self.assertIn("again.npy: frame 0: repeats an earlier frame: left out", done.stderr)
+        self.assertIn("toliman: 1 of 13 frames repeat an earlier one", done.stderr)
 
     def test_times_are_spread(self):
         frames, said = self.chosen(self.cube, "--choose", 5)

@@ -26,7 +26,8 @@ struct Candidate {
     size_t file, frame;
     toliman_fit_prediction prediction;
     std::optional<FrameWindow> window;
-    std::string fault; // empty: a good frame
+    std::string fault;      // empty: a good frame
+    bool is_repeat = false; // of an earlier one, which is no fault
     size_t dark_rows = 0;
     double light = 0, x = 0, y = 0; // counts above the median pixel, and their barycentre, px
     bool chosen = false;
@@ -70,7 +71,7 @@ double light_of(const Candidate &frame) {
 std::vector<Candidate *> good_of(std::vector<Candidate> &frames) {
     std::vector<Candidate *> good;
     for (Candidate &frame : frames)
-        if (frame.fault.empty())
+        if (frame.fault.empty() && !frame.is_repeat)
             good.push_back(&frame);
     return good;
 }
@@ -93,7 +94,7 @@ void judge(std::vector<Candidate> &frames) {
         else if (!(ratio >= kLeastLight && ratio <= kMostLight))
             frame->fault = formatted("%.3g times the light of the others", ratio);
         else if (!known.insert({frame->prediction.time_days, frame->light, frame->x, frame->y}).second)
-            frame->fault = "repeats an earlier frame";
+            frame->is_repeat = true;
     }
 }
 
@@ -277,6 +278,9 @@ FrameSet::FrameSet(const FrameOptions &options, const Scene &scene, const FrameC
     }
     if (windows.size() < places.size())
         windows.clear();
+    const auto repeats = std::count_if(frames.begin(), frames.end(), [](const Candidate &one) { return one.is_repeat; });
+    if (repeats > 0)
+        progress.tell(formatted("%td of %zu frames repeat an earlier one", repeats, frames.size()));
     if (chosen.size() < frames.size())
         progress.tell(formatted("calibrates with %zu of %zu frames, ", chosen.size(), frames.size()) +
                       span_text(chosen));
