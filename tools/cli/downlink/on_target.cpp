@@ -11,7 +11,7 @@ namespace {
 __extension__ using Wide = __int128;
 
 constexpr double kMostCut = 0.2;   // of exposures, whose successors may be lost
-constexpr double kLeastTime = 0.8; // of the mean time of an exposure in the windows
+constexpr double kLeastTime = 0.9; // of the shortest time of another exposure in the windows
 
 struct ClockPair {
     int64_t camera_ns, tai_ns;
@@ -92,8 +92,7 @@ void OnTarget::mark_cut(const toliman_frame &frame) {
     for (size_t i = 0; i < frame.interval_count; i++)
         seconds += frame.intervals[2 * i + 1] - frame.intervals[2 * i];
     if ((!begins && !ends) || !cut_.empty()) {
-        others_s_ += seconds;
-        others_ += seconds > 0;
+        least_s_ = seconds > 0 ? std::min(least_s_, seconds) : least_s_;
         return;
     }
     cut_s_ = seconds;
@@ -104,7 +103,7 @@ void OnTarget::mark_cut(const toliman_frame &frame) {
 
 // The telescope need not point at the stars until the end of the last exposure.
 void OnTarget::warn_of_cut(Progress &progress) const {
-    if (!cut_.empty() && cut_s_ * static_cast<double>(others_) < kLeastTime * others_s_)
+    if (!cut_.empty() && std::isfinite(least_s_) && cut_s_ < kLeastTime * least_s_)
         progress.warn(cut_);
 }
 

@@ -16,7 +16,7 @@ class OnTarget {
     // if nothing remains. Throws Failure for an exposure of the scene that is not inside one window.
     bool limit(toliman_frame &frame, std::vector<double> &intervals);
     // Warns if exposures over several windows often end in a window that continues, and in which no other exposure
-    // begins, and if the table begins or ends in an exposure of which it has less time than of the others.
+    // begins, and if the table begins or ends in an exposure of which it has less time than of any other.
     void conclude(Progress &progress) const;
     // Why nothing remained of a frame.
     std::string complaint(const toliman_frame &frame) const;
@@ -36,8 +36,7 @@ class OnTarget {
     std::string path_, scene_;
     std::string cut_;             // warning of the first exposure in which the table begins or ends
     double cut_s_ = 0;            // its time in the windows
-    double others_s_ = 0;         // that of all other frames
-    int64_t others_ = 0;          // with some time in the windows
+    double least_s_ = INFINITY;   // the least of the other frames that have some
     int64_t sums_ = 0;            // exposures over several windows
     std::vector<Window> windows_; // TAI, by the camera clock after set_clock
     double exposure_s_ = 0;       // of frames that do not state their own
