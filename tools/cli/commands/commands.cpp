@@ -14,9 +14,10 @@ void add_commands(CLI::App &app, Context &context) {
     app.require_subcommand(1);
     app.formatter(std::make_shared<HelpFormatter>());
     app.fallthrough();
-    for (const auto add : {add_run,     add_psf,    add_simulate, add_coadd, add_calibrate, add_train,  add_encode,
-                           add_convert, add_period, add_planet,   add_merge, add_track,     add_status, add_rebuild,
-                           add_plan,    add_budget, add_predict,  add_refit, add_pupil,     add_report, add_doctor})
+    for (const auto add :
+         {add_run,    add_psf,     add_simulate, add_coadd, add_calibrate, add_train, add_encode,  add_convert,
+          add_period, add_planet,  add_merge,    add_track, add_status,    add_night, add_rebuild, add_plan,
+          add_budget, add_predict, add_refit,    add_pupil, add_report,    add_doctor})
         add(app, context);
     for (const char *name : {"run", "psf", "simulate", "calibrate", "train", "convert", "period", "planet", "merge",
                              "pupil", "refit", "report", "status"})

@@ -84,7 +84,7 @@ template <class Seed> CLI::Option *add_seed(CLI::App &command, Seed &seed) {
 // The subcommands.
 using AddCommand = void(CLI::App &app, Context &context);
 AddCommand add_run, add_psf, add_simulate, add_coadd, add_calibrate, add_train, add_encode, add_convert, add_period,
-    add_planet, add_merge, add_track, add_status, add_rebuild, add_plan, add_budget, add_predict, add_refit, add_pupil,
-    add_report, add_doctor;
+    add_planet, add_merge, add_track, add_status, add_night, add_rebuild, add_plan, add_budget, add_predict, add_refit,
+    add_pupil, add_report, add_doctor;
 
 } // namespace cli
