@@ -1,10 +1,10 @@
 // Method: an examination of the files reads the new lines and finds out which of them have pixels in the file
 // (placement.cpp); the following calls report these lines one by one. Both files are written independently, so that one
 // may be ahead of the other at any time. Lines without pixels, and pixels without line, are therefore damage only at
-// the end. The pixel type is that of the key dtype of the lines. Without it, it is u16le, as the mission writes, or u32le
-// if complete files have at least 1.5 times these bytes, half way between. Where growing files look replaced, or like
-// those of another pixel type, a second examination decides: the first may have seen one file of before and one of
-// after.
+// the end. The pixel type is that of the key dtype of the lines. Without it, it is u16le, as the mission writes, or
+// u32le if complete files have at least 1.5 times these bytes, half way between. Where growing files look replaced, or
+// like those of another pixel type, a second examination decides: the first may have seen one file of before and one
+// of after.
 #include "ingest/pair.hpp"
 
 #include <algorithm>
@@ -122,8 +122,8 @@ void Pair::use_type(SideLine &line) {
         pixel_bytes_ = line.pixel_bytes;
     const char *const here = type_name(line.pixel_bytes), *const known = type_name(pixel_bytes_);
     if (line.pixel_bytes != pixel_bytes_ && options_.pixel_bytes != 0 && !is_type_written_)
-        fail(Status::format, "{%s}:%lld: dtype is %s, but %s was given (--dtype)", side_path_.c_str(),
-             static_cast<long long>(line.number), here, known);
+        fail(Status::format, "{%s}: dtype is %s in line %lld, but %s was given (--dtype)", side_path_.c_str(), here,
+             static_cast<long long>(line.number), known);
     if (line.pixel_bytes != pixel_bytes_)
         line.error = text_of("dtype must be %s, as before, not %s", known, here);
     is_type_written_ = true;
@@ -136,8 +136,8 @@ void Pair::find_type() {
     placement_.set_pixel_bytes(pixel_bytes_);
 }
 
-// Compares the size of the file with that of the frames as the other pixel type, unless a line names the type. Only before the first frame: later on
-// the files may pass through such sizes.
+// Compares the size of the file with that of the frames as the other pixel type, unless a line names the type. Only
+// before the first frame: later on the files may pass through such sizes.
 void Pair::check_type(bool certain) {
     const uint64_t bytes = placement_.bytes(), size = pixel_stamp_.size;
     const bool is_wide = pixel_bytes_ == 4;

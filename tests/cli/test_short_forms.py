@@ -5,49 +5,57 @@ import unittest
 
 import numpy
 from test_calibrate import SCENE as SKY
-from test_mission_files import MissionTest
+from test_mission_files import MissionTest, toliman
 
 CODES = {"u16le": "<u2", "u32le": "<u4"}
 ENCODE = ("encode", "--template", "mini.json")
 
 
 class PixelTypes(MissionTest):
-    def counts(self):
-        """Frames of 12 bits, which both types hold."""
-        frames = self.frames()
-        return (frames * (4000 / frames.max())).astype(int)
+    def setUp(self):
+        super().setUp()
+        self.scene("mini.json", 3000)
 
-    def both(self, dtype, **columns):
+    def scene(self, name, peak, **detector):
+        scene = json.loads((self.folder / "mini.json").read_text())
+        scene["cadence"]["peak_photons"] = peak
+        scene["detector"].update(detector)
+        (self.folder / name).write_text(json.dumps(scene))
+
+    def counts(self, name="mini.json"):
+        return toliman.Simulator(self.folder / name).frames().astype(int)
+
+    def write(self, kind, **columns):
         """A pair of this type."""
-        self.pair("obs", self.counts().astype(CODES[dtype]), **columns)
+        self.pair("obs", self.counts().astype(CODES[kind]), **columns)
 
     def values(self, *arguments):
-        return [line.split(",")[2:] for line in self.succeed(*ENCODE, "obs_meta.jsonl", *arguments).splitlines()[1:]]
+        return [float(line.split(",")[2]) for line in self.succeed(*ENCODE, "obs_meta.jsonl", *arguments).splitlines()[1:]]
 
     def test_every_command_finds_it(self):
         """With the key dtype and without; the values are those of the type given."""
         for dtype in CODES:
             for keys in ({}, {"dtype": [dtype] * 12}):
                 with self.subTest(dtype, keys=bool(keys)):
-                    self.both(dtype, **keys)
+                    self.write(dtype, **keys)
                     expected = self.values("--dtype", dtype)
                     self.assertEqual(self.values(), expected)
                     lines, said = self.track("obs_meta.jsonl")
                     self.assertNotIn("dtype", said)
-                    self.assertEqual([str(line["value"]) for line in lines], [value[0] for value in expected])
+                    self.assertEqual([line["value"] for line in lines], expected)
 
     def test_contradictions(self):
-        self.both("u32le", dtype=["u32le"] * 12)
-        self.refuse(3, "obs_meta.jsonl:1: dtype is u32le, but u16le was given (--dtype)\n",
+        self.write("u32le", dtype=["u32le"] * 12)
+        self.refuse(3, "obs_meta.jsonl: dtype is u32le in line 1, but u16le was given (--dtype)\n",
                     arguments=(*ENCODE, "--dtype", "u16le", "obs_meta.jsonl"))
         self.refuse(2, "--dtype u16be: must be u16le or u32le", arguments=(*ENCODE, "--dtype", "u16be", "obs_meta.jsonl"))
         lines, said = self.track("obs_meta.jsonl", "--dtype", "u16le")
         self.assertEqual(lines, [])
-        self.assertIn("dtype is u32le, but u16le was given", said)
-        self.both("u32le", dtype=["u32le"] * 6 + ["u16le"] + ["u32le"] * 5)
+        self.assertIn("warning: obs_meta.jsonl: dtype is u32le in line 1, but u16le was given", said)
+        self.write("u32le", dtype=["u32le"] * 6 + ["u16le"] + ["u32le"] * 5)
         lines, said = self.track("obs_meta.jsonl")
         self.assertEqual([line["frame_id"] for line in lines if line["verdict"] == "accepted"], [k for k in range(12) if k != 6])
-        self.assertIn("obs_meta.jsonl:7: dtype must be u32le, as before, not u16le", said)
+        self.assertIn("obs_meta.jsonl:7: rejected: bad line: dtype must be u32le, as before, not u16le", said)
 
     def test_the_folder_takes_the_depth_of_the_first_pair(self):
         """A pair of the other type is not read, unless --bit-depth says that it is right; names come in their order."""
@@ -68,12 +76,8 @@ class PixelTypes(MissionTest):
 
     def test_the_depth_of_the_scene(self):
         """Frames of 14 bits are not above those of a folder of 12 bits."""
-        scene = json.loads((self.folder / "mini.json").read_text())
-        scene["detector"]["bit_depth"] = 14
-        (self.folder / "deep.json").write_text(json.dumps(scene))
-        frames = self.frames()
-        frames = (frames * (12000 / frames.max())).astype("<u2")
-        self.pair("obs", frames)
+        self.scene("deep.json", 12000, bit_depth=14)
+        self.pair("obs", self.counts("deep.json").astype("<u2"))
         deep, _ = self.track("obs_meta.jsonl", template=("--template", "deep.json"))
         self.assertEqual({line["verdict"] for line in deep}, {"accepted"})
         shallow, _ = self.track("obs_meta.jsonl")
@@ -81,7 +85,7 @@ class PixelTypes(MissionTest):
 
     def test_names_on_standard_input(self):
         """The bit depth of a new folder must then be given."""
-        self.both("u32le")
+        self.write("u32le")
         track = ("track", "--template", "mini.json", "--mission-days", "100", "--state")
         done = self.run_program(*track, "s", "-", input="obs_meta.jsonl\n")
         self.assertIn("a new folder needs --dtype", done.stderr)
@@ -107,9 +111,21 @@ class ScenesSay(MissionTest):
                 done = self.run_program("track", "--template", name, "--state", state, *more, "obs_meta.jsonl")
                 self.assertEqual(done.returncode, 0, done.stderr)
                 self.assertEqual(done.stderr.count(f"--mission-days {days}: the cadence of {name}"), 0 if more else 1, done.stderr)
+                self.assertEqual("is only 2 days long" in done.stderr, days == 4 and not more)
                 grids.append([line for line in self.succeed("status", state).splitlines() if "  grid  " in line])
                 self.assertEqual(len(grids[-1]), 1)
             self.assertEqual(*grids)
+
+
+class Order(MissionTest):
+    def test_late_frames_are_no_jump_of_the_clock(self):
+        """Each is as late as it was sent: its id, stamp and host time go back together."""
+        order = numpy.random.default_rng(3).permutation(12)
+        self.pair("obs", self.frames()[order], frame_id=order.tolist(), timestamp_ns=[int(k) * 86400 * 10**9 for k in order],
+                  host_time=[86400.0 * k for k in order])
+        lines, said = self.track("obs_meta.jsonl")
+        self.assertEqual([(line["frame_id"], line["verdict"]) for line in lines], [(k, "accepted") for k in order])
+        self.assertNotIn("warning", said)
 
 
 class ThreeLines(MissionTest):

@@ -268,9 +268,11 @@ class Stops(Track):
         base, pairs = ("track", "--state", "s", "--template", "scene.json"), ("--dtype", "u32le", "all")
         numpy.save(self.folder / "x.npy", self.frames)
         for code, text, *arguments in (
-                (2, "--mission-days", *pairs), (2, "--dtype", *GRID, "all"), (2, "F0:DF:NF", "--grid", "1:2", *pairs),
+                (2, "F0:DF:NF", "--grid", "1:2", *pairs),
                 (3, "none", *GRID, *pairs[:2], "none"), (2, "-: ", *GRID, *pairs[:2], "-", "all"), (2, "--cadence", *GRID, "x.npy")):
             self.refuse(code, text, arguments=(*base, *arguments))
+        self.refuse(2, "s: is new, without a scene: give --grid F0:DF:NF or --mission-days N",
+                    arguments=("track", "--state", "s", "--weights", "w.tlmw", "all"))
         for name in ("none", "all"):
             self.refuse(3, name, arguments=("status", name))
 

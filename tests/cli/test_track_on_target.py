@@ -68,7 +68,7 @@ class SideFile(OnTarget):
     def test_a_pair_has_the_intervals_of_its_scene(self):
         for line in map(json.loads, self.lines):
             self.assertEqual(line["on_target_s"], OWN)
-            self.assertEqual(len(line), 9)
+            self.assertEqual(len(line), 10)
         self.follow("s")
         self.assertEqual(self.errors, "")
         columns = self.columns("s")

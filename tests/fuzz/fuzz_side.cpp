@@ -1,5 +1,6 @@
-// The mission's pair of files. The input is the size of the file of pixels (2 bytes; odd: u32), the part of both files
-// that a growing pair has at first (2 bytes), and the side file.
+// The mission's pair of files. The input is the size of the file of pixels (2 bytes; its last two bits are the pixel
+// type: u16, u32, or found in the files), the part of both files that a growing pair has at first (2 bytes), and the
+// side file.
 #include <algorithm>
 #include <cctype>
 #include <memory>
@@ -21,7 +22,7 @@ bool is_name(const std::string &text) {
 }
 
 struct Input {
-    bool wide;
+    int32_t pixel; // 0: found
     size_t pixel_bytes;
     Bytes text;
 };
@@ -32,7 +33,7 @@ class Watch {
     Watch(const Input &input, const std::string &path, uint32_t flags) : input_(input) {
         auto options = toliman::sized<toliman_ingest_options>();
         options.flags = flags;
-        options.pixel = input.wide ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
+        options.pixel = input.pixel;
         options.rows = options.cols = 4;
         options.exposure_s = 1;
         toliman_ingest *made = nullptr;
@@ -65,8 +66,9 @@ class Watch {
         require(event.has_key == 0 || (is_name(frame.session) && is_name(frame.roi)), "an invalid name");
         if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE)
             return require(event.text[0] != 0, "damage without a reason");
+        require(frame.pixel == input_.pixel || input_.pixel == 0, "another pixel type");
         require(frame.rows > 0 && frame.cols > 0 && frame.dropped >= 0, "an impossible frame");
-        const auto bytes = static_cast<size_t>(frame.rows * frame.cols) * (input_.wide ? 4 : 2);
+        const auto bytes = static_cast<size_t>(frame.rows * frame.cols) * (frame.pixel == TOLIMAN_PIXEL_U32 ? 4 : 2);
         taken_ += bytes;
         require(taken_ <= input_.pixel_bytes, "more frames than the file has");
         const auto *const pixels = static_cast<const uint8_t *>(frame.pixels);
@@ -123,10 +125,10 @@ std::vector<Bytes> fuzz::seeds() {
          {R"({"frame_id": 7, "timestamp_ns": 1700000000000000001, "host_time": 1.5, "nframes_dropped": 0,)"
           R"( "roi_label": "single_roi", "n_rows": 4, "n_cols": 4, "session_id": "pass-1"})",
           R"({"frame_id":8,"timestamp_ns":-5,"host_time":1e3,"nframes_dropped":2,"roi_label":"r","n_rows":2,)"
-          R"("n_cols":8,"session_id":"s","on_target_s":[0,0.25,0.5,1]})"})
+          R"("n_cols":8,"session_id":"s","dtype":"u32le","on_target_s":[0,0.25,0.5,1]})"})
         text += line + std::string("\n");
     std::vector<Bytes> seeds;
-    for (const std::string size : {"\x40", "\x80", "\x21", "\x41"})
+    for (const std::string size : {"\x40", "\x80", "\x21", "\x41", "\x42", "\x82"})
         for (const std::string part : {"\x20", "\xc8"})
             seeds.push_back(bytes_of(size + '\0' + part + '\0' + text));
     return seeds;
@@ -136,7 +138,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static MemoryFile side("x_meta.jsonl"), pixels("x_frames.bin");
     Source source(data, size);
     const size_t bytes = source.number(2), part = source.number(2);
-    const Input input = {(bytes & 1) != 0, bytes, source.rest()};
+    const int32_t types[] = {TOLIMAN_PIXEL_U16, TOLIMAN_PIXEL_U32, 0, 0};
+    const Input input = {types[bytes & 3], bytes, source.rest()};
     read_complete(input, side, pixels);
     read_growing(input, part, side, pixels);
     return 0;

@@ -1,12 +1,12 @@
-/* The pixel type of a pair: given, named by the key dtype of its lines, or found from the size of the file of pixels. */
+/* The pixel type of a pair: given, named by the key dtype of its lines, or found from the size of its pixels. */
 #include "pair_files.h"
 
 enum { PIXELS = ROWS * COLS, LINES = 4 };
 
 /* Writes LINES lines; line k has the member dtype with the JSON text types[k], unless it is NULL. */
 static void put_typed(const char *const types[LINES], size_t bytes) {
-    remove(side_path);
-    remove(pixel_path);
+    put_text(side_path, "wb", "");
+    put_text(pixel_path, "wb", "");
     for (int k = 0; k < LINES; k++) {
         char line[512], text[600];
         side_line(line, k, k * INT64_C(1000000000), k, ROWS, COLS);
@@ -47,7 +47,7 @@ TEST_WITH_PAIR(test_type_is_found) {
     } cases[] = {
         {SAME(NULL), 2 * LINES * PIXELS, 0, TOLIMAN_PIXEL_U16, {4, 4}},
         {SAME(NULL), 4 * LINES * PIXELS, 0, TOLIMAN_PIXEL_U32, {4, -1}}, /* twice the size of what the mission writes */
-        {SAME(NULL), 3 * LINES * PIXELS, 0, TOLIMAN_PIXEL_U32, {3, 4}},
+        {SAME(NULL), 3 * LINES * PIXELS, 0, TOLIMAN_PIXEL_U32, {3, -1}},
         {SAME(NULL), 3 * LINES * PIXELS - 1, 0, TOLIMAN_PIXEL_U16, {4, 4}},
         {SAME(NULL), 2 * PIXELS, 0, TOLIMAN_PIXEL_U16, {1, 1}},
         {SAME(NULL), 3 * LINES * PIXELS, TOLIMAN_PIXEL_U16, TOLIMAN_PIXEL_U16, {4, 4}},
@@ -109,11 +109,13 @@ TEST_WITH_PAIR(test_type_of_growing_pair) {
     assert_frames(ingest, 0, LINES);
     assert_nothing(ingest);
     char line[512];
-    put_typed(wide, 4 * LINES * PIXELS);
+    put_text(side_path, "wb", "");
     assert_nothing(ingest); /* replaced */
+    put_typed(wide, 4 * LINES * PIXELS);
     for (int k = 0; k < LINES; k++)
         assert_frame(ingest, k, k + 1, (uint64_t)k * 2 * FRAME_BYTES);
     assert_int_equal(known_pixel(ingest), TOLIMAN_PIXEL_U32);
+    assert_nothing(ingest);
     put_text(side_path, "ab", side_line(line, LINES, LINES * INT64_C(1000000000), LINES, ROWS, COLS));
     put_pixels(4 * (LINES + 1) * PIXELS);
     assert_frame(ingest, LINES, LINES + 1, LINES * 2 * FRAME_BYTES);

@@ -29,7 +29,8 @@ FrameIds frame_ids(const std::string &text) {
     return ids;
 }
 
-// A new folder takes the bit depth of its first pair and the noise of its sums: with --follow, waits for the first line.
+// A new folder takes the bit depth of its first pair and the noise of its sums: with --follow, waits for the first
+// line.
 void examine_inputs(Options &options, Progress &progress) {
     const bool needs_pixel = options.input.dtype.empty() && options.folder.needs_pixel();
     const bool is_stdin = options.input.inputs.front() == "-";

@@ -45,6 +45,16 @@ uint32_t depth_of(int32_t pixel, uint32_t of_scene) {
     return of_scene != 0 && suits(pixel, of_scene) ? of_scene : pixel == TOLIMAN_PIXEL_U32 ? 32 : 12;
 }
 
+// The grid of a new folder without --grid and --mission-days.
+void use_cadence(SetupOptions &setup, const Estimator &estimator, Progress &progress) {
+    constexpr double kLeast = 4; // of the default grid
+    const double days = estimator.cadence_days;
+    const std::string text =
+        formatted("--mission-days %g: the cadence of ", std::max(days, kLeast)) + estimator.scene.path;
+    setup.use_days(std::max(days, kLeast));
+    days < kLeast ? progress.warn(text + formatted(" is only %.3g days long", days)) : progress.tell(text);
+}
+
 // Refuses a pixel type that does not fit the bit depth of the folder's frames: one of the two is likely a mistake.
 void check_depth(const FolderOptions &given, const std::string &dtype, const toliman_track_options &made) {
     if (dtype.empty() || given.bit_depth || suits(pixel_of(dtype), made.frames.bit_depth))
@@ -199,10 +209,8 @@ toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estima
     if (!made && !setup.has_grid() && !estimator_options.has_scene())
         throw Failure(kExitUsage, folder + ": is new, without a scene: give --grid F0:DF:NF or --mission-days N");
     estimator = Estimator(estimator_options, progress);
-    if (!made && !setup.has_grid()) {
-        setup.use_days(estimator.cadence_days);
-        progress.tell(formatted("--mission-days %g: the cadence of ", estimator.cadence_days) + estimator.scene.path);
-    }
+    if (!made && !setup.has_grid())
+        use_cadence(setup, estimator, progress);
     if (made && (made->frames.image_rows != estimator.rows || made->frames.image_cols != estimator.cols))
         throw Failure(kExitUsage, folder + ": " + other_estimator(folder, progress));
     if (made)

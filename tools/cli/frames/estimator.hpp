@@ -29,7 +29,7 @@ struct Estimator {
     std::vector<double> times;     // days, of the frames of a fit's scene
     std::string lacks;             // Scene::lacks_for_real_frames() of a fit's scene, uncalibrated and without a bank
     SceneDefaults scene;           // of the scene of a fit or template
-    double cadence_days = 0;       // span of its cadence, at least 4
+    double cadence_days = 0;       // span of its cadence
     uint32_t bit_depth = 0;        // of its detector, 0: unknown
     int64_t time_zero_ns = 0;      // TAI of time 0 of a scene whose stars move, else 0
     double pixel_scale_arcsec = 0; // of a fit's scene

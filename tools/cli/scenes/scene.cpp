@@ -126,13 +126,12 @@ Cadence::Cadence(const Scene &scene) : times(static_cast<size_t>(scene.info.fram
 }
 
 double span_days(const Scene &scene) {
-    constexpr double kLeast = 4;
     const std::vector<double> times = Cadence(scene).times;
     const JsonTree tree = read_scene_json(scene.path);
     const bool has_list = item_of(item_of(tree.get(), "cadence"), "times_days") != nullptr;
     const auto frames = static_cast<double>(times.size());
     const double length = times.back() - times.front();
-    return std::max(kLeast, has_list || frames < 2 ? length : length * frames / (frames - 1));
+    return has_list || frames < 2 ? length : length * frames / (frames - 1);
 }
 
 void check_cadence(const Scene &scene, const std::string &command) {

@@ -50,8 +50,7 @@ struct Cadence {
     std::vector<double> times, displacements;
 };
 
-// From the first frame to one interval after the last, or of a list of times to the last; at least 4 days, the least of a
-// default grid.
+// From the first frame to one interval after the last, or of a list of times to the last.
 double span_days(const Scene &scene);
 
 // Throws Failure if the number of frames is outside the limits of the default frequency grid.
