@@ -222,7 +222,8 @@ typedef struct toliman_sky_refit_result {
 
 /* Refits the orbital elements to measured separations, with the standard deviations of the system file as Gaussian
  * priors. Elements without one, parallax, motion and masses are fixed. To add measurements, refit the original system
- * to all of them: a saved file lacks the correlations.
+ * to all of them. The new orbit has absorbed a part of the planets with long periods: toliman_planet_create and another
+ * refit refuse measurements of the same dates with it (promise: refitted-orbits-are-not-searched).
  *   measured     as for toliman_sky_reduce, with sigmas
  *   scale_sigma  as toliman_sky_reduce_options; only priors distinguish this error from one of the semi-major axis
  *   out          predictor of the new orbit, with the errors after the fit

@@ -214,6 +214,7 @@ toliman_status toliman_measure_get_info(const toliman_measure *measure, toliman_
         info.unit = series.unit;
         put_text(series.unit_name, info.unit_name);
         TOLIMAN_COPY(info, series, time_unit_days, frame_chi_square, parallax_arcsec);
+        info.is_refitted = series.is_refitted;
         std::copy(std::begin(series.star_mass), std::end(series.star_mass), info.star_mass);
         deliver(info, out, "out");
     });

@@ -159,6 +159,9 @@ toliman_status toliman_planet_create(const toliman_measure *series, const tolima
         const toliman_planet_options known = accept(options, "options");
         const planet::Settings settings = settings_of(known, own);
         measure::check_reduced(own);
+        if (own.is_refitted)
+            fail(Status::argument, "{series}: is reduced to an orbit that was refitted to measurements of these dates: "
+                                   "reduce it to the orbit before the refit");
         if (own.sigma.empty() && !settings.jitter)
             fail(Status::argument, "{series}: has no sigma: must have one with TOLIMAN_PLANET_NO_JITTER");
         planet::GivenVelocities velocities;

@@ -49,7 +49,7 @@ void set_system(const track::Reference &reference, Series &series) {
     const sky::Predictor predictor(system, {});
     for (const int64_t time : series.tai_ns)
         series.position_angle_deg.push_back(predictor.at(time).geometric_angle_deg);
-    set_stars(system, series);
+    set_stars(system, series.tai_ns, series);
 }
 
 bool is_measured(track::Verdict verdict) noexcept {

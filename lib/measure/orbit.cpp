@@ -14,7 +14,7 @@ namespace {
 // Names and standard deviations change no value.
 bool has_same_numbers(const sky::System &a, const sky::System &b) {
     const sky::Predictor first(a, {}), second(b, {});
-    return first.digest() == second.digest();
+    return first.digest() == second.digest() && a.refit.has_value() == b.refit.has_value();
 }
 
 track::Reason reduce(const sky::Predictor &predictor, const track::OnTarget &on_target, track::Reduction &reduction) {

@@ -93,7 +93,8 @@ std::string add_functions(const std::vector<sky::Prediction> &seen, const sky::P
 
 } // namespace
 
-void set_stars(const sky::System &system, Series &series) {
+void set_stars(const sky::System &system, const std::vector<int64_t> &tai_ns, Series &series) {
+    series.is_refitted = sky::is_refitted_to(system, sky::dates_of(tai_ns));
     series.parallax_arcsec = system.value.barycentre.parallax_mas / 1000;
     series.star_mass[0] = system.value.masses.a_sun;
     series.star_mass[1] = system.value.masses.b_sun;
@@ -113,6 +114,7 @@ Reduction reduce(const Series &measured, const sky::Predictor &predictor, double
     series.kind = Kind::reduced;
     std::vector<sky::Prediction> seen;
     std::vector<double> angles, ratios;
+    std::vector<int64_t> starts;
     for (size_t i = 0; i < all.size(); i++) {
         const sky::Prediction &prediction = all[i].seen;
         if (std::isnan(prediction.factor)) {
@@ -130,12 +132,13 @@ Reduction reduce(const Series &measured, const sky::Predictor &predictor, double
         angles.push_back(prediction.geometric_angle_deg);
         ratios.push_back(measured_arcsec / prediction.separation_arcsec);
         seen.push_back(prediction);
+        starts.push_back(measured.exposures[i].intervals.front().start_ns);
     }
     if (series.t.empty())
         fail(Status::range, "{measured}: the observer is not known for the time of any sample");
     check_unit(std::move(ratios));
     series.position_angle_deg = std::move(angles);
-    set_stars(predictor.system(), series);
+    set_stars(predictor.system(), starts, series);
     std::string warning;
     const size_t offsets = series.instruments.empty() ? 0 : series.instruments.size() - 1;
     if (with_functions && series.functions() == offsets)

@@ -6,8 +6,8 @@
 
 namespace toliman::measure {
 
-// Parallax and masses.
-void set_stars(const sky::System &system, Series &series);
+// Parallax and masses of the system, and whether it was refitted to measurements of these times.
+void set_stars(const sky::System &system, const std::vector<int64_t> &tai_ns, Series &series);
 
 struct Reduction {
     Series series;

@@ -59,6 +59,7 @@ struct Series {
     double time_unit_days = 1;                         // days per unit of t
     double frame_chi_square = 0;                       // median of the frames; 0: not known
     double parallax_arcsec = 0, star_mass[2] = {0, 0}; // of the system, solar masses; 0: not known
+    bool is_refitted = false; // reduced to an orbit that was refitted to samples of these dates
     Trend trend;
     std::vector<Column> columns;
     std::vector<int32_t> instrument;      // of each sample, index of its name; empty: one instrument

@@ -11,6 +11,7 @@ using sky::Barycentre;
 using sky::Elements;
 using sky::Masses;
 using sky::Orbit;
+using sky::Refitted;
 using sky::System;
 
 constexpr size_t kLargestFile = size_t{1} << 18;
@@ -129,6 +130,13 @@ template <auto member> void read_value(const Reader &reader, const Row &row, Sys
     read_group(*row.group, reader.object(row.key), &(system.value.*member));
 }
 
+constexpr Row kRefitRows[] = {
+    required<&Refitted::first>("first", kDate, "Date of the first measurement, Julian year"),
+    required<&Refitted::last>("last", kDate, "Date of the last measurement, Julian year"),
+};
+constexpr Group kRefit = group_of(
+    "refit", "The measurements to which the orbit was refitted, which must not be searched with it", kRefitRows);
+
 constexpr Row kSystemRows[] = {
     required<read_schema>("schema", Words{"toliman-system/1"}, "Schema of the file"),
     optional<read_name>("name", "Name of the binary").as(Type::text),
@@ -136,6 +144,7 @@ constexpr Row kSystemRows[] = {
     required<read_value<&Elements::barycentre>>("barycentre", &kBarycentre),
     required<read_value<&Elements::masses>>("masses", &kMasses),
     optional<&System::sigma>("sigma", &kSigma),
+    optional<&System::refit>("refit", &kRefit),
 };
 
 // is_sigma: numbers that are 0 are not known, and left out.
@@ -204,6 +213,10 @@ std::string system_json(const sky::System &system) {
     scene::set_elements(system.sigma, true, sigma);
     if (sigma.kind == json::Value::Kind::object)
         tree.member("sigma") = std::move(sigma);
+    if (system.refit) {
+        tree.member("refit").member("first") = json::Value::of(system.refit->first);
+        tree.member("refit").member("last") = json::Value::of(system.refit->last);
+    }
     return json::print(tree);
 }
 

@@ -185,12 +185,26 @@ Refit fit(const Predictor &reference, const std::vector<Measurement> &measuremen
     return out;
 }
 
+std::vector<int64_t> starts_of(const std::vector<Measurement> &measurements) {
+    std::vector<int64_t> starts;
+    for (const Measurement &measurement : measurements)
+        starts.push_back(measurement.exposure.intervals.front().start_ns);
+    return starts;
+}
+
 } // namespace
 
 Refit refit(const Predictor &reference, const std::vector<Measurement> &measurements, double scale_sigma) {
     if (measurements.empty())
         fail(Status::argument, "{count} = 0: must be at least 1");
     check_known(reference.observer(), measurements);
+    const Refitted dates = dates_of(starts_of(measurements));
+    if (is_refitted_to(reference.system(), dates))
+        fail(Status::argument,
+             "{sky}: its orbit was refitted to measurements of %.3f to %.3f, also of these dates: refit the orbit "
+             "before "
+             "that, with all measurements",
+             reference.system().refit->first, reference.system().refit->last);
     Refit found = fit(reference, measurements, scale_sigma, 0);
     for (int turn = 0; turn < kMostTurns && found.goodness.verdict == GoodnessVerdict::poor; turn++) {
         const double before = found.jitter_arcsec, jitter = found.next_jitter_arcsec;
@@ -198,6 +212,8 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
         if (std::fabs(jitter - before) <= kStill * jitter)
             break;
     }
+    const Refitted before = reference.system().refit.value_or(dates);
+    found.system.refit = {std::min(before.first, dates.first), std::max(before.last, dates.last)};
     return found;
 }
 

@@ -38,7 +38,7 @@ constexpr size_t kOwnColumns = static_cast<size_t>(OwnColumn::partials) + kParti
 constexpr int64_t kLostIntervals = -1;
 const char *name_of(OwnColumn column) noexcept; // of partials: of the first
 
-constexpr size_t kMaxValues = 8; // of an estimator
+constexpr size_t kMaxValues = 8;      // of an estimator
 constexpr size_t kMaxParameters = 28; // of an estimator
 constexpr size_t kMaxFurther = kMaxValues - 1 + kMaxValues * (kMaxValues + 1) / 2 - 1 + kMaxParameters;
 constexpr size_t kMaxColumns = kOwnColumns + kMaxFurther;

@@ -13,8 +13,8 @@ namespace {
 class Rewriter {
   public:
     Rewriter(const Columns &from, const Setup &setup, const Reduce &reduce, bool keep)
-        : columns_(from.further(), true, from.parameters()), arrange_(from, columns_), collector_(from), setup_(setup), reduce_(reduce),
-          keep_(keep) {}
+        : columns_(from.further(), true, from.parameters()), arrange_(from, columns_), collector_(from), setup_(setup),
+          reduce_(reduce), keep_(keep) {}
 
     const Columns &columns() const noexcept { return columns_; }
 

@@ -49,7 +49,8 @@ TEST(values_are_those_of_fits_at_the_frames_times) {
         toliman_track_outcome outcome;
         toliman_track_record record = {.struct_size = sizeof record};
         size_t done;
-        assert_ok(toliman_fit_frame(fit, PLAIN_IMAGE(frames + i * PIXELS), 1, &prediction, &result, values, covariance));
+        assert_ok(
+            toliman_fit_frame(fit, PLAIN_IMAGE(frames + i * PIXELS), 1, &prediction, &result, values, covariance));
         push(track, &i, 1, &outcome);
         assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
         assert_true(outcome.value == result.displacement_px && outcome.chi_square == result.chi_square);

@@ -130,7 +130,7 @@ class Sky(Handle):
         measured, ...: as for reduce, with sigmas; measurements that the observer file does not cover are left out.
         scale_sigma: standard deviation of the relative error of the plate scale, in [0, 1); 0: no error.
         Returns the Sky with the new orbit, and its errors and residuals. If fit.unusable, chi-square is so poor that
-        the orbit must not be used."""
+        the orbit must not be used. planets() refuses measurements of these dates that are reduced to the new orbit."""
         given = _measured(measured, separations_arcsec, sigmas_arcsec, on_target)
         result = _raw.toliman_sky_refit_result()
         made = self._create(library.toliman_sky_refit, self._c, given._c, real("scale_sigma", scale_sigma),

@@ -81,13 +81,21 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, co
     if (as_json)
         return print_stdout(status_json(tracker, how, period).text());
     print_stdout(how.folder + ("\n  " + period.text() + "\n") + indented(period.aliases_text()) + counts_text(tracker) +
-                 goodness_text(goodness_of(tracker)) + text_of(trends_of(tracker)) + settings_text(how, info_of(tracker), median_sigma(tracker)) +
-                 indented(period.functions_text()) + sessions_text(streams_of(tracker)));
+                 goodness_text(goodness_of(tracker)) + text_of(trends_of(tracker)) +
+                 settings_text(how, info_of(tracker), median_sigma(tracker)) + indented(period.functions_text()) +
+                 sessions_text(streams_of(tracker)));
 }
 
 void warn_of_model(const std::string &folder, const toliman::tracker &tracker, Progress &progress) {
     if (const std::string complaint = model_complaint(goodness_of(tracker)); !complaint.empty())
         progress.warn(folder + ": " + complaint);
+}
+
+// Such a folder is good for residuals only.
+void warn_of_refit(const std::string &folder, const toliman::tracker &tracker, Progress &progress) {
+    if (info_of(tracker).accepted > 0 && info_of(accepted_frames(tracker, folder).get()).is_refitted != 0)
+        progress.warn(folder + ": its orbit was refitted to these frames: do not search them; before a search " +
+                      orbit_before_refit(folder));
 }
 
 void status(Options &options, Progress &progress) {
@@ -107,6 +115,7 @@ void status(Options &options, Progress &progress) {
         write_results(tracker, settings, period, options.out);
     print(tracker, settings, period, options.as_json);
     warn_of_model(options.folder, tracker, progress);
+    warn_of_refit(options.folder, tracker, progress);
 }
 
 // A new grid changes the span of a trend. --system brings the errors of its orbit, unless a folder with a system has a
@@ -138,6 +147,7 @@ void rebuild(RebuildOptions &options, Progress &progress) {
     const toliman::tracker tracker = open_tracker(how, progress);
     toliman::check(toliman_track_save(tracker.get()));
     print(tracker, settings_of(tracker), PeriodFacts(tracker, Fit::tested, progress), options.as_json);
+    warn_of_refit(options.folder, tracker, progress);
 }
 
 } // namespace

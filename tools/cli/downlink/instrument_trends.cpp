@@ -54,8 +54,8 @@ void fit_line(const std::vector<Point> &points, InstrumentTrend &trend) {
 }
 
 // Nothing for too few frames or a constant.
-std::optional<InstrumentTrend> trend_of(const std::string &name, const std::string &unit, const std::vector<double> &years,
-                              const std::vector<double> &values) {
+std::optional<InstrumentTrend> trend_of(const std::string &name, const std::string &unit,
+                                        const std::vector<double> &years, const std::vector<double> &values) {
     std::vector<double> known;
     std::copy_if(values.begin(), values.end(), std::back_inserter(known), [](double v) { return std::isfinite(v); });
     if (known.size() < kLeastFrames)
@@ -154,9 +154,10 @@ std::string text_of(const std::vector<InstrumentTrend> &trends) {
     std::string text;
     for (const InstrumentTrend &trend : trends)
         if (is_always_told(trend.name) || (trend.is_significant() && trend.name != "chi_square"))
-            text += formatted("  %-13s median %+.3g, rms %.2g%s%s; trend %+.2g +- %.1g per year%s\n", trend.name.c_str(),
-                              trend.median, trend.rms, trend.unit.empty() ? "" : " ", trend.unit.c_str(),
-                              trend.per_year, trend.sigma_per_year, trend.is_significant() ? ": drifts" : "");
+            text +=
+                formatted("  %-13s median %+.3g, rms %.2g%s%s; trend %+.2g +- %.1g per year%s\n", trend.name.c_str(),
+                          trend.median, trend.rms, trend.unit.empty() ? "" : " ", trend.unit.c_str(), trend.per_year,
+                          trend.sigma_per_year, trend.is_significant() ? ": drifts" : "");
     return text;
 }
 

@@ -49,6 +49,7 @@ PlanetJob::Input PlanetJob::input_of_state(Progress &progress) const {
     const toliman::tracker tracker = open_tracker(state_to_read(options.file), progress);
     const toliman::measurements frames = accepted_frames(tracker, options.file);
     const toliman_measure_info info = info_of(frames.get());
+    refuse_refitted(frames.get(), options.file, orbit_before_refit(options.file));
     Input input = {series_of(frames.get(), options.file), {}, {}, std::nullopt};
     if (info.kind != TOLIMAN_MEASURE_REDUCED) {
         input.unit = unit_of(options.reduction.plate_scale ? "px" : "", options.reduction.plate_scale);

@@ -156,6 +156,10 @@ toliman::measurements accepted_frames(const toliman::tracker &tracker, const std
     return frames_of(tracker, folder, 0, 0);
 }
 
+std::string orbit_before_refit(const std::string &folder) {
+    return "`toliman rebuild " + folder + " --observer FILE --system SYSTEM` with the system before the refit";
+}
+
 double time_of(int64_t tai_ns, const toliman_track_options &how) {
     const long double elapsed = static_cast<long double>(tai_ns) - static_cast<long double>(how.grid.time_offset_ns);
     return static_cast<double>(elapsed / static_cast<long double>(how.grid.unit_ns));

@@ -35,6 +35,9 @@ toliman::measurements measured_frames(const std::string &folder, const std::opti
 // The values of all accepted frames.
 toliman::measurements accepted_frames(const toliman::tracker &tracker, const std::string &folder);
 
+// What to do with a folder whose frames are reduced to an orbit refitted to them.
+std::string orbit_before_refit(const std::string &folder);
+
 // A time in TAI, in units of unit_ns since time_offset_ns.
 double time_of(int64_t tai_ns, const toliman_track_options &how);
 

@@ -189,11 +189,20 @@ Reduced reduce(const toliman_measure *measured, const std::string &name, const R
     return {std::move(reduced), std::move(series), left_out};
 }
 
+void refuse_refitted(const toliman_measure *reduced, const std::string &name, const std::string &cure) {
+    if (info_of(reduced).is_refitted != 0)
+        throw Failure(kExitUsage, name +
+                                      ": its orbit was refitted to measurements of these dates and has absorbed a part "
+                                      "of planets with long periods: " +
+                                      cure);
+}
+
 ReductionNote reduce_to_orbit(const std::string &system, const ReductionOptions &options, double scale_sigma,
                               bool with_functions, Series &series, Progress &progress) {
     const auto sky = options.observer.predictor(system, 0, progress);
     const toliman::measurements measured = separations_of(series, options);
     Reduced reduced = reduce(measured.get(), series.name, options, sky.get(), scale_sigma, with_functions, progress);
+    refuse_refitted(reduced.measure.get(), "--system " + system, "give the system file before the refit");
     reduced.series.time_format = series.time_format;
     reduced.series.time_scale = series.time_scale;
     reduced.series.unit_name = series.unit_name;

@@ -66,6 +66,9 @@ Reduced reduce(const toliman_measure *measured, const std::string &name, const R
 ReductionNote reduce_to_orbit(const std::string &system, const ReductionOptions &options, double scale_sigma,
                               bool with_functions, Series &series, Progress &progress);
 
+// Throws Failure for a series that is reduced to an orbit refitted to it. name: of the series or option, cure: what to do.
+void refuse_refitted(const toliman_measure *reduced, const std::string &name, const std::string &cure);
+
 // If the chi-square about the orbit is poor and a wrong time scale, wrong axes or a wrong plate scale explain it, warns
 // of that and returns it as JSON: cause, text, value, sigma, chi_square before and after, significance. Otherwise, and
 // without sigmas, nothing.
