@@ -43,8 +43,8 @@ struct System {
 // Dates of measurements.
 Refitted dates_of(const std::vector<int64_t> &tai_ns);
 
-// Whether the orbit was refitted to measurements of these dates. It has then absorbed a part of the signals in them, and
-// its errors are no priors for them: the data would be used twice.
+// Whether the orbit was refitted to measurements of these dates. It has then absorbed a part of the signals in them,
+// and its errors are no priors for them: the data would be used twice.
 bool is_refitted_to(const System &system, const Refitted &dates) noexcept;
 
 // Alpha Centauri AB: Akeson et al. 2021, AJ 162, 14.

@@ -66,6 +66,35 @@ class RefitSums(ProgramTest):
                 distances.append(error @ numpy.linalg.solve(covariance, error))
         self.assertLess(sum(distances), 45)  # chi-square of 21 degrees of freedom: once in 500
 
+    def test_a_series_with_windows(self):
+        """The numbers of the folder of the same sums; a window ends in the next exposure."""
+        self.make(0)
+        windows = [[a, b] for exposure in self.exposures for a, b in exposure]
+        self.write_windows(windows)
+        self.write_series(0.5)
+        command = ("refit", "alpha-cen", "series.csv", *self.how, "--exposure", 86400)
+        found = json.loads(self.succeed(*command, "--on-target", "windows.csv", "--json"))
+        of_folder = json.loads(self.succeed("refit", "alpha-cen", "s", *LOW, "--json"))
+        for one, other in zip(found["elements"], of_folder["elements"]):
+            self.assertAlmostEqual(one["after"], other["after"], delta=1e-3 * other["sigma_after"])
+        for name in "period", "planet":
+            self.succeed(name, "series.csv", "--system", "alpha-cen", *self.how, "--exposure", 86400, "--on-target", "windows.csv")
+        self.refuse(2, "--exposure 86400", "--on-target", arguments=command)
+        self.refuse(2, "--on-target", arguments=("refit", "alpha-cen", "s", *LOW, "--on-target", "windows.csv"))
+        self.write_windows(windows[len(ARCS):])
+        self.refuse(3, "series.csv: sample 1: ", arguments=(*command, "--on-target", "windows.csv"))
+
+    how = (*LOW, "--plate-scale", SCALE, "--time-scale", "tai")
+
+    def write_windows(self, windows):
+        iso = lambda ns: str(numpy.datetime64(int(ns), "ns"))
+        (self.folder / "windows.csv").write_text("start_tai,end_tai\n" + "".join(f"{iso(a)},{iso(b)}\n" for a, b in windows))
+
+    def write_series(self, middle):
+        """middle: of an exposure, in days from its start."""
+        (self.folder / "series.csv").write_text("mjd,y,sigma\n" + "".join(
+            f"{start / DAY + 40587 + middle!r},{y!r},{SIGMA!r}\n" for start, y in zip(self.starts, self.separations)))
+
     # promise: refitted-orbits-are-not-searched
     def test_frames_of_a_refit_are_not_searched(self):
         self.make(0)
@@ -97,12 +126,11 @@ class RefitSums(ProgramTest):
         given = (self.exposures, self.separations * SCALE, numpy.full(FRAMES, SIGMA * SCALE))
         better, _ = sky.refit(*given)
         self.assertEqual([bool(one.reduce(*given).info.is_refitted) for one in (sky, better)], [False, True])
-        (self.folder / "series.csv").write_text("mjd,y,sigma\n" + "".join(
-            f"{start / DAY + 40587 + 0.01!r},{y!r},{SIGMA!r}\n" for start, y in zip(self.starts, self.separations)))
+        self.write_series(0.01)
         better.save(self.folder / "refit.json")
         for command in "period", "planet":
-            self.refuse(2, "refit.json", arguments=(command, "series.csv", "--system", "refit.json", *LOW, "--exposure", 60,
-                                                    "--plate-scale", SCALE, "--time-scale", "tai"))
+            self.refuse(2, "refit.json",
+                        arguments=(command, "series.csv", "--system", "refit.json", *self.how, "--exposure", 60))
 
 
 if __name__ == "__main__":

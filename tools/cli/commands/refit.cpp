@@ -51,7 +51,8 @@ void check_folder_options(const Options &options) {
     const std::pair<const char *, std::string> given[] = {{"--columns ", samples.columns},
                                                           {"--time-format ", samples.time_format},
                                                           {"--time-scale ", samples.time_scale},
-                                                          {"--exposure ", exposure}};
+                                                          {"--exposure ", exposure},
+                                                          {"--on-target ", options.reduction.on_target}};
     for (const auto &[name, value] : given)
         if (!value.empty())
             throw Failure(kExitUsage, name + value + ": must not be given with a state folder, " + options.series);

@@ -1,8 +1,8 @@
 // Method: a line by least squares, with equal weights: frames differ from it by drift, pointing and jitter of the
 // spacecraft rather than by photon noise. Frames beyond 6 robust standard deviations (1.4826 times the median absolute
 // deviation) of the median are left out first. The sigma of the slope is that of independent frames with the scatter
-// about the line. A significant trend has 5 sigmas and exceeds three times this scatter from the first to the last frame:
-// the former alone would report changes that do not matter, of thousands of frames.
+// about the line. A significant trend has 5 sigmas and exceeds three times this scatter from the first to the last
+// frame: the former alone would report changes that do not matter, of thousands of frames.
 #include "downlink/instrument_trends.hpp"
 
 #include "downlink/state_folder.hpp"

@@ -1,5 +1,5 @@
-// How the instrument changes over the frames of a state folder: goodness of fit, pointing, fluxes and the other parameters
-// that are fitted to each frame.
+// How the instrument changes over the frames of a state folder: goodness of fit, pointing, fluxes and the other
+// parameters that are fitted to each frame.
 #pragma once
 #include <string>
 #include <vector>
@@ -10,7 +10,8 @@
 
 namespace cli {
 
-// A quantity of the frames as a function of time. Robust: frames beyond 6 standard deviations of the median are left out.
+// A quantity of the frames as a function of time. Robust: frames beyond 6 standard deviations of the median are left
+// out.
 struct InstrumentTrend {
     std::string name, unit; // of the column and the parameter; "" if relative
     double median, rms;     // rms: robust standard deviation about the median
@@ -22,8 +23,8 @@ struct InstrumentTrend {
     bool is_significant() const;
 };
 
-// Of the accepted and unreduced frames, for chi-square, pointing and parameters that vary; none for fewer than 20 frames
-// or 0.05 years.
+// Of the accepted and unreduced frames, for chi-square, pointing and parameters that vary; none for fewer than 20
+// frames or 0.05 years.
 std::vector<InstrumentTrend> trends_of(const toliman::tracker &tracker);
 
 // Lines of `status`: pointing, fluxes, focus and jitter, others if they are significant.

@@ -4,6 +4,8 @@
 // the quotient of two numbers that are exact. A binary search finds the windows of a frame.
 #include "downlink/on_target.hpp"
 
+#include "scenes/on_target_windows.hpp"
+
 namespace cli {
 
 namespace {
@@ -57,17 +59,8 @@ Wide end_of(const toliman_frame &frame) {
 } // namespace
 
 OnTarget::OnTarget(const std::string &path, const LeapSeconds &leap_seconds) : path_(path) {
-    size_t count = 0;
-    const auto read = [&](int64_t *intervals) {
-        return toliman_ingest_read_on_target(path.c_str(), leap_seconds.rows.data(), leap_seconds.rows.size(),
-                                             intervals, count, &count);
-    };
-    toliman::check_asked(read(nullptr));
-    std::vector<int64_t> times(2 * count);
-    toliman::check(read(times.data()));
-    windows_.resize(count);
-    for (size_t i = 0; i < windows_.size(); i++)
-        windows_[i] = {times[2 * i], times[2 * i + 1], false, false};
+    for (const TargetWindow &window : read_on_target(path, leap_seconds))
+        windows_.push_back({window.start_ns, window.end_ns, false, false});
 }
 
 void OnTarget::set_clock(const toliman_track_options &settings, const std::string &scene) {

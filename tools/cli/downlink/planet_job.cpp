@@ -9,9 +9,10 @@ namespace cli {
 namespace {
 
 // Options that a state folder has already fixed.
-constexpr const char *kOfSeries[] = {"--columns",  "--time-format", "--time-scale", "--leap-seconds",  "--trend",
-                                     "--span",     "--prior",       "--system",     "--nuisance-file", "--scale-sigma",
-                                     "--observer", "--altitude",    "--node",       "--exposure",      "--instrument"};
+constexpr const char *kOfSeries[] = {"--columns",       "--time-format", "--time-scale", "--leap-seconds",
+                                     "--trend",         "--span",        "--prior",      "--system",
+                                     "--nuisance-file", "--scale-sigma", "--observer",   "--altitude",
+                                     "--node",          "--exposure",    "--on-target",  "--instrument"};
 
 } // namespace
 

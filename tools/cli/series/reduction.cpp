@@ -4,6 +4,7 @@
 
 #include "options/command.hpp"
 #include "scenes/observer_options.hpp"
+#include "scenes/on_target_windows.hpp"
 #include "series/series.hpp"
 
 namespace cli {
@@ -40,14 +41,34 @@ double exposure_of(const ReductionOptions &options) {
     return exposure;
 }
 
-std::vector<int64_t> intervals_of(const std::vector<int64_t> &middles, double exposure) {
+Exposures exposures_of(const std::vector<int64_t> &middles, double exposure) {
     const int64_t length = std::llround(exposure * 1e9);
-    std::vector<int64_t> intervals;
+    Exposures exposures;
     for (const int64_t middle : middles) {
-        intervals.push_back(middle - length / 2);
-        intervals.push_back(intervals.back() + length);
+        exposures.intervals.push_back(middle - length / 2);
+        exposures.intervals.push_back(exposures.intervals.back() + length);
     }
-    return intervals;
+    return exposures;
+}
+
+// The parts of the exposures within the windows of --on-target.
+Exposures limited(const Exposures &whole, const ReductionOptions &options, const std::string &name) {
+    const std::vector<TargetWindow> windows =
+        read_on_target(options.on_target, LeapSeconds(options.observer.leap_seconds()));
+    Exposures exposures;
+    for (size_t i = 0; i < whole.intervals.size() / 2; i++) {
+        const int64_t start = whole.intervals[2 * i], end = whole.intervals[2 * i + 1];
+        auto window = std::partition_point(windows.begin(), windows.end(),
+                                           [&](const TargetWindow &one) { return one.end_ns <= start; });
+        exposures.counts.push_back(0);
+        for (; window != windows.end() && window->start_ns < end; ++window, exposures.counts.back()++)
+            exposures.intervals.insert(exposures.intervals.end(),
+                                       {std::max(start, window->start_ns), std::min(end, window->end_ns)});
+        if (exposures.counts.back() == 0)
+            malformed(name, formatted("sample %zu: no window of --on-target %s is in its exposure of %g s", i + 1,
+                                      options.on_target.c_str(), *options.exposure));
+    }
+    return exposures;
 }
 
 // An error of the library about the exposures or the values, with the option that would admit them.
@@ -55,7 +76,7 @@ std::vector<int64_t> intervals_of(const std::vector<int64_t> &middles, double ex
     if (error.status() == TOLIMAN_E_ARGUMENT && error.field() == "intervals") {
         if (options.of_folder)
             malformed(name, error.what());
-        throw Failure(kExitUsage, options.exposures() + ": " + kOrbitExposure);
+        throw Failure(kExitUsage, options.exposures() + ": " + kOrbitExposure + " without --on-target");
     }
     if (error.status() == TOLIMAN_E_ARGUMENT && error.field() == "y")
         malformed(name, error.detail().substr(2) + " See --plate-scale");
@@ -137,9 +158,10 @@ ValueUnit unit_of_separations(const Series &series, const ReductionOptions &opti
 void ReductionOptions::add_to(CLI::App &command, CLI::Option *needed) {
     observer.add_to(command);
     add_option(&command, "--plate-scale", plate_scale, "ARCSEC_PER_PX");
-    add_option(&command, "--exposure", exposure, "SECONDS");
+    CLI::Option *const length = add_option(&command, "--exposure", exposure, "SECONDS");
+    add_option(&command, "--on-target", on_target, "FILE")->needs(length);
     if (needed != nullptr)
-        for (const char *name : {"--observer", "--altitude", "--plate-scale", "--exposure"})
+        for (const char *name : {"--observer", "--altitude", "--plate-scale", "--exposure", "--on-target"})
             command.get_option(name)->needs(needed);
 }
 
@@ -158,7 +180,9 @@ toliman::measurements separations_of(const Series &series, const ReductionOption
         if (!(series.y[i] > 0 && std::isfinite(series.y[i])))
             malformed(series.name,
                       formatted("sample %zu: y = %g: must be a measured separation, above 0", i + 1, series.y[i]));
-    return measure_of(series, TOLIMAN_MEASURE_SEPARATION, unit, intervals_of(tai_of(series), exposure));
+    const Exposures whole = exposures_of(tai_of(series), exposure);
+    return measure_of(series, TOLIMAN_MEASURE_SEPARATION, unit,
+                      options.on_target.empty() ? whole : limited(whole, options, series.name));
 }
 
 Reduced reduce(const toliman_measure *measured, const std::string &name, const ReductionOptions &options,

@@ -15,7 +15,7 @@ struct ValueUnit {
     bool in_uas() const noexcept { return factor > 0 && !is_velocity; }
 };
 
-// --plate-scale, --exposure and the observer.
+// --plate-scale, --exposure, --on-target and the observer.
 struct ReductionOptions {
     // needed: the option that all of them but --leap-seconds need; NULL for none.
     void add_to(CLI::App &command, CLI::Option *needed);
@@ -26,6 +26,7 @@ struct ReductionOptions {
     ObserverOptions observer;
     std::optional<double> plate_scale; // arcsec per px; separations in px. Otherwise they are in arcsec
     std::optional<double> exposure;    // s, whose middle is the time of a sample
+    std::string on_target;             // table of windows; "": exposures without pauses
     bool of_folder = false;            // the frames have their own exposures
 };
 
@@ -66,7 +67,8 @@ Reduced reduce(const toliman_measure *measured, const std::string &name, const R
 ReductionNote reduce_to_orbit(const std::string &system, const ReductionOptions &options, double scale_sigma,
                               bool with_functions, Series &series, Progress &progress);
 
-// Throws Failure for a series that is reduced to an orbit refitted to it. name: of the series or option, cure: what to do.
+// Throws Failure for a series that is reduced to an orbit refitted to it. name: of the series or option, cure: what to
+// do.
 void refuse_refitted(const toliman_measure *reduced, const std::string &name, const std::string &cure);
 
 // If the chi-square about the orbit is poor and a wrong time scale, wrong axes or a wrong plate scale explain it, warns

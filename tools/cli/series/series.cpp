@@ -312,15 +312,15 @@ std::vector<Column> columns_of(const Series &series) {
     return columns;
 }
 
-toliman::measurements measure_of(const Series &series, int32_t kind, double unit,
-                                 const std::vector<int64_t> &intervals) {
+toliman::measurements measure_of(const Series &series, int32_t kind, double unit, const Exposures &exposures) {
     auto data = toliman::sized<toliman_measure_data>();
     data.kind = kind;
     data.n = series.t.size();
     data.t = series.t.data();
     data.y = series.y.data();
     data.sigma = data_or_null(series.sigma);
-    data.intervals = intervals.empty() ? nullptr : intervals.data();
+    data.intervals = exposures.intervals.empty() ? nullptr : exposures.intervals.data();
+    data.interval_counts = exposures.counts.empty() ? nullptr : exposures.counts.data();
     data.position_angle_deg = data_or_null(series.position_angle_deg);
     data.unit = unit;
     data.time_unit_days = series.time_unit_days;

@@ -98,10 +98,15 @@ Series read_series(const std::string &name, const SampleOptions &options, Progre
 // t, y and, if there is one, sigma.
 std::vector<Column> columns_of(const Series &series);
 
+// Exposures of the samples; empty: not known.
+struct Exposures {
+    std::vector<int64_t> intervals = {}; // [sum of counts][2], start and end, TAI ns
+    std::vector<size_t> counts = {};     // on-target intervals of each; empty: one each, start and end of the exposure
+};
+
 // For the library, with its functions. kind: TOLIMAN_MEASURE_..., unit: arcsec (velocities: m/s) per unit of y, 0 =
-// unknown. intervals: [samples][2], start and end of the exposures, TAI ns; empty: not known.
-toliman::measurements measure_of(const Series &series, int32_t kind, double unit,
-                                 const std::vector<int64_t> &intervals = {});
+// unknown.
+toliman::measurements measure_of(const Series &series, int32_t kind, double unit, const Exposures &exposures = {});
 
 // The values of the functions that are fitted with the mean, [function][sample].
 std::vector<std::vector<double>> functions_of(const Series &series);
