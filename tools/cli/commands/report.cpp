@@ -3,6 +3,7 @@
 
 #include "common/content.hpp"
 #include "downlink/ledger_report.hpp"
+#include "downlink/planet_job.hpp"
 #include "options/command.hpp"
 
 namespace cli {
@@ -15,17 +16,43 @@ struct Options {
     bool png = false, pdf = false, force = false;
 };
 
-// The folder whose results are drawn: that of the results of a state folder, or the folder itself.
-std::string with_results(const std::string &folder, Progress &progress) {
+constexpr int64_t kMostSearched = 5000; // frames, in seconds
+
+// Searches the frames of a state folder with a system for planets, and returns the folder of the results; "" if a
+// search is not possible.
+std::string with_planets(const std::string &folder, const toliman::tracker &tracker, Progress &progress) try {
+    if (info_of(tracker).system == nullptr || info_of(tracker).accepted == 0)
+        return "";
+    if (info_of(tracker).accepted > kMostSearched) {
+        progress.warn(folder +
+                      ": is not searched for planets, which takes long for so many frames: see `toliman planet`");
+        return "";
+    }
+    PlanetJobOptions options;
+    options.file = folder;
+    options.out = folder + "/report/planets";
+    options.limits = true;
+    PlanetJob(options, true, progress).write();
+    return options.out;
+} catch (const Failure &failure) {
+    progress.warn(folder + ": is not searched for planets: " + failure.what());
+    return "";
+}
+
+// The folders whose results are drawn: those of a state folder, or the folder itself. alone: no other folder is drawn.
+std::vector<std::string> with_results(const std::string &folder, bool alone, Progress &progress) {
     if (exists(folder) && !is_folder(folder))
         malformed(folder, "is not a folder: give one written by run, experiment, track, period --out, planet --out, "
                           "pupil --out or `make bench`" +
                               kind_of(folder));
     if (!exists(folder + "/ledger.tlml"))
-        return folder;
+        return {folder};
     const toliman::tracker tracker = open_tracker(state_to_read(folder), progress);
     write_results(tracker, settings_of(tracker), PeriodFacts(tracker, Fit::tested, progress), folder + "/report");
-    return folder + "/report";
+    std::vector<std::string> folders = {folder + "/report"};
+    if (const std::string planets = alone ? with_planets(folder, tracker, progress) : ""; !planets.empty())
+        folders.push_back(planets);
+    return folders;
 }
 
 // Replaces this process. The module's folder takes the place of the current folder in Python's search path.
@@ -56,7 +83,8 @@ void report(const Options &options, Progress &progress) {
     words.push_back("--out=" + (options.out.empty() ? first + "/report" : plain(options.out)));
     words.emplace_back("--");
     for (const std::string &folder : options.folders)
-        words.push_back(with_results(plain(folder), progress));
+        for (const std::string &results : with_results(plain(folder), options.folders.size() == 1, progress))
+            words.push_back(results);
     block_signals();
     progress.clear();
     start_python(words);

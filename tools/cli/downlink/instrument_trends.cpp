@@ -96,13 +96,14 @@ std::vector<std::pair<std::string, std::string>> columns_in(const toliman::track
 struct Frames {
     std::vector<size_t> records; // their numbers
     std::vector<double> years;   // since the first
-    size_t all;                  // records
+    std::vector<int64_t> tai_ns;
+    size_t all; // records
 };
 
 Frames frames_of(const toliman::tracker &tracker) {
     std::vector<toliman_track_record> records(static_cast<size_t>(info_of(tracker).records),
                                               toliman::sized<toliman_track_record>());
-    Frames frames = {{}, {}, 0};
+    Frames frames = {{}, {}, {}, 0};
     if (!records.empty())
         toliman::check(toliman_track_get_records(tracker.get(), 0, records.size(), records.data(), &frames.all));
     int64_t first_ns = 0;
@@ -113,6 +114,7 @@ Frames frames_of(const toliman::tracker &tracker) {
         if (frames.records.empty())
             first_ns = record.tai_ns;
         frames.records.push_back(i);
+        frames.tai_ns.push_back(record.tai_ns);
         frames.years.push_back(static_cast<double>(record.tai_ns - first_ns) / kYearNs);
     }
     return frames;
@@ -148,6 +150,19 @@ std::vector<InstrumentTrend> trends_of(const toliman::tracker &tracker) {
         if (std::optional<InstrumentTrend> trend = trend_of(name, unit, frames.years, values_of(tracker, name, frames)))
             trends.push_back(*std::move(trend));
     return trends;
+}
+
+std::vector<FrameColumn> frames_over_time(const toliman::tracker &tracker) {
+    const Frames frames = frames_of(tracker);
+    if (frames.records.size() < kLeastFrames)
+        return {};
+    std::vector<FrameColumn> columns = {{"t", {}}};
+    const toliman_track_options how = settings_of(tracker);
+    for (const int64_t tai_ns : frames.tai_ns)
+        columns[0].values.push_back(time_of(tai_ns, how));
+    for (const auto &[name, unit] : columns_in(tracker))
+        columns.push_back({name, values_of(tracker, name, frames)});
+    return columns;
 }
 
 std::string text_of(const std::vector<InstrumentTrend> &trends) {

@@ -27,6 +27,13 @@ struct InstrumentTrend {
 // frames or 0.05 years.
 std::vector<InstrumentTrend> trends_of(const toliman::tracker &tracker);
 
+// The same columns of these frames, after their time "t" (time_of); none for fewer than 20 frames.
+struct FrameColumn {
+    std::string name;
+    std::vector<double> values;
+};
+std::vector<FrameColumn> frames_over_time(const toliman::tracker &tracker);
+
 // Lines of `status`: pointing, fluxes, focus and jitter, others if they are significant.
 std::string text_of(const std::vector<InstrumentTrend> &trends);
 std::vector<Json> json_of(const std::vector<InstrumentTrend> &trends);

@@ -211,6 +211,13 @@ void write_results(const toliman::tracker &tracker, const toliman_track_options 
     write_csv(folder.open("series.csv"), kSeriesMark, columns);
     if (period.fit() && std::isfinite(period.fit()->amplitude_error))
         write_periodogram(folder.open("residual_periodogram.csv"), how, residual_power(series, *period.fit(), how));
+    const std::vector<FrameColumn> frames = frames_over_time(tracker);
+    if (!frames.empty()) {
+        columns.clear();
+        for (const FrameColumn &column : frames)
+            columns.push_back({column.name, &column.values});
+        write_csv(folder.open("frames.csv"), kSeriesMark, columns);
+    }
     const toliman_period *sums = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &sums));
     write_periodogram(folder.open("periodogram.csv"), how, power_of(sums, how.grid.nf));

@@ -95,14 +95,23 @@ PlanetJob::PlanetJob(PlanetJobOptions &options, bool writes, Progress &progress)
         file_.emplace(folder_->file("map.csv"), *map_, *search_, input_->series);
 }
 
-void PlanetJob::finish(Progress &progress) {
+PlanetReport PlanetJob::report() const {
     PlanetReport report = {*search_, input_->series, input_->reduced, {}, map_};
     if (options_.limits)
         report.limits = limits_of(*search_);
+    return report;
+}
+
+void PlanetJob::write() {
+    cli::write(*folder_, report());
+}
+
+void PlanetJob::finish(Progress &progress) {
+    const PlanetReport report = this->report();
     progress.clear();
     report.warn(progress);
     if (folder_)
-        write(*folder_, report);
+        cli::write(*folder_, report);
     if (options_.as_json)
         print_stdout(report.json().text());
     else

@@ -30,7 +30,9 @@ class PlanetJob {
     const PlanetSearch &search() const noexcept { return *search_; }
     DetectionMap *map() noexcept { return map_ ? &*map_ : nullptr; }
     MapFile *map_file() noexcept { return file_ ? &*file_ : nullptr; } // NULL without --out
-    // Writes the folder and prints, with the map. Then fails with kExitRejected if a candidate with sufficient odds is
+    // Writes the folder of --out.
+    void write();
+    // Likewise, and prints, with the map. Then fails with kExitRejected if a candidate with sufficient odds is
     // not a planet.
     void finish(Progress &progress);
 
@@ -41,6 +43,7 @@ class PlanetJob {
         StarData stars;
         std::optional<ReductionNote> reduced;
     };
+    PlanetReport report() const;
     Input input_of_state(Progress &progress) const;
     Input input_of_series(Progress &progress) const;
 

@@ -6,7 +6,7 @@ import pathlib
 
 import numpy
 
-from . import detrending, figures, glossary, results
+from . import detrending, figures, glossary, instrument, results
 from .figures import Power, Sinusoid
 from .page import Page, add_provenance
 from .results import Result, Table
@@ -38,7 +38,10 @@ def add(folder: pathlib.Path, page: Page) -> None:
     page.add("title", "toliman track: " + status.text("folder"))
     page.add("found", "All frames so far: " + _period_text(status, fit, unit))
     add_provenance(page, result)
+    _add_goodness(status, page)
     _add_counts(status, page)
+    if (folder / "frames.csv").exists():
+        instrument.add(Table(folder / "frames.csv"), status, unit, page)
     table = Table(folder / "series.csv")
     if len(table.lines) > 1:
         _add_series(table, fit, unit, page)
@@ -60,6 +63,20 @@ def _period_text(status: Result, fit: Result | None, unit: str) -> str:
     return (f"period {with_error(period, error)} {unit}, {LOG_FAP} {fixed(fap, 1)}; sequential, for repeated "
             f"monitoring, {fixed(sequential, 1)}." + ("" if significant(sequential) else " This is not a significant "
                                                                                          "period."))
+
+
+def _add_goodness(status: Result, page: Page) -> None:
+    if not isinstance(status.find("goodness"), dict):  # of an earlier version
+        return
+    goodness = Result(status.path, status.find("goodness"), "status.goodness.")
+    if goodness.has("calibration"):
+        of = Result(status.path, goodness.find("calibration"), "status.goodness.calibration.")
+        page.add("text", f"Calibration {'complete' if of.flag('complete') else 'incomplete'}: chi-square "
+                         f"{with_error(of.number('chi_square'), of.number('chi_square_sigma'))}, {of.text('goodness')}.")
+    if goodness.has("chi_square"):
+        page.add("text", f"Chi-square of the frames: median {goodness.number('chi_square'):.4g}, {goodness.text('goodness')}; "
+                         f"{goodness.whole('poor')} poor, {goodness.whole('too_good')} too good, {goodness.whole('misfit')} "
+                         "misfits.")
 
 
 def _add_counts(status: Result, page: Page) -> None:
