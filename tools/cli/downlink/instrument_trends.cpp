@@ -169,10 +169,10 @@ std::string text_of(const std::vector<InstrumentTrend> &trends) {
     std::string text;
     for (const InstrumentTrend &trend : trends)
         if (is_always_told(trend.name) || (trend.is_significant() && trend.name != "chi_square"))
-            text +=
-                formatted("  %-13s median %+.3g, rms %.2g%s%s; trend %+.2g +- %.1g per year%s\n", trend.name.c_str(),
-                          trend.median, trend.rms, trend.unit.empty() ? "" : " ", trend.unit.c_str(), trend.per_year,
-                          trend.sigma_per_year, trend.is_significant() ? ": drifts" : "");
+            text += formatted("  %-13s median %+.3g, rms %.2g%s%s; trend %s per year%s\n", trend.name.c_str(),
+                              trend.median, trend.rms, trend.unit.empty() ? "" : " ", trend.unit.c_str(),
+                              text_with_error(trend.per_year, trend.sigma_per_year).c_str(),
+                              trend.is_significant() ? ": drifts" : "");
     return text;
 }
 
