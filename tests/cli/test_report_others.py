@@ -98,7 +98,7 @@ class State(ReportTest):
     def test_state(self):
         self.track("state", "60", cadence={"frames": 60, "interval_days": 1}, signal={"period_days": 20, "amplitude_px": 1e-4})
         self.assertEqual(self.succeed("report", "state"), "state/report/report.html\n")
-        page = self.check_page(self.folder / "state" / "report", ["series", "folded", "periodogram", "residual-periodogram"])
+        page = self.check_page(self.folder / "state" / "report", ["instrument", "series", "folded", "periodogram", "residual-periodogram"])
         status = json.loads(self.succeed("status", "state", "--json"))
         for name in ("received", "accepted", "rejected", "expected"):
             self.assertEqual(page.row(name)[0], str(status[name]))
@@ -108,7 +108,7 @@ class State(ReportTest):
         self.assertEqual(page.text.count(f"period {fit['period']:.{decimals}f} ± {fit['period_error']:.{decimals}f} days"), 3)
         # The files are those of status --out, and hold what status prints.
         self.succeed("status", "state", "--out", "files")
-        names = ["periodogram.csv", "residual_periodogram.csv", "result.json", "series.csv"]
+        names = ["frames.csv", "periodogram.csv", "residual_periodogram.csv", "result.json", "series.csv"]
         self.assertEqual(sorted(path.name for path in (self.folder / "files").iterdir()), names)
         for name in ("series.csv", "periodogram.csv"):
             self.assertEqual((self.folder / "files" / name).read_text(), (self.folder / "state" / "report" / name).read_text())
@@ -152,7 +152,7 @@ class State(ReportTest):
         self.track("state", "60", "0:60", cadence={"frames": 60, "interval_days": 1}, signal={"period_days": 2.6, "amplitude_px": 1e-3})
         self.succeed("status", "state", "--out", "x")
         page = Recorder(self.folder / "x")
-        self.assertEqual(list(page.figures), ["folded", "periodogram", "residual-periodogram"])
+        self.assertEqual(list(page.figures), ["instrument", "folded", "periodogram", "residual-periodogram"])
         status = json.loads(self.succeed("status", "state", "--json"))
         of_fit, of_grid = (f"{period:.5f}" for period in (status["fit"]["period"], status["period"]))
         self.assertNotEqual(of_fit, of_grid)
@@ -163,7 +163,7 @@ class State(ReportTest):
         self.track("other", "10", cadence={"frames": 60, "interval_days": 1e-9})
         self.succeed("status", "other", "--out", "y")
         page = Recorder(self.folder / "y")
-        self.assertEqual(list(page.figures), ["series", "periodogram"])
+        self.assertEqual(list(page.figures), ["instrument", "series", "periodogram"])
         text = Reader(page.html()).text
         self.assertRegex(text, r"period \d+\.\d\d ± – days, log")
         self.assertNotIn("sinusoid", page.captions["series"])
