@@ -171,6 +171,7 @@ class State(ReportTest):
         result["status"].update(dict.fromkeys(("period", "frequency", "power", "log10_fap", "log10_fap_sequential", "fit")))
         (self.folder / "y" / "result.json").write_text(json.dumps(result))
         (self.folder / "y" / "series.csv").write_text("t,y,sigma\n")
+        (self.folder / "y" / "frames.csv").unlink()
         page = Recorder(self.folder / "y")
         self.assertEqual(page.figures, {})
         self.assertIn("no period yet", Reader(page.html()).text)
