@@ -94,7 +94,7 @@ std::string add_functions(const std::vector<sky::Prediction> &seen, const sky::P
 } // namespace
 
 void set_stars(const sky::System &system, const std::vector<int64_t> &tai_ns, Series &series) {
-    series.is_refitted = sky::is_refitted_to(system, sky::dates_of(tai_ns));
+    series.is_refitted = !tai_ns.empty() && sky::is_refitted_to(system, sky::dates_of(tai_ns));
     series.parallax_arcsec = system.value.barycentre.parallax_mas / 1000;
     series.star_mass[0] = system.value.masses.a_sun;
     series.star_mass[1] = system.value.masses.b_sun;

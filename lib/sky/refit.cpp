@@ -201,9 +201,8 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
     const Refitted dates = dates_of(starts_of(measurements));
     if (is_refitted_to(reference.system(), dates))
         fail(Status::argument,
-             "{sky}: its orbit was refitted to measurements of %.3f to %.3f, also of these dates: refit the orbit "
-             "before "
-             "that, with all measurements",
+             "{sky}: its orbit was refitted to measurements of %.3f to %.3f, also of these dates: give the system "
+             "before that refit",
              reference.system().refit->first, reference.system().refit->last);
     Refit found = fit(reference, measurements, scale_sigma, 0);
     for (int turn = 0; turn < kMostTurns && found.goodness.verdict == GoodnessVerdict::poor; turn++) {

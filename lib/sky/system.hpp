@@ -40,7 +40,7 @@ struct System {
     std::optional<Refitted> refit = std::nullopt;
 };
 
-// Dates of measurements.
+// Dates of measurements, at least one.
 Refitted dates_of(const std::vector<int64_t> &tai_ns);
 
 // Whether the orbit was refitted to measurements of these dates. It has then absorbed a part of the signals in them,
