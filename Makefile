@@ -3,14 +3,16 @@ BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 SECONDS ?= 60
-CAMPAIGNS = long soak same science missions planets doubt camera cosmic core masks chapter budget faults kills fuzz mutants races asan tsan coverage
-.PHONY: all own deps demo check check-deps everything bench record fap noise $(CAMPAIGNS) abi docs install package wheel format lint clean help
+CAMPAIGNS = long soak same science missions sky planets doubt camera cosmic core masks chapter budget faults kills fuzz mutants races asan tsan coverage
+.PHONY: all own deps demo demo-sky check check-deps everything bench record fap noise $(CAMPAIGNS) abi docs install package wheel format lint clean help
 
 all: own deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
 demo: all ## build everything, find a planet in 1095 simulated frames, and draw a report
 	$(BUILD)/bin/toliman run examples/scenes/chapter.json
 	$(BUILD)/bin/toliman report chapter.run
+demo-sky: all ## draw a mission that nobody has seen, find its planet with three commands, print the truth (3 minutes)
+	examples/sky/demo.sh sky.run --seed 2
 check: everything ## build and run the tests
 	tests/with_kernels $(BUILD) ctest --test-dir $(BUILD) --label-exclude long --output-on-failure --parallel $$(($(JOBS) + 1)) # some tests wait for disks and clocks
 bench: everything ## measure speed and error, with reference programs, into build/bench and a report (10 minutes)
@@ -30,6 +32,7 @@ soak: everything ## run for long: a million frames, kills, power cuts, frames ou
 same: everything ## compare results over instruction sets, workers, OpenBLAS kernels and 20 orders (1 minute)
 science: everything ## find the separation with unknown optics, and of stars that move: bias and efficiency; false alarms with nuisance functions (20 minutes)
 missions: everything ## search the planet of alpha Centauri in 600 simulated missions, blind: shares found, false alarms; aliases (10 minutes)
+sky: everything ## find the planets of 40 missions that nobody has seen, from the downlink, with three commands (2 hours)
 planets: everything ## compare posteriors, odds and limits of planets with 1,800 simulated series (1 hour)
 doubt: everything ## search planets in frames with effects that the model lacks, and in 2,400 series with wrong sigmas, times, units and samples (20 minutes)
 camera: everything ## calibrate unknown detectors from their own frames in six missions, with and without a planet; the response of 65,536 pixels (1 hour)

@@ -27,10 +27,11 @@ namespace toliman::calibrate {
 
 namespace {
 
-// Relative change: with wrong optics a star seems fainter than it is, and an exposure of few arcs has half of the light.
+// Relative change: with wrong optics a star seems fainter than it is, and an exposure of few arcs has half of the
+// light.
 constexpr double kLeastFlux = -0.75;
-constexpr double kNoMap = 1e-15;    // m
-constexpr double kSymmetry = 1e-3;  // of the step of a mask, whose areas are known to 6e-4
+constexpr double kNoMap = 1e-15;   // m
+constexpr double kSymmetry = 1e-3; // of the step of a mask, whose areas are known to 6e-4
 
 using Own = std::array<double, kOwn>;
 

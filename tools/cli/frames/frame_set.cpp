@@ -27,7 +27,7 @@ struct Candidate {
     toliman_fit_prediction prediction;
     std::optional<FrameWindow> window;
     std::string fault;      // empty: a good frame
-    bool is_repeat = false; // of an earlier one, which is no fault
+    bool is_repeat = false; // of an earlier one: counted
     size_t dark_rows = 0;
     double light = 0, x = 0, y = 0; // counts above the median pixel, and their barycentre, px
     bool chosen = false;
@@ -278,7 +278,8 @@ FrameSet::FrameSet(const FrameOptions &options, const Scene &scene, const FrameC
     }
     if (windows.size() < places.size())
         windows.clear();
-    const auto repeats = std::count_if(frames.begin(), frames.end(), [](const Candidate &one) { return one.is_repeat; });
+    const auto repeats =
+        std::count_if(frames.begin(), frames.end(), [](const Candidate &one) { return one.is_repeat; });
     if (repeats > 0)
         progress.tell(formatted("%td of %zu frames repeat an earlier one", repeats, frames.size()));
     if (chosen.size() < frames.size())

@@ -1,5 +1,6 @@
 // When the telescope points at the stars in the exposures of a scene.
 #pragma once
+#include "scenes/on_target_windows.hpp"
 #include "scenes/scene_defaults.hpp"
 
 namespace cli {
@@ -17,8 +18,8 @@ class Exposures {
   private:
     std::string path_;
     int64_t length_ns_;
-    std::vector<int64_t> from_start_; // of cadence.on_target_s
-    std::vector<int64_t> windows_;    // of cadence.on_target, TAI
+    std::vector<int64_t> from_start_;   // of cadence.on_target_s
+    std::vector<TargetWindow> windows_; // of cadence.on_target
 };
 
 } // namespace cli

@@ -17,4 +17,13 @@ std::vector<TargetWindow> read_on_target(const std::string &path, const LeapSeco
     return windows;
 }
 
+std::vector<int64_t> parts_of(const std::vector<TargetWindow> &windows, int64_t start_ns, int64_t end_ns) {
+    std::vector<int64_t> parts;
+    auto window = std::partition_point(windows.begin(), windows.end(),
+                                       [&](const TargetWindow &one) { return one.end_ns <= start_ns; });
+    for (; window != windows.end() && window->start_ns < end_ns; ++window)
+        parts.insert(parts.end(), {std::max(start_ns, window->start_ns), std::min(end_ns, window->end_ns)});
+    return parts;
+}
+
 } // namespace cli

@@ -11,4 +11,7 @@ struct TargetWindow {
 // In order of time; they do not overlap.
 std::vector<TargetWindow> read_on_target(const std::string &path, const LeapSeconds &leap_seconds);
 
+// The parts of an exposure within the windows: start and end of each in turn, TAI.
+std::vector<int64_t> parts_of(const std::vector<TargetWindow> &windows, int64_t start_ns, int64_t end_ns);
+
 } // namespace cli

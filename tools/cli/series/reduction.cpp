@@ -57,14 +57,10 @@ Exposures limited(const Exposures &whole, const ReductionOptions &options, const
         read_on_target(options.on_target, LeapSeconds(options.observer.leap_seconds()));
     Exposures exposures;
     for (size_t i = 0; i < whole.intervals.size() / 2; i++) {
-        const int64_t start = whole.intervals[2 * i], end = whole.intervals[2 * i + 1];
-        auto window = std::partition_point(windows.begin(), windows.end(),
-                                           [&](const TargetWindow &one) { return one.end_ns <= start; });
-        exposures.counts.push_back(0);
-        for (; window != windows.end() && window->start_ns < end; ++window, exposures.counts.back()++)
-            exposures.intervals.insert(exposures.intervals.end(),
-                                       {std::max(start, window->start_ns), std::min(end, window->end_ns)});
-        if (exposures.counts.back() == 0)
+        const std::vector<int64_t> parts = parts_of(windows, whole.intervals[2 * i], whole.intervals[2 * i + 1]);
+        exposures.intervals.insert(exposures.intervals.end(), parts.begin(), parts.end());
+        exposures.counts.push_back(parts.size() / 2);
+        if (parts.empty())
             malformed(name, formatted("sample %zu: no window of --on-target %s is in its exposure of %g s", i + 1,
                                       options.on_target.c_str(), *options.exposure));
     }
