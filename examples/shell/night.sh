@@ -14,7 +14,7 @@ shift 3
 toliman=${TOLIMAN:-toliman}
 "$toliman" track --fit "$scene" --state "$state" --every 1000000 "$@" "$downlink" >"$state.frames.jsonl" 2>"$state.messages" || {
     code=$?
-    tail -n 1 "$state.messages" >&2
+    tail -n 1 "$state.messages" | tee -a "$state.log" >&2
     exit $code
 }
 line=$("$toliman" night "$state" 2>>"$state.messages")

@@ -1,6 +1,6 @@
 """Prints what is true of a mission of mission.py next to what the three commands found.
 
-    python3 compare.py FOLDER [--json]"""
+    python3 compare.py FOLDER"""
 import json
 import logging
 import math

@@ -35,7 +35,7 @@ LOST, REPEATED, ARCS_KEPT, FRAMES_PER_PAIR = 0.1, 0.05, 0.8, 30
 ALTITUDE_M, EARTH_M, MU, STEP_S, LIMB_DEG = 600e3, 6378.137e3, 3.986004418e14, 120, 20
 FLAT, SMEAR, COUPLING, BENT = 5e-3, 1e-3, 2e-3, 1e-2
 SCENE, SYSTEM = (TOP / "examples" / name for name in ("scenes/mission.json", "systems/alpha-cen.json"))
-RANDOM = {name: k for k, name in enumerate(("planets", "orbit", "arcs", "downlink", "flat", "charge", "craft"))}
+RANDOM = {name: k for k, name in enumerate(("planets", "orbit", "arcs", "downlink", "flat", "charge", "craft", "phases"))}
 
 
 def draws(seed, name):
@@ -207,7 +207,7 @@ def write_downlink(folder, frame_of, starts, shape, seed):
 
 def draw(options):
     folder = options.folder.resolve()
-    if (folder / "truth").is_dir():  # an earlier mission
+    if (folder / "truth" / "truth.json").is_file() and (folder / "scene.json").is_file():  # an earlier mission
         shutil.rmtree(folder)
     folder.mkdir(parents=True)
     truth = folder / "truth"
@@ -237,7 +237,7 @@ def draw(options):
     (truth / "scene.json").write_text(json.dumps(true_scene, indent=2) + "\n")
 
     simulator = toliman.Simulator(true_scene, folder=folder)
-    planets, random = draw_planets(options), draws(options.seed, "planets")
+    planets, random = draw_planets(options), draws(options.seed, "phases")
     days = numpy.arange(options.frames) * float(INTERVAL_DAYS)
     wobble = sum((displacement_uas(planet, random.uniform(0, 2 * math.pi), days) for planet in planets), numpy.zeros(len(days)))
     displacements = wobble * 1e-6 / true_scene["detector"]["pixel_scale_arcsec"]

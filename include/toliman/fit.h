@@ -89,7 +89,8 @@ typedef struct toliman_fit_info {
     int64_t parameters; /* of a frame: 7 and those of the options */
     double image_error; /* of the interpolation, relative to the peak of the model image */
     double capture_px;
-    uint64_t digest; /* FNV-1a of all that determines results */
+    uint64_t digest; /* FNV-1a of all that determines results, but the states of an observer file and on-target
+                        windows, which grow */
 } toliman_fit_info;
 #define TOLIMAN_FIT_INFO_INIT TOLIMAN_INIT(toliman_fit_info)
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_info(const toliman_fit *fit,

@@ -222,11 +222,14 @@ void Journal::return_to(uint64_t position) noexcept {
 
 void Journal::append(uint64_t key, const std::vector<uint8_t> &bytes, bool durable) {
     next_.reset();
-    if (failed_)
-        fail(Status::write, "{%s}: cannot be written: an earlier write failed", path_.c_str());
-    failed_ = true;
-    write(key, bytes, durable);
-    failed_ = false;
+    if (failure_)
+        std::rethrow_exception(failure_);
+    try {
+        write(key, bytes, durable);
+    } catch (...) {
+        failure_ = std::current_exception();
+        throw;
+    }
 }
 
 void Journal::write(uint64_t key, const std::vector<uint8_t> &bytes, bool durable) {

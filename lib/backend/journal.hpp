@@ -2,6 +2,7 @@
 // was killed. formats.md, "TLMJ".
 #pragma once
 #include <cstdint>
+#include <exception>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,7 +36,7 @@ class Journal {
     void take(); // goes on to the record after it
     // Appends a record after those that were taken; all others are dropped. It survives the end of the process, and, if
     // durable, a failure of the machine; so do all before it. Status::write on failure, Status::state if another
-    // process has meanwhile created the file: the records before remain, and all further calls fail.
+    // process has meanwhile created the file: the records before remain, and all further calls fail likewise.
     void append(uint64_t key, const std::vector<uint8_t> &bytes, bool durable = true);
     // The end of the records that were taken or appended, and the return to an earlier one: the next append replaces
     // all records after it.
@@ -57,7 +58,7 @@ class Journal {
     std::vector<uint8_t> header_;
     int file_ = -1;
     uint64_t size_ = 0, at_ = 0; // of the file; of the end of the records that were taken
-    bool failed_ = false;        // a write
+    std::exception_ptr failure_; // of a write: that of all further calls
     std::optional<Record> next_;
 };
 

@@ -150,8 +150,8 @@ uint64_t Fit::digest_of_all() const {
                                            orbit.eccentricity, orbit.inclination_deg, orbit.node_deg,
                                            orbit.periastron_deg, orbit.epoch},
                      hash);
-        if (scene_.binary.sky != nullptr) { // the places are means over the exposure
-            hash = fnv1a(scene_.binary.sky->digest(), hash);
+        if (scene_.binary.sky != nullptr) {                       // the places are means over the exposure
+            hash = fnv1a(scene_.binary.sky->digest(false), hash); // an observer file grows with the mission
             hash = fnv1a(std::array<double, 1>{scene_.cadence.exposure_s}, hash);
             hash = fnv1a(scene_.cadence.on_target_s, hash);
         }

@@ -84,10 +84,9 @@ sky::Prediction seen_at(const Scene &scene, double days) {
         fail(Status::range, "%s: {time} = %g days: must be within %g days of time 0 with an observer",
              scene.source.c_str(), days, kFarthestDays);
     const int64_t zero = tai_of_date(scene.binary.date);
-    const std::vector<sky::Interval> intervals = exposure_at(cadence, zero, days);
-    if (intervals.empty() && !cadence.windows.empty())
-        fail(Status::range, "%s: {time} = %.9g days: no window of cadence.on_target is in the exposure",
-             scene.source.c_str(), days);
+    std::vector<sky::Interval> intervals = exposure_at(cadence, zero, days);
+    if (intervals.empty() && cadence.exposure_s > 0) // without light: the places do not matter
+        intervals = whole_exposure_at(cadence, zero, days);
     return intervals.empty() ? scene.binary.sky->at(zero + std::llround(days * 86400e9))
                              : scene.binary.sky->mean(intervals);
 }

@@ -51,7 +51,7 @@ Offsets unobserved_offsets_at(const Scene &scene, const Light &light, double day
 // On their orbit, if the scene has one.
 Offsets orbit_offsets_at(const Scene &scene, const Light &light, double days) noexcept;
 
-// Light of a frame, relative to the mean: its time on target, if the scene has windows.
+// Light of a frame, relative to that of the scene: its time on target, if the scene has windows.
 double relative_light_at(const Scene &scene, double days);
 
 // Multiplies all photons.

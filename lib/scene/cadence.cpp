@@ -61,10 +61,11 @@ void read_on_target(const Reader &reader, const Row &row, Cadence &cadence) {
     cadence.on_target_s = times;
 }
 
-// Read after the frames and the binary. The light of a frame is proportional to its time on target: that of a scene is
-// the mean.
+// Read after the frames and the binary. The light of a frame is proportional to its time on target. That of the scene
+// is the light of the first frame with some, which stays the same while the table grows with the mission.
 void read_windows(const Reader &reader, Cadence &cadence) {
     constexpr const char *kKey = "on_target";
+    constexpr double kFarthest = 73000; // days, within 64 bits of nanoseconds
     const int64_t zero_ns = time_zero_ns(reader.scene().binary);
     if (zero_ns == 0)
         reader.refuse(Status::scene, kKey, ": needs stars that move from binary.date on");
@@ -73,16 +74,13 @@ void read_windows(const Reader &reader, Cadence &cadence) {
     for (const ingest::OnTargetWindow &window :
          ingest::read_on_target(cadence.windows_file, ingest::LeapSeconds(erfa::leap_seconds().rows)))
         cadence.windows.push_back({window.start_ns, window.end_ns});
-    double frames = 0, total_s = 0;
-    for (int64_t k = 0; k < cadence.frames; k++) {
-        const double seconds = seconds_of(exposure_at(cadence, zero_ns, time_days(cadence, k)));
-        total_s += seconds;
-        frames += seconds > 0;
-    }
-    if (frames == 0)
+    if (longest_days(cadence) > kFarthest)
+        reader.refuse(Status::scene, kKey, ": frames must be within %g days of time 0", kFarthest);
+    for (int64_t k = 0; k < cadence.frames && cadence.windows_s == 0; k++)
+        cadence.windows_s = seconds_of(exposure_at(cadence, zero_ns, time_days(cadence, k)));
+    if (cadence.windows_s == 0)
         reader.refuse(Status::scene, kKey, ": %s has no window in the exposure of any frame",
                       cadence.windows_file.c_str());
-    cadence.windows_s = total_s / frames;
 }
 
 constexpr Condition kRegular = without("times_days", "not allowed with times_days, which gives all times");

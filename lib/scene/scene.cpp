@@ -204,21 +204,26 @@ int64_t time_zero_ns(const Binary &binary) noexcept {
     return binary.moving && binary.date >= kFirst && binary.date <= kLast ? tai_of_date(binary.date) : 0;
 }
 
+std::vector<sky::Interval> whole_exposure_at(const Cadence &cadence, int64_t zero_ns, double days) {
+    const int64_t middle = zero_ns + std::llround(days * static_cast<double>(sky::kNsPerDay)),
+                  half = std::llround(cadence.exposure_s * 5e8);
+    return {{middle - half, middle + half}};
+}
+
 std::vector<sky::Interval> exposure_at(const Cadence &cadence, int64_t zero_ns, double days) {
     if (!(cadence.exposure_s > 0))
         return {};
-    const auto from_middle = [&](double seconds) { return std::llround((seconds - cadence.exposure_s / 2) * 1e9); };
-    const int64_t middle = zero_ns + std::llround(days * static_cast<double>(sky::kNsPerDay));
-    const sky::Interval whole = {middle + from_middle(0), middle + from_middle(cadence.exposure_s)};
-    std::vector<sky::Interval> intervals;
+    const std::vector<sky::Interval> all = whole_exposure_at(cadence, zero_ns, days);
+    const auto [start_ns, end_ns] = all.front();
+    const auto from_start = [start = start_ns](double seconds) { return start + std::llround(seconds * 1e9); };
+    std::vector<sky::Interval> parts;
     for (size_t i = 0; i + 1 < cadence.on_target_s.size(); i += 2)
-        intervals.push_back(
-            {middle + from_middle(cadence.on_target_s[i]), middle + from_middle(cadence.on_target_s[i + 1])});
-    const auto before = [&](const sky::Interval &window) { return window.end_ns <= whole.start_ns; };
-    auto window = std::partition_point(cadence.windows.begin(), cadence.windows.end(), before);
-    for (; window != cadence.windows.end() && window->start_ns < whole.end_ns; ++window)
-        intervals.push_back({std::max(window->start_ns, whole.start_ns), std::min(window->end_ns, whole.end_ns)});
-    return intervals.empty() && cadence.windows.empty() ? std::vector<sky::Interval>{whole} : intervals;
+        parts.push_back({from_start(cadence.on_target_s[i]), from_start(cadence.on_target_s[i + 1])});
+    auto window = std::partition_point(cadence.windows.begin(), cadence.windows.end(),
+                                       [start = start_ns](const sky::Interval &one) { return one.end_ns <= start; });
+    for (; window != cadence.windows.end() && window->start_ns < end_ns; ++window)
+        parts.push_back({std::max(window->start_ns, start_ns), std::min(window->end_ns, end_ns)});
+    return parts.empty() && cadence.windows.empty() ? all : parts;
 }
 
 double seconds_of(const std::vector<sky::Interval> &intervals) noexcept {

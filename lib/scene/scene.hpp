@@ -122,17 +122,18 @@ struct Cadence {
     std::vector<double> on_target_s; // intervals from the start of an exposure: start and end in turn; empty: all of it
     std::string windows_file;        // instead of on_target_s; "": none
     std::vector<sky::Interval> windows; // of the file, TAI, in order
-    double windows_s = 0;               // their mean time in the frames that have some
+    double windows_s = 0;               // their time in the first frame that has some
 };
 
 double longest_days(const Cadence &cadence) noexcept;         // largest |time| of a frame
 double time_days(const Cadence &cadence, int64_t k) noexcept; // of frame k; beyond a list of times, its last entry
-double on_target_s(const Cadence &cadence) noexcept;          // in a frame; with windows, the mean
+double on_target_s(const Cadence &cadence) noexcept;          // in a frame; with windows, in the first
 int64_t tai_of_date(double date) noexcept;                    // Julian year of TT
 // TAI of time 0 of moving stars; 0 for stars at rest, and for dates that nanoseconds of 64 bits do not reach.
 int64_t time_zero_ns(const Binary &binary) noexcept;
 // The parts of an exposure, `days` after `zero_ns`, in which the telescope points at the stars; none if no window is in
 // it, or its length is unknown.
+std::vector<sky::Interval> whole_exposure_at(const Cadence &cadence, int64_t zero_ns, double days);
 std::vector<sky::Interval> exposure_at(const Cadence &cadence, int64_t zero_ns, double days);
 double seconds_of(const std::vector<sky::Interval> &intervals) noexcept;
 

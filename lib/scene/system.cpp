@@ -137,6 +137,12 @@ constexpr Row kRefitRows[] = {
 constexpr Group kRefit = group_of(
     "refit", "The measurements to which the orbit was refitted, which must not be searched with it", kRefitRows);
 
+void check_refit(const Reader &reader, const System &system) {
+    if (system.refit && !(system.refit->first <= system.refit->last))
+        reader.refuse(Status::scene, "refit", ": first = %g: must not be after last = %g", system.refit->first,
+                      system.refit->last);
+}
+
 constexpr Row kSystemRows[] = {
     required<read_schema>("schema", Words{"toliman-system/1"}, "Schema of the file"),
     optional<read_name>("name", "Name of the binary").as(Type::text),
@@ -144,7 +150,7 @@ constexpr Row kSystemRows[] = {
     required<read_value<&Elements::barycentre>>("barycentre", &kBarycentre),
     required<read_value<&Elements::masses>>("masses", &kMasses),
     optional<&System::sigma>("sigma", &kSigma),
-    optional<&System::refit>("refit", &kRefit),
+    optional<&System::refit>("refit", &kRefit).checked<check_refit>(),
 };
 
 // is_sigma: numbers that are 0 are not known, and left out.

@@ -106,13 +106,13 @@ bool Observer::covers(int64_t tai_ns) const noexcept {
     return kind_ != Kind::ephemeris || ephemeris_->covers(tai_ns);
 }
 
-uint64_t Observer::digest(uint64_t hash) const {
+uint64_t Observer::digest(uint64_t hash, bool with_states) const {
     hash = fnv1a(static_cast<uint64_t>(kind_), hash);
     if (turn_)
         hash = fnv1a(*turn_, hash);
     if (kind_ == Kind::circular)
         hash = fnv1a(std::array<double, 2>{orbit_.altitude_km, orbit_.node_hours}, hash);
-    if (kind_ != Kind::ephemeris)
+    if (kind_ != Kind::ephemeris || !with_states)
         return hash;
     for (const Segment &segment : ephemeris_->segments()) {
         hash = fnv1a(std::array<int64_t, 2>{segment.first_ns, segment.last_ns}, hash);

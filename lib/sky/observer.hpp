@@ -40,7 +40,8 @@ class Observer {
     const Ephemeris *ephemeris() const noexcept { return ephemeris_.get(); }
     const CircularOrbit &orbit() const noexcept { return orbit_; }
 
-    uint64_t digest(uint64_t hash) const; // continues an FNV-1a hash
+    // Continues an FNV-1a hash. with_states: of a file.
+    uint64_t digest(uint64_t hash, bool with_states) const;
 
     // The same observer, all positions and velocities multiplied by a matrix.
     Observer turned(const Matrix &matrix) const;

@@ -162,7 +162,7 @@ Vector Predictor::turn(const Vector &a, const Vector &b, double angle) const noe
     return sum(sum(b, cosine * north - sine * east, axes_.north), cosine * east + sine * north, axes_.east);
 }
 
-uint64_t Predictor::digest() const {
+uint64_t Predictor::digest(bool with_states) const {
     const Barycentre &centre = system_.value.barycentre;
     const Masses &masses = system_.value.masses;
     uint64_t hash = fnv1a(std::array<double, 10>{centre.ra_deg, centre.dec_deg, centre.epoch, centre.pm_ra_mas_yr,
@@ -171,7 +171,7 @@ uint64_t Predictor::digest() const {
                           kFnvOffset);
     for (const auto element : kElementOf)
         hash = fnv1a(std::array<double, 1>{system_.value.orbit.*element}, hash);
-    return observer_.digest(hash);
+    return observer_.digest(hash, with_states);
 }
 
 Prediction Predictor::at(int64_t tai_ns) const {

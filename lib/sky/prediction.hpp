@@ -61,7 +61,7 @@ class Predictor {
     uint32_t without() const noexcept { return without_; }
     const Earth &earth() const noexcept { return *earth_; }
     // FNV-1a hash of all numbers on which predictions depend.
-    uint64_t digest() const;
+    uint64_t digest(bool with_states = true) const;
 
   private:
     struct Axes {

@@ -109,12 +109,16 @@ class Observers(unittest.TestCase):
                 alone = simulator(times_days=[day], on_target_s=part)
                 numpy.testing.assert_allclose(frame, alone.frame(0), atol=1e-8 * frame.max(), rtol=0)
             seconds = [sum(part[1::2]) - sum(part[::2]) for part in parts]
-            self.assertAlmostEqual(total / simulator(times_days=days).info.total_photons, sum(seconds) / 3 / 86400, places=12)
+            self.assertAlmostEqual(total / simulator(times_days=days).info.total_photons, seconds[0] / 86400, places=12)
             seen = toliman.Fit(with_windows).predict(time_days=1.0)[1][0]
             self.assertAlmostEqual(seen, toliman.Fit(simulator(times_days=[1.0], on_target_s=parts[1])).predict(time_days=1.0)[1][0],
                                    places=11)
-            with refused(toliman.Error, "time"):
-                toliman.Fit(with_windows).predict(time_days=5.0)
+            beyond = toliman.Fit(with_windows).predict(time_days=5.0)[1][0]  # no window: as if all of it were on target
+            self.assertAlmostEqual(beyond, toliman.Fit(simulator(times_days=[5.0])).predict(time_days=5.0)[1][0], places=11)
+            self.assertEqual(simulator(times_days=[0.0, 5.0], on_target="windows.csv").frame(1).max(), 0)
+            digest = toliman.Fit(with_windows).info.digest
+            table.write_text(table.read_text() + f"{arcs[-1][1]},{arcs[-1][1] + SECOND}\n")  # grows
+            self.assertEqual(toliman.Fit(simulator(times_days=days, on_target="windows.csv")).info.digest, digest)
             for change, key in (({"on_target_s": [0, 10]}, "cadence.on_target"), ({"times_days": [9.0]}, "cadence.on_target"),
                                 ({"on_target": "none.csv"}, pathlib.Path(folder) / "none.csv")):
                 with refused(toliman.Error, key):

@@ -42,11 +42,11 @@ class Missions(unittest.TestCase):
 
     # promise: missions-are-found-by-defaults
     def test_missions(self):
-        """No planet, one, and optics that drift: nothing is wrong, and the planet is found."""
-        for seed, planets in ((0, 0), (13, 1), (8, 0)):
+        """Without a planet and with one: nothing is wrong, and the planet is found."""
+        for seed, planets in ((0, 0), (13, 1)):
             with self.subTest(seed=seed):
                 rows, pulls, limits, wrong = sky_campaign.of_seed((seed, self.sizes))
-                self.assertEqual((wrong, limits[1]), ([], 0 if planets or seed == 8 else 3), rows)
+                self.assertEqual((wrong, limits[1]), ([], 0 if planets else 3), rows)
                 self.assertEqual(len(pulls), planets, rows)
 
     def test_the_truth(self):
@@ -62,7 +62,7 @@ class Missions(unittest.TestCase):
         """Velocities are the derivatives of the places, and the stars are above the limb in all arcs."""
         craft, start, step = mission.Craft(1), mission.tai_ns(mission.START), 10**8
         before, after = (craft.states(start + sign * step)[0] for sign in (-1, 1))
-        numpy.testing.assert_allclose(craft.states(start)[1], (after - before) / 0.2, rtol=0, atol=2)
+        numpy.testing.assert_allclose(craft.states(start)[1], (after - before) / 0.2, rtol=0, atol=0.2)
         arcs = mission.arcs(craft, [start], json.loads(mission.SYSTEM.read_text()), 1)
         total = sum(end - begin for begin, end in arcs) / 1e9
         self.assertTrue(15000 < total < 50000 and 8 < len(arcs) < 16, (total, len(arcs)))

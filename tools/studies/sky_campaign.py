@@ -9,7 +9,8 @@ a spacecraft in a low orbit, arcs, losses, repeated frames out of order. Of ten 
 of the surface at mid frequencies, a pupil of 1024 cells, a detector that is not ideal. If calibrate says that the model is incomplete,
 the mission is judged as it is, and once more after the remedy that calibrate names: --improve, or for a detector --detector.
 
-Wrong: a planet that is not there; one that is there, has log10 odds above 2 by its own amplitude and is not found; a limit that excludes
+Wrong: a planet that is not there; one that is there, whose amplitude is 6 standard
+deviations of that of a sinusoid, and that is not found; a limit that excludes
 a planet that was injected into the series of a mission without one, in more than 5 % (at 3 standard errors); a planet that is named
 where the frames do not fit."""
 # promise: missions-are-found-by-defaults

@@ -28,15 +28,17 @@ struct Night {
     bool is_planet = false;
 };
 
-std::optional<Night> night_before(const std::string &path) {
+std::optional<Night> night_before(const std::string &path, Progress &progress) {
     if (!exists(path))
         return std::nullopt;
     const std::string text = whole_text(path);
     const JsonTree tree(cJSON_ParseWithLength(text.data(), text.size()));
     const cJSON *const day = item_of(tree.get(), "day"), *const frames = item_of(tree.get(), "frames"),
                        *const odds = item_of(tree.get(), "log10_bayes");
-    if (!cJSON_IsString(day) || !cJSON_IsNumber(frames))
-        malformed(path, "must be a result of toliman night; without it, there is nothing to compare with");
+    if (!cJSON_IsString(day) || !cJSON_IsNumber(frames)) {
+        progress.warn(path + ": is not a result of toliman night: there is nothing to compare with");
+        return std::nullopt;
+    }
     return Night{day->valuestring, std::llround(frames->valuedouble), cJSON_IsNumber(odds) ? odds->valuedouble : NAN,
                  cJSON_IsTrue(item_of(tree.get(), "is_planet")) != 0};
 }
@@ -73,14 +75,15 @@ std::string change_text(double now, double before) {
 class Report {
   public:
     Report(const Options &options, Progress &progress)
-        : folder_(options.folder), path_(options.folder + "/night.json"), before_(night_before(path_)) {
+        : folder_(options.folder), path_(options.folder + "/night.json"), before_(night_before(path_, progress)) {
         const toliman::tracker tracker = open_tracker(state_to_read(folder_), progress);
         complaint_ = model_complaint(goodness_of(tracker));
         for (const InstrumentTrend &trend : trends_of(tracker))
-            if (trend.is_significant())
-                complaint_ += (complaint_.empty() ? "" : "; ") + trend.name +
-                              formatted(" changes by %+.3g +- %.1g ", trend.per_year, trend.sigma_per_year) +
-                              trend.unit + (trend.unit.empty() ? "" : " ") + "per year";
+            if (trend.is_significant() && trend.name != "chi_square") // which is in the complaint
+                drifts_ += (drifts_.empty() ? "; drifts: " : ", ") + trend.name +
+                           formatted(" %+.3g +- %.1g ", trend.per_year, trend.sigma_per_year) + trend.unit +
+                           (trend.unit.empty() ? "" : " ") + "per year";
+        count(info_of(tracker));
         const Series series = tracked_series(tracker);
         night_.frames = static_cast<int64_t>(series.t.size());
         if (night_.frames > 0)
@@ -98,13 +101,15 @@ class Report {
         const toliman_planet_candidate &best = search.candidates.front();
         night_.log10_bayes = best.log10_bayes;
         night_.is_planet = best.reasons == 0;
-        is_refused_ = search.fitted() > 0 && best.reasons != 0;
+        const auto fitted = search.candidates.begin() + static_cast<std::ptrdiff_t>(search.fitted());
+        is_refused_ = std::any_of(search.candidates.begin(), fitted, [](const auto &one) { return one.reasons != 0; });
         const std::string odds = formatted("log10 odds %.1f", best.log10_bayes) +
                                  change_text(best.log10_bayes, before_ ? before_->log10_bayes : NAN);
-        found_ = night_.is_planet ? planet_text(search, best) + ", " + odds
-                 : is_refused_    ? formatted("candidate at %.4g d, ", best.period[1]) + odds +
-                                     ", is not a planet: " + reasons(search)
-                               : formatted("no planet: best at %.4g d, ", best.period[1]) + odds + limit_text(search);
+        found_ =
+            night_.is_planet ? planet_text(search, best) + ", " + odds
+            : search.fitted() > 0
+                ? formatted("candidate at %.4g d, ", best.period[1]) + odds + ", is not a planet: " + reasons(search)
+                : formatted("no planet: best at %.4g d, ", best.period[1]) + odds + limit_text(search);
     }
 
     bool is_wrong() const { return is_refused_ || !complaint_.empty(); }
@@ -118,7 +123,8 @@ class Report {
         text += "; " + found_;
         if (before_ && before_->is_planet != night_.is_planet)
             text += night_.is_planet ? " (new)" : " (lost)";
-        return text + "; " + (complaint_.empty() ? "instrument good" : "INSTRUMENT: " + complaint_);
+        return text + left_out_ + "; " + (complaint_.empty() ? "instrument good" : "INSTRUMENT: " + complaint_) +
+               drifts_;
     }
 
     void save() const {
@@ -133,6 +139,23 @@ class Report {
     }
 
   private:
+    // Frames that are not in the search: something is wrong if they are more than half.
+    void count(const toliman_track_info &info) {
+        int64_t all = 0;
+        for (const auto &[frames, name] : {std::pair(info.unreduced, "unreduced"),
+                                           {info.misfit, "misfits"},
+                                           {info.outlier, "outliers"},
+                                           {info.quarantined, "quarantined"},
+                                           {info.rejected, "rejected"}}) {
+            all += frames;
+            if (frames > 0)
+                left_out_ += (left_out_.empty() ? "; left out: " : ", ") +
+                             formatted("%lld %s", static_cast<long long>(frames), name);
+        }
+        if (all > info.accepted || info.accepted == 0)
+            complaint_ += std::string(complaint_.empty() ? "" : "; ") + "most frames are left out: see toliman status";
+    }
+
     static std::string reasons(const PlanetSearch &search) {
         std::string text;
         for (const std::string &reason : search.reasons(0))
@@ -148,7 +171,7 @@ class Report {
     std::string folder_, path_;
     std::optional<Night> before_;
     Night night_;
-    std::string found_, complaint_;
+    std::string found_, complaint_, drifts_, left_out_;
     bool is_refused_ = false;
 };
 
@@ -160,7 +183,7 @@ void add_planet(const std::string &folder, Report &report, Progress &progress) {
         const PlanetJob job(search, false, progress);
         report.add(job.search());
     } catch (const Failure &failure) {
-        if (failure.code() != kExitInput)
+        if (failure.code() != kExitInput && failure.code() != kExitUsage)
             throw;
         report.add(failure.what());
     }

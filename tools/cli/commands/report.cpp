@@ -39,8 +39,13 @@ std::string with_planets(const std::string &folder, const toliman::tracker &trac
     return "";
 }
 
-// The folders whose results are drawn: those of a state folder, or the folder itself. alone: no other folder is drawn.
-std::vector<std::string> with_results(const std::string &folder, bool alone, Progress &progress) {
+bool has_planets(const std::string &folder) {
+    return identify(plain(folder) + "/result.json").name == "JSON of schema toliman-planet/1";
+}
+
+// The folders whose results are drawn: those of a state folder, with a search for planets unless one is given, or the
+// folder itself.
+std::vector<std::string> with_results(const std::string &folder, bool searches, Progress &progress) {
     if (exists(folder) && !is_folder(folder))
         malformed(folder, "is not a folder: give one written by run, experiment, track, period --out, planet --out, "
                           "pupil --out or `make bench`" +
@@ -50,7 +55,7 @@ std::vector<std::string> with_results(const std::string &folder, bool alone, Pro
     const toliman::tracker tracker = open_tracker(state_to_read(folder), progress);
     write_results(tracker, settings_of(tracker), PeriodFacts(tracker, Fit::tested, progress), folder + "/report");
     std::vector<std::string> folders = {folder + "/report"};
-    if (const std::string planets = alone ? with_planets(folder, tracker, progress) : ""; !planets.empty())
+    if (const std::string planets = searches ? with_planets(folder, tracker, progress) : ""; !planets.empty())
         folders.push_back(planets);
     return folders;
 }
@@ -82,8 +87,9 @@ void report(const Options &options, Progress &progress) {
     const std::string first = plain(options.folders[0]);
     words.push_back("--out=" + (options.out.empty() ? first + "/report" : plain(options.out)));
     words.emplace_back("--");
+    const bool searches = std::none_of(options.folders.begin(), options.folders.end(), has_planets);
     for (const std::string &folder : options.folders)
-        for (const std::string &results : with_results(plain(folder), options.folders.size() == 1, progress))
+        for (const std::string &results : with_results(plain(folder), searches, progress))
             words.push_back(results);
     block_signals();
     progress.clear();

@@ -115,7 +115,7 @@ Frames frames_of(const toliman::tracker &tracker) {
             first_ns = record.tai_ns;
         frames.records.push_back(i);
         frames.tai_ns.push_back(record.tai_ns);
-        frames.years.push_back(static_cast<double>(record.tai_ns - first_ns) / kYearNs);
+        frames.years.push_back((static_cast<double>(record.tai_ns) - static_cast<double>(first_ns)) / kYearNs);
     }
     return frames;
 }

@@ -84,10 +84,12 @@ void OnTarget::mark_cut(const toliman_frame &frame) {
     double seconds = 0;
     for (size_t i = 0; i < frame.interval_count; i++)
         seconds += frame.intervals[2 * i + 1] - frame.intervals[2 * i];
-    if ((!begins && !ends) || !cut_.empty()) {
+    if (!begins && !ends) {
         least_s_ = seconds > 0 ? std::min(least_s_, seconds) : least_s_;
         return;
     }
+    if (!cut_.empty() && seconds >= cut_s_)
+        return;
     cut_s_ = seconds;
     cut_ = path_ + (begins ? ": begins" : ": ends") + " in the exposure of frame " + std::to_string(frame.frame_id) +
            " of session " + frame.session + ": the time " + (begins ? "before its first" : "after its last") +

@@ -34,8 +34,8 @@ class OnTarget {
     void check_length(const toliman_frame &frame) const;
 
     std::string path_, scene_;
-    std::string cut_;             // warning of the first exposure in which the table begins or ends
-    double cut_s_ = 0;            // its time in the windows
+    std::string cut_;  // warning of the exposure with the least time, of those in which the table begins or ends
+    double cut_s_ = 0; // its time in the windows
     double least_s_ = INFINITY;   // the least of the other frames that have some
     int64_t sums_ = 0;            // exposures over several windows
     std::vector<Window> windows_; // TAI, by the camera clock after set_clock

@@ -39,7 +39,8 @@ std::string rejection_text(const toliman_track_outcome &outcome, const toliman_t
         return ": no TAI for its time, or outside the span of the periodogram or of its trend; see --clock, --epoch "
                "and --trend";
     default:
-        return ": no finite value, as it differs too much from frames of the scene or weights; with --fit, see --epoch";
+        return ": no finite value, as it differs too much from frames of the scene or weights; with --fit, see "
+               "--epoch, and the span of binary.observer";
     }
 }
 
@@ -94,7 +95,8 @@ std::string unreduced_text(int32_t reason, int64_t frames, const std::string &fo
         return text + (coverage.empty() ? "the observer has no state then" : coverage) + "; `toliman rebuild " +
                folder + " --observer FILE` adds " + (one ? "it" : "them");
     return text + (one ? "its" : "their") +
-           " time on target is not known: give --exposure, and for exposures above 600 s --on-target";
+           " time on target is not known: give --exposure, and for exposures above 600 s cadence.on_target in the "
+           "scene, or --on-target, and a new folder";
 }
 
 // A line toliman-frame/2. has_key, has_time: the frame's name and time are known; reason: NULL unless it is rejected or

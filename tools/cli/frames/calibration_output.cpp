@@ -347,8 +347,9 @@ void CalibrationOutput::print(const Calibration &calibration) const {
     std::printf("chi-square   %s per degree of freedom, %s; largest residual %.1f sigma\n",
                 text_with_error(info.chi_square, info.chi_square_sigma).c_str(), toliman_constant_name(info.goodness),
                 info.largest_residual);
-    std::printf("separation   sigma %.3g px per frame; the uncertain instrument adds %.3g px\n",
-                info.separation_sigma_px, info.calibration_sigma_px);
+    std::printf(
+        "separation   sigma %.3g px per frame; the error of the calibration, common to all frames, adds %.3g px\n",
+        info.separation_sigma_px, info.calibration_sigma_px);
     if (info.map_iterations > 0)
         std::printf("map          %.3g nm rms over the open pupil, as good as %.0f parameters\n", info.map_rms_nm,
                     info.map_parameters);
@@ -364,10 +365,15 @@ void CalibrationOutput::print(const Calibration &calibration) const {
     for (size_t i = 0; i < windows.size(); i++)
         print_window(windows[i], i, windows.size());
     const std::string out = files_.out();
-    std::printf("\nuse: toliman encode --fit %s FRAMES, toliman track --fit %s\n"
-                "A new calibration is a new estimator: ingest all frames again, from the first one, into a new state "
-                "folder.\n",
-                out.c_str(), out.c_str());
+    if (has(info.flags, TOLIMAN_CALIBRATION_INCOMPLETE))
+        std::printf(
+            "\nDo not use it to search planets: give the command again with --improve (optics) or --detector (a "
+            "flat field,\nsmear), or with frames of a shorter time if the optics drift\n");
+    else
+        std::printf("\nuse: toliman encode --fit %s FRAMES, toliman track --fit %s\n"
+                    "A new calibration is a new estimator: ingest all frames again, from the first one, into a new "
+                    "state folder.\n",
+                    out.c_str(), out.c_str());
     print_stdout("");
 }
 

@@ -11,7 +11,7 @@
 
 #include "common/warnings.hpp"
 #include "frames/predictions.hpp"
-#include "scenes/scene_defaults.hpp"
+#include "scenes/exposures.hpp"
 
 namespace cli {
 
@@ -174,6 +174,7 @@ void Reader::survey(Predictions &times, std::deque<toliman_spread> &spreads, std
                     Progress &progress) {
     const auto cols = static_cast<size_t>(scene_.info.cols);
     std::vector<double> image(scene_.pixels());
+    const SceneExposures exposures(scene_defaults(scene_.path));
     for (size_t k = 0; k < paths_.size(); k++) {
         const auto file = open(k);
         for (const std::string &note : file->notes())
@@ -186,7 +187,10 @@ void Reader::survey(Predictions &times, std::deque<toliman_spread> &spreads, std
             Candidate frame = {k, i, *times.from(i, 1), file->window(i), ""};
             if (frame.prediction.spread != nullptr)
                 frame.prediction.spread = &spreads.emplace_back(*frame.prediction.spread);
-            if (const auto blank = file->read_values(image.data()))
+            const auto blank = file->read_values(image.data());
+            if (const auto tai_ns = times.tai_ns(0); tai_ns && exposures.at(*tai_ns).empty())
+                frame.fault = "no time on target";
+            else if (blank)
                 frame.fault = blank_text(*blank, cols);
             else
                 cli::survey(image, cols, frame);

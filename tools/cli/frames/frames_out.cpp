@@ -91,10 +91,13 @@ Exposure exposure_at(double days, const toliman_sim_info &scene) {
 }
 
 // The member of a line for the intervals of an exposure, in s from its start; "" for a scene without.
-std::string on_target_member(const Exposures &exposures, const Exposure &exposure, const std::string &scene) {
+std::string on_target_member(const SceneExposures &exposures, const Exposure &exposure, const std::string &scene) {
     if (!exposures.has_intervals())
         return "";
     const std::vector<int64_t> times = exposures.at(exposure.middle_ns);
+    if (times.empty())
+        throw Failure(kExitUsage, scene + ": no window of cadence.on_target is in the exposure that begins at " +
+                                      std::to_string(exposure.start_ns) + " ns: --session needs some time on target");
     if (times.size() > 2 * kMostIntervals)
         throw Failure(kExitUsage, scene + ": cadence has " + std::to_string(times.size() / 2) +
                                       " on-target intervals in an exposure: must be at most " +
@@ -139,7 +142,7 @@ class SessionOutput : public FrameOutput {
 
   private:
     std::string scene_path_;
-    Exposures exposures_;
+    SceneExposures exposures_;
     OutputFolder folder_;
     std::string session_;
     const char *dtype_;

@@ -63,7 +63,7 @@ class ReducingEncoder final : public Encoder {
                           "of 2: are system and --plate-scale right?",
                           far_, frames_));
         if (unreduced_ > 0)
-            progress.warn(formatted("%zu of %zu frames are not reduced, as the observer is not known for their times: ",
+            progress.warn(formatted("%zu of %zu frames are not reduced, as observer or time on target are not known: ",
                                     unreduced_, frames_) +
                           options_.observer.coverage(sky_.get()));
     }
@@ -92,9 +92,13 @@ class ReducingEncoder final : public Encoder {
         std::vector<int64_t> intervals;
         std::vector<size_t> counts;
         times_.clear();
+        off_target_.clear();
         for (size_t i = 0; i < count; i++) {
             const int64_t middle = times_.emplace_back(time_of(encoder_->separation(i)));
-            const std::vector<int64_t> times = exposures_.at(middle);
+            std::vector<int64_t> times = exposures_.at(middle);
+            off_target_.push_back(times.empty());
+            if (times.empty())
+                times = {middle, middle + 1}; // for a prediction that is not used
             intervals.insert(intervals.end(), times.begin(), times.end());
             counts.push_back(times.size() / 2);
         }
@@ -104,8 +108,11 @@ class ReducingEncoder final : public Encoder {
         if (status != TOLIMAN_OK)
             check(status);
         rows_.clear();
-        for (size_t i = 0; i < count; i++)
+        for (size_t i = 0; i < count; i++) {
+            if (off_target_[i])
+                seen[i].factor = seen[i].geometric_arcsec = seen[i].separation_arcsec = NAN;
             add_row(encoder_->separation(i).px, seen[i]);
+        }
         frames_ += count;
     }
 
@@ -125,7 +132,8 @@ class ReducingEncoder final : public Encoder {
     toliman::sky_predictor sky_;
     std::string columns_;
     double exposure_s_;
-    Exposures exposures_;
+    SceneExposures exposures_;
+    std::vector<bool> off_target_;                // frames of the last call
     std::vector<int64_t> times_;                  // TAI, of the last call
     std::vector<Row> rows_;                       // of the last call
     size_t frames_ = 0, unreduced_ = 0, far_ = 0; // far_: separations far from those of the system

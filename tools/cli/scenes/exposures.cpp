@@ -10,14 +10,14 @@ int64_t ns_of(double seconds) {
 
 } // namespace
 
-Exposures::Exposures(const SceneDefaults &scene) : path_(scene.path), length_ns_(ns_of(scene.exposure_s)) {
+SceneExposures::SceneExposures(const SceneDefaults &scene) : path_(scene.path), length_ns_(ns_of(scene.exposure_s)) {
     for (const double seconds : scene.on_target_s)
         from_start_.push_back(ns_of(seconds));
     if (!scene.on_target_file.empty())
         windows_ = read_on_target(scene.on_target_file, LeapSeconds());
 }
 
-std::vector<int64_t> Exposures::at(int64_t middle_ns) const {
+std::vector<int64_t> SceneExposures::at(int64_t middle_ns) const {
     int64_t start = 0, end = 0;
     if (__builtin_sub_overflow(middle_ns, length_ns_ / 2, &start) || __builtin_add_overflow(start, length_ns_, &end))
         malformed(path_, formatted("a frame at %lld ns of TAI: its exposure must be within 64 bits",

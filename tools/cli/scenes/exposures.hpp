@@ -5,10 +5,10 @@
 
 namespace cli {
 
-class Exposures {
+class SceneExposures {
   public:
     // Reads the on-target windows of the scene, if it has some.
-    explicit Exposures(const SceneDefaults &scene);
+    explicit SceneExposures(const SceneDefaults &scene);
 
     bool has_intervals() const noexcept { return !windows_.empty() || !from_start_.empty(); }
     // Start and end of each interval in turn, TAI, of the exposure with this middle: the whole of it if the scene has

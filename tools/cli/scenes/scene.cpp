@@ -130,7 +130,8 @@ double span_days(const Scene &scene) {
     const JsonTree tree = read_scene_json(scene.path);
     const bool has_list = item_of(item_of(tree.get(), "cadence"), "times_days") != nullptr;
     const auto frames = static_cast<double>(times.size());
-    const double length = times.back() - times.front();
+    const auto [first, last] = std::minmax_element(times.begin(), times.end());
+    const double length = *last - *first;
     return has_list || frames < 2 ? length : length * frames / (frames - 1);
 }
 
