@@ -15,7 +15,7 @@ demo-sky: all ## draw a mission that nobody has seen, find its planet with three
 	examples/sky/demo.sh sky.run --seed 2
 check: everything ## build and run the tests
 	tests/with_kernels $(BUILD) ctest --test-dir $(BUILD) --label-exclude long --output-on-failure --parallel $$(($(JOBS) + 1)) # some tests wait for disks and clocks
-bench: everything ## measure speed and error, with reference programs, into build/bench and a report (10 minutes)
+bench: everything ## measure speed and error, with reference programs, into build/bench and a report (40 minutes)
 	@/usr/bin/python3 tools/bench/bench.py $(BUILD)/bin $(BUILD)/bench
 	@$(BUILD)/bin/toliman report $(BUILD)/bench
 bench-%: everything ## run one benchmark, with details: sim, cae, period, weights, fit, calibrate, commands or size

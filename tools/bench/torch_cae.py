@@ -5,6 +5,7 @@ that computes the convolutions of the decoder; none needs a copy to reorder an i
 import glob
 import itertools
 import json
+import math
 import os
 import sys
 import time
@@ -71,7 +72,8 @@ def encode(p, x, paper, memory="channels_last"):
 
 def decode(p, z, places, paper, memory="channels_last", convolution="conv_transpose2d"):
     x = F.elu(z * p["expand.weight"].reshape(1, -1) + p["expand.bias"].reshape(1, -1))
-    x = x.reshape(-1, 16, 16, 64).permute(0, 3, 1, 2) if memory == "channels_last" else x.reshape(-1, 64, 16, 16)
+    deep = math.isqrt(x.shape[1] // 64)
+    x = x.reshape(-1, deep, deep, 64).permute(0, 3, 1, 2) if memory == "channels_last" else x.reshape(-1, 64, deep, deep)
     for k in range(4, 0, -1):
         x = F.max_unpool2d(x, places[k - 1], 2) if paper else F.interpolate(x, scale_factor=2, mode="nearest")
         x = getattr(F, convolution)(x, p[f"deconv{k}.weight"], p[f"deconv{k}.bias"], padding=1)
