@@ -17,7 +17,7 @@ sys.path.append(str(TOP / "build" / "python"))  # if it is not installed
 import toliman  # noqa: E402
 from truth import true_changes  # noqa: E402
 
-EARTH_SUNS, DAYS_PER_YEAR, MILLIDAY = 3.0034896e-6, 365.25, 1e-3
+EARTH_SUNS, DAYS_PER_YEAR = 3.0034896e-6, 365.25
 CONTROLS = "scale", "mask_rotation", "focus", "jitter_xx", "temperature_a"
 
 
@@ -34,7 +34,7 @@ def mass_earth(planet, star_mass, parallax_mas):
 def separations(folder, truth):
     """Measured minus true separations in standard deviations of a frame."""
     measured = toliman.Measurements(folder / "mission", kind="separation")
-    numbers = numpy.searchsorted(truth["middles_tai_ns"], measured.tai_ns - 10**9)
+    numbers = numpy.searchsorted(truth["middles_tai_ns"], measured.tai_ns - 10**9)  # times are rounded
     return (measured.y - numpy.array(truth["separations_px"])[numbers]) / measured.sigma
 
 
@@ -64,10 +64,13 @@ def compare(folder):
     for planet in truth["planets"]:
         planet["mass_earth"] = mass_earth(planet, truth["masses"][0], truth["parallax_mas"])
     parameters, said = calibration(folder)
-    found = said_by(folder, "planet", "mission", "--max", "2")
+    status = said_by(folder, "status", "mission")
+    found, errors = {"candidates": []}, numpy.full(1, numpy.nan)
+    if status["accepted"]:  # otherwise the frames do not fit: there is nothing to search
+        found, errors = said_by(folder, "planet", "mission", "--max", "2"), separations(folder, truth)
     return {"planets": truth["planets"], "found": [one for one in found["candidates"] if one["verdict"] == "planet"],
             "candidates": found["candidates"], "parameters": parameters, "complete": said["complete"],
-            "chi_square": said["chi_square"], "goodness": said_by(folder, "status", "mission")["goodness"]["goodness"], "errors": separations(folder, truth)}
+            "chi_square": said["chi_square"], "goodness": status["goodness"]["goodness"], "errors": errors}
 
 
 def interval(values):

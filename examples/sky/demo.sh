@@ -19,7 +19,7 @@ toliman calibrate scene.json downlink/
 say toliman track --fit fitted.json --state mission downlink/
 toliman track --fit fitted.json --state mission --every 100 downlink/ >track.jsonl
 say toliman planet mission
-toliman planet mission || [ $? -eq 4 ]
+toliman planet mission || case $? in 3 | 4) ;; *) exit 1 ;; esac # no frame fits, or a candidate is not a planet
 say toliman night mission
 toliman night mission || [ $? -eq 4 ]
 echo

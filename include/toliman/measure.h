@@ -142,8 +142,7 @@ typedef struct toliman_measure_info {
     double unit, time_unit_days, frame_chi_square; /* as in toliman_measure_data */
     double parallax_arcsec, star_mass[2];          /* of the system to which it is reduced */
     char unit_name[16];                            /* of y, as in toliman_series_info */
-    int32_t
-        is_refitted; /* 1: reduced to an orbit that was refitted to measurements of these dates, no search (sky.h) */
+    int32_t is_refitted; /* 1: its orbit was refitted to measurements of these dates, no search (sky.h) */
     int32_t reserved;
 } toliman_measure_info;
 #define TOLIMAN_MEASURE_INFO_INIT TOLIMAN_INIT(toliman_measure_info)

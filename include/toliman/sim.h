@@ -34,7 +34,7 @@
  * Time         The time of a frame is the middle of its exposure. Time 0 is binary.date, a Julian year; images, bounds
  *              and estimators of a scene refer to it. An orbit gives the positions at time 0, or, with binary.moving,
  *              at each frame. With binary.observer (sky.h) these are apparent positions, averaged over the exposure or
- *              cadence.on_target_s or cadence.on_target, and the date is in TT.
+ *              its time on target (cadence.on_target_s, on_target), and the date is in TT.
  * Optics       Frames whose focus, Zernike coefficients or scale vary are propagated each, with the optics of the frame
  *              (promise: optics-of-frames-are-exact).
  * Sidelobe     With detector.sidelobe, frames show the first order of a grating in the pupil: light of a wavelength is

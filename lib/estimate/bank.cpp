@@ -62,6 +62,7 @@ track::Source of_bank(const bank::Bank &bank, BankWorks &works, const fit::Windo
                 BankWorks::Lease work(works);
                 fit::Prediction prediction = prediction_at(tai_ns, time_offset_ns);
                 prediction.window = frame.image_window;
+                prediction.may_lack_observer = frame.is_reduced;
                 const bank::Estimate estimate =
                     bank.estimate(fit, {image, fit.rows(), fit.cols(), fit.cols()}, prediction, *fit_work, *work);
                 store_bank(estimate, (*work).fitted, fit.parameters().size(), estimated);

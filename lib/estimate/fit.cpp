@@ -51,6 +51,7 @@ track::Source of_fit(const fit::Windows &fit, FitWorks &works, int64_t time_offs
                 fit::Prediction prediction = prediction_at(tai_ns, time_offset_ns);
                 prediction.spread = frame.spread;
                 prediction.window = frame.image_window;
+                prediction.may_lack_observer = frame.is_reduced;
                 fit.frame({image, fit.rows(), fit.cols(), fit.cols()}, prediction, *work, result);
                 store_fit(result, fit.parameters().size(), estimated);
             },

@@ -95,7 +95,9 @@ Fit::Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free,
         centre_[axis] = (1 - share_a_) * offset[0][axis] + share_a_ * offset[1][axis];
     FitWork first = work();
     Result result;
-    predict({}, first, result);
+    Prediction at_time_zero;
+    at_time_zero.may_lack_observer = true; // sigma does not depend on its aberration
+    predict(at_time_zero, first, result);
     sigma_px_ = std::sqrt(result.covariance[0]);
     digest_ = digest_of_all();
 }
@@ -169,8 +171,18 @@ std::array<double, 2> Fit::difference_on_orbit(double days) const {
     return {offset[1][0] - offset[0][0], offset[1][1] - offset[0][1]};
 }
 
+std::array<double, 2> Fit::difference_at(const Prediction &prediction) const {
+    try {
+        return difference(prediction.days);
+    } catch (const Error &error) {
+        if (!prediction.may_lack_observer || error.status() != Status::range)
+            throw;
+        return difference_on_orbit(prediction.days);
+    }
+}
+
 Fit::Start Fit::places_of(const Prediction &prediction) const {
-    std::array<double, 2> apart = difference(prediction.days);
+    std::array<double, 2> apart = difference_at(prediction);
     if (prediction.separation_px != 0) {
         const double angle = (prediction.position_angle_deg - scene_.detector.rotation_deg) * kDegree;
         const auto pixels = geometry_of(scene_.detector).to_pixels(-std::sin(angle), std::cos(angle));

@@ -19,6 +19,7 @@ struct Prediction {
     double separation_px = 0, position_angle_deg = 0; // 0 = those of the scene
     Spread spread;                                    // of a sum of frames
     std::optional<DetectorWindow> window;             // of the frame; none: that of the scene
+    bool may_lack_observer = false;                   // where the observer has no state, the places are on the orbit
 };
 
 enum Flag : uint32_t { not_converged = 1, saturated = 4, edge = 8, searched = 16 };
@@ -102,6 +103,7 @@ class Fit {
     double last_days() const noexcept { return longest_days(scene_.cadence); } // of the scene's frames
     // Predicted place of B minus that of A, px, without a separation given.
     std::array<double, 2> difference(double days) const;
+    std::array<double, 2> difference_at(const Prediction &prediction) const;
     std::array<double, 2> difference_on_orbit(double days) const; // without an observer
     double pixel_scale_arcsec() const noexcept { return scene_.detector.pixel_scale_arcsec; }
     double sigma_px() const noexcept { return sigma_px_; } // of the separation in the scene at time 0

@@ -103,6 +103,7 @@ void Evaluation::validate_and_estimate(const Frame &frame, Job &job, unsigned wo
     outcome.tai_ns = *tai_ns;
     try {
         Frame placed = frame;
+        placed.is_reduced = plan_.reduce != nullptr;
         const bool has_window = frame.window_row != 0 || frame.window_col != 0;
         if (has_window && terms.geometry.bin == 1)
             placed.image_window = DetectorWindow{frame.window_row + static_cast<int64_t>(terms.geometry.crop_row),

@@ -25,6 +25,7 @@ struct Frame {
     int64_t window_row, window_col; // of the first pixel on the detector
     Spread spread = {};             // of a sum of frames
     std::optional<DetectorWindow> image_window = {}; // of the estimator's image, unless its pixels are binned
+    bool is_reduced = false;                         // the estimate is of the separation, not of a difference
 };
 
 // Returns the mean time of the intervals minus the middle of the exposure; 0 without intervals.

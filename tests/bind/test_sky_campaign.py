@@ -15,19 +15,12 @@ import campaign  # noqa: E402
 import compare  # noqa: E402
 import mission  # noqa: E402
 import sky_campaign  # noqa: E402
+from test_observer import SCENE as OBSERVED  # noqa: E402
 
-SCENE = {
-    "schema": "toliman-scene/1",
-    "telescope": {"aperture_m": 0.0625, "pupil_samples": 64,
-                  "mask": {"kind": "spiral", "opd_nm": 292.5, "edges": "area", "terms": [{"a": 1, "f": 1.2, "m": -5, "p": 1}]}},
-    "band": {"min_nm": 530, "max_nm": 640, "step_nm": 55},
-    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "detected_per_s": 7.5e7},
-              "B": {"spectrum": {"kind": "blackbody", "temperature_k": 5260}, "detected_per_s": 2.5e7}},
-    "binary": {},
-    "cadence": {},
-    "detector": {"shape": [48, 48], "pixel_scale_arcsec": 0.75},
-    "noise": {"photon": True},
-}
+# The telescope of test_observer, with finer cells and electrons.
+SCENE = {**OBSERVED, "telescope": {**OBSERVED["telescope"], "pupil_samples": 64}, "noise": {"photon": True},
+         "stars": {name: {"spectrum": star["spectrum"], "detected_per_s": star["photons_per_s"]}
+                   for name, star in OBSERVED["stars"].items()}}
 
 
 class Missions(unittest.TestCase):

@@ -178,6 +178,7 @@ class Results(Calibrate):
         self.assertEqual((result["complete"], result["goodness"], result["lacks"], result["attempts"]),
                          (False, "poor", ["pupil samples", "spectral modes", "map"], []))
         self.assertEqual([int(name in done.stderr) for name in (*result["lacks"], "--map", "--improve")], [1] * 5)
+        self.assertEqual([name in done.stdout for name in ("use: toliman", "--improve", "--detector")], [False, True, True])
 
     def test_names_are_added(self):
         """+NAME: to the default parameters that the scene has, or another prior of one of these."""

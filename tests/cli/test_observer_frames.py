@@ -132,6 +132,45 @@ class ObserverFrames(ProgramTest):
         for row, line in zip(reduced[1:], own):
             self.assertAlmostEqual(float(row.split(",")[column]), line["value"], delta=1e-9)
 
+    def test_frames_without_time_on_target(self):
+        """They have no light, and end no command: encode does not reduce them, calibrate leaves them out."""
+        scene = json.loads(json.dumps(SCENE))
+        del scene["cadence"]["on_target_s"]
+        scene["cadence"]["on_target"] = "windows.csv"
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        windows = [middle(day) - 30 * 10**9 for day in TIMES[:3]]
+        (self.folder / "windows.csv").write_text(
+            "start_tai_ns,end_tai_ns\n" + "".join(f"{start},{start + 60 * 10**9}\n" for start in windows))
+        done = self.run_program("simulate", "scene.json", "--out", "in", "--session", "day")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("no window of cadence.on_target", done.stderr)
+        self.succeed("simulate", "scene.json", "--out", "day.fits")
+        rows = self.succeed("encode", "--fit", "scene.json", "day.fits").splitlines()
+        column = rows[0].split(",").index("reduced_px")
+        self.assertEqual([row.split(",")[column] == "nan" for row in rows[1:]], [False, False, False, True])
+        done = self.run_program("calibrate", "scene.json", "day.fits", "--free", "focus", "--out", "fitted.json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("day.fits: frame 3: no time on target: left out", done.stderr)
+
+    def test_faint_frames_of_unknown_optics(self):
+        """An exposure of few arcs has half of the light, of which 60 nm of astigmatism take a part: its stars are found."""
+        truth = json.loads(json.dumps(SCENE))
+        truth["telescope"]["aberrations"] = {"zernike_rms_nm": {"5": 60}}
+        del truth["cadence"]["on_target_s"]
+        truth["cadence"]["on_target"] = "windows.csv"
+        for name in ("truth", "scene"):
+            (self.folder / f"{name}.json").write_text(json.dumps(truth))
+            del truth["telescope"]["aberrations"]
+            truth["telescope"]["aberrations"] = {}
+        lengths = [60, 60, 60, 31]
+        (self.folder / "windows.csv").write_text("start_tai_ns,end_tai_ns\n" + "".join(
+            f"{middle(day) - 30 * 10**9},{middle(day) + (length - 30) * 10**9}\n" for day, length in zip(TIMES, lengths)))
+        self.succeed("simulate", "truth.json", "--out", "day.fits")
+        self.succeed("calibrate", "scene.json", "day.fits", "--free", "zernike_5", "--out", "fitted.json")
+        result = json.loads((self.folder / "fitted.calibration.json").read_text())
+        self.assertEqual(len(result["separations"]), 4)
+        self.assertAlmostEqual(abs(result["windows"][0]["parameters"][0]["value"]), 60, delta=1)
+
     def test_times_by_cadence_begin_at_time_0(self):
         """That of the scene, or of --epoch, which is reported."""
         self.simulate()

@@ -120,6 +120,22 @@ class Reduced(ProgramTest):
         mixed = self.records("true")
         self.assertEqual({k for k in mixed if mixed[k]["value"] == late[k]["value"]}, set(range(13, 24)))
 
+    def test_an_observer_of_the_scene(self):
+        """Frames that its file does not cover are measured, and added by the rebuild with the bits of a whole file."""
+        self.simulate()
+        values = {}
+        for name in ("predicted", "definitive"):
+            shutil.copy(self.folder / f"{name}.csv", self.folder / "known.csv")
+            self.write_scene("model.json", {"file": "known.csv"}, rate=8)
+            lines = self.track(name)
+            self.assertEqual({frame for frame, line in lines.items() if line["verdict"] == "unreduced"},
+                             set(range(13, 24)) if name == "predicted" else set())
+            if name == "predicted":
+                self.succeed("rebuild", name, "--observer", "definitive.csv")
+            values[name] = [record["value"] for _, record in sorted(self.records(name).items())]
+        for late, true in zip(values["predicted"][13:], values["definitive"][13:]):
+            self.assertAlmostEqual(late, true, delta=1e-9)
+
     def test_day_sums(self):
         """One-sided arcs of a day: the mean over the arcs is exact; without them the frame is not reduced."""
         days = {"times_days": [0.5], "exposure_s": 86400.0, "rate": 0.5}

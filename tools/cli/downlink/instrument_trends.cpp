@@ -5,6 +5,7 @@
 // frame: the former alone would report changes that do not matter, of thousands of frames.
 #include "downlink/instrument_trends.hpp"
 
+#include "common/median.hpp"
 #include "downlink/state_folder.hpp"
 
 namespace cli {
@@ -16,16 +17,10 @@ constexpr double kLeastYears = 0.05, kYearNs = 365.25 * 86400e9;
 constexpr double kOutlier = 6, kGaussian = 1.4826; // MAD of a Gaussian: sigma/1.4826
 constexpr double kSigmas = 5, kScatters = 3;
 
-double median_of(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
-double robust_rms(std::vector<double> values, double median) {
+double robust_rms(std::vector<double> values, double centre) {
     for (double &value : values)
-        value = std::fabs(value - median);
-    return kGaussian * median_of(std::move(values));
+        value = std::fabs(value - centre);
+    return kGaussian * median(std::move(values));
 }
 
 struct Point {
@@ -60,7 +55,7 @@ std::optional<InstrumentTrend> trend_of(const std::string &name, const std::stri
     std::copy_if(values.begin(), values.end(), std::back_inserter(known), [](double v) { return std::isfinite(v); });
     if (known.size() < kLeastFrames)
         return std::nullopt;
-    InstrumentTrend trend = {name, unit, median_of(known), 0, 0, 0, 0, 0};
+    InstrumentTrend trend = {name, unit, median(known), 0, 0, 0, 0, 0};
     trend.rms = robust_rms(known, trend.median);
     std::vector<Point> points;
     for (size_t i = 0; i < values.size(); i++)

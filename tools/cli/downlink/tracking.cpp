@@ -39,8 +39,7 @@ std::string rejection_text(const toliman_track_outcome &outcome, const toliman_t
         return ": no TAI for its time, or outside the span of the periodogram or of its trend; see --clock, --epoch "
                "and --trend";
     default:
-        return ": no finite value, as it differs too much from frames of the scene or weights; with --fit, see "
-               "--epoch, and the span of binary.observer";
+        return ": no finite value, as it differs too much from frames of the scene or weights; with --fit, see --epoch";
     }
 }
 

@@ -366,9 +366,8 @@ void CalibrationOutput::print(const Calibration &calibration) const {
         print_window(windows[i], i, windows.size());
     const std::string out = files_.out();
     if (has(info.flags, TOLIMAN_CALIBRATION_INCOMPLETE))
-        std::printf(
-            "\nDo not use it to search planets: give the command again with --improve (optics) or --detector (a "
-            "flat field,\nsmear), or with frames of a shorter time if the optics drift\n");
+        std::printf("\nDo not search planets with it: give the command again with --improve for the optics, with\n"
+                    "--detector for a flat field or smear, or with frames of a shorter time if the optics drift\n");
     else
         std::printf("\nuse: toliman encode --fit %s FRAMES, toliman track --fit %s\n"
                     "A new calibration is a new estimator: ingest all frames again, from the first one, into a new "

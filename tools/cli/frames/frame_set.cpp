@@ -9,6 +9,7 @@
 #include <set>
 #include <tuple>
 
+#include "common/median.hpp"
 #include "common/warnings.hpp"
 #include "frames/predictions.hpp"
 #include "scenes/exposures.hpp"
@@ -54,12 +55,6 @@ void survey(const std::vector<double> &image, size_t cols, Candidate &frame) {
     frame.y = y / frame.light;
     if (!(frame.light > 0))
         frame.fault = "no light";
-}
-
-template <class Value> Value median(std::vector<Value> values) {
-    std::sort(values.begin(), values.end());
-    const size_t n = values.size();
-    return n == 0 ? Value() : (values[(n - 1) / 2] + values[n / 2]) / 2;
 }
 
 // Of a sum, per frame.

@@ -88,41 +88,41 @@ class ReducingEncoder final : public Encoder {
         throw error;
     }
 
+    // Frames without time on target are not reduced.
     void reduce(size_t count) {
         std::vector<int64_t> intervals;
-        std::vector<size_t> counts;
+        std::vector<size_t> counts, places;
         times_.clear();
-        off_target_.clear();
         for (size_t i = 0; i < count; i++) {
             const int64_t middle = times_.emplace_back(time_of(encoder_->separation(i)));
-            std::vector<int64_t> times = exposures_.at(middle);
-            off_target_.push_back(times.empty());
+            const std::vector<int64_t> times = exposures_.at(middle);
             if (times.empty())
-                times = {middle, middle + 1}; // for a prediction that is not used
+                continue;
             intervals.insert(intervals.end(), times.begin(), times.end());
             counts.push_back(times.size() / 2);
+            places.push_back(i);
         }
-        std::vector<toliman_sky_prediction> seen(count, toliman::sized<toliman_sky_prediction>());
-        const toliman_status status = toliman_sky_predict_mean(
-            sky_.get(), intervals.data(), exposures_.has_intervals() ? counts.data() : nullptr, count, seen.data());
+        std::vector<toliman_sky_prediction> seen(places.size(), toliman::sized<toliman_sky_prediction>());
+        const toliman_status status =
+            places.empty() ? TOLIMAN_OK
+                           : toliman_sky_predict_mean(sky_.get(), intervals.data(),
+                                                      exposures_.has_intervals() ? counts.data() : nullptr,
+                                                      places.size(), seen.data());
         if (status != TOLIMAN_OK)
             check(status);
-        rows_.clear();
-        for (size_t i = 0; i < count; i++) {
-            if (off_target_[i])
-                seen[i].factor = seen[i].geometric_arcsec = seen[i].separation_arcsec = NAN;
-            add_row(encoder_->separation(i).px, seen[i]);
-        }
+        rows_.assign(count, {NAN, NAN, NAN});
+        for (size_t i = 0; i < places.size(); i++)
+            rows_[places[i]] = row_of(encoder_->separation(places[i]).px, seen[i]);
+        for (const Row &row : rows_)
+            unreduced_ += std::isnan(row.factor);
         frames_ += count;
     }
 
-    void add_row(double px, const toliman_sky_prediction &seen) {
+    Row row_of(double px, const toliman_sky_prediction &seen) {
         const double ratio = px * plate_scale_ / seen.separation_arcsec;
         if (ratio > kFarthest || (ratio > 0 && ratio < 1 / kFarthest))
             far_++;
-        rows_.push_back({seen.factor, seen.geometric_arcsec, px / seen.factor - seen.geometric_arcsec / plate_scale_});
-        if (std::isnan(seen.factor))
-            unreduced_++;
+        return {seen.factor, seen.geometric_arcsec, px / seen.factor - seen.geometric_arcsec / plate_scale_};
     }
 
     std::unique_ptr<Encoder> encoder_;
@@ -133,7 +133,6 @@ class ReducingEncoder final : public Encoder {
     std::string columns_;
     double exposure_s_;
     SceneExposures exposures_;
-    std::vector<bool> off_target_;                // frames of the last call
     std::vector<int64_t> times_;                  // TAI, of the last call
     std::vector<Row> rows_;                       // of the last call
     size_t frames_ = 0, unreduced_ = 0, far_ = 0; // far_: separations far from those of the system
