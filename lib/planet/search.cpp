@@ -19,11 +19,11 @@ namespace toliman::planet {
 
 namespace {
 
-constexpr double kLeastScale = 0.05e-6, kMostScale = 5e-6; // arcsec
-constexpr double kLeastGain = 0.1;                         // of the sum of squares, by another start of the joint fit
-constexpr double kMostSpread = 1.2;                        // of the residuals, if measurements are readmitted
-constexpr double kLeastLeft = 0.01;                        // of the sum of squares, by a strong planet
-constexpr double kEccentric = 0.5, kMargin = 10;           // of the sum of squares, by an orbit of a longer period
+constexpr double kLeastScale = 0.05e-6, kMostScale = 100e-6; // arcsec
+constexpr double kLeastGain = 0.1;                           // of the sum of squares, by another start of the joint fit
+constexpr double kMostSpread = 1.2;                          // of the residuals, if measurements are readmitted
+constexpr double kLeastLeft = 0.01;                          // of the sum of squares, by a strong planet
+constexpr double kEccentric = 0.5, kMargin = 10;             // of the sum of squares, by an orbit of a longer period
 constexpr double kMostWidths = 5;   // from the median frequency of the posterior to that of the joint fit
 constexpr double kMostChange = 0.2; // of the logarithm of a scale of the jitter
 constexpr int kMostTimes = 8;
@@ -41,8 +41,9 @@ double size_of(const Series &series) {
 }
 
 // Range of the scales of amplitudes in a series of this rms: from a tenth of the standard error of an amplitude whose
-// noise is the rms. It does not depend on the sigmas, which may be too small.
-constexpr double kLeastOfError = 0.1, kMostOfRms = 3;
+// noise is the rms. It does not depend on the sigmas, which may be too small. To 30 rms: of a period of twice the
+// series, the functions leave 1/19 of the amplitude, and smaller scales lead to too short a period.
+constexpr double kLeastOfError = 0.1, kMostOfRms = 30;
 double least_scale(const Series &series, double rms) noexcept {
     return kLeastOfError * rms * std::sqrt(2 / static_cast<double>(series.used));
 }
@@ -68,7 +69,7 @@ Settings settled(const Series &series, Settings settings) {
         const bool is_known = units.unit > 0 && !units.velocity;
         settings.scales_of_rms = !is_known && rms > 0;
         settings.amplitude_min = is_known ? kLeastScale / units.unit : least_scale(series, rms);
-        settings.amplitude_max = is_known ? std::max(kMostScale / units.unit, rms) : kMostOfRms * rms;
+        settings.amplitude_max = is_known ? std::max(kMostScale / units.unit, kMostOfRms * rms) : kMostOfRms * rms;
     }
     if (!(settings.amplitude_min > 0 && settings.amplitude_min < settings.amplitude_max))
         fail(Status::argument, "{options->prior.amplitude_min} = %g: must be above 0 and below amplitude_max = %g",

@@ -17,6 +17,11 @@ class Campaign(unittest.TestCase):
     def test_without_planet(self):
         self.assertEqual(run(campaign.null, Serial, 1, 1)[0], [])
 
+    def test_series_shorter_than_the_period(self):
+        """The functions describe most of a long period: with scales up to 5 uas, all amplitudes are wrong by 4 half widths."""
+        wrong, lines = run(campaign.short, Serial, 2, 1, ((120, 200, 20), (200, 400, 20)))
+        self.assertEqual((wrong, len(lines)), ([], 4))
+
     # promise: detectable-planets-are-found
     def test_limits(self):
         wrong, lines = run(campaign.limits, Serial, 1, 1, (800,))

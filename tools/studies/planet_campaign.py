@@ -1,7 +1,7 @@
 """Simulated series of alpha Centauri with known planets: are the posteriors of planet.h calibrated, and its limits right?
 The short form: test_planet_campaign.py.
 
-    planet_campaign.py [sbc] [null] [pair] [limits] [--sets 500] [--seed 1] [--jobs 0]
+    planet_campaign.py [sbc] [null] [short] [pair] [limits] [--sets 500] [--seed 1] [--jobs 0]
 
 The series are reduced separations of three years, 600 km above the Earth: 836 days on which the Sun is 50 degrees away,
 or their means of five days. They contain the errors of the reference orbit, drawn from their priors, white noise of 1e-6
@@ -11,12 +11,14 @@ sbc     Series whose planet is drawn from the priors of the header. If posterior
         the samples is uniform (Talts et al. 2018, arXiv:1804.06788). Compared with the Kolmogorov-Smirnov test; and the
         share of truths within the 16 and 84 % points.
 null    Series without a planet: the share with a Bayes factor above 10.
+short   Planets in series of 120, 200 and 365 d, also shorter than the period, with the default priors: the share of periods and
+        amplitudes within 4 half widths of their central 68 %, where the odds are decisive.
 pair    A giant of 340 uas with an eccentricity of 0.4 and 750 d, and an Earth of 1.2 uas and 226 d: both periods within
         1.5 % in all of 20 series, and the Earth's mass within two half widths of its central 68 % in 17 at least.
 limits  At seven periods, also beyond half the span: the share of planets that are there and are excluded, 5 %; and of
         those of the detectable amplitude that a search and injections call planets, 95 %.
 
-Without a mode all four run. The exit status is 1 if a figure is missed."""
+Without a mode all five run. The exit status is 1 if a figure is missed."""
 # promises: detectable-planets-are-found, false-planets-are-rare, upper-limits-hold
 import functools
 import math
@@ -40,6 +42,8 @@ GIANT = {"period": 750, "e": 0.4, "amplitude": 340e-6 / SCALE}
 EARTH = {"period": 226, "e": 0.0, "amplitude": 1.2e-6 / SCALE}
 DRAWS, LEAST_P, INJECTIONS = 1000, 0.01, 4000
 LIMIT_PERIODS = 120, 250, 364, 500, 600, 800, 900
+SHORT = tuple((span, period, uas) for span in (120, 200, 365) for period in (100, 200, 400) for uas in (5, 20))  # d, d, uas
+LEAST_WITHIN = 0.98
 LONGITUDES = 40, 130  # degrees from the node to periastron, of the pair
 
 
@@ -150,6 +154,34 @@ def null(pool, sets, seed):
     return [f"{(found > 1).sum()} of {sets} Bayes factors above 10: must be at most 1 %"] if (found > 1).mean() > 0.01 else []
 
 
+def short_errors(task):
+    """log10 of the Bayes factor of a planet in the first days of a series, and the errors of period and amplitude in half widths."""
+    span, period, uas, seed = task
+    days, angles, rows, sigma, priors = observations(0)
+    random = numpy.random.default_rng([seed, span, 5])
+    kept = numpy.sort(random.choice(numpy.flatnonzero(days < days[0] + span), span // 3, replace=False))
+    phase, amplitude = random.uniform(0, 2 * math.pi), uas * 1e-6 / SCALE
+    y = without_planet(0, random) + amplitude * numpy.cos(2 * math.pi * days / period + phase)
+    best = toliman.planets(days[kept], y[kept], sigma[kept], rows=rows[kept], priors=[math.inf, *priors], unit=SCALE,
+                           position_angle_deg=angles[kept], threads=1).candidates[0]
+    return [best.log10_bayes] + [abs(middle - truth) / (high - low) * 2
+                                 for (low, middle, high), truth in ((best.period, period), (best.amplitude, amplitude))]
+
+
+def short(pool, sets, seed, cases=SHORT):
+    wrong = []
+    print("| series, period | amplitude | log10 odds, median | period within 1, within 4 half widths | amplitude |\n|---|---|---|---|---|")
+    for span, period, uas in cases:
+        odds, *errors = numpy.transpose(pool.map(short_errors, [(span, period, uas, seed * 10**6 + k) for k in range(sets)], chunksize=1))
+        decisive = odds > 2
+        shares = [[numpy.mean(error[decisive] < most) if decisive.any() else 1 for most in (1, 4)] for error in errors]
+        print(f"| {span} d, {period} d | {uas} uas | {numpy.median(odds):.1f} | "
+              + " | ".join(f"{100 * inner:.0f} %, {100 * outer:.0f} %" for inner, outer in shares) + " |", flush=True)
+        wrong += [f"{span} d, {period} d, {uas} uas: {100 * outer:.0f} % of {name}s are within 4 half widths"
+                  for name, (_, outer) in zip(("period", "amplitude"), shares) if outer < LEAST_WITHIN]
+    return wrong
+
+
 def pair_series(seed):
     """Values of a series with the giant and the Earth, and their signals alone."""
     random = numpy.random.default_rng([seed, 3])
@@ -245,9 +277,10 @@ def limits(pool, count, seed, periods=LIMIT_PERIODS):
 
 MODES = {"sbc": lambda pool, given: sbc(pool, given.sets, given.seed),
          "null": lambda pool, given: null(pool, given.sets, given.seed),
+         "short": lambda pool, given: short(pool, max(given.sets // 5, 1), given.seed),
          "pair": lambda pool, given: pair(pool, max(given.sets // 25, 1), given.seed),
          "limits": lambda pool, given: limits(pool, given.sets, given.seed)}
 
 
 if __name__ == "__main__":
-    sys.exit(campaign.run(__doc__, MODES, 500, "number of series of sbc, null and limits; one in 25 for pair"))
+    sys.exit(campaign.run(__doc__, MODES, 500, "number of series of sbc, null and limits; one in 5 for short, one in 25 for pair"))
