@@ -54,11 +54,14 @@ typedef struct toliman_calibration toliman_calibration;
  *   EDGES     telescope.mask.edges = "area", for a spiral mask
  *   SAMPLES   twice as many pupil cells per axis, repeatedly, up to 1024; not with files of the pupil
  *   SPECTRUM  spectrum_a_1, _2, spectrum_b_1, _2 free
+ *   WINDOWS   parameters that change with time: window_days of all frames, then half of that, repeatedly; not with the
+ *             detector
  *   OPD_MAP   TOLIMAN_CALIBRATION_MAP */
 #define TOLIMAN_CALIBRATION_CHANGE_EDGES 4096u
 #define TOLIMAN_CALIBRATION_CHANGE_SAMPLES 8192u
 #define TOLIMAN_CALIBRATION_CHANGE_SPECTRUM 16384u
-#define TOLIMAN_CALIBRATION_CHANGE_OPD_MAP 32768u
+#define TOLIMAN_CALIBRATION_CHANGE_WINDOWS 32768u
+#define TOLIMAN_CALIBRATION_CHANGE_OPD_MAP 65536u
 
 /* An iteration of a calibration. */
 typedef struct toliman_calibration_step {

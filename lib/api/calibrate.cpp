@@ -197,7 +197,7 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
                 "{options->window_days} = %g: must be 0 with TOLIMAN_CALIBRATION_DETECTOR: the response is one for all "
                 "frames",
                 given.window_days);
-        problem.windows = calibrate::windows_of(problem.frames.predictions, given.window_days);
+        calibrate::set_windows(problem, given.window_days);
         if (problem.windows.size() * problem.free.size() > kMostUnknowns)
             fail(Status::argument, "{options->window_days} = %g: %zu windows of %zu parameters: must be at most %zu",
                  given.window_days, problem.windows.size(), problem.free.size(), kMostUnknowns);

@@ -43,7 +43,7 @@ struct Flags {
 };
 
 constexpr Flags kFlags[] = {
-    {TOLIMAN_CALIBRATION_CHANGE_EDGES, {"mask edges", "pupil samples", "spectral modes", "map"}},
+    {TOLIMAN_CALIBRATION_CHANGE_EDGES, {"mask edges", "pupil samples", "spectral modes", "windows", "map"}},
     {TOLIMAN_PLANET_REASON_ODDS,
      {"the odds are below the threshold", "chi-square of the fit is too good, or poor without a jitter",
       "the noise is far above the sigmas: the model lacks an effect, or times, unit or sigmas are wrong",

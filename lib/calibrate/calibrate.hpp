@@ -20,7 +20,8 @@ enum Lack : uint32_t {
     lacks_edges = 1u << 12,
     lacks_samples = 1u << 13,
     lacks_spectrum = 1u << 14,
-    lacks_map = 1u << 15
+    lacks_drift = 1u << 15,
+    lacks_map = 1u << 16
 };
 
 // A calibration with one change of the model.
@@ -59,6 +60,7 @@ struct Calibration {
     double pupil_error = 0, peak_noise = 0; // of the plan; of the brightest pixel in all frames together, relative
     std::vector<LeftOut> left_out;
     std::vector<Attempt> attempts;    // to improve the model
+    bool drifts = false;              // values that change with time fit better
     uint32_t lacks = 0, improved = 0; // Lack, of an incomplete model; of the attempts that were kept
 
     // Whether it converged and is finished; otherwise it has no errors, and no values that depend on them.

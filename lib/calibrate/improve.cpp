@@ -1,6 +1,7 @@
 // Method: the changes are tried in the order in which an error of one would be taken for the next: first how the pupil
-// is sampled (edges of the mask, number of cells), then the spectra, then the map, which imitates all of them in part.
-// Each starts from the last result, so that it needs few iterations.
+// is sampled (edges of the mask, number of cells), then the spectra, then changes with time, where verdict.cpp sees
+// them, in twice as many windows, then the map, which imitates all of them in part. Each starts from the last result,
+// so that it needs few iterations.
 // A change with p further parameters lowers the sum of squared residuals of a complete model by chi-square with p
 // degrees of freedom. It is kept if the sum, over chi-square per degree of freedom where that is above 1, falls by more
 // than the quantile of this distribution at 6 standard deviations. For a map, p is the effective number of parameters
@@ -19,7 +20,7 @@ namespace {
 
 using Kind = Parameter::Kind;
 
-constexpr Lack kOrder[] = {lacks_edges, lacks_samples, lacks_spectrum, lacks_map};
+constexpr Lack kOrder[] = {lacks_edges, lacks_samples, lacks_spectrum, lacks_drift, lacks_map};
 constexpr size_t kMostSamples = 1024; // per axis; more cells than any mask is made with
 constexpr Parameter kModes[] = {
     {Kind::spectrum_a, 1}, {Kind::spectrum_a, 2}, {Kind::spectrum_b, 1}, {Kind::spectrum_b, 2}};
@@ -56,6 +57,8 @@ bool may_lack(Lack lack, const Calibration &calibration, const Problem &problem,
                calibration.pupil_error > std::max(problem.nominal.accuracy, calibration.peak_noise);
     case lacks_spectrum:
         return !missing_modes(problem, "").empty();
+    case lacks_drift:
+        return calibration.drifts;
     default:
         return !options.map && !problem.frames.has_sums();
     }
@@ -70,9 +73,10 @@ struct Variant {
 };
 
 // Values of the parameters that both have; the others start at 0.
-std::vector<std::vector<double>> carried(const Calibration &from, const Problem &to) {
+std::vector<std::vector<double>> carried(const Calibration &from, const std::vector<Window> &windows,
+                                         const Problem &to) {
     std::vector<std::vector<double>> instrument;
-    for (const std::vector<double> &window : from.point.instrument) {
+    for (const std::vector<double> &window : at_starts(from.point.instrument, windows, to.windows)) {
         instrument.emplace_back(to.free.size());
         for (size_t i = 0; i < to.free.size(); i++)
             for (size_t k = 0; k < from.free.size(); k++)
@@ -90,6 +94,9 @@ Variant with(Lack lack, Variant variant, const Calibration &from) {
         telescope.pupil_samples = std::min(2 * telescope.pupil_samples, kMostSamples);
     if (lack == lacks_spectrum)
         variant.free += missing_modes(variant.problem, variant.free);
+    const std::vector<Window> windows = variant.problem.windows;
+    if (lack == lacks_drift)
+        refine_windows(variant.problem);
     variant.options.map |= lack == lacks_map;
     variant.options.lack = lack;
     variant.options.improved |= lack;
@@ -100,12 +107,12 @@ Variant with(Lack lack, Variant variant, const Calibration &from) {
         free_of(variant.free, variant.problem.nominal, outline.plan, variant.problem.peak_e, &variant.problem.left_out);
     if ((from.flags & not_converged) == 0) {
         variant.start = from.point;
-        variant.start.instrument = carried(from, variant.problem);
+        variant.start.instrument = carried(from, windows, variant.problem);
     } else { // from where the one before started
         Calibration start;
         start.free = before;
         start.point = variant.start;
-        variant.start.instrument = carried(start, variant.problem);
+        variant.start.instrument = carried(start, windows, variant.problem);
     }
     return variant;
 }

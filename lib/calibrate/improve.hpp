@@ -4,7 +4,7 @@
 
 namespace toliman::calibrate {
 
-// "mask edges", "pupil samples", "spectral modes", "map".
+// "mask edges", "pupil samples", "spectral modes", "windows", "map".
 const char *name_of(Lack lack) noexcept;
 
 // What the model of a calibration that is not complete may lack; Lack, or 0.

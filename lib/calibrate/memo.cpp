@@ -287,7 +287,9 @@ std::vector<Journal::Input> inputs_of(const Problem &problem, const optics::Outl
 }
 
 void Memo::begin(const Problem &problem, uint32_t improved) noexcept {
-    model_ = fnv1a(uint64_t{improved}, fnv1a(uint64_t{problem.nominal.telescope.pupil_samples}, hash_of(problem.free)));
+    model_ = fnv1a(
+        uint64_t{problem.windows.size()},
+        fnv1a(uint64_t{improved}, fnv1a(uint64_t{problem.nominal.telescope.pupil_samples}, hash_of(problem.free))));
 }
 
 template <class Result> uint64_t Memo::key_of(std::initializer_list<uint64_t> what, const Result *kind) const noexcept {

@@ -10,6 +10,12 @@
 
 namespace toliman::calibrate {
 
+namespace {
+
+constexpr double kLeastPerWindow = 4; // frames
+
+} // namespace
+
 double Frames::exposures() const noexcept {
     return std::accumulate(predictions.begin(), predictions.end(), 0.0,
                            [](double sum, const fit::Prediction &one) { return sum + one.spread.frames; });
@@ -53,7 +59,8 @@ Scene with_photons(const optics::Simulator &simulator) {
     return scene;
 }
 
-std::vector<Window> windows_of(const std::vector<fit::Prediction> &predictions, double days) {
+void set_windows(Problem &problem, double days) {
+    const std::vector<fit::Prediction> &predictions = problem.frames.predictions;
     const double first = std::min_element(predictions.begin(), predictions.end(), [](const auto &a, const auto &b) {
                              return a.days < b.days;
                          })->days;
@@ -66,15 +73,25 @@ std::vector<Window> windows_of(const std::vector<fit::Prediction> &predictions, 
         if (share > 0)
             windows[number + 1];
     }
-    std::vector<Window> all;
+    problem.window_days = days;
+    problem.windows.clear();
     double before = -1;
     for (auto &[number, window] : windows) {
         window.first_days = days > 0 ? first + number * days : first;
         window.elapsed = number - before;
         before = number;
-        all.push_back(std::move(window));
+        problem.windows.push_back(std::move(window));
     }
-    return all;
+}
+
+bool refine_windows(Problem &problem) {
+    const auto [first, last] = std::minmax_element(problem.frames.predictions.begin(), problem.frames.predictions.end(),
+                                                   [](const auto &a, const auto &b) { return a.days < b.days; });
+    const double span = last->days - first->days, days = problem.window_days > 0 ? problem.window_days / 2 : span;
+    if (!(days > 0) || static_cast<double>(problem.frames.count) * days < kLeastPerWindow * span)
+        return false;
+    set_windows(problem, days);
+    return true;
 }
 
 std::vector<double> mean_of(const std::vector<std::vector<double>> &windows) {
@@ -83,6 +100,21 @@ std::vector<double> mean_of(const std::vector<std::vector<double>> &windows) {
         for (size_t i = 0; i < mean.size(); i++)
             mean[i] += window[i] / static_cast<double>(windows.size());
     return mean;
+}
+
+std::vector<std::vector<double>> at_starts(const std::vector<std::vector<double>> &values,
+                                           const std::vector<Window> &from, const std::vector<Window> &to) {
+    std::vector<std::vector<double>> all;
+    size_t next = 0; // the first start after that of `to`, or the last
+    for (const Window &window : to) {
+        while (next + 1 < from.size() && from[next].first_days < window.first_days)
+            next++;
+        const size_t before = next > 0 ? next - 1 : 0;
+        const double step = from[next].first_days - from[before].first_days,
+                     share = step > 0 ? std::clamp((window.first_days - from[before].first_days) / step, 0.0, 1.0) : 0;
+        all.push_back(sum_of(values, {{before, 1 - share}, {next, share}}));
+    }
+    return all;
 }
 
 std::vector<double> sum_of(const std::vector<std::vector<double>> &windows, const std::vector<Part> &parts) {

@@ -61,6 +61,7 @@ struct Problem {
     double peak_e = 0;       // its charge in one exposure
     Frames frames;
     std::vector<Window> windows;
+    double window_days = 0;   // 0: one window, without change
     double smoothness = 0.01; // standard deviation of the change from start to start, in those of the priors
     double capture_px = 6;
     Memo *memo = nullptr; // of the results of costly functions; may be NULL
@@ -108,10 +109,18 @@ void check_scene(const optics::Simulator &simulator);
 Scene with_photons(const optics::Simulator &simulator);
 
 // Windows of `days` from the first time on: those with frames, and those whose start is the end of one with frames.
-std::vector<Window> windows_of(const std::vector<fit::Prediction> &predictions, double days);
+// 0: one window, without change.
+void set_windows(Problem &problem, double days);
+
+// Splits the windows in two, one without change into one of all frames. Returns false where too few frames remain.
+bool refine_windows(Problem &problem);
 
 // The mean over the windows.
 std::vector<double> mean_of(const std::vector<std::vector<double>> &windows);
+
+// The values at the starts of other windows, by linear interpolation.
+std::vector<std::vector<double>> at_starts(const std::vector<std::vector<double>> &values,
+                                           const std::vector<Window> &from, const std::vector<Window> &to);
 
 // The values of a frame.
 std::vector<double> sum_of(const std::vector<std::vector<double>> &windows, const std::vector<Part> &parts);

@@ -260,6 +260,26 @@ Step step_from(const Problem &problem, const Point &point, const Linearisation &
     return step;
 }
 
+double gain_of_step(const Problem &problem, const Point &point, const Linearisation &normal) {
+    const size_t n = problem.free.size(), size = kOwn + n;
+    const Step step = step_from(problem, point, normal, 0);
+    if (!step.solvable)
+        return 0;
+    double gain = 0;
+    problem.for_frames([&](size_t frame, const std::vector<Part> &parts) {
+        const std::vector<double> of_frame = sum_of(step.change.instrument, parts);
+        const Block &block = normal.blocks[frame];
+        for (size_t i = 0; i < size; i++)
+            gain += block.gradient[i] * (i < kOwn ? step.change.own[frame][i] : of_frame[i - kOwn]) / normal.excess;
+    });
+    // The prior's: half its derivative along the step, as its cost is quadratic.
+    Point moved = point;
+    for (size_t window = 0; window < moved.instrument.size(); window++)
+        for (size_t i = 0; i < n; i++)
+            moved.instrument[window][i] += step.change.instrument[window][i];
+    return gain - (prior_cost(problem, moved) - prior_cost(problem, point) - prior_cost(problem, step.change)) / 2;
+}
+
 struct Solver::Equations {
     Reduced sum; // with the inverse in place of the matrix
     double excess;

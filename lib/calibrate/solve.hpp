@@ -35,6 +35,10 @@ class Solver {
     std::unique_ptr<Equations> equations_;
 };
 
+// By how much a whole step lowers the sum of squared residuals over their variances, and of the prior, if the model is
+// linear; 0 where the equations have no solution. The blocks may be those of other windows.
+double gain_of_step(const Problem &problem, const Point &point, const Linearisation &normal);
+
 // Covariances at a point.
 struct Uncertainty {
     Buffer<double> instrument;                          // [windows * n][windows * n]

@@ -72,6 +72,10 @@ class Options(Mistakes):
         self.track("s", "in", *larger, "--crop", "2,0")
         self.track("s", "in", *larger)  # the folder knows
 
+    def test_a_state_folder_among_the_frames(self):
+        for state in ("all", "./all"):
+            self.refuse_track(2, f"--state {state}: is an input", state=state)
+
     def test_a_pair_that_is_not_there(self):
         (self.folder / "all/day_frames.bin").rename(self.folder / "x_frames.bin")
         (self.folder / "all/day_meta.jsonl").rename(self.folder / "y_meta.jsonl")

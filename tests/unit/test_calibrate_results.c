@@ -308,9 +308,10 @@ TEST(signs_that_have_no_effect_are_reported) {
 
 /* Windows. */
 
-TEST(parameters_may_change_between_windows) {
-    static double drifting[ALL * PIXELS];
-    static const double ends[] = {5, 8, 6, 6, 9}; /* focus, nm, at the starts of the windows; linear between them */
+static double drifting[ALL * PIXELS];
+
+/* Frames whose focus (nm) is linear between `ends`, with two frames from one to the next. */
+static void draw_drifting(const double *ends) {
     for (size_t k = 0; k < ALL; k++) {
         const double at = 0.5 * (double)k, share = at - floor(at);
         const double focus = (1 - share) * ends[k / 2] + share * ends[k / 2 + 1];
@@ -321,6 +322,11 @@ TEST(parameters_may_change_between_windows) {
         assert_ok(toliman_sim_frame(other, NULL, 3, (int64_t)k, 1, drifting + k * PIXELS));
         toliman_sim_destroy(other);
     }
+}
+
+TEST(parameters_may_change_between_windows) {
+    static const double ends[] = {5, 8, 6, 6, 9};
+    draw_drifting(ends);
     toliman_calibration_options options = {
         .struct_size = sizeof options, .free = "focus zernike_7", .window_days = 30, .smoothness = 0.05};
     toliman_calibration *made = calibrated(nominal, drifting, ALL, &options);
@@ -345,6 +351,39 @@ TEST(parameters_may_change_between_windows) {
     assert_int_equal(calibrate_info_of(made).flags & TOLIMAN_CALIBRATION_INCOMPLETE, TOLIMAN_CALIBRATION_INCOMPLETE);
     assert_close(calibrate_value_of(made, 3, 0).value, calibrate_value_of(made, 0, 0).value, 0, 1e-3);
     toliman_calibration_destroy(made);
+}
+
+/* A drift is named, and fitted in as many windows as it takes. */
+TEST(drifts_are_found) {
+    static const double linear[] = {4, 4.2, 4.4, 4.6, 4.8}, bent[] = {4, 4.8, 4.8, 4.8, 4.8};
+    for (int i = 0; i < 2; i++) {
+        draw_drifting(i == 0 ? linear : bent);
+        toliman_calibration_options options = {.struct_size = sizeof options, .free = "focus zernike_7"};
+        toliman_calibration *made = calibrated(nominal, drifting, ALL, &options);
+        toliman_calibration_info info = calibrate_info_of(made);
+        assert_true((info.flags & TOLIMAN_CALIBRATION_INCOMPLETE) != 0);
+        assert_true((info.lacks & TOLIMAN_CALIBRATION_CHANGE_WINDOWS) != 0);
+        const double chi_square = info.chi_square;
+        toliman_calibration_destroy(made);
+
+        options.flags = TOLIMAN_CALIBRATION_IMPROVE;
+        options.smoothness = 0.05;
+        made = calibrated(nominal, drifting, ALL, &options);
+        info = calibrate_info_of(made);
+        assert_true((info.changes & TOLIMAN_CALIBRATION_CHANGE_WINDOWS) != 0);
+        assert_true(info.chi_square < chi_square);
+        if (i == 0) {
+            assert_int_equal(info.flags & TOLIMAN_CALIBRATION_INCOMPLETE, 0);
+            assert_int_equal(info.windows, 2);
+            const toliman_calibration_value first = calibrate_value_of(made, 0, 0),
+                                            last = calibrate_value_of(made, 1, 0);
+            assert_close(first.value, 4, 0, 5 * first.sigma);
+            assert_close(last.value, 4.7, 0, 5 * last.sigma); /* of the last frame */
+        } else {
+            assert_int_equal(info.windows, 3); /* and no more: of four frames each */
+        }
+        toliman_calibration_destroy(made);
+    }
 }
 
 /* Saved scenes. */

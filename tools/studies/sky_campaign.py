@@ -33,7 +33,7 @@ import toliman  # noqa: E402
 
 KINDS = "none", "none", "none", "one", "one", "one", "one", "two", "complicated", "complicated with one"
 COMPLICATIONS = {"drift": {"drift": 1.0}, "mid": {"mid": 0.5}, "cells": {"cells": 1024}, "detector": {"detector": True}}
-REMEDY = {"mid": "--improve", "cells": "--improve", "detector": "--detector"}
+REMEDY = {"drift": "--improve", "mid": "--improve", "cells": "--improve", "detector": "--detector"}
 INJECTED, SMALLEST_UAS, LARGEST_UAS, MOST_PULL = 20, 0.2, 2.0, 4
 SIZES = {"frames": 365, "photons": 1e12, "side": 0, "scene": mission.SCENE}
 HEADER = ("| seed | mission | truth: d, uas | calibration, chi-square | said: d, uas | log10 odds | verdict | errors: mean, scatter | "

@@ -59,7 +59,7 @@ class Calibration(Handle):
 
     @property
     def lacks(self) -> tuple[str, ...]:
-        """What an incomplete model may lack: "mask edges", "pupil samples", "spectral modes", "map"; () otherwise."""
+        """What an incomplete model may lack: "mask edges", "pupil samples", "spectral modes", "windows", "map"; () otherwise."""
         return _names_of(self.info.lacks)
 
     @property

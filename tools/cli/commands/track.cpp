@@ -1,6 +1,8 @@
 // toliman track: frames from the spacecraft, in any order, to the period.
 #include <poll.h>
 
+#include <filesystem>
+
 #include "downlink/downlink.hpp"
 #include "downlink/folder_options.hpp"
 #include "downlink/input_options.hpp"
@@ -29,6 +31,15 @@ FrameIds frame_ids(const std::string &text) {
     return ids;
 }
 
+// The files of a state folder must not be among the frames.
+void check_folder(const std::string &folder, const std::vector<std::string> &inputs) {
+    for (const std::string &input : inputs) {
+        std::error_code unknown; // of a folder that does not exist yet
+        if (input != "-" && std::filesystem::equivalent(folder, input, unknown))
+            throw Failure(kExitUsage, "--state " + folder + ": is an input: name a folder for the results");
+    }
+}
+
 // A new folder takes the bit depth of its first pair and the noise of its sums: with --follow, waits for the first
 // line.
 void examine_inputs(Options &options, Progress &progress) {
@@ -55,6 +66,7 @@ void track(Options &options, Progress &progress) {
     InputOptions &input = options.input;
     options.folder.check();
     check_inputs(input);
+    check_folder(options.folder.folder, input.inputs);
     input.frames = frame_ids(options.frames);
     input.dated.leap_seconds = LeapSeconds(options.leap_seconds);
     options.folder.reference.set_leap_seconds(options.leap_seconds);

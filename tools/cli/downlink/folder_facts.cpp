@@ -170,9 +170,10 @@ std::string model_complaint(const toliman_track_goodness &goodness) {
         add("the calibration of its scene is incomplete (" + calibration_text(goodness) + ")");
     if (goodness.goodness == TOLIMAN_GOODNESS_POOR)
         add(formatted(
-            "the chi-square of its frames is %.4g, poor: the model lacks an effect, or the counts are damaged "
+            "the chi-square of its frames is %.4g, poor: the model lacks an effect%s, or the counts are damaged "
             "or in another unit: sigmas and values of the frames are not to be trusted",
-            goodness.chi_square));
+            goodness.chi_square,
+            goodness.is_calibrated != 0 ? "" : ", as its scene is not calibrated (toliman calibrate)"));
     if (goodness.goodness == TOLIMAN_GOODNESS_TOO_GOOD)
         add(formatted("the chi-square of its frames is %.4g, too good: the noise of the scene is too large; are the "
                       "frames in its unit?",

@@ -62,7 +62,8 @@ std::string excess_of(const toliman_calibration_info &info) {
 }
 
 constexpr uint32_t kChanges[] = {TOLIMAN_CALIBRATION_CHANGE_EDGES, TOLIMAN_CALIBRATION_CHANGE_SAMPLES,
-                                 TOLIMAN_CALIBRATION_CHANGE_SPECTRUM, TOLIMAN_CALIBRATION_CHANGE_OPD_MAP};
+                                 TOLIMAN_CALIBRATION_CHANGE_SPECTRUM, TOLIMAN_CALIBRATION_CHANGE_WINDOWS,
+                                 TOLIMAN_CALIBRATION_CHANGE_OPD_MAP};
 
 std::vector<std::string> names_of(uint32_t changes) {
     std::vector<std::string> names;
@@ -83,6 +84,8 @@ std::string lack_of(uint32_t change, const toliman_calibration_info &info) {
                          static_cast<long long>(info.cells), info.pupil_error, info.peak_noise);
     case TOLIMAN_CALIBRATION_CHANGE_SPECTRUM:
         return "spectral modes (--free with spectrum_a_1-2 spectrum_b_1-2)";
+    case TOLIMAN_CALIBRATION_CHANGE_WINDOWS:
+        return "changes with time (--windows)";
     default:
         return "a map (--map)";
     }
@@ -197,9 +200,9 @@ const CalibrationFiles &checked(const CalibrationFiles &files) {
 
 void print_window(const Window &window, size_t number, size_t count) {
     if (count > 1)
-        std::printf("\nwindow %zu: from %g days, %lld %s, chi-square %.6g\n", number + 1, window.about.first_days,
-                    static_cast<long long>(window.about.frames), window.about.frames == 1 ? "frame" : "frames",
-                    window.about.chi_square);
+        std::printf("\nwindow %zu: from %g days, %lld %s, chi-square %.6g\n", number + 1,
+                    std::round(1e6 * window.about.first_days) / 1e6, static_cast<long long>(window.about.frames),
+                    window.about.frames == 1 ? "frame" : "frames", window.about.chi_square);
     std::printf("\n%-14s %28s %-6s %8s\n", "parameter", "value +- sigma", "unit", "prior");
     for (const auto &value : window.values)
         std::printf("%-14s %28s %-6s %8.3g%s%s\n", value.name, text_with_error(value.value, value.sigma).c_str(),
@@ -367,7 +370,7 @@ void CalibrationOutput::print(const Calibration &calibration) const {
     const std::string out = files_.out();
     if (has(info.flags, TOLIMAN_CALIBRATION_INCOMPLETE))
         std::printf("\nDo not search planets with it: give the command again with --improve for the optics, with\n"
-                    "--detector for a flat field or smear, or with frames of a shorter time if the optics drift\n");
+                    "--detector for a flat field or smear\n");
     else
         std::printf("\nuse: toliman encode --fit %s FRAMES, toliman track --fit %s\n"
                     "A new calibration is a new estimator: ingest all frames again, from the first one, into a new "

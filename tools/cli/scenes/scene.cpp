@@ -114,11 +114,14 @@ std::string Scene::lacks_for_real_frames() const {
     const double noise = 1 / std::sqrt(info.peak_photons);
     if (!(plan.pupil_error > noise))
         return "";
-    return formatted(
-        "%s: the expected error of its %lld x %lld pupil cells, %.1e of the peak, exceeds the photon noise of "
-        "a frame, %.1e: frames of a real mask need telescope.mask.edges \"area\" and more pupil_samples",
-        path.c_str(), static_cast<long long>(plan.pupil_samples), static_cast<long long>(plan.pupil_samples),
-        plan.pupil_error, noise);
+    const JsonTree tree = read_scene_json(path);
+    const cJSON *const edges = item_of(item_of(item_of(tree.get(), "telescope"), "mask"), "edges");
+    const bool is_cell = cJSON_IsString(edges) != 0 && edges->valuestring == std::string("cell");
+    return formatted("%s: the expected error of its %lld x %lld pupil cells, %.1e of the peak, exceeds the photon "
+                     "noise of a frame, %.1e: frames of a real mask need %smore telescope.pupil_samples",
+                     path.c_str(), static_cast<long long>(plan.pupil_samples),
+                     static_cast<long long>(plan.pupil_samples), plan.pupil_error, noise,
+                     is_cell ? "telescope.mask.edges \"area\" and " : "");
 }
 
 Cadence::Cadence(const Scene &scene) : times(static_cast<size_t>(scene.info.frames)), displacements(times.size()) {
