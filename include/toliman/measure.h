@@ -4,6 +4,7 @@
  * Data flow (toliman_measure_...)
  *
  *   file, state folder -> load_file; its bytes -> load; arrays -> create; toliman_track_get_measure -> toliman_measure
+ *   toliman_measure, other arrays -> create -> a changed copy
  *   functions     set_trend, add_column, set_instruments, set_prior
  *   properties    get_info, get_function, get_values, get_times; query_instruments; destroy
  *   toliman_measure -> sky.h, planet.h, period_noise.h
@@ -30,7 +31,7 @@ typedef struct toliman_measure toliman_measure;
 #define TOLIMAN_MEASURE_REDUCED 903    /* reduced to the orbit of the binary, as frames of a state folder */
 #define TOLIMAN_MEASURE_VELOCITY 904   /* radial velocities of a star */
 
-/* Measurements as arrays. NULL or 0: not known. */
+/* Measurements as arrays. NULL or 0: not known, or as in `original`. */
 typedef struct toliman_measure_data {
     uint32_t struct_size;
     int32_t kind; /* TOLIMAN_MEASURE_...; 0 = VALUE */
@@ -46,6 +47,9 @@ typedef struct toliman_measure_data {
     double unit;                      /* arcsec (velocities: m/s) per unit of y and sigma; 0: 1 for separations */
     double time_unit_days;            /* days per unit of t; 0 = 1 */
     double frame_chi_square;          /* median of the measured frames */
+    const char *name;                 /* of the source, as in toliman_measure_info */
+    const toliman_measure *original;  /* a series that is copied, with its functions, before these members replace its
+                                         own. t: its dates become plain numbers, and it loses its trend */
 } toliman_measure_data;
 #define TOLIMAN_MEASURE_DATA_INIT TOLIMAN_INIT(toliman_measure_data)
 
@@ -65,7 +69,7 @@ typedef struct toliman_measure_options {
     int32_t time_scale;
     const toliman_leap_second *leap_seconds;
     size_t leap_second_count;
-    uint32_t flags; /* TOLIMAN_SERIES_PLAIN_TIMES */
+    uint32_t flags; /* TOLIMAN_SERIES_PLAIN_TIMES; of a state folder: t in units of its grid since its time 0 */
     uint32_t reserved;
     double unit;            /* as toliman_measure_data, in (0, 1e100]; 0 = that which the file states, if any. Of a
                                state folder: arcsec per px instead of its own plate scale, not for reduced frames */
@@ -144,6 +148,7 @@ typedef struct toliman_measure_info {
     char unit_name[16];                            /* of y, as in toliman_series_info */
     int32_t is_refitted; /* 1: its orbit was refitted to measurements of these dates, no search (sky.h) */
     int32_t reserved;
+    const char *name; /* file, folder or name of the source, "" if not known; as instrument_names */
 } toliman_measure_info;
 #define TOLIMAN_MEASURE_INFO_INIT TOLIMAN_INIT(toliman_measure_info)
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_measure_get_info(const toliman_measure *measure,

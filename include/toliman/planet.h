@@ -125,6 +125,7 @@ typedef struct toliman_planet_info {
     double chi_square_with_jitter; /* of the samples in use */
     int32_t goodness;
     uint32_t outliers;
+    uint64_t series_digest; /* of all numbers of series and velocities, to recognise them */
 } toliman_planet_info;
 #define TOLIMAN_PLANET_INFO_INIT TOLIMAN_INIT(toliman_planet_info)
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toliman_planet *planets,

@@ -22,8 +22,10 @@ namespace {
 
 constexpr size_t kLargestFile = size_t{1} << 36;
 
-std::vector<double> copied(const double *values, size_t n) {
-    return values != nullptr ? std::vector<double>(values, values + n) : std::vector<double>();
+// Replaces values by those of the caller, if there are any.
+void replace(const double *given, size_t n, std::vector<double> &values) {
+    if (given != nullptr)
+        values.assign(given, given + n);
 }
 
 void set_exposures(const toliman_measure_data &data, measure::Series &series) {
@@ -34,27 +36,43 @@ void set_exposures(const toliman_measure_data &data, measure::Series &series) {
         if (series.exposures[i].intervals.empty())
             fail(Status::argument, "{data->interval_counts[%zu]} = 0: must be at least 1", i);
     check_exposures(series.exposures);
-    if (data.t == nullptr)
+    if (series.t.empty())
         series.set_times_of_exposures();
 }
 
-measure::Series series_of(const toliman_measure_data &data) {
-    measure::Series series;
-    series.kind = kMeasureKinds.to_enum_or(data.kind, measure::Kind::value, "data->kind");
+// A series whose members those of the caller replace.
+measure::Series start_of(toliman_measure_data &data) {
+    if (data.original != nullptr) {
+        const Use original(data.original, "data->original");
+        data.n = data.n == 0 ? original->series.count() : data.n;
+        check_count("data->n", data.n, original->series.count(), "the number of samples of the original");
+        return original->series;
+    }
     if (data.t == nullptr && data.intervals == nullptr)
         required_array(data.t, data.n, sizeof(double), "data->t");
     required_array(data.y, data.n, sizeof(double), "data->y");
-    series.t = copied(data.t, data.n);
-    series.y = copied(data.y, data.n);
-    series.sigma = copied(data.sigma, data.n);
-    series.position_angle_deg = copied(data.position_angle_deg, data.n);
-    series.unit = measure::known_unit(data.unit, series.kind);
+    return {};
+}
+
+measure::Series series_of(toliman_measure_data data) {
+    measure::Series series = start_of(data);
+    series.kind = kMeasureKinds.to_enum_or(data.kind, series.kind, "data->kind");
+    if (data.t != nullptr)
+        series.set_plain_times({data.t, data.t + data.n});
+    replace(data.y, data.n, series.y);
+    replace(data.sigma, data.n, series.sigma);
+    replace(data.position_angle_deg, data.n, series.position_angle_deg);
+    series.unit = measure::known_unit(data.unit != 0 ? data.unit : series.unit, series.kind);
     if (!(data.time_unit_days >= 0 && data.time_unit_days <= 1e12))
         fail(Status::argument, "{data->time_unit_days} = %g: must be in (0, 1e12], or 0 for 1", data.time_unit_days);
-    series.time_unit_days = data.time_unit_days == 0 ? 1 : data.time_unit_days;
+    if (data.time_unit_days != 0)
+        series.time_unit_days = data.time_unit_days;
     if (!(data.frame_chi_square >= 0 && data.frame_chi_square <= 1e100))
         fail(Status::argument, "{data->frame_chi_square} = %g: must be in (0, 1e100], or 0", data.frame_chi_square);
-    series.frame_chi_square = data.frame_chi_square;
+    if (data.frame_chi_square != 0)
+        series.frame_chi_square = data.frame_chi_square;
+    if (data.name != nullptr)
+        series.name = data.name;
     if (series.kind == measure::Kind::velocity && data.position_angle_deg != nullptr)
         fail(Status::argument, "{data->position_angle_deg}: must be NULL for velocities");
     set_exposures(data, series);
@@ -164,7 +182,7 @@ toliman_status toliman_measure_add_column(toliman_measure *measure, const char *
         const double precision = precision_of(sigma);
         required_array(values, n, sizeof *values, "values");
         check_count("n", n, series.count(), "the number of samples");
-        series.add_column(name, copied(values, n), precision);
+        series.add_column(name, {values, values + n}, precision);
     });
 }
 
@@ -215,6 +233,7 @@ toliman_status toliman_measure_get_info(const toliman_measure *measure, toliman_
         put_text(series.unit_name, info.unit_name);
         TOLIMAN_COPY(info, series, time_unit_days, frame_chi_square, parallax_arcsec);
         info.is_refitted = series.is_refitted;
+        info.name = series.name.c_str();
         std::copy(std::begin(series.star_mass), std::end(series.star_mass), info.star_mass);
         deliver(info, out, "out");
     });

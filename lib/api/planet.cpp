@@ -7,6 +7,7 @@
 #include "api/instruments.hpp"
 #include "api/measure_handle.hpp"
 #include "base/constants.hpp"
+#include "base/hash.hpp"
 #include "base/workers.hpp"
 #include "measure/planets.hpp"
 #include "planet/recovery.hpp"
@@ -18,11 +19,12 @@ using namespace toliman::api;
 struct toliman_planet : Handle<toliman_planet> {
     static constexpr char kType[] = "toliman_planet";
     toliman_planet(const planet::GivenSeries &given, const planet::GivenVelocities &velocities,
-                   const planet::Settings &settings, std::vector<std::string> names_of)
-        : result(given, velocities, settings), names(std::move(names_of)) {}
+                   const planet::Settings &settings, std::vector<std::string> names_of, uint64_t digest_of)
+        : result(given, velocities, settings), names(std::move(names_of)), digest(digest_of) {}
 
     const planet::Result result;
     const std::vector<std::string> names; // of the instruments
+    const uint64_t digest;                // of all series
 
     const planet::Detection &detection() const noexcept { return detection_; }
     const planet::Recovery &recovery() const noexcept { return recovery_; }
@@ -80,13 +82,14 @@ planet::Settings settings_of(const toliman_planet_options &options, const measur
 }
 
 void add_velocities(const measure::Series &series, const planet::Units &units, const toliman_measure *handle,
-                    size_t star, const char *name, planet::GivenVelocities &velocities,
-                    std::vector<std::string> &names) {
+                    size_t star, const char *name, planet::GivenVelocities &velocities, std::vector<std::string> &names,
+                    uint64_t &digest) {
     if (handle == nullptr)
         return;
     const Use use(handle, name);
     measure::add_velocities(series, units, use->series, star, name, velocities);
     measure::add_names(use->series, names);
+    digest = measure::digest_of(use->series, digest);
 }
 
 const planet::Candidate &candidate_of(const planet::Result &result, int64_t index) {
@@ -167,9 +170,10 @@ toliman_status toliman_planet_create(const toliman_measure *series, const tolima
         planet::GivenVelocities velocities;
         std::vector<std::string> names;
         measure::add_names(own, names);
-        add_velocities(own, settings.units, known.velocity_a, 0, "options->velocity_a", velocities, names);
-        add_velocities(own, settings.units, known.velocity_b, 1, "options->velocity_b", velocities, names);
-        *out = new toliman_planet(measure::given_of(own, "series"), velocities, settings, std::move(names));
+        uint64_t digest = measure::digest_of(own, kFnvOffset);
+        add_velocities(own, settings.units, known.velocity_a, 0, "options->velocity_a", velocities, names, digest);
+        add_velocities(own, settings.units, known.velocity_b, 1, "options->velocity_b", velocities, names, digest);
+        *out = new toliman_planet(measure::given_of(own, "series"), velocities, settings, std::move(names), digest);
     });
 }
 
@@ -198,6 +202,7 @@ toliman_status toliman_planet_get_info(const toliman_planet *planets, toliman_pl
         info.time_reference = series.time_reference;
         info.axis_deg = series.axis_cosine.empty() ? NAN : series.axis / kDegree;
         info.axis_turn_deg = series.turn / kDegree;
+        info.series_digest = use->digest;
         TOLIMAN_COPY(info, result.settings, period_min, period_max, amplitude_min, amplitude_max);
         deliver(info, out, "out");
     });

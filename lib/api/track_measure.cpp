@@ -23,7 +23,6 @@ void check_options(const toliman_measure_options &options) {
                                                    {"instrument", options.instrument != nullptr},
                                                    {"time_format", options.time_format != 0},
                                                    {"time_scale", options.time_scale != 0},
-                                                   {"flags", options.flags != 0},
                                                    {"exposure_s", options.exposure_s != 0}};
     for (const auto &[name, is_given] : given)
         if (is_given)
@@ -36,8 +35,12 @@ measure::Series series_of(const toliman_track &track, const toliman_measure_opti
     check_options(options);
     const track::Tracker &tracker = *track.tracker;
     const bool is_measured = options.kind == TOLIMAN_MEASURE_SEPARATION;
-    measure::Series series =
-        is_measured ? measure::separations_of(tracker) : measure::values_of(tracker, track.period.stream.grid());
+    if ((options.flags & ~(is_measured ? 0 : TOLIMAN_SERIES_PLAIN_TIMES)) != 0)
+        fail(Status::argument, "{options->flags} = %u: must be 0, or TOLIMAN_SERIES_PLAIN_TIMES for the values",
+             options.flags);
+    measure::Series series = is_measured ? measure::separations_of(tracker)
+                                         : measure::values_of(tracker, track.period.stream.grid(),
+                                                              (options.flags & TOLIMAN_SERIES_PLAIN_TIMES) != 0);
     const measure::Kind kind = options.kind != 0 ? kMeasureKinds.to_enum(options.kind) : series.kind;
     if (kind != series.kind)
         fail(Status::argument, "{options->kind} = %d: the values of the frames are %s", options.kind,

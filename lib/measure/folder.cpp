@@ -65,7 +65,33 @@ sky::Exposure exposure_of(const track::OnTarget &on_target) {
 
 } // namespace
 
-Series values_of(const track::Tracker &tracker, const period::Grid &grid) {
+namespace {
+
+// The trend of the sums, which is of dates.
+void add_trend(const period::Grid &grid, Series &series) {
+    const auto date = [&](double t) {
+        return mjd_of(grid.time_offset_ns) + t * (static_cast<double>(grid.unit_ns) / kNsPerDay);
+    };
+    const auto [first, last] = std::minmax_element(series.t.begin(), series.t.end());
+    const auto rounded = [](double end, double t) { return std::fabs(end - t) < kRounding ? t : end; };
+    series.set_trend(grid.basis.trend, rounded(date(grid.basis.start), *first), rounded(date(grid.basis.end), *last));
+}
+
+// Times, and trend, as the sums have them.
+void use_grid_times(const period::Grid &grid, Series &series) {
+    const auto offset_ns = static_cast<long double>(grid.time_offset_ns);
+    std::vector<double> times;
+    for (const int64_t tai_ns : series.tai_ns)
+        times.push_back(static_cast<double>((static_cast<long double>(tai_ns) - offset_ns) /
+                                            static_cast<long double>(grid.unit_ns)));
+    series.set_plain_times(std::move(times));
+    series.time_unit_days = static_cast<double>(grid.unit_ns) / kNsPerDay;
+    series.trend = {grid.basis.trend, grid.basis.start, grid.basis.end, {}};
+}
+
+} // namespace
+
+Series values_of(const track::Tracker &tracker, const period::Grid &grid, bool plain) {
     const track::Columns &columns = tracker.columns();
     const track::Reference &reference = tracker.plan().reference;
     const size_t chi_square = columns.find(name_of(track::OwnColumn::chi_square));
@@ -91,17 +117,13 @@ Series values_of(const track::Tracker &tracker, const period::Grid &grid) {
     if (series.t.empty())
         fail(Status::not_found, "has no accepted frame");
     series.frame_chi_square = median(std::move(chi_squares));
-    const auto date = [&](double t) {
-        return mjd_of(grid.time_offset_ns) + t * (static_cast<double>(grid.unit_ns) / kNsPerDay);
-    };
-    if (grid.basis.trend > 0) {
-        const auto [first, last] = std::minmax_element(series.t.begin(), series.t.end());
-        const auto rounded = [](double end, double t) { return std::fabs(end - t) < kRounding ? t : end; };
-        series.set_trend(grid.basis.trend, rounded(date(grid.basis.start), *first),
-                         rounded(date(grid.basis.end), *last));
-        std::copy_n(grid.basis.precision.begin() + 1, series.trend.precision.size(), series.trend.precision.begin());
-    }
     set_system(reference, series);
+    if (plain)
+        use_grid_times(grid, series);
+    else if (grid.basis.trend > 0)
+        add_trend(grid, series);
+    const auto priors = grid.basis.precision.begin() + 1;
+    series.trend.precision.assign(priors, priors + series.trend.order);
     return series;
 }
 

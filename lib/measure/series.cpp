@@ -2,10 +2,12 @@
 #include "measure/series.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/hash.hpp"
 #include "base/text.hpp"
 
 namespace toliman::measure {
@@ -187,6 +189,13 @@ void Series::set_exposures(double exposure_s) {
     }
 }
 
+void Series::set_plain_times(std::vector<double> times) {
+    t = std::move(times);
+    tai_ns.clear();
+    dates.reset();
+    trend = {};
+}
+
 void Series::set_times_of_exposures() {
     dates = Dates{ingest::TimeFormat::mjd, ingest::Scale::tai};
     for (const sky::Exposure &exposure : exposures) {
@@ -253,6 +262,15 @@ void check(const Series &series) {
     if (series.functions() > kMostFunctions)
         fail(Status::argument, "{functions}: trend of order %d and %zu columns: must be at most %zu together",
              series.trend.order, series.columns.size(), kMostFunctions);
+}
+
+uint64_t digest_of(const Series &series, uint64_t hash) {
+    for (const std::vector<double> &values :
+         {series.t, series.y, series.sigma, series.position_angle_deg, series.function_rows()})
+        hash = fnv1a(values, hash);
+    for (size_t f = 0; f < series.functions(); f++)
+        hash = fnv1a(std::array<double, 1>{series.precision(f)}, hash);
+    return hash;
 }
 
 void check_reduced(const Series &series) {

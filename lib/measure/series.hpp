@@ -88,6 +88,8 @@ struct Series {
     // Sets the exposures, whose middles are the times, if they are known: a length of 0 is an instant, which only an
     // observer at the Earth's centre can reduce. Status::argument for a length without dates.
     void set_exposures(double exposure_s);
+    // Sets the times to numbers that are no dates, which leaves no trend.
+    void set_plain_times(std::vector<double> times);
     // Sets the times to the middles of the exposures.
     void set_times_of_exposures();
     // The values "t", "y", "sigma", "position_angle_deg", "separation_arcsec", "factor", "geometric_arcsec" or
@@ -102,6 +104,9 @@ double known_unit(double unit, Kind kind);
 
 // Status::argument, naming the member and the sample, for numbers that no function takes; for arrays of other lengths.
 void check(const Series &series);
+
+// FNV-1a hash of all numbers that a fit takes, with a hash of earlier ones.
+uint64_t digest_of(const Series &series, uint64_t hash);
 
 // Status::argument for measured separations, which are to be reduced first.
 void check_reduced(const Series &series);

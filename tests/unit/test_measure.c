@@ -169,6 +169,35 @@ TEST(a_reduction_adds_its_functions) {
     toliman_sky_destroy(sky);
 }
 
+/* A copy has the functions of the original, and the numbers that are given. */
+TEST(a_copy_takes_other_numbers) {
+    toliman_measure *const made = measure_of(kTimes, kValues, kSigmas, N);
+    assert_ok(toliman_measure_set_trend(made, 1, 0, 0));
+    assert_ok(toliman_measure_add_column(made, "c", kSigmas, N, 0.5));
+    const toliman_measure_data other = {.struct_size = sizeof other,
+                                        .kind = TOLIMAN_MEASURE_VELOCITY,
+                                        .y = kTimes,
+                                        .unit = 1000,
+                                        .name = "v.csv",
+                                        .original = made};
+    toliman_measure *copy = NULL, *plain = NULL;
+    assert_ok(toliman_measure_create(&other, &copy));
+    const toliman_measure_info info = info_of(copy);
+    assert_true(info.kind == TOLIMAN_MEASURE_VELOCITY && info.unit == 1000 && info.functions == 2 && info.n == N);
+    assert_string_equal(info.name, "v.csv");
+    assert_string_equal(info_of(made).name, "");
+    assert_values(copy, "t", kTimes), assert_values(copy, "y", kTimes), assert_values(copy, "sigma", kSigmas);
+    assert_values(copy, "c", kSigmas), assert_values(made, "y", kValues);
+    const toliman_measure_data times = {.struct_size = sizeof times, .t = kValues, .original = copy};
+    assert_ok(toliman_measure_create(&times, &plain));
+    assert_true(info_of(plain).trend == 0 && info_of(plain).columns == 1 && info_of(plain).unit == 1000);
+    assert_values(plain, "t", kValues), assert_values(plain, "y", kTimes);
+    toliman_measure_destroy(plain), toliman_measure_destroy(copy);
+    const toliman_measure_data more = {.struct_size = sizeof more, .n = N + 1, .y = kTimes, .original = made};
+    assert_invalid(toliman_measure_create(&more, &copy), "data->n");
+    toliman_measure_destroy(made);
+}
+
 static const char *const kReserved[] = {"t", "y", "sigma", "factor", "position_angle_deg", "T1", "T8"};
 
 TEST(bad_series_are_refused) {

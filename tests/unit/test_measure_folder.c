@@ -50,6 +50,27 @@ TEST_WITH(values_are_those_of_the_sums, set_up, tear_down) {
     toliman_track_destroy(track);
 }
 
+/* Plain times are those of the periodogram, whose trend they have. */
+TEST_WITH(plain_times_are_those_of_the_grid, set_up, tear_down) {
+    fill_folder(orbit, 1, LAST);
+    toliman_track *const track = open_reader();
+    toliman_period_info sums = TOLIMAN_PERIOD_INFO_INIT;
+    assert_ok(toliman_period_get_info(period_of(track), &sums));
+    toliman_measure_options options = {.struct_size = sizeof options, .flags = TOLIMAN_SERIES_PLAIN_TIMES};
+    toliman_measure *made = NULL;
+    assert_ok(toliman_measure_load_file(folder, &options, &made));
+    const toliman_measure_info info = info_of_measure(made);
+    double t[LAST];
+    int64_t times[LAST];
+    assert_true(info.time_scale == 0 && info.n <= LAST && info.columns == 7);
+    assert_close(info.time_unit_days, sums.unit_ns / 86400e9, 1e-15, 0);
+    assert_ok(toliman_measure_get_values(made, "t", t, (size_t)info.n));
+    assert_ok(toliman_measure_get_times(made, times, (size_t)info.n));
+    for (int64_t i = 0; i < info.n; i++)
+        assert_close(t[i], (double)(times[i] - sums.time_offset_ns) / sums.unit_ns, 1e-15, 0);
+    toliman_measure_destroy(made), toliman_track_destroy(track);
+}
+
 /* Reducing the measured separations gives the values. */
 TEST_WITH(separations_reduce_to_the_values, set_up, tear_down) {
     static const double pairs[] = {100, 400, 1500, 1900};
@@ -134,6 +155,8 @@ TEST_WITH(options_of_files_are_refused, set_up, tear_down) {
                  {{.time_scale = TOLIMAN_INGEST_SCALE_TAI}, "options->time_scale"},
                  {{.exposure_s = 1}, "options->exposure_s"},
                  {{.kind = TOLIMAN_MEASURE_VELOCITY}, "options->kind"},
+                 {{.flags = TOLIMAN_SERIES_GROWING}, "options->flags"},
+                 {{.kind = TOLIMAN_MEASURE_SEPARATION, .flags = TOLIMAN_SERIES_PLAIN_TIMES}, "options->flags"},
                  {{.unit = -1}, "options->unit"},
                  {{.unit = 2}, "options->unit"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {

@@ -84,10 +84,9 @@ class Report {
                            formatted(" %+.3g +- %.1g ", trend.per_year, trend.sigma_per_year) + trend.unit +
                            (trend.unit.empty() ? "" : " ") + "per year";
         count(info_of(tracker));
-        const Series series = tracked_series(tracker);
-        night_.frames = static_cast<int64_t>(series.t.size());
+        night_.frames = info_of(tracker).accepted;
         if (night_.frames > 0)
-            night_.day = day_of(*std::max_element(series.t.begin(), series.t.end()), settings_of(tracker));
+            night_.day = last_day(accepted_frames(tracker).get());
     }
 
     bool has_frames() const { return night_.frames > 0; }
@@ -163,9 +162,10 @@ class Report {
         return text;
     }
 
-    static std::string day_of(double time, const toliman_track_options &how) {
-        const double ns = time * how.grid.unit_ns;
-        return date_text(how.grid.time_offset_ns + std::llround(ns)).substr(0, 10);
+    static std::string last_day(const toliman_measure *frames) {
+        std::vector<int64_t> times(static_cast<size_t>(info_of(frames).n));
+        toliman::check(toliman_measure_get_times(frames, times.data(), times.size()));
+        return date_text(*std::max_element(times.begin(), times.end())).substr(0, 10);
     }
 
     std::string folder_, path_;

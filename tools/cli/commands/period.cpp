@@ -28,47 +28,47 @@ const std::map<std::string, int32_t> kNormalisations = {{"standard", TOLIMAN_PER
                                                         {"log", TOLIMAN_PERIOD_POWER_LOG},
                                                         {"psd", TOLIMAN_PERIOD_POWER_PSD}};
 
-FrequencyGrid grid_of(const Options &options, const Series &series) {
+FrequencyGrid grid_of(const Options &options, const toliman_measure *series) {
     if (!options.f0 && !options.df && !options.nf)
-        return default_grid(series);
+        return default_grid(name_of(series), values_of(series, "t"));
     if (!options.f0 || !options.df || !options.nf)
         throw Failure(kExitUsage, "--f0, --df and --nf: give all three or none");
     return {*options.f0, *options.df, *options.nf};
 }
 
-Periodogram search(const Series &series, const FrequencyGrid &grid, const SumOptions &sums, Progress &progress) {
+Periodogram search(const toliman_measure *series, const FrequencyGrid &grid, const SumOptions &sums,
+                   Progress &progress) {
     try {
         return find_period(series, grid, sums, progress);
     } catch (const toliman::error &error) {
         if (error.status() == TOLIMAN_E_STATE || error.status() == TOLIMAN_E_RANGE)
-            malformed(series.name, error.what());
+            malformed(name_of(series), error.what());
         throw;
     }
 }
 
 // Coefficients at the peak, or at the nearest frequency of the grid if only the sums are known.
-std::optional<Coefficients> fitted_of(const Options &options, const Series *series, const Periodogram &periodogram,
-                                      Progress &progress) {
+std::optional<Coefficients> fitted_of(const Options &options, const toliman_measure *series,
+                                      const Periodogram &periodogram, Progress &progress) {
     const toliman_period_info info = info_of(periodogram.handle);
     const double frequency = periodogram.peak.frequency;
     if (info.trend + info.columns == 0)
         return std::nullopt;
-    const std::vector<NuisanceColumn> columns =
-        series != nullptr ? series->nuisance.columns : std::vector<NuisanceColumn>();
+    const std::vector<Function> columns = series != nullptr ? columns_of(series) : std::vector<Function>();
     if (series == nullptr || !(frequency > 0))
         return coefficients_at(periodogram.handle.get(), nearest_index(info, frequency), columns);
     const toliman::periodogram at_peak =
-        sums_of(*series, {frequency, info.df, 1}, options_for(*series, options.sums), progress);
+        sums_of(series, {frequency, info.df, 1}, options_for(series, options.sums), progress);
     return coefficients_at(at_peak.get(), 0, columns);
 }
 
 // Sums of the series without the sinusoid that was found.
-toliman::periodogram residual_of(const Options &options, const Series &series, const PeriodReport &report,
+toliman::periodogram residual_of(const Options &options, const toliman_measure *series, const PeriodReport &report,
                                  Progress &progress) {
-    const Series rest = without(report.sinusoid(), series);
+    const toliman::measurements rest = without(report.sinusoid(), series);
     SumOptions sums = options.sums;
     sums.value_bound.reset(); // of the series; where the fit is poor, the rest may exceed it
-    return sums_of(rest, report.grid, options_for(rest, sums), progress);
+    return sums_of(rest.get(), report.grid, options_for(rest.get(), sums), progress);
 }
 
 void write_power(const Options &options, const Periodogram &periodogram) {
@@ -80,13 +80,13 @@ void write_power(const Options &options, const Periodogram &periodogram) {
     out.commit();
 }
 
-void warn_of_results(const Periodogram &periodogram, const Series *series, bool is_default,
+void warn_of_results(const Periodogram &periodogram, const toliman_measure *series, bool is_default,
                      const std::optional<Noise> &noise, Progress &progress) {
     uint32_t warned = 0;
     warn_of_grid(periodogram.handle, series, is_default, periodogram.peak.flags, warned, progress);
     const bool has_trend = info_of(periodogram.handle).functions > 1;
-    warn_of_peak(periodogram.peak.flags, has_trend ? "" : ": --trend", series == nullptr || !series->time_scale.empty(),
-                 progress);
+    warn_of_peak(periodogram.peak.flags, has_trend ? "" : ": --trend",
+                 series == nullptr || info_of(series).time_scale != 0, progress);
     warn_of_fit(periodogram.peak, progress);
     warn_of_outliers(periodogram.peak.outliers, "", progress);
     if (noise)
@@ -95,7 +95,7 @@ void warn_of_results(const Periodogram &periodogram, const Series *series, bool 
 
 // Writes and prints the results. series: NULL if only the sums are known. reduced: NULL if the series is as given.
 // folder: NULL without --out.
-void write_results(const Options &options, const Series *series, const ReductionNote *reduced,
+void write_results(const Options &options, const toliman_measure *series, const ReductionNote *reduced,
                    const Instruments &instruments, const Periodogram &periodogram, OutputFolder *folder,
                    Progress &progress) {
     const std::string given = options.samples.time_scale.empty() ? "" : result_scale(options.samples.time_scale);
@@ -103,14 +103,14 @@ void write_results(const Options &options, const Series *series, const Reduction
     const toliman_period_info info = info_of(periodogram.handle);
     std::optional<Noise> noise;
     if (series != nullptr)
-        noise.emplace(options.noise, options.fap, *series, FrequencyGrid{info.f0, info.df, info.nf},
+        noise.emplace(options.noise, options.fap, series, FrequencyGrid{info.f0, info.df, info.nf},
                       periodogram.peak.frequency, progress);
     std::optional<Coefficients> fitted = fitted_of(options, series, periodogram, progress);
     if (fitted && noise && noise->is_ar1())
         noise->set(fitted->all);
     const PeriodReport report = {periodogram, {info.f0, info.df, info.nf},
                                  info.count,  peaks_of(periodogram, options.peaks),
-                                 fap,         series != nullptr ? series->time_scale : given,
+                                 fap,         series != nullptr ? name_of_scale(info_of(series).time_scale) : given,
                                  reduced,     noise ? &*noise : nullptr,
                                  fitted,      aliases_of(periodogram.handle.get(), periodogram.peak.frequency),
                                  instruments};
@@ -119,7 +119,7 @@ void write_results(const Options &options, const Series *series, const Reduction
     warn_of_aliases(report.aliases, info.functions > 1 ? "" : ": --trend", progress);
     write_power(options, periodogram);
     if (folder != nullptr)
-        write(*folder, report, *series, residual_of(options, *series, report, progress));
+        write(*folder, report, series, residual_of(options, series, report, progress));
     if (options.as_json)
         print_stdout(report.json().text());
     else
@@ -157,28 +157,23 @@ void period(Options &options, Progress &progress) {
         check_not_input(options.out + "/series.csv", {options.file, options.nuisance.file});
         folder.emplace(options.out, kPeriodFiles);
     }
-    Series series = read_series(options.file, options.samples, progress);
+    toliman::measurements given = read_series(options.file, options.samples, progress);
     const std::optional<ReductionNote> reduced = add_functions(
-        options, !options.sums.fixed_mean, options.save_state.empty() ? "" : "--save-state", series, progress);
+        options, !options.sums.fixed_mean, options.save_state.empty() ? "" : "--save-state", given, progress);
     SumOptions sums = options.sums;
     sums.margins = !options.save_state.empty();
-    Instruments instruments = instruments_of(series);
-    const auto search_with = [&](const Series &given) {
-        Series noisy = given;
-        add_jitters(instruments, noisy);
-        Periodogram found = search(noisy, grid_of(options, noisy), sums, progress);
-        series = std::move(noisy);
-        return found;
-    };
-    const Series given = series;
-    Periodogram periodogram = search_with(given);
+    const FrequencyGrid grid = grid_of(options, given.get());
+    Instruments instruments = instruments_of(given.get());
+    toliman::measurements series = with_jitters(given.get(), instruments);
+    Periodogram periodogram = search(series.get(), grid, sums, progress);
     if (!instruments.empty()) { // the jitters without the signal contain it
-        instruments = instruments_of(given, periodogram.peak.frequency);
-        periodogram = search_with(given);
+        instruments = instruments_of(given.get(), periodogram.peak.frequency);
+        series = with_jitters(given.get(), instruments);
+        periodogram = search(series.get(), grid, sums, progress);
     }
     if (!options.save_state.empty())
         save_state(periodogram.handle, options.save_state);
-    write_results(options, &series, reduced ? &*reduced : nullptr, instruments, periodogram,
+    write_results(options, series.get(), reduced ? &*reduced : nullptr, instruments, periodogram,
                   folder ? &*folder : nullptr, progress);
 }
 

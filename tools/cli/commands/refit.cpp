@@ -66,21 +66,20 @@ toliman::measurements measured_of(Options &options, Progress &progress) {
         options.reduction.of_folder = true;
         return measured;
     }
-    const Series series = read_series(options.series, options.samples, progress);
-    if (series.sigma.empty())
-        malformed(series.name, "has no column sigma: must have the standard deviation of each separation");
-    return separations_of(series, options.reduction);
+    const toliman::measurements series = read_series(options.series, options.samples, progress);
+    if (info_of(series.get()).is_weighted == 0)
+        malformed(name_of(series.get()), "has no column sigma: must have the standard deviation of each separation");
+    return separations_of(series.get(), options.reduction);
 }
 
 Fitted fit(Options &options, Progress &progress) {
     const auto sky = options.reduction.observer.predictor(options.system, 0, progress);
     const toliman::measurements measured = measured_of(options, progress);
-    const Reduced reduced =
-        reduce(measured.get(), options.series, options.reduction, sky.get(), options.scale_sigma, false, progress);
+    const Reduced reduced = reduce(measured.get(), options.reduction, sky.get(), options.scale_sigma, false, progress);
     Fitted fitted = {nullptr,
                      toliman::sized<toliman_sky_refit_result>(),
                      {},
-                     info_of(reduced.measure.get()).n,
+                     info_of(reduced.series.get()).n,
                      reduced.left_out,
                      diagnosis_of(measured.get(), sky.get(), options.scale_sigma, progress)};
     fitted.sky = toliman::make<toliman::sky_predictor>(toliman_sky_refit, sky.get(), measured.get(),

@@ -93,7 +93,7 @@ void warn_of_model(const std::string &folder, const toliman::tracker &tracker, P
 
 // Such a folder is good for residuals only.
 void warn_of_refit(const std::string &folder, const toliman::tracker &tracker, Progress &progress) {
-    if (info_of(tracker).accepted > 0 && info_of(accepted_frames(tracker, folder).get()).is_refitted != 0)
+    if (info_of(tracker).accepted > 0 && info_of(accepted_frames(tracker).get()).is_refitted != 0)
         progress.warn(folder + ": its orbit was refitted to these frames: do not search them; before a search " +
                       orbit_before_refit(folder));
 }

@@ -56,6 +56,17 @@ inline toliman_measure_info info_of(const toliman_measure *measure) {
     return toliman::result<toliman_measure_info>(toliman_measure_get_info, measure);
 }
 
+// The name of a series in messages.
+inline std::string name_of(const toliman_measure *series) {
+    return info_of(series).name;
+}
+
+// A copy of a series in which the members of data replace its own.
+inline toliman::measurements changed(const toliman_measure *series, toliman_measure_data data) {
+    data.original = series;
+    return toliman::make<toliman::measurements>(toliman_measure_create, &data);
+}
+
 // Numbers of the samples, by their name in measure.h; empty if the series does not have them.
 inline std::vector<double> values_of(const toliman_measure *measure, const char *name) {
     std::vector<double> values(static_cast<size_t>(info_of(measure).n));

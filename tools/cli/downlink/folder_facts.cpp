@@ -79,7 +79,8 @@ PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit, Progress &pro
     if (fit != Fit::none)
         aliases_ = aliases_of(period, fit_ ? fit_->frequency : peak_->frequency);
     if (fit == Fit::tested) {
-        const Noise noise({}, {}, tracked_series(tracker), {info.f0, info.df, info.nf}, peak_->frequency, progress);
+        const toliman::measurements series = accepted_frames(tracker, TOLIMAN_SERIES_PLAIN_TIMES);
+        const Noise noise({}, {}, series.get(), {info.f0, info.df, info.nf}, peak_->frequency, progress);
         if (noise.known())
             log10_p_white_ = noise.log10_p_white();
     }

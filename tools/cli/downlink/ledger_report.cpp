@@ -82,21 +82,18 @@ void write_periodogram(OutputFile &out, const toliman_track_options &how, const 
 }
 
 // Power of the series without the fitted sinusoid, with the same functions.
-std::vector<double> residual_power(const Series &series, const toliman_period_peak &fit,
+std::vector<double> residual_power(const toliman_measure *series, const toliman_period_peak &fit,
                                    const toliman_track_options &how) {
-    const Series rest = without({fit.amplitude, fit.frequency, fit.phase, 0}, series);
-    const std::vector<double> rows = rest.nuisance.rows();
+    const toliman::measurements rest = without({fit.amplitude, fit.frequency, fit.phase, 0}, series);
+    const Samples samples(rest.get());
+    const std::vector<double> rows = column_rows(rest.get());
     auto options = toliman::sized<toliman_period_batch_options>();
     options.flags = how.grid.flags & TOLIMAN_PERIOD_FIXED_MEAN;
-    options.trend = rest.nuisance.trend.order;
-    options.trend_start = rest.nuisance.trend.start;
-    options.trend_end = rest.nuisance.trend.end;
-    options.columns = static_cast<int32_t>(rest.nuisance.columns.size());
+    set_functions(rest.get(), options);
     options.rows = rows.data();
-    std::copy(rest.nuisance.precision.begin(), rest.nuisance.precision.end(), options.prior_precision + 1);
     std::vector<double> power(static_cast<size_t>(how.grid.nf));
-    toliman::check(toliman_period_batch(how.grid.f0, how.grid.df, how.grid.nf, rest.t.data(), rest.y.data(),
-                                        rest.sigma.data(), rest.t.size(), &options, power.data()));
+    toliman::check(toliman_period_batch(how.grid.f0, how.grid.df, how.grid.nf, samples.t.data(), samples.y.data(),
+                                        samples.sigmas(), samples.count(), &options, power.data()));
     return power;
 }
 
@@ -201,16 +198,20 @@ Json status_json(const toliman::tracker &tracker, const toliman_track_options &h
 void write_results(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period,
                    const std::string &path) {
     OutputFolder folder(path, {"result.json"});
-    const Series series = tracked_series(tracker);
-    std::vector<Column> columns = {{"t", &series.t}, {"y", &series.y}, {"sigma", &series.sigma}};
+    const bool has_frames = info_of(tracker).accepted > 0;
+    const toliman::measurements series =
+        has_frames ? accepted_frames(tracker, TOLIMAN_SERIES_PLAIN_TIMES) : series_of(how.folder, {}, {});
+    const Samples samples(series.get());
+    std::vector<Column> columns = {{"t", &samples.t}, {"y", &samples.y}, {"sigma", &samples.sigma}};
     std::vector<double> model;
     if (!period.fitted().all.empty()) {
-        model = nuisance_values(series, period.fitted().all);
+        model = nuisance_values(series.get(), period.fitted().all);
         columns.push_back({"nuisance", &model});
     }
     write_csv(folder.open("series.csv"), kSeriesMark, columns);
     if (period.fit() && std::isfinite(period.fit()->amplitude_error))
-        write_periodogram(folder.open("residual_periodogram.csv"), how, residual_power(series, *period.fit(), how));
+        write_periodogram(folder.open("residual_periodogram.csv"), how,
+                          residual_power(series.get(), *period.fit(), how));
     const std::vector<FrameColumn> frames = frames_over_time(tracker);
     if (!frames.empty()) {
         columns.clear();

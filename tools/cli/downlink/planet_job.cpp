@@ -48,10 +48,9 @@ PlanetJob::Input PlanetJob::input_of_state(Progress &progress) const {
     if (!options.of_series.empty())
         throw Failure(kExitUsage, options.of_series[0] + ": must not be given with a state folder, " + options.file);
     const toliman::tracker tracker = open_tracker(state_to_read(options.file), progress);
-    const toliman::measurements frames = accepted_frames(tracker, options.file);
-    const toliman_measure_info info = info_of(frames.get());
-    refuse_refitted(frames.get(), options.file, orbit_before_refit(options.file));
-    Input input = {series_of(frames.get(), options.file), {}, {}, std::nullopt};
+    Input input = {accepted_frames(tracker), {}, std::nullopt};
+    const toliman_measure_info info = info_of(input.series.get());
+    refuse_refitted(input.series.get(), options.file, orbit_before_refit(options.file));
     if (info.kind != TOLIMAN_MEASURE_REDUCED) {
         input.unit = unit_of(options.reduction.plate_scale ? "px" : "", options.reduction.plate_scale);
         return input;
@@ -60,19 +59,16 @@ PlanetJob::Input PlanetJob::input_of_state(Progress &progress) const {
         throw Failure(kExitUsage,
                       "--plate-scale: must not be given with a state folder that has a plate scale, " + options.file);
     input.unit = unit_of("px", info.unit);
-    input.stars = {info.parallax_arcsec, {info.star_mass[0], info.star_mass[1]}};
     return input;
 }
 
 PlanetJob::Input PlanetJob::input_of_series(Progress &progress) const {
     const PlanetJobOptions &options = options_;
-    Input input = {read_series(options.file, options.samples, progress), {}, {}, std::nullopt};
-    input.unit = options.system ? unit_of_separations(input.series, options.reduction)
-                                : unit_of(options.unit, input.series, options.reduction.plate_scale);
+    Input input = {read_series(options.file, options.samples, progress), {}, std::nullopt};
+    input.unit = options.system ? unit_of_separations(input.series.get(), options.reduction)
+                                : unit_of(options.unit, input.series.get(), options.reduction.plate_scale);
     options.planets.check(input.unit); // before the reduction, which takes seconds
     input.reduced = add_functions(options, true, "", input.series, progress);
-    if (options.system)
-        input.stars = stars_of(*options.system);
     return input;
 }
 
@@ -87,16 +83,15 @@ PlanetJob::PlanetJob(PlanetJobOptions &options, bool writes, Progress &progress)
     }
     input_.emplace(is_folder(options.file) ? input_of_state(progress) : input_of_series(progress));
     options.planets.check(input_->unit);
-    search_.emplace(
-        find_planets(input_->series, options.planets, input_->unit, options.planets.stars(input_->stars), progress));
+    search_.emplace(find_planets(input_->series.get(), options.planets, input_->unit, progress));
     if (options.map.is_wanted)
         map_.emplace(empty_map(options.map, *search_, options.planets.seed));
     if (map_ && folder_)
-        file_.emplace(folder_->file("map.csv"), *map_, *search_, input_->series);
+        file_.emplace(folder_->file("map.csv"), *map_, *search_);
 }
 
 PlanetReport PlanetJob::report() const {
-    PlanetReport report = {*search_, input_->series, input_->reduced, {}, map_};
+    PlanetReport report = {*search_, input_->series.get(), input_->reduced, {}, map_};
     if (options_.limits)
         report.limits = limits_of(*search_);
     return report;

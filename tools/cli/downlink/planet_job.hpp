@@ -1,6 +1,5 @@
 // The work of planet: input, search, map and output, for one process or for one of many that share a map.
 #pragma once
-#include "scenes/star_data.hpp"
 #include "series/planet_report.hpp"
 #include "series/series_options.hpp"
 
@@ -38,9 +37,8 @@ class PlanetJob {
 
   private:
     struct Input {
-        Series series;
+        toliman::measurements series;
         ValueUnit unit;
-        StarData stars;
         std::optional<ReductionNote> reduced;
     };
     PlanetReport report() const;

@@ -124,14 +124,11 @@ std::string counts_text(const toliman::tracker &tracker) {
 
 namespace {
 
-toliman::measurements frames_of(const toliman::tracker &tracker, const std::string &folder, int32_t kind, double unit) {
-    auto options = toliman::sized<toliman_measure_options>();
-    options.kind = kind;
-    options.unit = unit;
+toliman::measurements frames_of(const toliman::tracker &tracker, const toliman_measure_options &options) {
     toliman_measure *made = nullptr;
     const toliman_status status = toliman_track_get_measure(tracker.get(), &options, &made);
     if (status == TOLIMAN_E_NOT_FOUND)
-        malformed(folder, toliman_last_error());
+        malformed(settings_of(tracker).folder, toliman_last_error());
     toliman::check(status);
     return toliman::measurements(made);
 }
@@ -144,16 +141,20 @@ toliman::measurements measured_frames(const std::string &folder, const std::opti
     const double known = info_of(tracker).plate_scale_arcsec;
     if (!plate_scale && !(known > 0))
         throw Failure(kExitUsage, folder + ": has no plate scale, as its frames are not reduced: give --plate-scale");
-    toliman::measurements measured =
-        frames_of(tracker, folder, TOLIMAN_MEASURE_SEPARATION, plate_scale_of(plate_scale, known));
+    auto options = toliman::sized<toliman_measure_options>();
+    options.kind = TOLIMAN_MEASURE_SEPARATION;
+    options.unit = plate_scale_of(plate_scale, known);
+    toliman::measurements measured = frames_of(tracker, options);
     if (const int64_t left_out = info_of(measured.get()).left_out; left_out > 0)
         progress.warn(folder + formatted(": %lld frames are left out, as their time on target is not known",
                                          static_cast<long long>(left_out)));
     return measured;
 }
 
-toliman::measurements accepted_frames(const toliman::tracker &tracker, const std::string &folder) {
-    return frames_of(tracker, folder, 0, 0);
+toliman::measurements accepted_frames(const toliman::tracker &tracker, uint32_t flags) {
+    auto options = toliman::sized<toliman_measure_options>();
+    options.flags = flags;
+    return frames_of(tracker, options);
 }
 
 std::string orbit_before_refit(const std::string &folder) {
@@ -165,31 +166,17 @@ double time_of(int64_t tai_ns, const toliman_track_options &how) {
     return static_cast<double>(elapsed / static_cast<long double>(how.grid.unit_ns));
 }
 
-std::vector<NuisanceColumn> element_columns(const toliman::tracker &tracker) {
+std::vector<Function> element_columns(const toliman::tracker &tracker) {
     const toliman_track_info info = info_of(tracker);
-    std::vector<NuisanceColumn> columns;
-    for (int32_t i = 0; i < static_cast<int32_t>(TOLIMAN_SKY_ELEMENTS); i++)
-        if ((info.elements >> i & 1) != 0)
-            columns.push_back({toliman_constant_name(TOLIMAN_SKY_ELEMENT_PERIOD + i), {}, 0, info.plate_scale_arcsec});
+    std::vector<Function> columns;
+    for (int32_t i = 0; i < static_cast<int32_t>(TOLIMAN_SKY_ELEMENTS); i++) {
+        if ((info.elements >> i & 1) == 0)
+            continue;
+        Function &column = columns.emplace_back(toliman::sized<Function>());
+        std::snprintf(column.name, sizeof column.name, "%s", toliman_constant_name(TOLIMAN_SKY_ELEMENT_PERIOD + i));
+        column.unit = info.plate_scale_arcsec;
+    }
     return columns;
-}
-
-Series tracked_series(const toliman::tracker &tracker) {
-    const toliman_track_options how = settings_of(tracker);
-    const std::string name = how.folder != nullptr ? how.folder : "";
-    Series series;
-    series.name = name;
-    if (info_of(tracker).accepted == 0)
-        return series;
-    const toliman::measurements measure = accepted_frames(tracker, name);
-    series = series_of(measure.get(), name);
-    std::vector<int64_t> times(series.t.size());
-    toliman::check(toliman_measure_get_times(measure.get(), times.data(), times.size()));
-    std::transform(times.begin(), times.end(), series.t.begin(), [&](int64_t tai_ns) { return time_of(tai_ns, how); });
-    series.nuisance.trend = {std::max(0, how.grid.trend), how.grid.trend_start, how.grid.trend_end};
-    series.time_scale.clear();
-    series.time_format = 0;
-    return series;
 }
 
 } // namespace cli

@@ -1,7 +1,7 @@
 // State folders of `toliman track`: opens them, prints counts, and gives their frames as a series.
 #pragma once
 #include "frames/predictions.hpp"
-#include "series/series.hpp"
+#include "series/nuisance.hpp"
 
 namespace cli {
 
@@ -32,8 +32,9 @@ std::string counts_text(const toliman::tracker &tracker); // a line per count
 toliman::measurements measured_frames(const std::string &folder, const std::optional<double> &plate_scale,
                                       Progress &progress);
 
-// The values of all accepted frames.
-toliman::measurements accepted_frames(const toliman::tracker &tracker, const std::string &folder);
+// The values of all accepted frames, with the functions of the sums. flags: TOLIMAN_SERIES_PLAIN_TIMES for times in
+// units of the grid. Throws Failure if there is none.
+toliman::measurements accepted_frames(const toliman::tracker &tracker, uint32_t flags = 0);
 
 // What to do with a folder whose frames are reduced to an orbit refitted to them.
 std::string orbit_before_refit(const std::string &folder);
@@ -43,9 +44,6 @@ double time_of(int64_t tai_ns, const toliman_track_options &how);
 
 // The columns of the periodogram: elements of the orbit whose errors are fitted. The coefficients are in px, the errors
 // in units of the elements.
-std::vector<NuisanceColumn> element_columns(const toliman::tracker &tracker);
-
-// Those in the periodogram, in order of arrival; t in units of unit_ns since time_offset_ns.
-Series tracked_series(const toliman::tracker &tracker);
+std::vector<Function> element_columns(const toliman::tracker &tracker);
 
 } // namespace cli

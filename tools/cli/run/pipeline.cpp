@@ -124,14 +124,14 @@ class Estimators {
 // Searches the values, which belong to the first times of the cadence, for their period.
 void search(const Scene &scene, const Cadence &cadence, const FrequencyGrid &grid, Outcome &outcome) {
     Progress quiet(Progress::Style::none);
-    Series series = {scene.path, {}, {}, {}};
+    std::vector<double> times, values;
     for (size_t k = 0; k < outcome.values.size(); k++) {
         if (std::isnan(outcome.values[k]))
             continue;
-        series.t.push_back(cadence.times[k]);
-        series.y.push_back(outcome.values[k]);
+        times.push_back(cadence.times[k]);
+        values.push_back(outcome.values[k]);
     }
-    const Periodogram periodogram = find_period(series, grid, {}, quiet);
+    const Periodogram periodogram = find_period(series_of(scene.path, times, values).get(), grid, {}, quiet);
     outcome.peak = periodogram.peak;
     outcome.power = power_of(periodogram.handle.get(), grid.nf);
     outcome.power_at_fap_1e_3 = power_at_fap_1e_3(periodogram.handle.get());
@@ -164,7 +164,7 @@ Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, const RunOptio
     const Stopwatch total(result.timings.total);
     result.seed = options.seed;
     result.controls = options.controls;
-    result.grid = default_grid({scene.path, cadence.times, {}, {}});
+    result.grid = default_grid(scene.path, cadence.times);
     result.photon_noise = scene.has("photon noise");
     if (!result.photon_noise && !scene.has("read noise"))
         throw Failure(kExitUsage,

@@ -68,12 +68,13 @@ std::string TrainingLog::faps_of(const toliman_cae *network) const {
 // Of the frames of the cadence with the noise of this seed.
 double TrainingLog::log10_fap(const toliman_cae *network, uint64_t seed, const double *displacements) const {
     Progress quiet(Progress::Style::none);
-    Series series = {scene_.path, cadence_.times, std::vector<double>(cadence_.times.size()), {}};
-    for_frames(scene_, seed, 0, series.t.size(), displacements, [&](size_t at, size_t count, double *images) {
+    std::vector<double> values(cadence_.times.size());
+    for_frames(scene_, seed, 0, values.size(), displacements, [&](size_t at, size_t count, double *images) {
         const toliman_image image = plain_image(images);
-        toliman::check(toliman_cae_encode(network, &image, count, &series.y[at], nullptr));
+        toliman::check(toliman_cae_encode(network, &image, count, &values[at], nullptr));
     });
-    return find_period(series, default_grid(series), {}, quiet).peak.log10_fap;
+    const toliman::measurements series = series_of(scene_.path, cadence_.times, values);
+    return find_period(series.get(), default_grid(scene_.path, cadence_.times), {}, quiet).peak.log10_fap;
 }
 
 void TrainingLog::write() const {

@@ -52,30 +52,13 @@ uint64_t scattered(uint64_t seed) {
     return seed ^ (seed >> 31);
 }
 
-// FNV-1a of the bits of all numbers.
-void add_to(uint64_t &digest, const std::vector<double> &values) {
-    const auto *bytes = reinterpret_cast<const unsigned char *>(values.data());
-    for (size_t i = 0; i < values.size() * sizeof(double); i++)
-        digest = (digest ^ bytes[i]) * 0x100000001b3;
-}
-
-std::string digest_of(const Series &series) {
-    uint64_t digest = 0xcbf29ce484222325;
-    for (const std::vector<double> &values :
-         {series.t, series.y, series.sigma, series.nuisance.precision, series.position_angle_deg})
-        add_to(digest, values);
-    for (const std::vector<double> &values : functions_of(series))
-        add_to(digest, values);
-    return digest_text(digest);
-}
-
 // All that the cells depend on.
-Json settings_of(const DetectionMap &map, const PlanetSearch &search, const Series &series) {
+Json settings_of(const DetectionMap &map, const PlanetSearch &search) {
     const toliman_planet_options &how = search.options;
     const toliman_planet_info &info = search.info;
-    return Json("version", toliman_version(), "series", digest_of(series), "velocity", search.unit.is_velocity,
-                "jitter", (how.flags & TOLIMAN_PLANET_NO_JITTER) == 0, "unit", Exact{search.unit.factor},
-                "parallax_arcsec", Exact{how.parallax_arcsec}, "star_mass",
+    return Json("version", toliman_version(), "series", digest_text(info.series_digest), "velocity",
+                search.unit.is_velocity, "jitter", (how.flags & TOLIMAN_PLANET_NO_JITTER) == 0, "unit",
+                Exact{search.unit.factor}, "parallax_arcsec", Exact{how.parallax_arcsec}, "star_mass",
                 std::vector{Exact{how.star_mass[0]}, Exact{how.star_mass[1]}}, "max", how.max_planets, "samples",
                 how.samples, "threshold", Exact{how.threshold}, "period_min", Exact{info.period_min}, "period_max",
                 Exact{info.period_max}, "fap", Exact{how.detection_fap}, "star", map.star, "cells",
@@ -153,9 +136,9 @@ DetectionMap empty_map(const MapOptions &options, const PlanetSearch &search, ui
     return map;
 }
 
-MapFile::MapFile(const std::string &path, const DetectionMap &map, const PlanetSearch &search, const Series &series)
+MapFile::MapFile(const std::string &path, const DetectionMap &map, const PlanetSearch &search)
     : map_(map), file_(path) {
-    const Json settings = settings_of(map, search, series);
+    const Json settings = settings_of(map, search);
     if (file_.text().empty())
         file_.begin(kPlanetMapMark + ("# " + settings.line()) + formatted(kColumns, map.size_name(), map.size_name()));
     else

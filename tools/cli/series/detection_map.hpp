@@ -36,7 +36,7 @@ DetectionMap empty_map(const MapOptions &options, const PlanetSearch &search, ui
 class MapFile {
   public:
     // Throws Failure if the file is another one, or the map of another search.
-    MapFile(const std::string &path, const DetectionMap &map, const PlanetSearch &search, const Series &series);
+    MapFile(const std::string &path, const DetectionMap &map, const PlanetSearch &search);
     const std::vector<uint32_t> &detected() const noexcept { return detected_; } // of the first cells
     void add(uint32_t detected);
 

@@ -18,16 +18,16 @@ const std::map<std::string, int32_t> kMethods = {{"baluev", TOLIMAN_PERIOD_FAP_B
                                                  {"single", TOLIMAN_PERIOD_FAP_SINGLE},
                                                  {"sequential", TOLIMAN_PERIOD_FAP_SEQUENTIAL}};
 
-std::vector<double> resample(const FapOptions &options, const toliman::periodogram &periodogram, const Series &series,
-                             Progress &progress) {
+std::vector<double> resample(const FapOptions &options, const toliman::periodogram &periodogram,
+                             const toliman_measure *series, Progress &progress) {
     auto how = with_progress<toliman_period_bootstrap_options>(progress);
     how.seed = options.seed;
-    const std::vector<double> rows = series.nuisance.rows();
+    const std::vector<double> rows = column_rows(series);
+    const Samples samples(series);
     how.rows = rows.empty() ? nullptr : rows.data();
     std::vector<double> peaks(options.resamplings);
-    toliman::check(toliman_period_query_bootstrap(periodogram.get(), series.t.data(), series.y.data(),
-                                                  series.sigma.empty() ? nullptr : series.sigma.data(), series.t.size(),
-                                                  &how, peaks.size(), peaks.data()));
+    toliman::check(toliman_period_query_bootstrap(periodogram.get(), samples.t.data(), samples.y.data(),
+                                                  samples.sigmas(), samples.count(), &how, peaks.size(), peaks.data()));
     return peaks;
 }
 
@@ -65,13 +65,14 @@ void add_fap(CLI::App &command, FapOptions &options) {
     add_seed(command, options.seed);
 }
 
-Fap::Fap(const FapOptions &options, const toliman::periodogram &periodogram, const Series *series, Progress &progress)
+Fap::Fap(const FapOptions &options, const toliman::periodogram &periodogram, const toliman_measure *series,
+         Progress &progress)
     : periodogram_(periodogram), method_(options.method) {
     if (method_ != kBootstrap)
         return;
     if (series == nullptr)
         throw Failure(kExitUsage, "--fap bootstrap: needs the samples, so it excludes --from-state");
-    resampled_.peaks = resample(options, periodogram, *series, progress);
+    resampled_.peaks = resample(options, periodogram, series, progress);
 }
 
 double Fap::residual_of(const toliman_period_peak &fitted) const {
@@ -118,23 +119,22 @@ void add_noise(CLI::App &command, NoiseOptions &options) {
     command.add_option("--noise", options.model)->check(CLI::IsMember({"white", kAr1}));
 }
 
-Noise::Noise(const NoiseOptions &options, const FapOptions &fap, const Series &series, FrequencyGrid grid,
+Noise::Noise(const NoiseOptions &options, const FapOptions &fap, const toliman_measure *series, FrequencyGrid grid,
              double frequency, Progress &progress)
     : model_(options.model) {
     if (!is_ar1()) {
-        grid.nf = std::min(grid.nf, static_cast<int64_t>(kMostUnasked / static_cast<double>(series.t.size())));
+        grid.nf = std::min(grid.nf, static_cast<int64_t>(kMostUnasked / static_cast<double>(info_of(series).n)));
         if (grid.f0 + grid.df * static_cast<double>(grid.nf) < frequency)
             return;
     }
     try {
-        const toliman::measurements input = measure_of(series, 0, 0);
-        search(input.get(), grid, progress);
+        search(series, grid, progress);
         if (is_ar1() && fap.method == kBootstrap)
-            resampled_ = Resampled{resample(fap, input.get(), grid, found_->rho, progress)};
+            resampled_ = Resampled{resample(fap, series, grid, found_->rho, progress)};
     } catch (const toliman::error &error) {
         const bool unsuited = error.status() == TOLIMAN_E_STATE || error.status() == TOLIMAN_E_ARGUMENT;
         if (unsuited && is_ar1())
-            malformed(series.name, std::string("--noise ar1: ") + error.what());
+            malformed(name_of(series), std::string("--noise ar1: ") + error.what());
         if (!unsuited)
             throw;
     }

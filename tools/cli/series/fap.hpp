@@ -36,7 +36,8 @@ struct Resampled {
 class Fap {
   public:
     // series: the samples that were pushed, needed by the bootstrap only; NULL if they are not known.
-    Fap(const FapOptions &options, const toliman::periodogram &periodogram, const Series *series, Progress &progress);
+    Fap(const FapOptions &options, const toliman::periodogram &periodogram, const toliman_measure *series,
+        Progress &progress);
     // log10(1 - power) for which the FAP of the highest peak is computed: that of the fit, but for the bootstrap that
     // of the highest grid frequency, since its resamplings are not fitted either.
     double residual_of(const toliman_period_peak &fitted) const;
@@ -64,7 +65,7 @@ class Noise {
     // Searches the series with the model of the options. For white noise a short series is tested only, and nothing is
     // known if it cannot be: on the part of the grid that takes about 2 s, if this contains `frequency`, that of the
     // peak. With ar1 and --fap bootstrap, blocks of residuals are resampled.
-    Noise(const NoiseOptions &options, const FapOptions &fap, const Series &series, FrequencyGrid grid,
+    Noise(const NoiseOptions &options, const FapOptions &fap, const toliman_measure *series, FrequencyGrid grid,
           double frequency, Progress &progress);
     // Warns if white noise was assumed and the series is not white.
     void warn(Progress &progress) const;

@@ -4,6 +4,7 @@
 
 #include "base/constants.hpp"
 #include "scenes/dates.hpp"
+#include "series/nuisance.hpp"
 #include "series/series.hpp"
 
 namespace cli {
@@ -33,14 +34,15 @@ std::string line_of(const toliman_period_alias &alias) {
 
 constexpr size_t kListed = 10;
 
-void add_sinusoid(const Series &series, double frequency, toliman_measure *measure) {
-    std::vector<double> cosine, sine;
-    for (const double t : series.t) {
-        cosine.push_back(std::cos(2 * toliman::kPi * frequency * (t - series.t.front())));
-        sine.push_back(std::sin(2 * toliman::kPi * frequency * (t - series.t.front())));
-    }
-    toliman::check(toliman_measure_add_column(measure, "cosine of the peak", cosine.data(), cosine.size(), 0));
-    toliman::check(toliman_measure_add_column(measure, "sine of the peak", sine.data(), sine.size(), 0));
+void add_sinusoid(double frequency, toliman_measure *series) {
+    std::vector<double> cosine = values_of(series, "t"), sine = cosine;
+    const double first = cosine.front();
+    std::transform(sine.begin(), sine.end(), cosine.begin(),
+                   [&](double t) { return std::cos(2 * toliman::kPi * frequency * (t - first)); });
+    std::transform(sine.begin(), sine.end(), sine.begin(),
+                   [&](double t) { return std::sin(2 * toliman::kPi * frequency * (t - first)); });
+    toliman::check(toliman_measure_add_column(series, "cosine of the peak", cosine.data(), cosine.size(), 0));
+    toliman::check(toliman_measure_add_column(series, "sine of the peak", sine.data(), sine.size(), 0));
 }
 
 } // namespace
@@ -118,45 +120,52 @@ void warn_of_outliers(size_t count, const std::string &cure, Progress &progress)
         progress.warn("outliers" + cure + formatted(": %zu", count));
 }
 
-std::string listed_outliers(const std::vector<int64_t> &indices, const Series &series) {
+std::string listed_outliers(const std::vector<int64_t> &indices, const toliman_measure *series) {
+    const std::vector<double> times = values_of(series, "t");
+    const bool is_dated = info_of(series).time_scale != 0;
     std::string text;
     for (size_t i = 0; i < std::min(indices.size(), kListed); i++) {
-        const double t = series.t[static_cast<size_t>(indices[i])];
-        text += i == 0 ? "" : ", ";
-        text += series.time_scale.empty() ? formatted("t = %.9g", t) : mjd_minute(t);
+        const double t = times[static_cast<size_t>(indices[i])];
+        text += (i == 0 ? "" : ", ") + (is_dated ? mjd_minute(t) : formatted("t = %.9g", t));
     }
     return text + (indices.size() > kListed ? ", ..." : "");
 }
 
-std::vector<Json> json_of_outliers(const std::vector<int64_t> &indices, const Series &series) {
-    return array_of(indices, [&](int64_t i) { return Json("index", i, "t", series.t[static_cast<size_t>(i)]); });
+std::vector<Json> json_of_outliers(const std::vector<int64_t> &indices, const toliman_measure *series) {
+    const std::vector<double> times = values_of(series, "t");
+    return array_of(indices, [&](int64_t i) { return Json("index", i, "t", times[static_cast<size_t>(i)]); });
 }
 
-Instruments instruments_of(const Series &series, double frequency) {
-    if (series.instruments.size() < 2)
+Instruments instruments_of(const toliman_measure *series, double frequency) {
+    const toliman_measure_info info = info_of(series);
+    if (info.instruments < 2)
         return {};
-    const toliman::measurements measure = measure_of(series, 0, 0);
-    if (frequency > 0 && series.nuisance.count() + 2 <= kMostFunctions)
-        add_sinusoid(series, frequency, measure.get());
-    Instruments all(series.instruments.size(), toliman::sized<toliman_measure_instrument>());
+    const toliman::measurements fitted = changed(series, toliman::sized<toliman_measure_data>());
+    if (frequency > 0 && info.functions + 2 <= static_cast<int64_t>(kMostFunctions))
+        add_sinusoid(frequency, fitted.get());
+    Instruments all(static_cast<size_t>(info.instruments), toliman::sized<toliman_measure_instrument>());
     size_t count = 0;
-    const toliman_status status = toliman_measure_query_instruments(measure.get(), all.data(), all.size(), &count);
+    const toliman_status status = toliman_measure_query_instruments(fitted.get(), all.data(), all.size(), &count);
     if (status == TOLIMAN_E_STATE || status == TOLIMAN_E_ARGUMENT)
-        malformed(series.name, toliman::error(status).what());
+        malformed(info.name, toliman::error(status).what());
     toliman::check(status);
     return all;
 }
 
-void add_jitters(const Instruments &instruments, Series &series) {
-    if (instruments.empty())
-        return;
-    const bool is_weighted = !series.sigma.empty();
-    series.sigma.resize(series.t.size(), 0);
-    for (size_t i = 0; i < series.t.size(); i++) {
-        const toliman_measure_instrument &own = instruments[static_cast<size_t>(series.instrument[i])];
+toliman::measurements with_jitters(const toliman_measure *series, const Instruments &instruments) {
+    std::vector<double> sigmas = values_of(series, "sigma");
+    const std::vector<double> which = values_of(series, "instrument");
+    const bool is_weighted = !sigmas.empty();
+    auto data = toliman::sized<toliman_measure_data>();
+    if (!instruments.empty())
+        sigmas.resize(which.size());
+    for (size_t i = 0; i < which.size() && !instruments.empty(); i++) {
+        const toliman_measure_instrument &own = instruments[static_cast<size_t>(which[i])];
         if (!is_weighted || own.goodness == TOLIMAN_GOODNESS_POOR)
-            series.sigma[i] = std::hypot(series.sigma[i], own.jitter[1]);
+            sigmas[i] = std::hypot(sigmas[i], own.jitter[1]);
     }
+    data.sigma = sigmas.empty() ? nullptr : sigmas.data();
+    return changed(series, data);
 }
 
 std::string text_of(const Instruments &instruments, const std::string &unit) {

@@ -40,20 +40,20 @@ template <class Result> void warn_of_fit(const Result &result, Progress &progres
 void warn_of_outliers(size_t count, const std::string &cure, Progress &progress);
 
 // The times of the first ten: dates, where times are dates.
-std::string listed_outliers(const std::vector<int64_t> &indices, const Series &series);
+std::string listed_outliers(const std::vector<int64_t> &indices, const toliman_measure *series);
 
 // [{"index": 7, "t": 61041.5}, ...]
-std::vector<Json> json_of_outliers(const std::vector<int64_t> &indices, const Series &series);
+std::vector<Json> json_of_outliers(const std::vector<int64_t> &indices, const toliman_measure *series);
 
 // The instruments of a series: offsets and jitters.
 using Instruments = std::vector<toliman_measure_instrument>;
 
 // Those of a series with several, in a fit of its functions, and of a sinusoid unless the frequency is 0; otherwise
 // none.
-Instruments instruments_of(const Series &series, double frequency = 0);
+Instruments instruments_of(const toliman_measure *series, double frequency = 0);
 
-// Adds the jitter of each instrument whose residuals its sigmas do not explain.
-void add_jitters(const Instruments &instruments, Series &series);
+// A copy of the series with the jitter of each instrument whose residuals its sigmas do not explain.
+toliman::measurements with_jitters(const toliman_measure *series, const Instruments &instruments);
 
 // A line for each; "" for none. unit: of the values, may be empty.
 std::string text_of(const Instruments &instruments, const std::string &unit);

@@ -2,69 +2,43 @@
 
 namespace cli {
 
-namespace {
-
-double sigma_of(double precision) {
-    return precision > 0 ? 1 / std::sqrt(precision) : 0;
+std::vector<Function> functions_of(const toliman_measure *series) {
+    return items_of(toliman_measure_get_function, series, info_of(series).functions);
 }
 
-// Without their numbers.
-std::vector<Coefficient> named(const toliman_period_info &info, const std::vector<NuisanceColumn> &columns) {
-    std::vector<Coefficient> all;
-    for (const std::string &name : names_of_trend(info.trend))
-        all.push_back({name, 0, 0, 0, 1});
-    for (size_t c = 0; c < static_cast<size_t>(info.columns); c++)
-        all.push_back({c < columns.size() ? columns[c].name : "column " + std::to_string(c + 1), 0, 0, 0,
-                       c < columns.size() ? columns[c].unit : 1});
-    for (size_t i = 0; i < all.size(); i++)
-        all[i].prior = sigma_of(info.prior_precision[i]) * all[i].unit;
-    return all;
+std::vector<Function> columns_of(const toliman_measure *series) {
+    std::vector<Function> functions = functions_of(series);
+    functions.erase(functions.begin(), functions.begin() + info_of(series).trend);
+    return functions;
 }
 
-} // namespace
-
-std::vector<double> Nuisance::row(size_t sample) const {
-    std::vector<double> row;
-    for (const NuisanceColumn &column : columns)
-        row.push_back(column.values[sample]);
-    return row;
-}
-
-std::vector<double> Nuisance::rows() const {
-    std::vector<double> rows;
-    for (size_t i = 0; !columns.empty() && i < columns[0].values.size(); i++)
-        for (const NuisanceColumn &column : columns)
-            rows.push_back(column.values[i]);
+std::vector<double> column_rows(const toliman_measure *series) {
+    const std::vector<Function> columns = columns_of(series);
+    std::vector<double> rows(static_cast<size_t>(info_of(series).n) * columns.size());
+    for (size_t c = 0; c < columns.size(); c++) {
+        const std::vector<double> values = values_of(series, columns[c].name);
+        for (size_t i = 0; i < values.size(); i++)
+            rows[i * columns.size() + c] = values[i];
+    }
     return rows;
 }
 
-void Nuisance::set(toliman_period_options &options) const {
-    options.trend = trend.order;
-    options.trend_start = trend.start;
-    options.trend_end = trend.end;
-    options.columns = static_cast<int32_t>(columns.size());
-    for (size_t c = 0; c < columns.size(); c++)
-        options.column_bound[c] = columns[c].bound;
-    std::copy(precision.begin(), precision.end(), options.prior_precision + 1);
-}
-
-std::vector<std::string> names_of_trend(int32_t order) {
-    std::vector<std::string> names = {"mean"};
-    for (int32_t j = 1; j <= order; j++)
-        names.push_back("T" + std::to_string(j));
-    return names;
-}
-
-Coefficients coefficients_at(const toliman_period *period, int64_t k, const std::vector<NuisanceColumn> &columns) {
+Coefficients coefficients_at(const toliman_period *period, int64_t k, const std::vector<Function> &columns) {
     const auto info = toliman::result<toliman_period_info>(toliman_period_get_info, period);
     if (info.trend + info.columns == 0)
         return {{}, info.functions, info.free_functions};
-    std::vector<Coefficient> all = named(info, columns);
-    std::vector<double> values(all.size()), errors(all.size());
-    toliman::check(toliman_period_query_coefficients(period, k, all.size(), values.data(), errors.data()));
-    for (size_t i = 0; i < all.size(); i++) {
-        all[i].value = values[i] * all[i].unit;
-        all[i].error = errors[i] * all[i].unit;
+    const auto order = static_cast<size_t>(info.trend), count = 1 + order + static_cast<size_t>(info.columns);
+    std::vector<double> values(count), errors(count);
+    toliman::check(toliman_period_query_coefficients(period, k, count, values.data(), errors.data()));
+    std::vector<Coefficient> all;
+    for (size_t i = 0; i < count; i++) {
+        const Function *const column = i > order && !columns.empty() ? &columns[i - 1 - order] : nullptr;
+        const double unit = column != nullptr ? column->unit : 1, precision = info.prior_precision[i];
+        all.push_back({column != nullptr ? column->name
+                       : i == 0          ? "mean"
+                       : i <= order      ? "T" + std::to_string(i)
+                                         : "column " + std::to_string(i - order),
+                       values[i] * unit, errors[i] * unit, precision > 0 ? 1 / std::sqrt(precision) * unit : 0, unit});
     }
     return {std::move(all), info.functions, info.free_functions};
 }
@@ -76,10 +50,6 @@ std::string text_of(const Coefficients &coefficients) {
                           std::isinf(one.error) ? "not in use" : text_with_error(one.value, one.error).c_str(),
                           one.prior > 0 ? formatted(", prior +- %.4g", one.prior).c_str() : "");
     return text;
-}
-
-void print(const Coefficients &coefficients) {
-    std::printf("%s", text_of(coefficients).c_str());
 }
 
 Json json_of(const Coefficients &coefficients) {

@@ -8,32 +8,24 @@ namespace cli {
 constexpr size_t kMostFunctions = 32; // without the mean
 constexpr int32_t kMostTrend = 8;
 
-// Chebyshev polynomials T_1 ... T_order over a span.
-struct Trend {
-    int32_t order = 0;
-    double start = 0, end = 0; // units of t
-};
+using Function = toliman_measure_function;
 
-struct NuisanceColumn {
-    std::string name;
-    std::vector<double> values; // [samples]
-    double bound = 0;           // largest |value|
-    double unit = 1;            // factor from a coefficient to the number that is printed
-};
+std::vector<Function> functions_of(const toliman_measure *series); // T_1 ..., then the columns
+std::vector<Function> columns_of(const toliman_measure *series);
+// The values of the columns, [samples][columns].
+std::vector<double> column_rows(const toliman_measure *series);
 
-struct Nuisance {
-    Trend trend;
-    std::vector<NuisanceColumn> columns;
-    std::vector<double> precision; // 1/s^2 of T_1 ..., then of the columns; 0 = no prior; empty: no priors
-
-    size_t count() const noexcept { return static_cast<size_t>(trend.order) + columns.size(); }
-    std::vector<double> row(size_t sample) const; // [columns]
-    std::vector<double> rows() const;             // [samples][columns]
-    void set(toliman_period_options &options) const;
-};
-
-// "mean", "T1" ... "T<trend>".
-std::vector<std::string> names_of_trend(int32_t order);
+// Gives options of a periodogram the functions of a series.
+template <class Options> void set_functions(const toliman_measure *series, Options &options) {
+    const toliman_measure_info info = info_of(series);
+    options.trend = info.trend;
+    options.trend_start = info.trend_start;
+    options.trend_end = info.trend_end;
+    options.columns = info.columns;
+    double *precision = options.prior_precision + 1; // after that of the mean
+    for (const Function &function : functions_of(series))
+        *precision++ = function.sigma > 0 ? 1 / (function.sigma * function.sigma) : 0;
+}
 
 // A coefficient of the mean or of a nuisance function, fitted with a sinusoid.
 struct Coefficient {
@@ -50,10 +42,9 @@ struct Coefficients {
 
 // At grid frequency k. columns: their names and units; empty: "column 1", ... No coefficients if the mean alone is
 // fitted.
-Coefficients coefficients_at(const toliman_period *period, int64_t k, const std::vector<NuisanceColumn> &columns);
+Coefficients coefficients_at(const toliman_period *period, int64_t k, const std::vector<Function> &columns);
 
 std::string text_of(const Coefficients &coefficients);
-void print(const Coefficients &coefficients);
 Json json_of(const Coefficients &coefficients);
 
 } // namespace cli

@@ -8,10 +8,7 @@ namespace cli {
 
 namespace {
 
-constexpr double kLargest = 1e98;
-constexpr size_t kLongestName = 63;
-const std::string kReserved[] = {
-    "t", "y", "sigma", "position_angle_deg", "separation_arcsec", "factor", "geometric_arcsec"}; // measure.h
+constexpr double kLargest = 1e98; // of the library's columns
 constexpr char kBlanks[] = " \t\r\n", kByteOrderMark[] = "\xef\xbb\xbf";
 
 std::string trimmed(const std::string &text) {
@@ -30,10 +27,11 @@ std::vector<std::string> fields_of(const std::string &line) {
 
 class ColumnReader {
   public:
-    ColumnReader(const std::string &path, const Series &series, const SampleOptions &samples)
-        : source_(path, stop_if_asked), series_(series), times_(nullptr, options_of_times(series, samples)) {}
+    ColumnReader(const std::string &path, const SampleOptions &samples, toliman_measure *series)
+        : source_(path, stop_if_asked), series_(series), name_(name_of(series)), t_(values_of(series, "t")),
+          times_(nullptr, options_of_times(info_of(series).time_format, info_of(series).time_scale, samples)) {}
 
-    std::vector<NuisanceColumn> read() {
+    void read() {
         for (std::string line; source_.next(line);) {
             if (++number_ == 1 && line.compare(0, sizeof kByteOrderMark - 1, kByteOrderMark) == 0)
                 line.erase(0, sizeof kByteOrderMark - 1);
@@ -47,11 +45,23 @@ class ColumnReader {
         }
         if (columns_.empty())
             malformed(source_.name(), "has no line with the names of its columns");
-        if (rows_ != series_.t.size())
+        if (rows_ != t_.size())
             malformed(source_.name(),
-                      formatted("has %zu rows: must be %zu, one for each sample of ", rows_, series_.t.size()) +
-                          series_.name);
-        return columns_;
+                      formatted("has %zu rows: must be %zu, one for each sample of ", rows_, t_.size()) + name_);
+    }
+
+    const std::vector<std::string> &names() const noexcept { return names_; }
+
+    // To the series.
+    void add_columns() {
+        number_ = first_;
+        for (size_t c = 0; c < names_.size(); c++) {
+            const toliman_status status =
+                toliman_measure_add_column(series_, names_[c].c_str(), columns_[c].data(), rows_, 0);
+            if (status == TOLIMAN_E_ARGUMENT)
+                fail(toliman::error(status).detail().substr(std::strlen(" = ")));
+            toliman::check(status);
+        }
     }
 
   private:
@@ -61,36 +71,27 @@ class ColumnReader {
 
     void use_names(const std::vector<std::string> &fields) {
         double number = 0;
-        const std::vector<std::string> polynomials = names_of_trend(kMostTrend);
         if (fields.size() < 2 || number_of(fields[0], number))
             fail("must be names of columns separated by commas: t,NAME,...");
-        for (size_t i = 1; i < fields.size(); i++) {
-            const std::string &name = fields[i];
-            if (name.empty() || name.size() > kLongestName || number_of(name, number) ||
-                name.find('=') != std::string::npos)
+        names_.assign(fields.begin() + 1, fields.end());
+        for (const std::string &name : names_)
+            if (name == "mean" || number_of(name, number) || name.find('=') != std::string::npos)
                 fail("\"" + name + "\" is not the name of a column");
-            if (std::find(std::begin(kReserved), std::end(kReserved), name) != std::end(kReserved))
-                fail("\"" + name + "\" is a name of the series itself: must be another");
-            if (std::count(polynomials.begin(), polynomials.end(), name) > 0)
-                fail("\"" + name + "\" is the name of a function of --trend");
-            if (std::count(fields.begin() + 1, fields.end(), name) > 1)
-                fail("two columns have the name \"" + name + "\"");
-            columns_.push_back({name, {}});
-        }
+        columns_.resize(names_.size());
+        first_ = number_;
     }
 
     void add(const std::vector<std::string> &fields) {
         if (fields.size() != columns_.size() + 1)
             fail(formatted("has %zu columns, the line of names %zu", fields.size(), columns_.size() + 1));
-        if (rows_ == series_.t.size())
-            fail(series_.name + formatted(" has only %zu samples", series_.t.size()));
+        if (rows_ == t_.size())
+            fail(name_ + formatted(" has only %zu samples", t_.size()));
         check_time(fields[0]);
         for (size_t i = 1; i < fields.size(); i++) {
             double value = 0;
             if (!number_of(fields[i], value) || !(std::fabs(value) <= kLargest))
-                fail(columns_[i - 1].name + " = " + fields[i] + ": must be a number in [-1e98, 1e98]");
-            columns_[i - 1].values.push_back(value);
-            columns_[i - 1].bound = std::max(columns_[i - 1].bound, std::fabs(value));
+                fail(names_[i - 1] + " = " + fields[i] + ": must be a number in [-1e98, 1e98]");
+            columns_[i - 1].push_back(value);
         }
         rows_++;
     }
@@ -102,26 +103,32 @@ class ColumnReader {
         } catch (const BadLine &bad) {
             fail(bad.what());
         }
-        if (sample.t != series_.t[rows_])
-            fail(formatted("t = %.17g: must be %.17g, that of sample %zu of ", sample.t, series_.t[rows_], rows_ + 1) +
-                 series_.name);
+        if (sample.t != t_[rows_])
+            fail(formatted("t = %.17g: must be %.17g, that of sample %zu of ", sample.t, t_[rows_], rows_ + 1) + name_);
     }
 
     LineSource source_;
-    const Series &series_;
+    toliman_measure *series_;
+    std::string name_;
+    std::vector<double> t_;
     SampleParser times_;
-    std::vector<NuisanceColumn> columns_;
-    size_t number_ = 0, rows_ = 0; // lines; samples
+    std::vector<std::string> names_;
+    std::vector<std::vector<double>> columns_;
+    size_t number_ = 0, first_ = 0, rows_ = 0; // lines; that of the names; samples
 };
 
 } // namespace
 
-std::vector<NuisanceColumn> read_columns(const std::string &path, const Series &series, const SampleOptions &samples) {
+void add_columns(const std::string &path, const SampleOptions &samples, int32_t trend, toliman_measure *series) {
     need(path, "a CSV file of nuisance functions", {Content::text, Content::empty});
-    std::vector<NuisanceColumn> columns = ColumnReader(path, series, samples).read();
-    for (NuisanceColumn &column : columns) // the library's least bound; 0 would be its default
-        column.bound = std::max(column.bound, 1 / kLargest);
-    return columns;
+    ColumnReader reader(path, samples, series);
+    reader.read();
+    const size_t columns = static_cast<size_t>(info_of(series).columns) + reader.names().size(),
+                 most = kMostFunctions - static_cast<size_t>(trend);
+    if (columns > most)
+        malformed(name_of(series),
+                  formatted("%zu columns of functions and offsets: at most %zu with --trend %d", columns, most, trend));
+    reader.add_columns();
 }
 
 } // namespace cli

@@ -76,7 +76,7 @@ void PeriodReport::print() const {
                 grid.df, static_cast<long long>(grid.nf));
     std::printf("searched    periods from %.6g to %.6g\n", shortest(), longest());
     if (fitted)
-        cli::print(*fitted);
+        std::fputs(text_of(*fitted).c_str(), stdout);
     if (reduced != nullptr)
         std::printf("reduced     %s\n", reduced->text.c_str());
     print_stdout("");
@@ -99,22 +99,24 @@ Json PeriodReport::json() const {
     return json;
 }
 
-std::vector<double> nuisance_values(const Series &series, const std::vector<Coefficient> &coefficients) {
-    std::vector<double> values(series.t.size(), coefficients[0].value);
-    const std::vector<std::vector<double>> functions = functions_of(series);
+std::vector<double> nuisance_values(const toliman_measure *series, const std::vector<Coefficient> &coefficients) {
+    std::vector<double> sum(static_cast<size_t>(info_of(series).n), coefficients[0].value);
+    const std::vector<Function> functions = functions_of(series);
     for (size_t j = 0; j < functions.size(); j++) {
         const Coefficient &coefficient = coefficients[1 + j];
-        for (size_t i = 0; i < values.size(); i++)
-            values[i] += coefficient.value / coefficient.unit * functions[j][i];
+        const std::vector<double> values = values_of(series, functions[j].name);
+        for (size_t i = 0; i < sum.size(); i++)
+            sum[i] += coefficient.value / coefficient.unit * values[i];
     }
-    return values;
+    return sum;
 }
 
-void write(OutputFolder &folder, const PeriodReport &report, const Series &series,
+void write(OutputFolder &folder, const PeriodReport &report, const toliman_measure *series,
            const toliman::periodogram &residual) {
+    const Samples samples(series);
     const std::vector<double> nuisance = report.fitted ? nuisance_values(series, report.fitted->all)
-                                                       : std::vector<double>(series.t.size(), report.offset());
-    std::vector<Column> columns = columns_of(series);
+                                                       : std::vector<double>(samples.count(), report.offset());
+    std::vector<Column> columns = samples.columns();
     columns.push_back({"nuisance", &nuisance});
     write_csv(folder.open("series.csv"), kPeriodSeriesMark, columns);
     const std::vector<double> frequencies = frequencies_of(report.grid);
@@ -130,13 +132,15 @@ void write(OutputFolder &folder, const PeriodReport &report, const Series &serie
     folder.commit("result.json"); // which implies that the other files are complete
 }
 
-Series without(const Sinusoid &sinusoid, const Series &series) {
-    Series rest = series;
-    for (size_t i = 0; i < rest.t.size(); i++)
+toliman::measurements without(const Sinusoid &sinusoid, const toliman_measure *series) {
+    Samples rest(series);
+    for (size_t i = 0; i < rest.count(); i++)
         rest.y[i] -=
             sinusoid.amplitude *
             std::sin(2 * toliman::kPi * sinusoid.frequency * (rest.t[i] - sinusoid.time_offset) + sinusoid.phase);
-    return rest;
+    auto data = toliman::sized<toliman_measure_data>();
+    data.y = rest.y.data();
+    return changed(series, data);
 }
 
 } // namespace cli

@@ -38,13 +38,13 @@ struct PeriodReport {
 // The files of period --out, all or none. residual: sums of the series without the sinusoid of the report.
 inline const std::vector<const char *> kPeriodFiles = {"result.json", "series.csv", "periodogram.csv",
                                                        "residual_periodogram.csv"};
-void write(OutputFolder &folder, const PeriodReport &report, const Series &series,
+void write(OutputFolder &folder, const PeriodReport &report, const toliman_measure *series,
            const toliman::periodogram &residual);
 
 // Values of mean and nuisance functions of a series.
-std::vector<double> nuisance_values(const Series &series, const std::vector<Coefficient> &coefficients);
+std::vector<double> nuisance_values(const toliman_measure *series, const std::vector<Coefficient> &coefficients);
 
 // A series without the sinusoid.
-Series without(const Sinusoid &sinusoid, const Series &series);
+toliman::measurements without(const Sinusoid &sinusoid, const toliman_measure *series);
 
 } // namespace cli

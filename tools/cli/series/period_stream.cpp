@@ -4,6 +4,8 @@
 // checked and the state is saved if the minute alarm has expired: no thread and no work in a signal handler is needed.
 #include "series/period_stream.hpp"
 
+#include <tuple>
+
 #include "common/warnings.hpp"
 
 namespace cli {
@@ -98,15 +100,14 @@ class Stream {
                                  options_.from_state + (sample.sigma > 0 ? " have none" : " have one"));
     }
 
-    // The first sample, for the options of a new periodogram.
-    Series series_of(const Sample &sample, const SampleReader &reader) const {
-        Series series = {reader.name(), {sample.t}, {sample.y}, {}};
-        if (sample.sigma > 0)
-            series.sigma.push_back(sample.sigma);
-        series.time_scale = reader.time_scale();
-        series.nuisance.trend =
-            trend_of(options_.nuisance.trend.value_or(0), options_.nuisance, options_.samples, series);
-        return series;
+    // Options of a new periodogram, by the first sample.
+    toliman_period_options options_by(const Sample &sample, const SampleReader &reader) const {
+        toliman_period_options options =
+            options_for(&sample.t, &sample.y, sample.sigma > 0 ? &sample.sigma : nullptr, 1, options_.sums);
+        options.trend = options_.nuisance.trend.value_or(0);
+        std::tie(options.trend_start, options.trend_end) = span_of(options.trend, options_.nuisance, options_.samples,
+                                                                   reader.info().time_format, reader.info().time_scale);
+        return options;
     }
 
     // Values of columns come with each sample, but not in a series.
@@ -121,7 +122,7 @@ class Stream {
     // The first sample gives the references of a new periodogram.
     void push(const Sample &sample, const SampleReader &reader) {
         if (!periodogram_)
-            periodogram_ = make_periodogram(*options_.grid, options_for(series_of(sample, reader), options_.sums));
+            periodogram_ = make_periodogram(*options_.grid, options_by(sample, reader));
         if (sigma_floor_ == 0) {
             check_weights(sample, reader.where());
             sigma_floor_ = info_of(periodogram_).sigma_floor;

@@ -11,16 +11,13 @@ namespace cli {
 namespace {
 
 constexpr double kNsPerDay = 86400e9;
+constexpr double kLeastBound = 1e-98; // of a column; 0 would be its default
 
 FrequencyGrid suggested(const std::vector<double> &times, double mission_span) {
     FrequencyGrid grid = {};
     toliman::check(toliman_period_suggest(times.data(), nullptr, nullptr, times.size(), mission_span, &grid.f0,
                                           &grid.df, &grid.nf, nullptr));
     return grid;
-}
-
-const double *sigmas_of(const Series &series) {
-    return series.sigma.empty() ? nullptr : series.sigma.data();
 }
 
 } // namespace
@@ -36,27 +33,37 @@ FrequencyGrid grid_of_days(double days) {
     return suggested({}, days);
 }
 
-FrequencyGrid default_grid(const Series &series) {
-    std::vector<double> different = series.t;
+FrequencyGrid default_grid(const std::string &name, const std::vector<double> &times) {
+    std::vector<double> different = times;
     std::sort(different.begin(), different.end());
     different.erase(std::unique(different.begin(), different.end()), different.end());
     if (different.size() < 5)
-        malformed(series.name,
+        malformed(name,
                   "has " + std::to_string(different.size()) + " different times: a periodogram needs at least five");
-    return suggested(series.t, 0);
+    return suggested(times, 0);
 }
 
-toliman_period_options options_for(const Series &series, const SumOptions &sums) {
+toliman_period_options options_for(const double *t, const double *y, const double *sigma, size_t n,
+                                   const SumOptions &sums) {
     auto options = toliman::sized<toliman_period_options>();
     const double mission_span = sums.margins ? 1 : 0;
-    toliman::check(toliman_period_suggest(series.t.data(), series.y.data(), sigmas_of(series), series.t.size(),
-                                          mission_span, nullptr, nullptr, nullptr, &options));
-    series.nuisance.set(options);
+    toliman::check(toliman_period_suggest(t, y, sigma, n, mission_span, nullptr, nullptr, nullptr, &options));
     options.unit_ns = kNsPerDay; // plain numbers are taken as days where days and years are named
     options.flags |= sums.fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0;
     options.value_bound = sums.value_bound.value_or(options.value_bound);
     options.sigma_floor = sums.sigma_floor.value_or(options.sigma_floor);
     options.sigma_ceiling = sums.sigma_ceiling.value_or(options.sigma_ceiling);
+    return options;
+}
+
+toliman_period_options options_for(const toliman_measure *series, const SumOptions &sums) {
+    const Samples samples(series);
+    toliman_period_options options =
+        options_for(samples.t.data(), samples.y.data(), samples.sigmas(), samples.count(), sums);
+    set_functions(series, options);
+    double *bound = options.column_bound;
+    for (const Function &column : columns_of(series))
+        *bound++ = std::max(column.bound, kLeastBound);
     return options;
 }
 
@@ -90,41 +97,38 @@ std::string refusal(const toliman::periodogram &periodogram, double t, double y,
     return why + " (" + option + (from_state ? " of the run that made the state)" : ")");
 }
 
-namespace {
-
-// Also with the values of the columns. Those without columns are pushed as a stream is, whose messages are the same.
-toliman_status push(const toliman::periodogram &periodogram, const Series &series, size_t i, double sigma) {
-    if (series.nuisance.columns.empty())
-        return toliman_period_push(periodogram.get(), series.t[i], series.y[i], sigma);
-    auto sample = toliman::sized<toliman_period_sample>();
-    sample.t = series.t[i];
-    sample.y = series.y[i];
-    sample.sigma = sigma;
-    return toliman_period_push_samples(periodogram.get(), &sample, series.nuisance.row(i).data(), 1);
-}
-
-} // namespace
-
-toliman::periodogram sums_of(const Series &series, const FrequencyGrid &grid, const toliman_period_options &options,
-                             Progress &progress) {
+toliman::periodogram sums_of(const toliman_measure *series, const FrequencyGrid &grid,
+                             const toliman_period_options &options, Progress &progress) {
     toliman::periodogram periodogram = make_periodogram(grid, options);
-    for (size_t i = 0; i < series.t.size(); i++) {
-        const double sigma = series.sigma.empty() ? options.sigma_floor : series.sigma[i];
-        if (push(periodogram, series, i, sigma) != TOLIMAN_OK)
-            malformed(series.name, "sample " + std::to_string(i + 1) + ": " +
-                                       refusal(periodogram, series.t[i], series.y[i], sigma, false));
-        progress.show("period", static_cast<double>(i + 1) / static_cast<double>(series.t.size()));
+    const Samples samples(series);
+    const std::vector<double> rows = column_rows(series);
+    auto sample = toliman::sized<toliman_period_sample>();
+    for (size_t i = 0; i < samples.count(); i++) {
+        sample.t = samples.t[i];
+        sample.y = samples.y[i];
+        sample.sigma = samples.sigma.empty() ? options.sigma_floor : samples.sigma[i];
+        // Those without columns are pushed as a stream is, whose messages are the same.
+        const toliman_status status =
+            rows.empty() ? toliman_period_push(periodogram.get(), sample.t, sample.y, sample.sigma)
+                         : toliman_period_push_samples(periodogram.get(), &sample,
+                                                       &rows[i * static_cast<size_t>(options.columns)], 1);
+        if (status != TOLIMAN_OK)
+            malformed(name_of(series), "sample " + std::to_string(i + 1) + ": " +
+                                           refusal(periodogram, sample.t, sample.y, sample.sigma, false));
+        progress.show("period", static_cast<double>(i + 1) / static_cast<double>(samples.count()));
         stop_if_asked();
     }
     return periodogram;
 }
 
-Periodogram find_period(const Series &series, const FrequencyGrid &grid, const SumOptions &sums, Progress &progress) {
+Periodogram find_period(const toliman_measure *series, const FrequencyGrid &grid, const SumOptions &sums,
+                        Progress &progress) {
     const toliman_period_options options = options_for(series, sums);
     Periodogram result = {sums_of(series, grid, options, progress), options.time_offset, {}};
     result.peak.struct_size = sizeof result.peak;
-    toliman::check(toliman_period_query_fit(result.handle.get(), series.t.data(), series.y.data(), sigmas_of(series),
-                                            series.nuisance.rows().data(), series.t.size(), &result.peak));
+    const Samples samples(series);
+    toliman::check(toliman_period_query_fit(result.handle.get(), samples.t.data(), samples.y.data(), samples.sigmas(),
+                                            column_rows(series).data(), samples.count(), &result.peak));
     stop_if_asked();
     return result;
 }
@@ -185,13 +189,14 @@ std::vector<double> power_of(const toliman_period *periodogram, int64_t nf, int3
     return power;
 }
 
-void warn_of_grid(const toliman::periodogram &periodogram, const Series *series, bool is_default, uint32_t peak_flags,
-                  uint32_t &warned, Progress &progress) {
+void warn_of_grid(const toliman::periodogram &periodogram, const toliman_measure *series, bool is_default,
+                  uint32_t peak_flags, uint32_t &warned, Progress &progress) {
     if ((~warned & (TOLIMAN_PERIOD_COARSE | TOLIMAN_PERIOD_INACCURATE)) == 0)
         return;
     auto sampling = toliman::sized<toliman_period_sampling>();
-    toliman::check(toliman_period_query_sampling(periodogram.get(), series != nullptr ? series->t.data() : nullptr,
-                                                 series != nullptr ? series->t.size() : 0, &sampling));
+    const std::vector<double> times = series != nullptr ? values_of(series, "t") : std::vector<double>();
+    toliman::check(toliman_period_query_sampling(periodogram.get(), series != nullptr ? times.data() : nullptr,
+                                                 times.size(), &sampling));
     const toliman_period_info info = info_of(periodogram);
     const uint32_t fresh = (sampling.flags | peak_flags) & ~warned;
     if ((fresh & TOLIMAN_PERIOD_AT_EDGE) != 0)

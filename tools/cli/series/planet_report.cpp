@@ -38,10 +38,10 @@ std::string cell_text(double value) {
     return std::isinf(value) ? formatted("%12s", "never") : formatted("%12.4g", value);
 }
 
-std::vector<double> signal_of(const PlanetSearch &search, uint32_t planet, const Series &series) {
-    std::vector<double> signal(series.t.size());
-    const std::vector<double> &angles = series.position_angle_deg;
-    toliman::check(toliman_planet_get_signal(search.handle.get(), planet, series.t.data(),
+std::vector<double> signal_of(const PlanetSearch &search, uint32_t planet, const toliman_measure *series) {
+    const std::vector<double> times = values_of(series, "t"), angles = values_of(series, "position_angle_deg");
+    std::vector<double> signal(times.size());
+    toliman::check(toliman_planet_get_signal(search.handle.get(), planet, times.data(),
                                              angles.empty() ? nullptr : angles.data(), signal.size(), signal.data()));
     return signal;
 }
@@ -82,7 +82,8 @@ std::string PlanetReport::planet_text(size_t index) const {
     text += "  eccentricity  " + interval_text(planet.eccentricity) + "\n";
     text += "  periastron    " + interval_text(planet.periastron_deg) + " deg\n";
     text += "  epoch         " + interval_text(planet.epoch);
-    text += series.time_scale.empty() ? "\n" : " MJD, " + mjd_day(planet.epoch[1]) + " " + series.time_scale + "\n";
+    const std::string scale = name_of_scale(info_of(series).time_scale);
+    text += scale.empty() ? "\n" : " MJD, " + mjd_day(planet.epoch[1]) + " " + scale + "\n";
     text += "  amplitude     " + interval_text(planet.amplitude, uas ? search.uas(1) : 1) +
             (unit.empty() ? "" : " " + unit) + "\n";
     if (planet.star >= 0) {
@@ -180,7 +181,7 @@ void PlanetReport::refuse() const {
         for (const std::string &reason : search.reasons(i))
             text += (text.empty() ? "" : "; ") + formatted("candidate %zu is not a planet: ", i + 1) + reason;
     if (!text.empty())
-        throw Failure(kExitRejected, series.name + ": " + text);
+        throw Failure(kExitRejected, name_of(series) + ": " + text);
 }
 
 void PlanetReport::print() const {
@@ -190,8 +191,8 @@ void PlanetReport::print() const {
         text += planet_text(i);
     text += candidate_text() + fit_text() + outlier_text();
     text += text_of(search.instruments, search.velocities > 0 ? "" : search.unit.name);
-    text += formatted("samples     %zu; %u functions fitted, the mean and nuisance functions\n", series.t.size(),
-                      info.functions);
+    text += formatted("samples     %lld; %u functions fitted, the mean and nuisance functions\n",
+                      static_cast<long long>(info_of(series).n), info.functions);
     text += formatted("searched    periods from %.6g to %.6g d, amplitudes from ", info.period_min, info.period_max) +
             amplitude_text(info.amplitude_min) + " to " + amplitude_text(info.amplitude_max) + "\n";
     text += axis_text();
@@ -248,12 +249,13 @@ Json PlanetReport::limit_json(const toliman_planet_limit &limit) const {
 Json PlanetReport::json() const {
     const toliman_planet_info &info = search.info;
     const toliman_planet_options &how = search.options;
+    const toliman_measure_info given = info_of(series);
     const auto positive = [](double value) { return if_known(value > 0, value); };
     std::vector<size_t> indices(search.candidates.size());
     for (size_t i = 0; i < indices.size(); i++)
         indices[i] = i;
     Json json(
-        "schema", "toliman-planet/1", "n", series.t.size(), "time_scale", text_or_null(series.time_scale), "kind",
+        "schema", "toliman-planet/1", "n", given.n, "time_scale", text_or_null(name_of_scale(given.time_scale)), "kind",
         search.unit.is_velocity ? "velocity" : "separation", "unit", text_or_null(search.unit.name), "unit_arcsec",
         if_known(search.unit.in_uas(), search.unit.factor), "parallax_mas", positive(how.parallax_arcsec * 1000),
         "star_masses", std::vector{positive(how.star_mass[0]), positive(how.star_mass[1])}, "functions", info.functions,
@@ -267,7 +269,7 @@ Json PlanetReport::json() const {
         toliman_constant_name(info.goodness), "chi_square_with_jitter", info.chi_square_with_jitter, "jitter",
         listed_if(info.jitter[1] > 0, info.jitter), "jitter_uas",
         if_known(info.jitter[1] > 0 && search.unit.in_uas(), in_uas(info.jitter)), "frame_chi_square",
-        positive(series.frame_chi_square), "outliers", json_of_outliers(search.outliers, series), "clip",
+        positive(given.frame_chi_square), "outliers", json_of_outliers(search.outliers, series), "clip",
         (how.flags & TOLIMAN_PLANET_CLIP) != 0, "axis",
         if_known(!std::isnan(info.axis_deg), Json("position_angle_deg", info.axis_deg, "turn_deg", info.axis_turn_deg)),
         "detection_fap", how.detection_fap);
@@ -295,14 +297,14 @@ std::vector<const char *> files_of(bool with_limits) {
 namespace {
 
 void write_series(OutputFile &out, const PlanetReport &report) {
-    const Series &series = report.series;
-    std::vector<double> residuals(series.t.size() + report.search.velocities); // those of velocities follow
+    const Samples samples(report.series);
+    std::vector<double> residuals(samples.count() + report.search.velocities); // those of velocities follow
     toliman::check(toliman_planet_get_residuals(report.search.handle.get(), residuals.size(), residuals.data()));
-    std::vector<Column> columns = columns_of(series);
+    std::vector<Column> columns = samples.columns();
     columns.push_back({"residual", &residuals});
     std::vector<std::vector<double>> signals;
     for (uint32_t i = 0; i < report.search.fitted(); i++)
-        signals.push_back(signal_of(report.search, i, series));
+        signals.push_back(signal_of(report.search, i, report.series));
     for (size_t i = 0; i < signals.size(); i++)
         columns.push_back({formatted("signal_%zu", i + 1), &signals[i]});
     write_csv(out, kPlanetSeriesMark, columns);

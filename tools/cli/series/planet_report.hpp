@@ -8,7 +8,7 @@ namespace cli {
 
 struct PlanetReport {
     const PlanetSearch &search;
-    const Series &series;
+    const toliman_measure *series;
     std::optional<ReductionNote> reduced;     // empty if the samples are not reduced
     std::vector<toliman_planet_limit> limits; // empty without --limits
     std::optional<DetectionMap> map;          // empty without --map

@@ -4,6 +4,7 @@
 
 #include "options/command.hpp"
 #include "scenes/observer_options.hpp"
+#include "series/nuisance.hpp"
 #include "series/series.hpp"
 
 namespace cli {
@@ -14,7 +15,7 @@ constexpr size_t kLimitPeriods = 40;
 constexpr double kMostMass = 500, kMostParallax = 770; // solar masses, mas
 
 // The error of the library in terms of the series and of options.
-[[noreturn]] void fail(const toliman::error &error, const Series &series) {
+[[noreturn]] void fail(const toliman::error &error, const std::string &series) {
     refuse_option(error, {{"prior.period_min", "--period-min"},
                           {"prior.period_max", "--period-max"},
                           {"threshold", "--threshold"},
@@ -23,19 +24,24 @@ constexpr double kMostMass = 500, kMostParallax = 770; // solar masses, mas
                           {"star_mass", "--star-masses"},
                           {"parallax_arcsec", "--parallax"}});
     if (error.field() == "series")
-        throw Failure(kExitInput, message_about(series.name, error));
+        throw Failure(kExitInput, message_about(series, error));
     if (error.status() == TOLIMAN_E_STATE)
-        malformed(series.name, error.what());
+        malformed(series, error.what());
     throw error;
 }
 
-toliman_planet_options for_library(const PlanetOptions &options, const StarData &stars, Progress &progress) {
+// Parallax and masses that are not given are those of the system to which the series is reduced.
+toliman_planet_options for_library(const PlanetOptions &options, const toliman_measure_info &series,
+                                   Progress &progress) {
     auto how = with_progress<toliman_planet_options>(progress);
     how.flags = (options.no_jitter ? TOLIMAN_PLANET_NO_JITTER : 0) | (options.clip ? TOLIMAN_PLANET_CLIP : 0);
     how.max_planets = options.most;
     how.threads = options.threads;
-    how.parallax_arcsec = stars.parallax_arcsec;
-    std::copy(std::begin(stars.mass_sun), std::end(stars.mass_sun), how.star_mass);
+    how.parallax_arcsec = options.parallax_mas ? *options.parallax_mas / 1000 : series.parallax_arcsec;
+    std::copy(std::begin(series.star_mass), std::end(series.star_mass), how.star_mass);
+    if (!options.star_masses.empty())
+        how.star_mass[1] = 0;
+    std::copy(options.star_masses.begin(), options.star_masses.end(), how.star_mass);
     how.prior.period_min = options.period_min.value_or(0);
     how.prior.period_max = options.period_max.value_or(0);
     how.threshold = options.threshold;
@@ -103,17 +109,6 @@ void PlanetOptions::check(const ValueUnit &unit) const {
         throw Failure(kExitUsage, formatted("--fap %g: must be in (0, 1)", fap));
 }
 
-StarData PlanetOptions::stars(const StarData &system) const {
-    StarData stars = system;
-    if (parallax_mas)
-        stars.parallax_arcsec = *parallax_mas / 1000;
-    if (!star_masses.empty()) {
-        stars.mass_sun[0] = star_masses.front();
-        stars.mass_sun[1] = star_masses.size() > 1 ? star_masses[1] : 0;
-    }
-    return stars;
-}
-
 size_t PlanetSearch::fitted() const noexcept {
     const auto is_fitted = [](const toliman_planet_candidate &one) {
         return (one.reasons & TOLIMAN_PLANET_REASON_ODDS) == 0;
@@ -133,47 +128,60 @@ bool PlanetSearch::knows_mass(size_t star) const noexcept {
     return unit.factor > 0 && options.star_mass[star] > 0 && (unit.is_velocity || options.parallax_arcsec > 0);
 }
 
+namespace {
+
+// A series for the search, in a unit.
+toliman::measurements measured_in(const ValueUnit &unit, const toliman_measure *series) {
+    auto data = toliman::sized<toliman_measure_data>();
+    data.kind = unit.is_velocity ? TOLIMAN_MEASURE_VELOCITY : TOLIMAN_MEASURE_REDUCED;
+    data.unit = unit.factor;
+    return changed(series, data);
+}
+
+} // namespace
+
 Velocities velocities_of(const PlanetOptions &options, Progress &progress) {
     Velocities found;
     for (size_t star = 0; star < found.size(); star++) {
         const std::string &file = options.velocities[star];
         if (file.empty())
             continue;
-        Series series = read_series(plain(file), options.velocity_samples, progress);
-        if (series.sigma.empty())
-            malformed(series.name, "has no column sigma: must have the standard deviation of each velocity");
-        const ValueUnit unit = unit_of(series.unit_name.empty() ? "m/s" : "", series, std::nullopt);
+        const toliman::measurements series = read_series(plain(file), options.velocity_samples, progress);
+        const toliman_measure_info info = info_of(series.get());
+        if (info.is_weighted == 0)
+            malformed(info.name, "has no column sigma: must have the standard deviation of each velocity");
+        const ValueUnit unit = unit_of(info.unit_name[0] == '\0' ? "m/s" : "", series.get(), std::nullopt);
         if (!unit.is_velocity)
-            malformed(series.name, "y is in " + series.unit_name + ": must be velocities");
-        const auto [first, last] = std::minmax_element(series.t.begin(), series.t.end());
-        if (options.velocity_trend > 0 && *first < *last)
-            series.nuisance.trend = {options.velocity_trend, *first, *last};
-        found[star] = measure_of(series, TOLIMAN_MEASURE_VELOCITY, unit.factor);
+            malformed(info.name, std::string("y is in ") + info.unit_name + ": must be velocities");
+        found[star] = measured_in(unit, series.get());
+        const std::vector<double> times = values_of(series.get(), "t");
+        if (std::adjacent_find(times.begin(), times.end(), std::not_equal_to<>()) != times.end())
+            toliman::check(toliman_measure_set_trend(found[star].get(), options.velocity_trend, 0, 0));
     }
     return found;
 }
 
-PlanetSearch find_planets(const Series &series, const PlanetOptions &options, const ValueUnit &unit,
-                          const StarData &stars, Progress &progress) {
-    if (series.sigma.empty() && options.no_jitter)
-        malformed(series.name, "has no column sigma: must have one with --no-jitter");
+PlanetSearch find_planets(const toliman_measure *series, const PlanetOptions &options, const ValueUnit &unit,
+                          Progress &progress) {
+    const toliman_measure_info info = info_of(series);
+    if (info.is_weighted == 0 && options.no_jitter)
+        malformed(info.name, "has no column sigma: must have one with --no-jitter");
     PlanetSearch search;
     search.unit = unit;
-    search.options = for_library(options, stars, progress);
+    search.options = for_library(options, info, progress);
     const Velocities velocities = velocities_of(options, progress);
     search.options.velocity_a = velocities[0].get();
     search.options.velocity_b = velocities[1].get();
     for (const toliman::measurements &one : velocities)
         search.velocities += one ? static_cast<size_t>(info_of(one.get()).n) : 0;
     try {
-        const toliman::measurements given =
-            measure_of(series, unit.is_velocity ? TOLIMAN_MEASURE_VELOCITY : TOLIMAN_MEASURE_REDUCED, unit.factor);
+        const toliman::measurements given = measured_in(unit, series);
         search.handle = toliman::make<toliman::planet_set>(toliman_planet_create, given.get(), &search.options);
     } catch (const toliman::error &error) {
         for (size_t star = 0; star < 2; star++)
             if (error.field() == (star == 0 ? "options->velocity_a" : "options->velocity_b"))
                 throw Failure(kExitInput, message_about(options.velocities[star], error));
-        fail(error, series);
+        fail(error, info.name);
     }
     search.options.velocity_a = search.options.velocity_b = nullptr; // they end here
     search.info = toliman::result<toliman_planet_info>(toliman_planet_get_info, search.handle.get());
@@ -181,8 +189,7 @@ PlanetSearch find_planets(const Series &series, const PlanetOptions &options, co
     search.candidates = items_of(toliman_planet_get_candidate, found, search.info.candidates);
     search.outliers.resize(search.info.outliers);
     toliman::check(toliman_planet_get_outliers(search.handle.get(), search.outliers.size(), search.outliers.data()));
-    const auto of_velocities =
-        std::lower_bound(search.outliers.begin(), search.outliers.end(), static_cast<int64_t>(series.t.size()));
+    const auto of_velocities = std::lower_bound(search.outliers.begin(), search.outliers.end(), info.n);
     search.velocity_outliers = static_cast<size_t>(search.outliers.end() - of_velocities);
     search.outliers.erase(of_velocities, search.outliers.end());
     search.instruments = instruments_in(search);

@@ -2,7 +2,6 @@
 #pragma once
 #include <array>
 
-#include "scenes/star_data.hpp"
 #include "series/goodness.hpp"
 #include "series/reduction.hpp"
 #include "series/series.hpp"
@@ -25,8 +24,6 @@ struct PlanetOptions {
     void add_to(CLI::App &command);
     // Throws Failure for bad values and for those that do not suit the unit.
     void check(const ValueUnit &unit) const;
-    // Those of the options, otherwise those of a system.
-    StarData stars(const StarData &system) const;
 };
 
 struct PlanetSearch {
@@ -53,8 +50,8 @@ using Velocities = std::array<toliman::measurements, 2>;
 Velocities velocities_of(const PlanetOptions &options, Progress &progress);
 
 // Throws Failure for options and series that the library refuses.
-PlanetSearch find_planets(const Series &series, const PlanetOptions &options, const ValueUnit &unit,
-                          const StarData &stars, Progress &progress);
+PlanetSearch find_planets(const toliman_measure *series, const PlanetOptions &options, const ValueUnit &unit,
+                          Progress &progress);
 
 constexpr double kLimitProbability = 0.95;
 // Limits at periods from the shortest to the longest, with equal steps of their logarithm.

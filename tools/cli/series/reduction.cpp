@@ -24,9 +24,10 @@ const std::map<std::string, ValueUnit> &known_units() {
     return units;
 }
 
-// Whether the file states a unit that has a factor.
-bool states_unit(const Series &series) {
-    return !series.unit_name.empty() && known_units().count(series.unit_name) > 0;
+// The unit that the file states, if it has a factor.
+std::string stated_unit(const toliman_measure *series) {
+    const std::string name = info_of(series).unit_name;
+    return known_units().count(name) > 0 ? name : "";
 }
 
 constexpr double kLongestExposure = 400 * 86400.0;         // s, of the library's predictions
@@ -34,35 +35,41 @@ constexpr double kSharedTime = 0.05;                       // of two exposures, 
 constexpr double kSecondsPerDay = 86400, kShortest = 1e-3; // s
 constexpr double kFarScale = 0.01; // relative difference of measured and predicted separations that is reported
 
-double exposure_of(const ReductionOptions &options) {
-    const double exposure = options.exposure.value_or(0);
-    if (options.exposure && !(exposure > 0 && exposure <= kLongestExposure))
-        throw Failure(kExitUsage, formatted("--exposure %g: must be in (0, %g] s", exposure, kLongestExposure));
-    return exposure;
+// Exposures of the samples; counts: on-target intervals of each; empty: one each, start and end of the exposure.
+struct Exposures {
+    std::vector<int64_t> intervals; // [sum of counts][2], start and end, TAI ns
+    std::vector<size_t> counts;
+};
+
+std::vector<int64_t> tai_of(const toliman_measure *series) {
+    const toliman_measure_info info = info_of(series);
+    if (info.time_scale == 0)
+        malformed(info.name, "times are plain numbers: must be dates, Modified Julian Days or Julian Days "
+                             "(--time-format mjd or jd)");
+    std::vector<int64_t> times(static_cast<size_t>(info.n));
+    toliman::check(toliman_measure_get_times(series, times.data(), times.size()));
+    return times;
 }
 
-Exposures exposures_of(const std::vector<int64_t> &middles, double exposure) {
-    const int64_t length = std::llround(exposure * 1e9);
+// Those within the windows of --on-target, if it is given.
+Exposures exposures_of(const toliman_measure *series, const ReductionOptions &options) {
+    const std::vector<int64_t> middles = tai_of(series);
+    const int64_t length = std::llround(options.exposure.value_or(0) * 1e9);
+    const std::vector<TargetWindow> windows =
+        options.on_target.empty() ? std::vector<TargetWindow>()
+                                  : read_on_target(options.on_target, LeapSeconds(options.observer.leap_seconds()));
     Exposures exposures;
     for (const int64_t middle : middles) {
-        exposures.intervals.push_back(middle - length / 2);
-        exposures.intervals.push_back(exposures.intervals.back() + length);
-    }
-    return exposures;
-}
-
-// The parts of the exposures within the windows of --on-target.
-Exposures limited(const Exposures &whole, const ReductionOptions &options, const std::string &name) {
-    const std::vector<TargetWindow> windows =
-        read_on_target(options.on_target, LeapSeconds(options.observer.leap_seconds()));
-    Exposures exposures;
-    for (size_t i = 0; i < whole.intervals.size() / 2; i++) {
-        const std::vector<int64_t> parts = parts_of(windows, whole.intervals[2 * i], whole.intervals[2 * i + 1]);
+        std::vector<int64_t> parts = {middle - length / 2, middle - length / 2 + length};
+        if (!options.on_target.empty()) {
+            parts = parts_of(windows, parts[0], parts[1]);
+            exposures.counts.push_back(parts.size() / 2);
+        }
         exposures.intervals.insert(exposures.intervals.end(), parts.begin(), parts.end());
-        exposures.counts.push_back(parts.size() / 2);
         if (parts.empty())
-            malformed(name, formatted("sample %zu: no window of --on-target %s is in its exposure of %g s", i + 1,
-                                      options.on_target.c_str(), *options.exposure));
+            malformed(name_of(series),
+                      formatted("sample %zu: no window of --on-target %s is in its exposure of %g s",
+                                exposures.counts.size(), options.on_target.c_str(), *options.exposure));
     }
     return exposures;
 }
@@ -130,25 +137,24 @@ ValueUnit unit_of(const std::string &name, const std::optional<double> &plate_sc
     return unit;
 }
 
-ValueUnit unit_of(const std::string &option, const Series &series, const std::optional<double> &plate_scale) {
-    const bool stated = states_unit(series);
-    if (stated && !option.empty() && option != series.unit_name)
-        throw Failure(kExitUsage, "--unit " + option + ": " + series.name + " states that y is in " + series.unit_name);
-    const bool needs_scale = series.unit_name == "px" && !plate_scale;
-    return unit_of(stated && option.empty() && !needs_scale ? series.unit_name : option, plate_scale);
+ValueUnit unit_of(const std::string &option, const toliman_measure *series, const std::optional<double> &plate_scale) {
+    const std::string stated = stated_unit(series);
+    if (!stated.empty() && !option.empty() && option != stated)
+        throw Failure(kExitUsage, "--unit " + option + ": " + name_of(series) + " states that y is in " + stated);
+    return unit_of(!option.empty() || (stated == "px" && !plate_scale) ? option : stated, plate_scale);
 }
 
-ValueUnit unit_of_separations(const Series &series, const ReductionOptions &options) {
-    const bool stated = states_unit(series);
-    if (!stated || (series.unit_name == "px" && options.plate_scale))
+ValueUnit unit_of_separations(const toliman_measure *series, const ReductionOptions &options) {
+    const std::string stated = stated_unit(series);
+    if (stated.empty() || (stated == "px" && options.plate_scale))
         return unit_of(options.plate_scale ? "px" : "arcsec", options.plate_scale);
-    if (known_units().at(series.unit_name).is_velocity)
-        malformed(series.name, "y is in " + series.unit_name + ": must be measured separations");
-    if (series.unit_name == "px" || options.plate_scale)
+    if (known_units().at(stated).is_velocity)
+        malformed(name_of(series), "y is in " + stated + ": must be measured separations");
+    if (stated == "px" || options.plate_scale)
         throw Failure(kExitUsage, std::string("--plate-scale: ") +
-                                      (options.plate_scale ? "must not be given: " : "must be given: ") + series.name +
-                                      " states that y is in " + series.unit_name);
-    return unit_of(series.unit_name, std::nullopt);
+                                      (options.plate_scale ? "must not be given: " : "must be given: ") +
+                                      name_of(series) + " states that y is in " + stated);
+    return unit_of(stated, std::nullopt);
 }
 
 void ReductionOptions::add_to(CLI::App &command, CLI::Option *needed) {
@@ -170,19 +176,27 @@ std::string ReductionOptions::exposures() const {
     return exposure ? formatted("--exposure %g", *exposure) : "--exposure not given";
 }
 
-toliman::measurements separations_of(const Series &series, const ReductionOptions &options) {
-    const double exposure = exposure_of(options), unit = unit_of_separations(series, options).factor;
-    for (size_t i = 0; i < series.y.size(); i++)
-        if (!(series.y[i] > 0 && std::isfinite(series.y[i])))
-            malformed(series.name,
-                      formatted("sample %zu: y = %g: must be a measured separation, above 0", i + 1, series.y[i]));
-    const Exposures whole = exposures_of(tai_of(series), exposure);
-    return measure_of(series, TOLIMAN_MEASURE_SEPARATION, unit,
-                      options.on_target.empty() ? whole : limited(whole, options, series.name));
+toliman::measurements separations_of(const toliman_measure *series, const ReductionOptions &options) {
+    if (options.exposure && !(*options.exposure > 0 && *options.exposure <= kLongestExposure))
+        throw Failure(kExitUsage,
+                      formatted("--exposure %g: must be in (0, %g] s", *options.exposure, kLongestExposure));
+    auto data = toliman::sized<toliman_measure_data>();
+    data.kind = TOLIMAN_MEASURE_SEPARATION;
+    data.unit = unit_of_separations(series, options).factor;
+    const std::vector<double> separations = values_of(series, "y");
+    for (size_t i = 0; i < separations.size(); i++)
+        if (!(separations[i] > 0))
+            malformed(name_of(series),
+                      formatted("sample %zu: y = %g: must be a measured separation, above 0", i + 1, separations[i]));
+    const Exposures exposures = exposures_of(series, options);
+    data.intervals = exposures.intervals.data();
+    data.interval_counts = exposures.counts.empty() ? nullptr : exposures.counts.data();
+    return changed(series, data);
 }
 
-Reduced reduce(const toliman_measure *measured, const std::string &name, const ReductionOptions &options,
-               const toliman_sky *sky, double scale_sigma, bool with_functions, Progress &progress) {
+Reduced reduce(const toliman_measure *measured, const ReductionOptions &options, const toliman_sky *sky,
+               double scale_sigma, bool with_functions, Progress &progress) {
+    const std::string name = name_of(measured);
     auto how = toliman::sized<toliman_sky_reduce_options>();
     how.flags = with_functions ? 0 : TOLIMAN_SKY_NO_FUNCTIONS;
     how.scale_sigma = scale_sigma;
@@ -205,8 +219,7 @@ Reduced reduce(const toliman_measure *measured, const std::string &name, const R
                                 static_cast<long long>(left_out), static_cast<long long>(all)) +
                       options.observer.coverage(sky));
     warn_far(reduced.get(), progress);
-    Series series = series_of(reduced.get(), name);
-    return {std::move(reduced), std::move(series), left_out};
+    return {std::move(reduced), left_out};
 }
 
 void refuse_refitted(const toliman_measure *reduced, const std::string &name, const std::string &cure) {
@@ -218,14 +231,11 @@ void refuse_refitted(const toliman_measure *reduced, const std::string &name, co
 }
 
 ReductionNote reduce_to_orbit(const std::string &system, const ReductionOptions &options, double scale_sigma,
-                              bool with_functions, Series &series, Progress &progress) {
+                              bool with_functions, toliman::measurements &series, Progress &progress) {
     const auto sky = options.observer.predictor(system, 0, progress);
-    const toliman::measurements measured = separations_of(series, options);
-    Reduced reduced = reduce(measured.get(), series.name, options, sky.get(), scale_sigma, with_functions, progress);
-    refuse_refitted(reduced.measure.get(), "--system " + system, "give the system file before the refit");
-    reduced.series.time_format = series.time_format;
-    reduced.series.time_scale = series.time_scale;
-    reduced.series.unit_name = series.unit_name;
+    const toliman::measurements measured = separations_of(series.get(), options);
+    Reduced reduced = reduce(measured.get(), options, sky.get(), scale_sigma, with_functions, progress);
+    refuse_refitted(reduced.series.get(), "--system " + system, "give the system file before the refit");
     series = std::move(reduced.series);
     Json json("system", system);
     options.set(json);

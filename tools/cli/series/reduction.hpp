@@ -34,11 +34,11 @@ struct ReductionOptions {
 ValueUnit unit_of(const std::string &name, const std::optional<double> &plate_scale);
 
 // The unit of --unit, or that of the file if none is given. Failure if they differ.
-ValueUnit unit_of(const std::string &option, const Series &series, const std::optional<double> &plate_scale);
+ValueUnit unit_of(const std::string &option, const toliman_measure *series, const std::optional<double> &plate_scale);
 
 // The unit of measured separations: px of --plate-scale, that of the file, or arcsec. Failure if they differ, and for
 // velocities.
-ValueUnit unit_of_separations(const Series &series, const ReductionOptions &options);
+ValueUnit unit_of_separations(const toliman_measure *series, const ReductionOptions &options);
 
 // How a series was reduced to the orbit.
 struct ReductionNote {
@@ -47,25 +47,24 @@ struct ReductionNote {
 };
 
 // A series of measured separations for the library, with their exposures. Throws Failure for bad options or times.
-toliman::measurements separations_of(const Series &series, const ReductionOptions &options);
+toliman::measurements separations_of(const toliman_measure *series, const ReductionOptions &options);
 
 // Those for whose times the observer is known.
 struct Reduced {
-    toliman::measurements measure;
-    Series series; // the same for the program
+    toliman::measurements series;
     int64_t left_out;
 };
 
-// name: of the series in messages. with_functions: as TOLIMAN_SKY_NO_FUNCTIONS is not set. Warns of samples that are
-// left out, of exposures that overlap, and of a mean separation far from that of the orbit. Throws Failure for
-// exposures that cannot be reduced, and if no sample is left.
-Reduced reduce(const toliman_measure *measured, const std::string &name, const ReductionOptions &options,
-               const toliman_sky *sky, double scale_sigma, bool with_functions, Progress &progress);
+// with_functions: as TOLIMAN_SKY_NO_FUNCTIONS is not set. Warns of samples that are left out, of exposures that
+// overlap, and of a mean separation far from that of the orbit. Throws Failure for exposures that cannot be reduced,
+// and if no sample is left.
+Reduced reduce(const toliman_measure *measured, const ReductionOptions &options, const toliman_sky *sky,
+               double scale_sigma, bool with_functions, Progress &progress);
 
 // Replaces a series of measured separations by the reduced ones, with the functions that are fitted by default if
 // with_functions.
 ReductionNote reduce_to_orbit(const std::string &system, const ReductionOptions &options, double scale_sigma,
-                              bool with_functions, Series &series, Progress &progress);
+                              bool with_functions, toliman::measurements &series, Progress &progress);
 
 // Throws Failure for a series that is reduced to an orbit refitted to it. name: of the series or option, cure: what to
 // do.

@@ -82,44 +82,6 @@ std::string text_of(LineSource &source) {
     return text;
 }
 
-const double *data_or_null(const std::vector<double> &values) {
-    return values.empty() ? nullptr : values.data();
-}
-
-// Whether a column is the offset of an instrument, which comes with the instruments.
-bool is_offset(const std::string &name, const Series &series) {
-    return std::any_of(series.instruments.begin(), series.instruments.end(),
-                       [&](const std::string &instrument) { return name == "offset " + instrument; });
-}
-
-// The names of a list with commas.
-std::vector<std::string> names_in(const std::string &list) {
-    std::vector<std::string> names(1);
-    for (const char letter : list)
-        if (letter == ',')
-            names.emplace_back();
-        else
-            names.back() += letter;
-    return names;
-}
-
-void add_functions(const Series &series, toliman_measure *measure) {
-    if (!series.instruments.empty())
-        toliman::check(toliman_measure_set_instruments(measure, (joined(series.instruments, ",") + ",").c_str(),
-                                                       series.instrument.data(), series.instrument.size()));
-    const Nuisance &nuisance = series.nuisance;
-    const Trend &trend = nuisance.trend;
-    toliman::check(toliman_measure_set_trend(measure, trend.order, trend.start, trend.end));
-    for (const NuisanceColumn &column : nuisance.columns)
-        if (!is_offset(column.name, series))
-            toliman::check(toliman_measure_add_column(measure, column.name.c_str(), column.values.data(),
-                                                      column.values.size(), 0));
-    for (size_t f = 0; f < nuisance.precision.size(); f++)
-        if (nuisance.precision[f] > 0)
-            toliman::check(
-                toliman_measure_set_prior(measure, static_cast<int64_t>(f), 1 / std::sqrt(nuisance.precision[f])));
-}
-
 } // namespace
 
 void add_times(CLI::App &command, SampleOptions &options) {
@@ -210,16 +172,15 @@ std::vector<std::string> SampleReader::end(bool samples) {
     return warnings;
 }
 
-double time_of(const std::string &option, const std::string &text, const SampleOptions &options, bool plain) {
+double time_of(const std::string &option, const std::string &text, const SampleOptions &options, int32_t time_format,
+               int32_t time_scale) {
     double number = 0;
-    const bool is_number = number_of(text, number);
+    const bool is_number = number_of(text, number), plain = time_scale == 0;
     if (plain && !(is_number && std::isfinite(number)))
         throw Failure(kExitUsage, option + " " + text + ": must be a finite number, as the times of the series are");
     if (plain)
         return number;
-    SampleOptions how = options;
-    how.columns.clear();
-    how.instrument.clear();
+    SampleOptions how = options_of_times(time_format, time_scale, options);
     how.time_format = !is_number ? "iso" : number < kFirstJulianDay ? "mjd" : "jd";
     SampleParser parser(nullptr, how);
     Sample sample = {};
@@ -234,36 +195,36 @@ double time_of(const std::string &option, const std::string &text, const SampleO
     return sample.t;
 }
 
-SampleOptions options_of_times(const Series &series, const SampleOptions &options) {
+SampleOptions options_of_times(int32_t time_format, int32_t time_scale, const SampleOptions &options) {
     SampleOptions how = options;
     how.columns.clear();
     how.instrument.clear();
     for (const auto &[name, format] : kFormats)
-        if (format == series.time_format && !name.empty())
+        if (format == time_format && !name.empty())
             how.time_format = name;
     for (const auto &[name, scale] : kScales)
-        if (how.time_scale.empty() && result_scale(name) == series.time_scale && series.time_scale != "TAI")
+        if (how.time_scale.empty() && scale == time_scale && scale != TOLIMAN_INGEST_SCALE_TAI)
             how.time_scale = name; // of the column's name
     return how;
 }
 
-std::vector<int64_t> tai_of(const Series &series) {
-    if (series.time_scale.empty())
-        malformed(series.name, "times are plain numbers: must be dates, Modified Julian Days or Julian Days "
-                               "(--time-format mjd or jd)");
-    std::string scale = series.time_scale;
-    std::transform(scale.begin(), scale.end(), scale.begin(),
-                   [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
-    std::vector<int64_t> times;
-    for (const double t : series.t) {
-        times.emplace_back();
-        toliman::check(toliman_ingest_parse_time(formatted("%.17g", t).c_str(), TOLIMAN_INGEST_FORMAT_MJD,
-                                                 kScales.at(scale), nullptr, 0, &times.back()));
-    }
-    return times;
+namespace {
+
+toliman::measurements in_days(const toliman_measure *series, Progress &progress) {
+    const double unit = info_of(series).time_unit_days;
+    std::vector<double> times = values_of(series, "t");
+    for (double &t : times)
+        t *= unit;
+    progress.warn(name_of(series) + formatted(": the times are converted to days, %g per unit", unit));
+    auto data = toliman::sized<toliman_measure_data>();
+    data.t = times.data();
+    data.time_unit_days = 1;
+    return changed(series, data);
 }
 
-Series read_series(const std::string &name, const SampleOptions &options, Progress &progress) {
+} // namespace
+
+toliman::measurements read_series(const std::string &name, const SampleOptions &options, Progress &progress) {
     const SampleParser options_are_valid(nullptr, options); // an error before the file is opened
     need(name, "a series of t, y[, sigma]",                 // or sums: the reader states how to give them
          {Content::npy, Content::text, Content::json, Content::result, Content::empty, Content::sums});
@@ -291,89 +252,28 @@ Series read_series(const std::string &name, const SampleOptions &options, Progre
     }
     if (status != TOLIMAN_OK)
         refuse(toliman::error(status), source, options);
-    const toliman::measurements measure(made);
-    Series series = series_of(measure.get(), source);
-    check_times(options, series.time_format);
+    toliman::measurements series(made);
+    const toliman_measure_info info = info_of(made);
+    check_times(options, info.time_format);
     for (const std::string &warning : warnings)
         progress.warn(warning);
-    if (series.time_unit_days != 1) {
-        for (double &t : series.t)
-            t *= series.time_unit_days;
-        progress.warn(source + formatted(": the times are converted to days, %g per unit", series.time_unit_days));
-        series.time_unit_days = 1;
-    }
-    return series;
+    return info.time_unit_days == 1 ? std::move(series) : in_days(made, progress);
 }
 
-std::vector<Column> columns_of(const Series &series) {
-    std::vector<Column> columns = {{"t", &series.t}, {"y", &series.y}};
-    if (!series.sigma.empty())
-        columns.push_back({"sigma", &series.sigma});
-    return columns;
-}
-
-toliman::measurements measure_of(const Series &series, int32_t kind, double unit, const Exposures &exposures) {
+toliman::measurements series_of(const std::string &name, const std::vector<double> &t, const std::vector<double> &y) {
     auto data = toliman::sized<toliman_measure_data>();
-    data.kind = kind;
-    data.n = series.t.size();
-    data.t = series.t.data();
-    data.y = series.y.data();
-    data.sigma = data_or_null(series.sigma);
-    data.intervals = exposures.intervals.empty() ? nullptr : exposures.intervals.data();
-    data.interval_counts = exposures.counts.empty() ? nullptr : exposures.counts.data();
-    data.position_angle_deg = data_or_null(series.position_angle_deg);
-    data.unit = unit;
-    data.time_unit_days = series.time_unit_days;
-    data.frame_chi_square = series.frame_chi_square;
-    auto measure = toliman::make<toliman::measurements>(toliman_measure_create, &data);
-    add_functions(series, measure.get());
-    return measure;
+    data.name = name.c_str();
+    data.n = t.size();
+    data.t = t.data();
+    data.y = y.data();
+    return toliman::make<toliman::measurements>(toliman_measure_create, &data);
 }
 
-std::vector<std::vector<double>> functions_of(const Series &series) {
-    const toliman::measurements measure = measure_of(series, 0, 0);
-    std::vector<std::vector<double>> values;
-    for (int64_t f = 0; f < info_of(measure.get()).functions; f++) {
-        auto function = toliman::sized<toliman_measure_function>();
-        toliman::check(toliman_measure_get_function(measure.get(), f, &function));
-        values.push_back(values_of(measure.get(), function.name));
-    }
-    return values;
-}
-
-Series series_of(const toliman_measure *measure, const std::string &name) {
-    const toliman_measure_info info = info_of(measure);
-    Series series;
-    series.name = name;
-    series.t = values_of(measure, "t");
-    series.y = values_of(measure, "y");
-    series.sigma = values_of(measure, "sigma");
-    series.position_angle_deg = values_of(measure, "position_angle_deg");
-    series.time_scale = name_of_scale(info.time_scale);
-    series.time_format = info.time_format;
-    series.frame_chi_square = info.frame_chi_square;
-    series.unit_name = info.unit_name;
-    series.time_unit_days = info.time_unit_days;
-    if (info.instruments > 0) {
-        series.instruments = names_in(info.instrument_names);
-        for (const double which : values_of(measure, "instrument"))
-            series.instrument.push_back(std::llround(which));
-    }
-    Nuisance &nuisance = series.nuisance;
-    nuisance.trend = {info.trend, info.trend_start, info.trend_end};
-    bool has_priors = false;
-    for (int64_t f = 0; f < info.functions; f++) {
-        auto function = toliman::sized<toliman_measure_function>();
-        toliman::check(toliman_measure_get_function(measure, f, &function));
-        nuisance.precision.push_back(function.sigma > 0 ? 1 / (function.sigma * function.sigma) : 0);
-        has_priors = has_priors || function.sigma > 0;
-        if (f >= info.trend)
-            nuisance.columns.push_back(
-                {function.name, values_of(measure, function.name), function.bound, function.unit});
-    }
-    if (!has_priors)
-        nuisance.precision.clear();
-    return series;
+std::vector<Column> Samples::columns() const {
+    std::vector<Column> columns = {{"t", &t}, {"y", &y}};
+    if (!sigma.empty())
+        columns.push_back({"sigma", &sigma});
+    return columns;
 }
 
 } // namespace cli

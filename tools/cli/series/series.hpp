@@ -1,7 +1,6 @@
 // Reads time series with the library: whole files, or line by line where input grows or continues sums.
 #pragma once
 #include "common/lines.hpp"
-#include "series/nuisance.hpp"
 
 namespace cli {
 
@@ -17,26 +16,13 @@ struct SampleOptions {
 void add_times(CLI::App &command, SampleOptions &options);
 void add_instrument(CLI::App &command, SampleOptions &options);
 
-struct Series {
-    std::string name;                            // the file's name in messages
-    std::vector<double> t, y, sigma;             // sigma is empty if the file has none
-    std::string time_scale = {};                 // of t, Modified Julian Days; empty for plain numbers
-    int32_t time_format = 0;                     // TOLIMAN_INGEST_FORMAT_... of the file's times; 0 for plain numbers
-    Nuisance nuisance = {};                      // fitted with the mean at each frequency
-    std::vector<double> position_angle_deg = {}; // on the orbit, of reduced separations; otherwise empty
-    double frame_chi_square = 0;                 // median of the frames of a state folder; 0: unknown
-    std::string unit_name = {};                  // of y, as the file states it; "" if it does not
-    double time_unit_days = 1;                   // days per unit of t
-    std::vector<int64_t> instrument = {};        // of each sample, index into the names; empty: one instrument
-    std::vector<std::string> instruments = {};   // names; their offsets are columns of the nuisance functions
-};
-
-// Reads the value of an option, a time in the format of such a series: a number if its times are, otherwise a date, a
-// Modified Julian Day or a Julian Day. Returns it as t of a sample.
-double time_of(const std::string &option, const std::string &text, const SampleOptions &options, bool plain);
+// Reads the value of an option, a time in the format of a series that was read by `options`: a number if its times
+// are, otherwise a date, a Modified Julian Day or a Julian Day. Returns it as t of a sample.
+double time_of(const std::string &option, const std::string &text, const SampleOptions &options, int32_t time_format,
+               int32_t time_scale);
 
 // How to read times as those of the series, which was read by `options`, from a column of any name.
-SampleOptions options_of_times(const Series &series, const SampleOptions &options);
+SampleOptions options_of_times(int32_t time_format, int32_t time_scale, const SampleOptions &options);
 
 // "TAI", of a TOLIMAN_INGEST_SCALE_...; "" for 0, plain numbers.
 std::string name_of_scale(int32_t scale);
@@ -80,6 +66,7 @@ class SampleReader {
     bool next(Sample &sample);
     const std::string &name() const noexcept { return in_.name(); } // the file's name in messages
     std::string where() const { return name() + ":" + std::to_string(parser_.info().lines); } // the last line's
+    toliman_series_info info() const { return parser_.info(); }
     std::string time_scale() const { return parser_.time_scale(); }
     std::vector<std::string> take_warnings() { return parser_.take_warnings(); }
     // The warnings about the whole input. Failure if there were no samples.
@@ -90,28 +77,21 @@ class SampleReader {
     SampleParser parser_;
 };
 
-// Times of the samples in TAI, ns since 1970-01-01T00:00:00 TAI. Throws Failure for plain numbers.
-std::vector<int64_t> tai_of(const Series &series);
+// The numbers of the samples of a series.
+struct Samples {
+    explicit Samples(const toliman_measure *series)
+        : t(values_of(series, "t")), y(values_of(series, "y")), sigma(values_of(series, "sigma")) {}
 
-// All samples of a file of any format of measure.h, or of standard input: at least one.
-Series read_series(const std::string &name, const SampleOptions &options, Progress &progress);
-// t, y and, if there is one, sigma.
-std::vector<Column> columns_of(const Series &series);
+    size_t count() const noexcept { return t.size(); }
+    const double *sigmas() const noexcept { return sigma.empty() ? nullptr : sigma.data(); }
+    std::vector<Column> columns() const; // t, y and, if there is one, sigma
 
-// Exposures of the samples; empty: not known.
-struct Exposures {
-    std::vector<int64_t> intervals = {}; // [sum of counts][2], start and end, TAI ns
-    std::vector<size_t> counts = {};     // on-target intervals of each; empty: one each, start and end of the exposure
+    std::vector<double> t, y, sigma; // sigma: empty if it is not known
 };
 
-// For the library, with its functions. kind: TOLIMAN_MEASURE_..., unit: arcsec (velocities: m/s) per unit of y, 0 =
-// unknown.
-toliman::measurements measure_of(const Series &series, int32_t kind, double unit, const Exposures &exposures = {});
-
-// The values of the functions that are fitted with the mean, [function][sample].
-std::vector<std::vector<double>> functions_of(const Series &series);
-
-// For the program; name: of its source in messages.
-Series series_of(const toliman_measure *measure, const std::string &name);
+// All samples of a file of any format of measure.h, or of standard input: at least one; times with a unit in days.
+toliman::measurements read_series(const std::string &name, const SampleOptions &options, Progress &progress);
+// A series of arrays; name: of their source.
+toliman::measurements series_of(const std::string &name, const std::vector<double> &t, const std::vector<double> &y);
 
 } // namespace cli

@@ -35,66 +35,65 @@ void NuisanceOptions::need_span(int32_t order, const std::string &why) const {
                                       "follow");
 }
 
-Trend trend_of(int32_t order, const NuisanceOptions &options, const SampleOptions &samples, const Series &series) {
-    if (order == 0 && options.span.empty())
-        return {};
+std::pair<double, double> span_of(int32_t order, const NuisanceOptions &options, const SampleOptions &samples,
+                                  int32_t time_format, int32_t time_scale) {
+    if (options.span.empty())
+        return {0, 0};
     if (order == 0)
         throw Failure(kExitUsage, "--span " + options.span + ": is the span of a trend: give --trend above 0");
-    if (options.span.empty()) {
-        const auto [first, last] = std::minmax_element(series.t.begin(), series.t.end());
-        if (!(*first < *last))
-            malformed(series.name, "all times are equal: a trend needs different times");
-        return {order, *first, *last};
-    }
     const size_t comma = options.span.find(',');
     if (comma == std::string::npos || options.span.find(',', comma + 1) != std::string::npos)
         throw Failure(kExitUsage, "--span " + options.span + ": must be START,END");
-    const bool plain = series.time_scale.empty();
-    const SampleOptions times = options_of_times(series, samples);
-    const Trend trend = {order, time_of("--span", options.span.substr(0, comma), times, plain),
-                         time_of("--span", options.span.substr(comma + 1), times, plain)};
-    if (!(trend.start < trend.end))
+    const auto time = [&](const std::string &text) {
+        return time_of("--span", text, samples, time_format, time_scale);
+    };
+    const std::pair<double, double> span = {time(options.span.substr(0, comma)), time(options.span.substr(comma + 1))};
+    if (!(span.first < span.second))
         throw Failure(kExitUsage, "--span " + options.span + ": START must be before END");
-    return trend;
+    return span;
 }
 
 namespace {
 
-// Place of a function among T_1 ... and the columns.
-size_t place_of(const std::string &name, const Nuisance &nuisance) {
-    std::vector<std::string> names = names_of_trend(nuisance.trend.order);
-    names.erase(names.begin()); // the mean
-    for (const NuisanceColumn &column : nuisance.columns)
-        names.push_back(column.name);
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end())
-        throw Failure(kExitUsage, "--prior " + name + ": must be one of " + joined(names));
-    return static_cast<size_t>(found - names.begin());
+void set_trend(int32_t order, const NuisanceOptions &options, const SampleOptions &samples, toliman_measure *series) {
+    const toliman_measure_info info = info_of(series);
+    const auto [start, end] = span_of(order, options, samples, info.time_format, info.time_scale);
+    const toliman_status status = toliman_measure_set_trend(series, order, start, end);
+    if (status == TOLIMAN_E_ARGUMENT)
+        malformed(info.name, toliman_last_error_field() == std::string("trend")
+                                 ? "all times are equal: a trend needs different times"
+                                 : "--trend: " + std::string(toliman_last_error()));
+    toliman::check(status);
 }
 
-void set_prior(const std::string &text, Nuisance &nuisance) {
+void set_prior(const std::string &text, toliman_measure *series) {
     const size_t equals = text.rfind('=');
     double sigma = 0;
     const bool is_number = equals != std::string::npos && number_of(text.substr(equals + 1), sigma);
     if (!is_number || !(sigma >= kLeastPrior && sigma <= 1 / kLeastPrior))
         throw Failure(kExitUsage, "--prior " + text + ": must be NAME=S with S above 0");
-    const size_t place = place_of(text.substr(0, equals), nuisance);
-    if (nuisance.precision[place] > 0)
-        throw Failure(kExitUsage, "--prior " + text + ": " + text.substr(0, equals) + " is given twice");
-    nuisance.precision[place] = 1 / (sigma * sigma);
+    const std::string name = text.substr(0, equals);
+    std::vector<std::string> names;
+    for (const Function &function : functions_of(series)) {
+        if (name == function.name && function.sigma > 0)
+            throw Failure(kExitUsage, "--prior " + text + ": " + name + " is given twice");
+        names.emplace_back(function.name);
+    }
+    const auto place = std::find(names.begin(), names.end(), name) - names.begin();
+    if (place == static_cast<std::ptrdiff_t>(names.size()))
+        throw Failure(kExitUsage, "--prior " + name + ": must be one of " + joined(names));
+    toliman::check(toliman_measure_set_prior(series, place, sigma));
+}
+
+// The priors of the functions that the options give; the errors of an orbit have their own.
+void set_priors(const NuisanceOptions &options, toliman_measure *series) {
+    if (!options.priors.empty() && info_of(series).is_weighted == 0)
+        malformed(name_of(series), "has no column sigma: --prior needs the standard deviation of each sample");
+    for (const std::string &text : options.priors)
+        set_prior(text, series);
 }
 
 } // namespace
-
-void set_priors(const NuisanceOptions &options, Series &series) {
-    if (options.priors.empty())
-        return;
-    if (series.sigma.empty())
-        malformed(series.name, "has no column sigma: --prior needs the standard deviation of each sample");
-    series.nuisance.precision.assign(series.nuisance.count(), 0);
-    for (const std::string &text : options.priors)
-        set_prior(text, series.nuisance);
-}
 
 CLI::Option *add_system_options(CLI::App &command, SeriesOptions &options) {
     CLI::Option *system = add_option(&command, "--system", options.system, "SYSTEM");
@@ -107,25 +106,19 @@ CLI::Option *add_system_options(CLI::App &command, SeriesOptions &options) {
 }
 
 std::optional<ReductionNote> add_functions(const SeriesOptions &options, bool with_orbit, const std::string &growing,
-                                           Series &series, Progress &progress) {
+                                           toliman::measurements &series, Progress &progress) {
     const NuisanceOptions &how = options.nuisance;
-    series.nuisance.trend.order = how.trend.value_or(0);
     if (!how.file.empty())
-        for (NuisanceColumn &column : read_columns(how.file, series, options.samples))
-            series.nuisance.columns.push_back(std::move(column));
-    if (series.nuisance.count() > kMostFunctions)
-        malformed(series.name, formatted("%zu columns of functions and offsets: at most %zu with --trend %d",
-                                         series.nuisance.columns.size(),
-                                         kMostFunctions - static_cast<size_t>(series.nuisance.trend.order),
-                                         series.nuisance.trend.order));
+        add_columns(how.file, options.samples, how.trend.value_or(0), series.get());
     std::optional<ReductionNote> reduced;
     if (options.system)
         reduced = reduce_to_orbit(*options.system, options.reduction, how.scale_sigma, with_orbit && !how.given(),
                                   series, progress);
+    const int32_t order = how.trend.value_or(info_of(series.get()).trend);
     if (!growing.empty())
-        how.need_span(series.nuisance.trend.order, growing);
-    series.nuisance.trend = trend_of(series.nuisance.trend.order, how, options.samples, series);
-    set_priors(how, series);
+        how.need_span(order, growing);
+    set_trend(order, how, options.samples, series.get());
+    set_priors(how, series.get());
     return reduced;
 }
 

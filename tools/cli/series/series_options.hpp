@@ -26,11 +26,10 @@ struct NuisanceOptions {
 // The names of these options.
 inline constexpr const char *kNuisanceOptions[] = {"--trend", "--span", "--nuisance-file", "--prior", "--scale-sigma"};
 
-// A trend over --span, or over the times of the series. samples: how the times of the series were read.
-Trend trend_of(int32_t order, const NuisanceOptions &options, const SampleOptions &samples, const Series &series);
-
-// Gives the functions of the series the priors of --prior.
-void set_priors(const NuisanceOptions &options, Series &series);
+// Start and end of --span, for a series with such times, which were read by `samples`; both 0 without it, for those of
+// the series. Throws Failure for a span without a trend.
+std::pair<double, double> span_of(int32_t order, const NuisanceOptions &options, const SampleOptions &samples,
+                                  int32_t time_format, int32_t time_scale);
 
 struct SeriesOptions {
     std::string file;
@@ -47,10 +46,11 @@ CLI::Option *add_system_options(CLI::App &command, SeriesOptions &options);
 // series are those of the orbit. growing: the option by which samples may follow; "" for none. Throws Failure for bad
 // options.
 std::optional<ReductionNote> add_functions(const SeriesOptions &options, bool with_orbit, const std::string &growing,
-                                           Series &series, Progress &progress);
+                                           toliman::measurements &series, Progress &progress);
 
-// CSV: the first line has the names t,NAME,...; a row for each sample of the series, with its time, in the same order.
-// samples: how the times of the series were read. Throws Failure, with file and line, for anything else.
-std::vector<NuisanceColumn> read_columns(const std::string &path, const Series &series, const SampleOptions &samples);
+// Adds the columns of a CSV file: the first line has the names t,NAME,...; a row for each sample of the series, with
+// its time, in the same order. samples: how the times of the series were read; trend: the order that they leave place
+// for. Throws Failure, with file and line, for anything else.
+void add_columns(const std::string &path, const SampleOptions &samples, int32_t trend, toliman_measure *series);
 
 } // namespace cli
