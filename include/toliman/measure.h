@@ -76,6 +76,8 @@ typedef struct toliman_measure_options {
     double exposure_s;      /* files only: length of each exposure, whose middle is the date t, in (0, 34560000] s; 0
                                = unknown */
     const char *instrument; /* (f), for toliman_measure_set_instruments */
+    const char *functions;  /* files only: path of a CSV table of columns, as of toliman_measure_add_column: a line of
+                               names t,NAME,... and a row for each sample, with its time */
     toliman_log_fn log;     /* receives warnings */
     void *log_data;
 } toliman_measure_options;

@@ -13,6 +13,7 @@
 #include "backend/file.hpp"
 #include "base/progress.hpp"
 #include "base/words.hpp"
+#include "measure/columns.hpp"
 #include "measure/text.hpp"
 
 using namespace toliman;
@@ -85,7 +86,8 @@ measure::Series series_of(std::string_view bytes, const char *name, const tolima
     lines.struct_size = sizeof lines;
     TOLIMAN_COPY(lines, options, flags, time_format, time_scale, columns, instrument, leap_seconds, leap_second_count);
     lines.name = name;
-    measure::Text text = measure::read_text(bytes, series_options(accept(&lines, "options")));
+    const ingest::SeriesOptions how = series_options(accept(&lines, "options"));
+    measure::Text text = measure::read_text(bytes, how);
     std::optional<measure::Kind> kind;
     if (options.kind != 0)
         kind = kMeasureKinds.to_enum(options.kind);
@@ -93,6 +95,11 @@ measure::Series series_of(std::string_view bytes, const char *name, const tolima
     for (const std::string &warning : text.warnings)
         Log{options.log, options.log_data}.warn("%s", warning.c_str());
     text.series.set_exposures(options.exposure_s);
+    if (options.functions != nullptr) {
+        const std::vector<uint8_t> table = file::read(options.functions, kLargestFile);
+        measure::add_columns({reinterpret_cast<const char *>(table.data()), table.size()}, options.functions, how,
+                             text.series);
+    }
     check(text.series);
     return text.series;
 }

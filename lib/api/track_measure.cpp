@@ -19,11 +19,10 @@ struct Destroy {
 
 // Options that the ledger has already fixed.
 void check_options(const toliman_measure_options &options) {
-    const std::pair<const char *, bool> given[] = {{"columns", options.columns != nullptr},
-                                                   {"instrument", options.instrument != nullptr},
-                                                   {"time_format", options.time_format != 0},
-                                                   {"time_scale", options.time_scale != 0},
-                                                   {"exposure_s", options.exposure_s != 0}};
+    const std::pair<const char *, bool> given[] = {
+        {"columns", options.columns != nullptr},     {"instrument", options.instrument != nullptr},
+        {"functions", options.functions != nullptr}, {"time_format", options.time_format != 0},
+        {"time_scale", options.time_scale != 0},     {"exposure_s", options.exposure_s != 0}};
     for (const auto &[name, is_given] : given)
         if (is_given)
             fail(Status::argument, "{options->%s}: must not be given for the frames of a tracker", name);

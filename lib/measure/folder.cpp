@@ -80,11 +80,10 @@ void add_trend(const period::Grid &grid, Series &series) {
 // Times, and trend, as the sums have them.
 void use_grid_times(const period::Grid &grid, Series &series) {
     const auto offset_ns = static_cast<long double>(grid.time_offset_ns);
-    std::vector<double> times;
-    for (const int64_t tai_ns : series.tai_ns)
-        times.push_back(static_cast<double>((static_cast<long double>(tai_ns) - offset_ns) /
-                                            static_cast<long double>(grid.unit_ns)));
-    series.set_plain_times(std::move(times));
+    for (size_t i = 0; i < series.count(); i++)
+        series.t[i] = static_cast<double>((static_cast<long double>(series.tai_ns[i]) - offset_ns) /
+                                          static_cast<long double>(grid.unit_ns));
+    series.dates.reset();
     series.time_unit_days = static_cast<double>(grid.unit_ns) / kNsPerDay;
     series.trend = {grid.basis.trend, grid.basis.start, grid.basis.end, {}};
 }

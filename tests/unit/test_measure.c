@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "measure_arrays.h"
+#include "test_folder.h"
 
 #include <toliman/planet.h>
 
@@ -167,6 +168,46 @@ TEST(a_reduction_adds_its_functions) {
         toliman_measure_destroy(reduced), toliman_measure_destroy(measured);
     }
     toliman_sky_destroy(sky);
+}
+
+/* The rows of a table of functions are those of the samples. */
+TEST(a_table_has_functions) {
+    char place[256], path[300], text[600];
+    make_folder(place, sizeof place);
+    snprintf(path, sizeof path, "%s/f.csv", place);
+    size_t size = (size_t)snprintf(text, sizeof text, "mjd,y\n");
+    for (int i = 0; i < N; i++)
+        size += (size_t)snprintf(text + size, sizeof text - size, "%.17g,%.17g\n", kTimes[i], kValues[i]);
+    const struct {
+        const char *names, *last; /* of the table */
+        int32_t status;
+    } cases[] = {{"# a comment\nt,a,b", "", TOLIMAN_OK},
+                 {"t,a,b", "61050.5,1,1\n", TOLIMAN_E_FORMAT},
+                 {"t,a,y", "", TOLIMAN_E_FORMAT},
+                 {"t,a,a", "", TOLIMAN_E_FORMAT},
+                 {"t,a", "", TOLIMAN_E_FORMAT},
+                 {"1,a,b", "", TOLIMAN_E_FORMAT},
+                 {"", "", TOLIMAN_E_FORMAT}};
+    const toliman_measure_options options = {.struct_size = sizeof options, .functions = path};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        FILE *const file = fopen(path, "w");
+        assert_non_null(file);
+        fprintf(file, "%s\n", cases[k].names);
+        for (int i = 0; i < N; i++)
+            fprintf(file, "%.17g, %.17g, %.17g\n", kTimes[i], kValues[i], kSigmas[i]);
+        fprintf(file, "%s", cases[k].last);
+        fclose(file);
+        toliman_measure *made = NULL;
+        if (cases[k].status != TOLIMAN_OK) {
+            assert_refused(load(text, size, &options, &made), cases[k].status, path);
+            continue;
+        }
+        assert_ok(load(text, size, &options, &made));
+        assert_int_equal(info_of(made).columns, 2);
+        assert_values(made, "a", kValues), assert_values(made, "b", kSigmas);
+        toliman_measure_destroy(made);
+    }
+    remove_folder(place);
 }
 
 /* A copy has the functions of the original, and the numbers that are given. */

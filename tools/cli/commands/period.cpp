@@ -157,7 +157,7 @@ void period(Options &options, Progress &progress) {
         check_not_input(options.out + "/series.csv", {options.file, options.nuisance.file});
         folder.emplace(options.out, kPeriodFiles);
     }
-    toliman::measurements given = read_series(options.file, options.samples, progress);
+    toliman::measurements given = read_series(options, progress);
     const std::optional<ReductionNote> reduced = add_functions(
         options, !options.sums.fixed_mean, options.save_state.empty() ? "" : "--save-state", given, progress);
     SumOptions sums = options.sums;

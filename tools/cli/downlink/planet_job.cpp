@@ -64,7 +64,7 @@ PlanetJob::Input PlanetJob::input_of_state(Progress &progress) const {
 
 PlanetJob::Input PlanetJob::input_of_series(Progress &progress) const {
     const PlanetJobOptions &options = options_;
-    Input input = {read_series(options.file, options.samples, progress), {}, std::nullopt};
+    Input input = {read_series(options, progress), {}, std::nullopt};
     input.unit = options.system ? unit_of_separations(input.series.get(), options.reduction)
                                 : unit_of(options.unit, input.series.get(), options.reduction.plate_scale);
     options.planets.check(input.unit); // before the reduction, which takes seconds

@@ -234,6 +234,10 @@ toliman::measurements read_series(const std::string &name, const SampleOptions &
     auto how = toliman::sized<toliman_measure_options>();
     const LeapSeconds table(options.leap_seconds);
     set_options(options, table, how);
+    if (!options.functions.empty()) {
+        need(options.functions, "a CSV file of nuisance functions", {Content::text, Content::empty});
+        how.functions = options.functions.c_str();
+    }
     std::vector<std::string> warnings; // told once the series is accepted
     how.log = collect;
     how.log_data = &warnings;

@@ -10,6 +10,7 @@ using Sample = toliman_series_sample;
 struct SampleOptions {
     std::string columns, time_format, time_scale; // of --columns, --time-format and --time-scale
     std::string instrument = {};                  // of --instrument: the column that names it
+    std::string functions = {};                   // of --nuisance-file; of whole series
     std::string leap_seconds = {}; // path of a leap-seconds.list for times in UTC; empty: the table of the library
     bool of_state = false;         // the samples continue sums, whose time scale is unknown: time_scale must be given
 };

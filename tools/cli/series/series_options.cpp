@@ -105,11 +105,15 @@ CLI::Option *add_system_options(CLI::App &command, SeriesOptions &options) {
     return system;
 }
 
+toliman::measurements read_series(const SeriesOptions &options, Progress &progress) {
+    SampleOptions how = options.samples;
+    how.functions = options.nuisance.file;
+    return read_series(options.file, how, progress);
+}
+
 std::optional<ReductionNote> add_functions(const SeriesOptions &options, bool with_orbit, const std::string &growing,
                                            toliman::measurements &series, Progress &progress) {
     const NuisanceOptions &how = options.nuisance;
-    if (!how.file.empty())
-        add_columns(how.file, options.samples, how.trend.value_or(0), series.get());
     std::optional<ReductionNote> reduced;
     if (options.system)
         reduced = reduce_to_orbit(*options.system, options.reduction, how.scale_sigma, with_orbit && !how.given(),

@@ -42,15 +42,13 @@ struct SeriesOptions {
 // Adds --system and the options of a reduction; returns --system. Needs the options of NuisanceOptions::add_to.
 CLI::Option *add_system_options(CLI::App &command, SeriesOptions &options);
 
+// The series with the columns of --nuisance-file.
+toliman::measurements read_series(const SeriesOptions &options, Progress &progress);
+
 // Reduces a series, if there is a system, and gives it its functions. with_orbit: by default the functions of a reduced
 // series are those of the orbit. growing: the option by which samples may follow; "" for none. Throws Failure for bad
 // options.
 std::optional<ReductionNote> add_functions(const SeriesOptions &options, bool with_orbit, const std::string &growing,
                                            toliman::measurements &series, Progress &progress);
-
-// Adds the columns of a CSV file: the first line has the names t,NAME,...; a row for each sample of the series, with
-// its time, in the same order. samples: how the times of the series were read; trend: the order that they leave place
-// for. Throws Failure, with file and line, for anything else.
-void add_columns(const std::string &path, const SampleOptions &samples, int32_t trend, toliman_measure *series);
 
 } // namespace cli
