@@ -1,18 +1,17 @@
 // Instruments of a fit, as of measure.h.
 #pragma once
-#include <array>
 #include <string>
 #include <vector>
 
 #include <toliman/measure.h>
 
-#include "planet/design.hpp"
+#include "api/output.hpp"
+#include "planet/instruments.hpp"
 
 namespace toliman::api {
 
-// jitters: 16, 50 and 84 % of each; names: of each. design: of the functions of the series, and others after them.
-std::vector<toliman_measure_instrument> public_instruments(const planet::Series &series, const planet::Design &design,
-                                                           const std::vector<std::array<double, 3>> &jitters,
-                                                           const std::vector<std::string> &names);
+// names: of each.
+void write_instruments(const std::vector<planet::Instrument> &all, const std::vector<std::string> &names,
+                       const StructOutput<toliman_measure_instrument> &out);
 
 } // namespace toliman::api

@@ -4,6 +4,7 @@
 #include "api/common.hpp"
 #include "api/measure_handle.hpp"
 #include "api/peak.hpp"
+#include "measure/noise.hpp"
 #include "period/noise/noise_bootstrap.hpp"
 #include "period/noise/noise_search.hpp"
 
@@ -12,40 +13,7 @@ using namespace toliman::api;
 
 namespace {
 
-// A series and a grid.
-class Search {
-  public:
-    Search(double f0, double df, int64_t nf, const measure::Series &series)
-        : series_(series), noise_grid_{f0, df, static_cast<size_t>(nf)}, functions_(series.function_rows()) {
-        grid_.f0 = f0;
-        grid_.df = df;
-        grid_.nf = nf;
-        grid_.sigma_ceiling = grid_.sigma_floor;
-        grid_.check();
-        measure::check_reduced(series);
-        for (size_t f = 0; f < series.functions(); f++)
-            precision_.push_back(series.precision(f));
-    }
-    const period::Grid &grid() const noexcept { return grid_; }
-    const period::NoiseGrid &noise_grid() const noexcept { return noise_grid_; }
-    const measure::Series &series() const noexcept { return series_; }
-    period::NoiseModel model() const {
-        const double *const sigma = series_.sigma.empty() ? nullptr : series_.sigma.data();
-        return {{{series_.t.data(), series_.y.data(), sigma, series_.count()},
-                 functions_.data(),
-                 series_.functions(),
-                 precision_.data()},
-                grid_.last()};
-    }
-
-  private:
-    const measure::Series &series_;
-    period::Grid grid_;
-    period::NoiseGrid noise_grid_;
-    std::vector<double> functions_, precision_;
-};
-
-toliman_period_noise public_noise(const period::NoiseModel &model, const Search &search,
+toliman_period_noise public_noise(const period::NoiseModel &model, const measure::NoiseSeries &search,
                                   const period::NoiseResult &found, double offset, double offset_error) {
     const period::Cadence cadence = period::cadence_of(search.series().t);
     const period::NoiseSolution &solution = found.solution;
@@ -77,7 +45,7 @@ toliman_status toliman_measure_query_noise(const toliman_measure *series, double
     return call(series, "series", [&](auto &self) {
         check_struct_size("out", required(out, "out"));
         const auto known = accept(options, "options");
-        const Search search(f0, df, nf, self.series);
+        const measure::NoiseSeries search(f0, df, nf, self.series);
         period::NoiseModel model = search.model();
         const size_t count = 1 + self.series.functions();
         Buffer<double> powers(static_cast<size_t>(nf));
@@ -86,12 +54,11 @@ toliman_status toliman_measure_query_noise(const toliman_measure *series, double
             model, search.noise_grid(), (known.flags & TOLIMAN_PERIOD_WHITE_NOISE) != 0,
             {known.progress, known.progress_data}, powers.data(), values.data(), deviations.data());
         deliver(public_noise(model, search, found, values[0], deviations[0]), out, "out");
-        if (power != nullptr)
-            std::copy(powers.begin(), powers.end(), power);
-        if (coefficients != nullptr)
-            std::copy(values.begin() + 1, values.end(), coefficients);
-        if (errors != nullptr)
-            std::copy(deviations.begin() + 1, deviations.end(), errors);
+        values.erase(values.begin()); // of the mean
+        deviations.erase(deviations.begin());
+        copy_to(power, powers);
+        copy_to(coefficients, values);
+        copy_to(errors, deviations);
     });
 }
 
@@ -107,7 +74,7 @@ toliman_status toliman_measure_query_noise_bootstrap(const toliman_measure *seri
         if (known.block > self.series.count())
             fail(Status::range, "{options->block} = %llu: must be at most %zu, the number of samples",
                  static_cast<unsigned long long>(known.block), self.series.count());
-        const Search search(f0, df, nf, self.series);
+        const measure::NoiseSeries search(f0, df, nf, self.series);
         period::NoiseModel model = search.model();
         model.set_rho(rho);
         model.check();

@@ -8,9 +8,8 @@
 #include "api/measure_handle.hpp"
 #include "base/constants.hpp"
 #include "base/hash.hpp"
-#include "base/workers.hpp"
 #include "measure/planets.hpp"
-#include "planet/recovery.hpp"
+#include "planet/limits.hpp"
 #include "planet/summary.hpp"
 
 using namespace toliman;
@@ -26,7 +25,6 @@ struct toliman_planet : Handle<toliman_planet> {
     const std::vector<std::string> names; // of the instruments
     const uint64_t digest;                // of all series
 
-    const planet::Detection &detection() const noexcept { return detection_; }
     const planet::Recovery &recovery() const noexcept { return recovery_; }
 
   private:
@@ -120,34 +118,6 @@ toliman_planet_candidate public_planet(const planet::Result &result, int64_t ind
     std::copy(summary.correlation.begin(), summary.correlation.end(), out.correlation);
     out.power_left = candidate.power_left;
     return out;
-}
-
-void check_period(const planet::Result &result, const char *name, double period) {
-    const planet::Settings &settings = result.settings;
-    if (!(period >= settings.period_min * (1 - 1e-12) && period <= settings.period_max * (1 + 1e-12)))
-        fail(Status::argument, "{%s} = %.9g: must be in the prior, %.9g to %.9g", name, period, settings.period_min,
-             settings.period_max);
-}
-
-planet::InjectionCell checked(const planet::Result &result, const toliman_planet_cell &cell) {
-    check_period(result, "cell->period_min", cell.period_min);
-    check_period(result, "cell->period_max", cell.period_max);
-    if (cell.period_min > cell.period_max)
-        fail(Status::argument, "{cell->period_min} = %.9g: must be at most period_max = %.9g", cell.period_min,
-             cell.period_max);
-    if (!(cell.size_min > 0 && cell.size_min <= cell.size_max && cell.size_max <= 1e100))
-        fail(Status::argument, "{cell->size_min} = %g, size_max = %g: must be above 0, in this order", cell.size_min,
-             cell.size_max);
-    if (cell.star < -1 || cell.star > 1)
-        fail(Status::argument, "{cell->star} = %d: must be -1, 0 or 1", cell.star);
-    if (cell.star >= 0 && !result.settings.units.knows_mass(cell.star))
-        fail(Status::argument, "{cell->star} = %d: unit, parallax or mass of the star is unknown", cell.star);
-    if (cell.is_circular != 0 && cell.is_circular != 1)
-        fail(Status::argument, "{cell->is_circular} = %d: must be 0 or 1", cell.is_circular);
-    if (cell.count > kMostInjections)
-        fail(Status::argument, "{cell->count} = %u: must be at most %u", cell.count, kMostInjections);
-    return {cell.star,     cell.period_min,       cell.period_max, cell.size_min,
-            cell.size_max, cell.is_circular == 1, cell.count,      cell.seed};
 }
 
 } // namespace
@@ -274,44 +244,28 @@ toliman_status toliman_planet_get_instruments(const toliman_planet *planets, tol
     return call(planets, "planets", [&](auto &self) {
         const planet::Result &result = self.result;
         const StructOutput<toliman_measure_instrument> out(instruments, "instruments", capacity, count);
-        const std::vector<toliman_measure_instrument> all =
-            public_instruments(result.series, *result.design, planet::jitters_of(result), self.names);
-        out.write(all.size(), "instruments", [&](size_t k) { return all[k]; });
+        write_instruments(planet::instruments_of(result.series, *result.design, planet::jitters_of(result)), self.names,
+                          out);
     });
 }
 
 toliman_status toliman_planet_get_limits(const toliman_planet *planets, const double *periods, size_t count,
                                          double probability, toliman_planet_limit *limits) noexcept {
     return call(planets, "planets", [&](auto &self) {
-        const planet::Result &result = self.result;
         required_array(periods, count, sizeof *periods, "periods");
         if (!(probability > 0 && probability < 1))
             fail(Status::argument, "{probability} = %g: must be in (0, 1)", probability);
         if (count == 0)
             return;
         const StructArray<toliman_planet_limit> out(limits, "limits");
-        const planet::Detection &detection = self.detection();
-        const planet::Recovery &recovery = self.recovery();
-        const planet::Units &units = result.settings.units;
-        std::vector<toliman_planet_limit> made(count);
-        for (size_t i = 0; i < count; i++)
-            check_period(result, "periods", periods[i]);
-        run_jobs(worker_count(result.settings.threads), count, [&](size_t i) {
-            const double frequency = 1 / periods[i];
-            const double upper = detection.upper(frequency, probability);
-            const double detectable = recovery.recoverable(frequency, probability);
-            made[i] = {0,
-                       0,
-                       periods[i],
-                       upper,
-                       detectable,
-                       units.mass(0, periods[i], 0, upper),
-                       units.mass(1, periods[i], 0, upper),
-                       units.mass(0, periods[i], 0, detectable),
-                       units.mass(1, periods[i], 0, detectable)};
-        });
-        for (size_t i = 0; i < count; i++)
-            out.put(i, made[i]);
+        const std::vector<planet::Limit> found =
+            planet::limits_of(self.result, self.recovery(), {periods, periods + count}, probability);
+        for (size_t i = 0; i < count; i++) {
+            toliman_planet_limit limit = {};
+            TOLIMAN_COPY(limit, found[i], period, upper, detectable);
+            TOLIMAN_COPY(limit, found[i], upper_mass_a, upper_mass_b, detectable_mass_a, detectable_mass_b);
+            out.put(i, limit);
+        }
     });
 }
 
@@ -321,9 +275,14 @@ toliman_status toliman_planet_inject(const toliman_planet *planets, const tolima
         required(detected, "detected");
         const Use use(planets, "planets");
         const auto known = copied(&required(cell, "cell"), "cell");
-        const planet::Result &result = use->result;
-        const planet::InjectionCell injected = checked(result, known);
-        *detected = static_cast<uint32_t>(use->recovery().inject(injected, result.settings.units));
+        if (known.is_circular != 0 && known.is_circular != 1)
+            fail(Status::argument, "{cell->is_circular} = %d: must be 0 or 1", known.is_circular);
+        if (known.count > kMostInjections)
+            fail(Status::argument, "{cell->count} = %u: must be at most %u", known.count, kMostInjections);
+        planet::InjectionCell injected = {};
+        TOLIMAN_COPY(injected, known, star, period_min, period_max, size_min, size_max, is_circular, count, seed);
+        in_struct("cell->", [&] { planet::check(use->result, injected); });
+        *detected = static_cast<uint32_t>(use->recovery().inject(injected, use->result.settings.units));
     });
 }
 

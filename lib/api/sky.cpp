@@ -8,6 +8,7 @@
 #include "api/times.hpp"
 #include "backend/file.hpp"
 #include "base/progress.hpp"
+#include "ingest/nanoseconds.hpp"
 #include "measure/orbit.hpp"
 #include "measure/reduction.hpp"
 #include "scene/system.hpp"
@@ -47,14 +48,6 @@ sky::Observer observer_of(const toliman_sky_options &options) {
     if (options.node_hours != 0)
         orbit.node_hours = options.node_hours;
     return sky::Observer(orbit);
-}
-
-sky::System system_of(const char *name) {
-    if (*name == '\0')
-        fail(Status::argument, "{system} = \"\": must be \"alpha-cen\" or a system file");
-    if (name[std::strspn(name, " \t\r\n")] == '{')
-        return read_system(std::string(name), "system");
-    return std::strcmp(name, "alpha-cen") == 0 ? sky::alpha_cen() : read_system(std::string(name));
 }
 
 toliman_sky_prediction public_prediction(const sky::Prediction &prediction) noexcept {
@@ -104,7 +97,7 @@ toliman_status toliman_sky_create(const char *system, const toliman_sky_options 
         toliman_sky *&made = required(out, "out");
         const toliman_sky_options known = accept(options, "options");
         auto handle =
-            new_sky(std::make_unique<const sky::Predictor>(system_of(system), observer_of(known), known.without));
+            new_sky(std::make_unique<const sky::Predictor>(named_system(system), observer_of(known), known.without));
         if (handle->predictor->observer().kind() == sky::Observer::Kind::earth &&
             (known.without & sky::kSpacecraftAberration) == 0)
             sky::warn_of_centre(*handle->predictor, {known.log, known.log_data});
@@ -127,7 +120,7 @@ toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns
         std::vector<sky::Prediction> found(count);
         for (size_t i = 0; i < count; i++)
             found[i] = self.predictor->at(tai_ns[i]);
-        check_times("tai_ns", tai_ns, count);
+        ingest::check_nanoseconds("tai_ns", tai_ns, count);
         for (size_t i = 0; i < count; i++)
             rows.put(i, public_prediction(found[i]));
     });

@@ -157,4 +157,32 @@ std::vector<Goodness> goodness_of_groups(const Series &series, const Design &des
     return all;
 }
 
+std::vector<Instrument> instruments_of(const Series &series, const Design &design,
+                                       const std::vector<std::array<double, 3>> &jitters) {
+    const std::vector<Goodness> goodness = series.median_sigma > 0 ? goodness_of_groups(series, design, false)
+                                                                   : std::vector<Goodness>(series.groups.size());
+    const std::vector<double> coefficients = design.coefficients(), covariance = design.covariance();
+    std::vector<Instrument> all;
+    for (size_t k = 0; k < series.groups.size(); k++) {
+        const Group &group = series.groups[k];
+        Instrument &one = all.emplace_back(Instrument{group.source, 0, 0, 0, jitters[k], goodness[k]});
+        each_of(series, k, [&](size_t) { one.samples++; });
+        if (group.instrument > 0) {
+            one.offset = coefficients[group.offset];
+            one.offset_error = std::sqrt(covariance[group.offset * (coefficients.size() + 1)]);
+        }
+    }
+    return all;
+}
+
+std::vector<Instrument> instruments_alone(const GivenSeries &given) {
+    Series series(given);
+    std::vector<const Function *> functions;
+    for (const Function &function : series.functions)
+        functions.push_back(&function);
+    series.set_jitter_scales(jitters_of(series, functions, series.y));
+    const Design design(series, functions, series.y, 1);
+    return instruments_of(series, design, jitter_intervals(series, design, 1));
+}
+
 } // namespace toliman::planet

@@ -23,4 +23,19 @@ std::vector<std::array<double, 3>> jitter_intervals(const Series &series, const 
 // sigmas.
 std::vector<Goodness> goodness_of_groups(const Series &series, const Design &design, bool with_jitter);
 
+struct Instrument {
+    int32_t source;               // 0: the series; 1, 2: velocities of A, B
+    int64_t samples;              // in use
+    double offset, offset_error;  // from the first of its source; 0 for the first
+    std::array<double, 3> jitter; // 16, 50 and 84 %
+    Goodness goodness;            // without the jitter
+};
+
+// jitters: of each. design: of the functions of the series, and others after them.
+std::vector<Instrument> instruments_of(const Series &series, const Design &design,
+                                       const std::vector<std::array<double, 3>> &jitters);
+
+// Those of a fit without planets.
+std::vector<Instrument> instruments_alone(const GivenSeries &given);
+
 } // namespace toliman::planet

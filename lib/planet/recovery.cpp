@@ -179,7 +179,7 @@ Buffer<double> Recovery::injected(const InjectionCell &cell, const Units &units,
     const double period = cell.period_min * std::pow(cell.period_max / cell.period_min, rng.uniform());
     const double size = cell.size_min * std::pow(cell.size_max / cell.size_min, rng.uniform());
     const double share = rng.uniform(),
-                 e = cell.circular ? 0 : problem.prior.eccentricity_in(0, problem.prior.eccentricity_max, share);
+                 e = cell.is_circular ? 0 : problem.prior.eccentricity_in(0, problem.prior.eccentricity_max, share);
     const double phase = 2 * kPi * rng.uniform();
     const double amplitude = cell.star < 0 ? size : units.amplitude(cell.star, period, e, size);
     const Planet planet = {{1 / period, e, rng.uniform()}, {amplitude * std::cos(phase), amplitude * std::sin(phase)}};

@@ -15,7 +15,7 @@ namespace toliman::planet {
 struct InjectionCell {
     int star;
     double period_min, period_max, size_min, size_max;
-    bool circular;
+    bool is_circular;
     size_t count;
     uint64_t seed;
 };
@@ -26,6 +26,7 @@ class Recovery {
     // threshold: log10 of the Bayes factor that a planet needs. The detection must outlive the object.
     Recovery(const Detection &detection, double threshold) : detection_(detection), threshold_(threshold) {}
 
+    const Detection &detection() const noexcept { return detection_; }
     // Amplitude at which a circular orbit is recovered with this probability, in the mean of phases and noises;
     // infinity if there is none.
     double recoverable(double frequency, double probability) const;

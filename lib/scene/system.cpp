@@ -209,6 +209,15 @@ sky::System read_system(const std::string &path) {
     return read_system(std::string(bytes.begin(), bytes.end()), path);
 }
 
+sky::System named_system(const std::string &name) {
+    if (name.empty())
+        fail(Status::argument, "{system} = \"\": must be \"alpha-cen\" or a system file");
+    const size_t first = name.find_first_not_of(" \t\r\n");
+    if (first != name.npos && name[first] == '{')
+        return read_system(name, "system");
+    return name == "alpha-cen" ? sky::alpha_cen() : read_system(name);
+}
+
 std::string system_json(const sky::System &system) {
     json::Value tree;
     tree.member("schema") = json::Value::of("toliman-system/1");
