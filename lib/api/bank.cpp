@@ -67,7 +67,7 @@ void toliman::api::check_fit(const toliman_bank &bank, const toliman_fit &fit, c
 
 toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_options *given,
                                  toliman_bank_plan_info *out) noexcept {
-    return call(sim, "sim", [&](auto &self) {
+    return query(sim, "sim", out, [&](auto &self, auto &info) {
         const Scene &scene = self.simulator.scene();
         const optics::Light &light = self.simulator.light();
         if (scene.stars.size() < 2)
@@ -80,7 +80,6 @@ toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_opti
             return std::array<double, 2>{place[1][0] - place[0][0], place[1][1] - place[0][1]};
         });
         bank::check_size(rows, cols, dates.size(), options);
-        toliman_bank_plan_info info = {};
         info.dates = static_cast<int64_t>(dates.size());
         info.places = options.places * options.places;
         info.networks = info.dates * info.places;
@@ -89,7 +88,6 @@ toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_opti
         info.bytes_half = static_cast<uint64_t>(info.networks) * bank::weight_bytes(layout, cae::Encoding::fp16);
         const double pixels = static_cast<double>(layout.pixels()) / static_cast<double>(cae::kFlight.pixels());
         info.train_s = kStepSeconds * pixels * options.steps * static_cast<double>(info.networks);
-        deliver(info, out, "out");
     });
 }
 
@@ -125,10 +123,9 @@ toliman_status toliman_bank_train(toliman_bank *handle, const toliman_fit *fit,
 }
 
 toliman_status toliman_bank_get_info(const toliman_bank *handle, toliman_bank_info *out) noexcept {
-    return call(handle, "bank", [&](auto &self) {
+    return query(handle, "bank", out, [&](auto &self, auto &info) {
         const bank::Bank &bank = self.bank;
         const bank::Options &options = bank.options();
-        toliman_bank_info info = {};
         info.networks = static_cast<int64_t>(bank.networks().size());
         info.trained_networks = static_cast<int64_t>(bank.trained());
         info.dates = static_cast<int64_t>(bank.dates().size());
@@ -139,16 +136,14 @@ toliman_status toliman_bank_get_info(const toliman_bank *handle, toliman_bank_in
         info.layout = options.layout->name;
         info.fit_digest = bank.fit_digest();
         info.digest = bank.digest();
-        deliver(info, out, "out");
     });
 }
 
 toliman_status toliman_bank_get_network(const toliman_bank *handle, int64_t index, toliman_bank_network *out) noexcept {
-    return call(handle, "bank", [&](auto &self) {
+    return query(handle, "bank", out, [&](auto &self, auto &found) {
         const auto &networks = self.bank.networks();
         const bank::Network &network = networks[required_index(index, networks.size(), "index")];
         const bank::Date &date = self.bank.dates()[network.date];
-        toliman_bank_network found = {};
         found.trained = network.trained() ? 1 : 0;
         found.days = date.days;
         found.first_days = date.first;
@@ -156,7 +151,6 @@ toliman_status toliman_bank_get_network(const toliman_bank *handle, int64_t inde
         found.x_px = network.shift_px[0];
         found.y_px = network.shift_px[1];
         found.cosine = network.cosine;
-        deliver(found, out, "out");
     });
 }
 

@@ -62,11 +62,10 @@ extern "C" {
 
 toliman_status toliman_sim_get_budget(const toliman_sim *sim, const toliman_sim_budget_options *options,
                                       toliman_sim_budget *out) noexcept {
-    return call(sim, "sim", [&](auto &self) {
+    return query(sim, "sim", out, [&](auto &self, auto &budget) {
         const optics::Simulator &simulator = self.simulator;
         const Request request = request_of(simulator, options);
         const information::BoundOfFrames bound = information::bound_of_frames(simulator, request.free, request.frames);
-        toliman_sim_budget budget = {};
         budget.crb_px = bound.one;
         budget.crb_shared_px = bound.shared;
         budget.uas_per_px = information::uas_per_px(simulator.scene());
@@ -75,7 +74,6 @@ toliman_status toliman_sim_get_budget(const toliman_sim *sim, const toliman_sim_
         budget.free_count = request.free.size();
         budget.steps = information::budget_steps(simulator).size();
         budget.rows = request.free.size() + information::others_than(simulator, request.free).size() + 1; // flat
-        deliver(budget, out, "out");
     });
 }
 

@@ -217,10 +217,9 @@ void toliman_calibration_destroy(toliman_calibration *calibration) noexcept {
 }
 
 toliman_status toliman_calibration_get_info(const toliman_calibration *handle, toliman_calibration_info *out) noexcept {
-    return call(handle, "calibration", [&](auto &self) {
+    return query(handle, "calibration", out, [&](auto &self, auto &info) {
         const calibrate::Calibration &calibration = self.calibration;
         const bool valid = calibration.has_values();
-        toliman_calibration_info info = {};
         info.flags = calibration.underway ? calibrate::not_converged : calibration.flags;
         info.frames = static_cast<int64_t>(calibration.point.own.size());
         TOLIMAN_COPY(info, calibration.nominal.detector, rows, cols);
@@ -242,17 +241,15 @@ toliman_status toliman_calibration_get_info(const toliman_calibration *handle, t
         info.changes = calibration.improved;
         info.attempts = static_cast<int64_t>(calibration.attempts.size());
         info.left_out = static_cast<int64_t>(calibration.left_out.size());
-        deliver(info, out, "out");
     });
 }
 
 toliman_status toliman_calibration_get_value(const toliman_calibration *handle, int64_t window, int64_t index,
                                              toliman_calibration_value *out) noexcept {
-    return call(handle, "calibration", [&](auto &self) {
+    return query(handle, "calibration", out, [&](auto &self, auto &value) {
         const calibrate::Calibration &calibration = known(self, window);
         const size_t i = required_index(index, calibration.free.size(), "index"), w = static_cast<size_t>(window);
         const Parameter parameter = calibration.free[i].parameter;
-        toliman_calibration_value value = {};
         value.name = public_parameter(parameter).name;
         value.unit = unit_of(parameter);
         value.value = (calibration.flags & calibrate::not_converged) == 0 ? calibration.point.instrument[w][i] : kNan;
@@ -262,7 +259,6 @@ toliman_status toliman_calibration_get_value(const toliman_calibration *handle, 
             value.flags |= TOLIMAN_CALIBRATION_HELD;
         if (calibration.even[i])
             value.flags |= TOLIMAN_CALIBRATION_NO_SIGN;
-        deliver(value, out, "out");
     });
 }
 
@@ -294,40 +290,34 @@ toliman_status toliman_calibration_get_frame(const toliman_calibration *handle, 
 
 toliman_status toliman_calibration_get_window(const toliman_calibration *handle, int64_t window,
                                               toliman_calibration_window *out) noexcept {
-    return call(handle, "calibration", [&](auto &self) {
+    return query(handle, "calibration", out, [&](auto &self, auto &found) {
         const calibrate::Calibration &calibration = known(self, window);
         const auto w = static_cast<size_t>(window);
-        toliman_calibration_window found = {};
         found.frames = static_cast<int64_t>(calibration.windows[w].size());
         found.first_days = calibration.first_days[w];
         set_goodness(calibration.has_values() ? calibration.goodness_of[w] : Goodness(), found);
-        deliver(found, out, "out");
     });
 }
 
 toliman_status toliman_calibration_get_attempt(const toliman_calibration *handle, int64_t index,
                                                toliman_calibration_attempt *out) noexcept {
-    return call(handle, "calibration", [&](auto &self) {
+    return query(handle, "calibration", out, [&](auto &self, auto &tried) {
         const auto &all = self.calibration.attempts;
         const calibrate::Attempt &attempt = all[required_index(index, all.size(), "index")];
-        toliman_calibration_attempt tried = {};
         tried.change = attempt.lack;
         TOLIMAN_COPY(tried, attempt, kept, flags);
         tried.cells = static_cast<int64_t>(attempt.samples);
         set_goodness(attempt.goodness, tried);
-        deliver(tried, out, "out");
     });
 }
 
 toliman_status toliman_calibration_get_left_out(const toliman_calibration *handle, int64_t index,
                                                 toliman_calibration_left_out *out) noexcept {
-    return call(handle, "calibration", [&](auto &self) {
+    return query(handle, "calibration", out, [&](auto &self, auto &found) {
         const auto &all = self.calibration.left_out;
         const calibrate::LeftOut &left_out = all[required_index(index, all.size(), "index")];
-        toliman_calibration_left_out found = {};
         found.name = public_parameter(left_out.parameter).name;
         found.reason = left_out.why;
-        deliver(found, out, "out");
     });
 }
 

@@ -122,9 +122,8 @@ toliman_status toliman_components_get_series(const toliman_components *handle, i
 }
 
 toliman_status toliman_components_get_info(const toliman_components *handle, toliman_components_info *out) noexcept {
-    return call(handle, "components", [&](auto &self) {
+    return query(handle, "components", out, [&](auto &self, auto &info) {
         const linear::Residuals &residuals = self.residuals;
-        toliman_components_info info = {};
         TOLIMAN_COPY(info, residuals.preparation(), raw, bin, capacity);
         info.projected = static_cast<uint32_t>(residuals.projected());
         info.frames = static_cast<int64_t>(residuals.frames());
@@ -132,7 +131,6 @@ toliman_status toliman_components_get_info(const toliman_components *handle, tol
         info.components = static_cast<int64_t>(self.trained.share.size());
         info.crb_px = residuals.crb_px();
         info.threshold_px = residuals.threshold_px();
-        deliver(info, out, "out");
     });
 }
 

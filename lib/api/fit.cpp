@@ -201,9 +201,8 @@ toliman_status toliman_fit_get_parameters(const toliman_fit *handle, toliman_sim
 }
 
 toliman_status toliman_fit_get_info(const toliman_fit *handle, toliman_fit_info *out) noexcept {
-    return call(handle, "fit", [&](auto &self) {
+    return query(handle, "fit", out, [&](auto &self, auto &info) {
         const fit::Windows &fit = self.fit;
-        toliman_fit_info info = {};
         for (const optics::AtlasPlan &atlas : self.atlases) {
             info.oversampling = std::max(info.oversampling, static_cast<uint32_t>(atlas.oversampling));
             info.taps = std::max(info.taps, static_cast<uint32_t>(atlas.blur.window.taps));
@@ -215,7 +214,6 @@ toliman_status toliman_fit_get_info(const toliman_fit *handle, toliman_fit_info 
         info.parameters = static_cast<int64_t>(fit.parameters().size());
         info.capture_px = fit.capture_px();
         info.digest = fit.digest();
-        deliver(info, out, "out");
     });
 }
 

@@ -73,6 +73,17 @@ template <class T, class Body> toliman_status call(T *handle, const char *name, 
     });
 }
 
+// Runs body(object, result) as one call on the object, and delivers the result, a public struct that begins empty.
+template <class T, class Result, class Body>
+toliman_status query(T *handle, const char *name, Result *out, Body &&body) noexcept {
+    return call(handle, name, [&](auto &self) {
+        check_struct_size("out", required(out, "out"));
+        Result result = {};
+        body(self, result);
+        deliver(result, out, "out");
+    });
+}
+
 // Deletes an object. An object in use is left unchanged and sets toliman_last_error, since destroy returns nothing.
 template <class T> void destroy(T *handle) noexcept {
     if (handle == nullptr)

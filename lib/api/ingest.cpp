@@ -196,15 +196,13 @@ const char *toliman_ingest_netcdf_version(void) noexcept {
 }
 
 toliman_status toliman_ingest_get_info(const toliman_ingest *ingest, toliman_ingest_info *out) noexcept {
-    return call(ingest, "ingest", [&](auto &self) {
+    return query(ingest, "ingest", out, [&](auto &self, auto &info) {
         const ingest::ReaderCounts counts = self.reader->counts();
-        toliman_ingest_info info = {};
         TOLIMAN_COPY(info, self.options, stamp, exposure_s);
         TOLIMAN_COPY(info, counts, lines, frames, damaged, warnings, skipped, bytes);
         info.pixel = pixel_of(*self.reader);
         info.side_file = self.reader->side_path().c_str();
         info.pixel_file = self.reader->pixel_path().c_str();
-        deliver(info, out, "out");
     });
 }
 

@@ -217,9 +217,8 @@ toliman_status toliman_measure_set_prior(toliman_measure *measure, int64_t funct
 }
 
 toliman_status toliman_measure_get_info(const toliman_measure *measure, toliman_measure_info *out) noexcept {
-    return call(measure, "measure", [&](auto &self) {
+    return query(measure, "measure", out, [&](auto &self, auto &info) {
         const measure::Series &series = self.series;
-        toliman_measure_info info = {};
         info.kind = kMeasureKinds.to_constant(series.kind);
         info.n = static_cast<int64_t>(series.count());
         info.left_out = static_cast<int64_t>(series.left_out);
@@ -242,22 +241,19 @@ toliman_status toliman_measure_get_info(const toliman_measure *measure, toliman_
         info.is_refitted = series.is_refitted;
         info.name = series.name.c_str();
         std::copy(std::begin(series.star_mass), std::end(series.star_mass), info.star_mass);
-        deliver(info, out, "out");
     });
 }
 
 toliman_status toliman_measure_get_function(const toliman_measure *measure, int64_t index,
                                             toliman_measure_function *out) noexcept {
-    return call(measure, "measure", [&](auto &self) {
+    return query(measure, "measure", out, [&](auto &self, auto &found) {
         const measure::Series &series = self.series;
         const auto f = static_cast<size_t>(known_function(series, index, "index"));
         const auto order = static_cast<size_t>(series.trend.order);
-        toliman_measure_function found = {};
         found.sigma = series.precision(f) > 0 ? 1 / std::sqrt(series.precision(f)) : 0;
         found.unit = f < order ? 1 : series.columns[f - order].unit;
         found.bound = f < order ? 1 : series.columns[f - order].bound;
         put_text(series.function_name(f), found.name);
-        deliver(found, out, "out");
     });
 }
 

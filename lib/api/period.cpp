@@ -147,10 +147,9 @@ toliman_status toliman_period_copy(const toliman_period *period, toliman_period 
 }
 
 toliman_status toliman_period_get_info(const toliman_period *period, toliman_period_info *out) noexcept {
-    return call(period, "period", [&](auto &self) {
+    return query(period, "period", out, [&](auto &self, auto &info) {
         const period::Stream &stream = self.stream;
         const period::Grid &grid = stream.grid();
-        toliman_period_info info = {};
         info.flags = flags_of(grid);
         TOLIMAN_COPY(info, grid, nf, f0, df, time_offset, value_offset, value_bound, sigma_floor, sigma_ceiling);
         TOLIMAN_COPY(info, grid, time_offset_ns, unit_ns);
@@ -165,7 +164,6 @@ toliman_status toliman_period_get_info(const toliman_period *period, toliman_per
         const period::Projection projection(stream);
         info.functions = static_cast<int32_t>(projection.used());
         info.free_functions = static_cast<int32_t>(projection.free());
-        deliver(info, out, "out");
     });
 }
 
@@ -194,18 +192,15 @@ toliman_status toliman_period_query_power(const toliman_period *period, int32_t 
 }
 
 toliman_status toliman_period_query_model(const toliman_period *period, int64_t k, toliman_period_model *out) noexcept {
-    return call(period, "period", [&](auto &self) {
+    return query(period, "period", out, [&](auto &self, auto &result) {
         const period::Stream &stream = self.stream;
-        required(out, "out");
         const period::PowerQuery query(stream);
         check_model(query, stream, k);
         const period::Model model = query.model(k);
         query.check_power(k, model.power);
-        toliman_period_model result = {};
         TOLIMAN_COPY(result, model, rank, power, amplitude, phase, offset, amplitude_error, phase_error, offset_error);
         result.flags = model.inaccurate ? TOLIMAN_PERIOD_INACCURATE : 0;
         result.frequency = stream.grid().f0 + stream.grid().df * static_cast<double>(k);
-        deliver(result, out, "out");
     });
 }
 

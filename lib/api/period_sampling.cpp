@@ -30,11 +30,10 @@ extern "C" {
 
 toliman_status toliman_period_query_sampling(const toliman_period *period, const double *t, size_t n,
                                              toliman_period_sampling *out) noexcept {
-    return call(period, "period", [&](auto &self) {
+    return query(period, "period", out, [&](auto &self, auto &sampling) {
         const period::Stream &stream = self.stream;
         const period::Cadence cadence = t != nullptr ? period::cadence_of(stream, t, n) : period::cadence_of(stream);
         const period::Grid &grid = stream.grid();
-        toliman_period_sampling sampling = {};
         sampling.baseline = cadence.span;
         sampling.coarsest_df = 1 / (5 * cadence.span);
         sampling.nyquist = 1 / (2 * cadence.finest);
@@ -44,7 +43,6 @@ toliman_status toliman_period_query_sampling(const toliman_period *period, const
         sampling.flags = grid_flags(grid, cadence) |
                          (query.needs_double_limb() ? TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB : 0) |
                          (query.any_inaccurate(nyquist) ? TOLIMAN_PERIOD_INACCURATE : 0);
-        deliver(sampling, out, "out");
     });
 }
 

@@ -152,12 +152,9 @@ void toliman_planet_destroy(toliman_planet *planets) noexcept {
 }
 
 toliman_status toliman_planet_get_info(const toliman_planet *planets, toliman_planet_info *out) noexcept {
-    return guard([&] {
-        check_struct_size("out", required(out, "out"));
-        const Use use(planets, "planets");
-        const planet::Result &result = use->result;
+    return query(planets, "planets", out, [&](auto &self, auto &info) {
+        const planet::Result &result = self.result;
         const planet::Series &series = result.series;
-        toliman_planet_info info = {};
         const auto is_planet = [](const planet::Candidate &candidate) { return candidate.is_planet(); };
         info.planets =
             static_cast<uint32_t>(std::count_if(result.candidates.begin(), result.candidates.end(), is_planet));
@@ -172,19 +169,15 @@ toliman_status toliman_planet_get_info(const toliman_planet *planets, toliman_pl
         info.time_reference = series.time_reference;
         info.axis_deg = series.axis_cosine.empty() ? NAN : series.axis / kDegree;
         info.axis_turn_deg = series.turn / kDegree;
-        info.series_digest = use->digest;
+        info.series_digest = self.digest;
         TOLIMAN_COPY(info, result.settings, period_min, period_max, amplitude_min, amplitude_max);
-        deliver(info, out, "out");
     });
 }
 
 toliman_status toliman_planet_get_candidate(const toliman_planet *planets, int64_t index,
                                             toliman_planet_candidate *out) noexcept {
-    return guard([&] {
-        check_struct_size("out", required(out, "out"));
-        const Use use(planets, "planets");
-        deliver(public_planet(use->result, index), out, "out");
-    });
+    return query(planets, "planets", out,
+                 [&](auto &self, auto &planet) { planet = public_planet(self.result, index); });
 }
 
 toliman_status toliman_planet_get_samples(const toliman_planet *planets, int64_t index, size_t count,

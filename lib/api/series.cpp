@@ -92,9 +92,8 @@ toliman_status toliman_series_parse(toliman_series *series, const char *line, si
 }
 
 toliman_status toliman_series_get_info(const toliman_series *series, toliman_series_info *out) noexcept {
-    return call(series, "series", [&](auto &self) {
+    return query(series, "series", out, [&](auto &self, auto &info) {
         const ingest::Series &from = self.series;
-        toliman_series_info info = {};
         if (const std::optional<ingest::TimeFormat> format = from.format()) {
             info.time_format = kFormats.to_constant(*format);
             info.time_scale = kScales.to_constant(from.scale());
@@ -105,7 +104,6 @@ toliman_status toliman_series_get_info(const toliman_series *series, toliman_ser
         info.instruments = static_cast<int64_t>(from.instruments().size());
         put_text(from.unit().name, info.unit_name);
         put_text(from.likely_instrument(), info.likely_instrument);
-        deliver(info, out, "out");
     });
 }
 

@@ -295,9 +295,8 @@ toliman_status toliman_sim_get_info(const toliman_sim *sim, toliman_sim_info *ou
 }
 
 toliman_status toliman_sim_get_bounds(const toliman_sim *sim, toliman_sim_bounds *out) noexcept {
-    return api::call(sim, "sim", [&](auto &self) {
+    return api::query(sim, "sim", out, [&](auto &self, auto &bounds) {
         const toliman::information::Bounds &known = self.bounds.of(self.simulator);
-        toliman_sim_bounds bounds = {};
         bounds.crb_px = known.alone;
         bounds.crb_flux_shift_px = known.flux_shift;
         bounds.crb_marginal_px = known.marginal;
@@ -307,7 +306,6 @@ toliman_status toliman_sim_get_bounds(const toliman_sim *sim, toliman_sim_bounds
         bounds.peak_to_mean =
             images.peak_photons() / images.total_photons() * static_cast<double>(images.both().size());
         bounds.gradient_energy = toliman::information::gradient_energy(images);
-        api::deliver(bounds, out, "out");
     });
 }
 

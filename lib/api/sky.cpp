@@ -165,9 +165,8 @@ toliman_status toliman_sky_reduce(const toliman_sky *sky, const toliman_measure 
 }
 
 toliman_status toliman_sky_get_info(const toliman_sky *sky, toliman_sky_info *out) noexcept {
-    return call(sky, "sky", [&](auto &self) {
+    return query(sky, "sky", out, [&](auto &self, auto &info) {
         const sky::Predictor &predictor = *self.predictor;
-        toliman_sky_info info = {};
         info.without = predictor.without();
         info.observer = kObservers.to_constant(predictor.observer().kind());
         info.orbit_digest = sky::digest_of(predictor.system().value.orbit);
@@ -176,7 +175,6 @@ toliman_status toliman_sky_get_info(const toliman_sky *sky, toliman_sky_info *ou
         info.star_mass[1] = predictor.system().value.masses.b_sun;
         set_orbit(predictor.observer(), info);
         put_text(predictor.system().name, info.name);
-        deliver(info, out, "out");
     });
 }
 

@@ -110,10 +110,9 @@ toliman_status toliman_track_query_fit(const toliman_track *track, toliman_perio
 }
 
 toliman_status toliman_track_query_goodness(const toliman_track *track, toliman_track_goodness *out) noexcept {
-    return call(track, "track", [&](auto &self) {
+    return query(track, "track", out, [&](auto &self, auto &made) {
         const track::Tracker &tracker = *self.tracker;
         const track::FolderGoodness found = track::folder_goodness(tracker);
-        toliman_track_goodness made = {};
         set_goodness(found.goodness, made);
         TOLIMAN_COPY(made, found, frames, years, trend_per_year, trend_sigma_per_year, poor, too_good, bad_pixels);
         TOLIMAN_COPY(made, found, cleaned);
@@ -124,7 +123,6 @@ toliman_status toliman_track_query_goodness(const toliman_track *track, toliman_
         made.calibration_chi_square = model.goodness.chi_square;
         made.calibration_chi_square_sigma = model.goodness.sigma;
         made.calibration_goodness = kGoodness.to_constant(model.goodness.verdict);
-        deliver(made, out, "out");
     });
 }
 
