@@ -113,13 +113,6 @@ bool has_length(const sky::Exposure &exposure) noexcept {
     return exposure.intervals.front().start_ns != exposure.intervals.back().end_ns;
 }
 
-int64_t known_function(const measure::Series &series, int64_t index, const char *name) {
-    if (index < 0 || index >= static_cast<int64_t>(series.functions()))
-        fail(Status::range, "{%s} = %lld: must be in [0, %zu), the number of functions", name,
-             static_cast<long long>(index), series.functions());
-    return index;
-}
-
 double precision_of(double sigma) {
     if (!(sigma == 0 || (sigma >= 1e-98 && sigma <= 1e98)))
         fail(Status::argument, "{sigma} = %g: must be in [1e-98, 1e98], or 0 for no prior", sigma);
@@ -211,8 +204,8 @@ toliman_status toliman_measure_set_instruments(toliman_measure *measure, const c
 
 toliman_status toliman_measure_set_prior(toliman_measure *measure, int64_t function, double sigma) noexcept {
     return call(measure, "measure", [&](auto &self) {
-        const int64_t known = known_function(self.series, function, "function");
-        self.series.precision(static_cast<size_t>(known)) = precision_of(sigma);
+        const size_t known = required_index(function, self.series.functions(), "function");
+        self.series.precision(known) = precision_of(sigma);
     });
 }
 
@@ -248,7 +241,7 @@ toliman_status toliman_measure_get_function(const toliman_measure *measure, int6
                                             toliman_measure_function *out) noexcept {
     return query(measure, "measure", out, [&](auto &self, auto &found) {
         const measure::Series &series = self.series;
-        const auto f = static_cast<size_t>(known_function(series, index, "index"));
+        const size_t f = required_index(index, series.functions(), "index");
         const auto order = static_cast<size_t>(series.trend.order);
         found.sigma = series.precision(f) > 0 ? 1 / std::sqrt(series.precision(f)) : 0;
         found.unit = f < order ? 1 : series.columns[f - order].unit;

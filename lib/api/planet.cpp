@@ -91,10 +91,7 @@ void add_velocities(const measure::Series &series, const planet::Units &units, c
 }
 
 const planet::Candidate &candidate_of(const planet::Result &result, int64_t index) {
-    if (index < 0 || index >= static_cast<int64_t>(result.candidates.size()))
-        fail(Status::range, "{index} = %lld: must be in [0, %zu), the number of candidates",
-             static_cast<long long>(index), result.candidates.size());
-    return result.candidates[static_cast<size_t>(index)];
+    return result.candidates[required_index(index, result.candidates.size(), "index")];
 }
 
 toliman_planet_candidate public_planet(const planet::Result &result, int64_t index) {

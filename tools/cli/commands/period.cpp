@@ -183,9 +183,7 @@ void add_period(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "period");
     auto options = std::make_shared<Options>();
     CLI::Option *file = add_option(command, "FILE", options->file, "");
-    add_option(command, "--columns", options->samples.columns, "NAMES");
-    add_times(*command, options->samples);
-    add_instrument(*command, options->samples);
+    options->samples.add_to(*command, true);
     command->add_option("--f0", options->f0);
     command->add_option("--df", options->df);
     command->add_option("--nf", options->nf);

@@ -175,8 +175,7 @@ void add_refit(CLI::App &app, Context &context) {
     auto options = std::make_shared<Options>();
     add_system(*command, options->system);
     add_option(command, "SERIES", options->series, "")->required();
-    add_option(command, "--columns", options->samples.columns, "NAMES");
-    add_times(*command, options->samples);
+    options->samples.add_to(*command, false);
     options->reduction.add_to(*command, nullptr);
     command->add_option("--scale-sigma", options->scale_sigma);
     add_option(command, "--out", options->out, "FILE");

@@ -18,9 +18,7 @@ constexpr const char *kOfSeries[] = {"--columns",       "--time-format", "--time
 
 void PlanetJobOptions::add_to(CLI::App &command) {
     add_option(&command, "SERIES", file, "")->required();
-    add_option(&command, "--columns", samples.columns, "NAMES");
-    add_times(command, samples);
-    add_instrument(command, samples);
+    samples.add_to(command, true);
     nuisance.add_to(command);
     CLI::Option *system_option = add_system_options(command, *this);
     command.get_option("--plate-scale")->remove_needs(system_option); // also of --unit px

@@ -84,13 +84,12 @@ std::string text_of(LineSource &source) {
 
 } // namespace
 
-void add_times(CLI::App &command, SampleOptions &options) {
-    command.add_option("--time-format", options.time_format)->check(CLI::IsMember({"days", "iso", "jd", "mjd"}));
-    command.add_option("--time-scale", options.time_scale)->check(CLI::IsMember({"utc", "tai", "tt", "tdb", "gps"}));
-}
-
-void add_instrument(CLI::App &command, SampleOptions &options) {
-    add_option(&command, "--instrument", options.instrument, "COLUMN");
+void SampleOptions::add_to(CLI::App &command, bool with_instrument) {
+    add_option(&command, "--columns", columns, "NAMES");
+    command.add_option("--time-format", time_format)->check(CLI::IsMember({"days", "iso", "jd", "mjd"}));
+    command.add_option("--time-scale", time_scale)->check(CLI::IsMember({"utc", "tai", "tt", "tdb", "gps"}));
+    if (with_instrument)
+        add_option(&command, "--instrument", instrument, "COLUMN");
 }
 
 std::string result_scale(const std::string &scale) {

@@ -13,9 +13,9 @@ struct SampleOptions {
     std::string functions = {};                   // of --nuisance-file; of whole series
     std::string leap_seconds = {}; // path of a leap-seconds.list for times in UTC; empty: the table of the library
     bool of_state = false;         // the samples continue sums, whose time scale is unknown: time_scale must be given
+
+    void add_to(CLI::App &command, bool with_instrument);
 };
-void add_times(CLI::App &command, SampleOptions &options);
-void add_instrument(CLI::App &command, SampleOptions &options);
 
 // Reads the value of an option, a time in the format of a series that was read by `options`: a number if its times
 // are, otherwise a date, a Modified Julian Day or a Julian Day. Returns it as t of a sample.
