@@ -78,16 +78,19 @@ class Measurements(Handle):
         folder; otherwise unknown, but 1 for separations.
     exposure_s: length of each exposure of a file, whose middle is its time; 0: not known.
     instrument: name or number of the column of a file that names the instrument of each sample; "": one instrument.
+    functions: path of a CSV table, t,NAME,... with a row for each sample of a file: columns, as of add_column.
     """
 
     _kind, _destroy = _raw.toliman_measure, "toliman_measure_destroy"
 
     def __init__(self, source: str | os.PathLike[str] | bytes, *, kind: str = "", columns: str = "", time_format: str = "",
-                 time_scale: str = "", unit: float = 0, exposure_s: float = 0, instrument: str = ""):
+                 time_scale: str = "", unit: float = 0, exposure_s: float = 0, instrument: str = "",
+                 functions: str | os.PathLike[str] = ""):
         options = options_of(
             _raw.toliman_measure_options, kind=_number_of(kind),
             columns=text("columns", columns) if columns else None,
             instrument=text("instrument", instrument) if instrument else None,
+            functions=file_name(functions) if functions else None,
             time_format=_FORMATS[_word("time_format", time_format, _FORMATS)],
             time_scale=_SCALES[_word("time_scale", time_scale, _SCALES)],
             flags=_raw.TOLIMAN_SERIES_PLAIN_TIMES if time_format == "days" else 0, unit=real("unit", unit),
