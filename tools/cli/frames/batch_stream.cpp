@@ -20,31 +20,20 @@ constexpr int kDeflate = 5;
 constexpr unsigned short kValidMax = 4095;
 
 struct Functions {
-    decltype(&::nc_create) create;
-    decltype(&::nc_close) close;
-    decltype(&::nc_strerror) strerror;
-    decltype(&::nc_def_dim) def_dim;
-    decltype(&::nc_def_var) def_var;
-    decltype(&::nc_def_var_deflate) def_var_deflate;
-    decltype(&::nc_put_att_text) put_att_text;
-    decltype(&::nc_put_att_longlong) put_att_longlong;
-    decltype(&::nc_put_att_ushort) put_att_ushort;
-    decltype(&::nc_put_att_double) put_att_double;
-    decltype(&::nc_put_var) put_var;
+    SharedLibrary library = SharedLibrary(TOLIMAN_NETCDF);
+    decltype(&::nc_create) create = library.find("nc_create");
+    decltype(&::nc_close) close = library.find("nc_close");
+    decltype(&::nc_strerror) strerror = library.find("nc_strerror");
+    decltype(&::nc_def_dim) def_dim = library.find("nc_def_dim");
+    decltype(&::nc_def_var) def_var = library.find("nc_def_var");
+    decltype(&::nc_def_var_deflate) def_var_deflate = library.find("nc_def_var_deflate");
+    decltype(&::nc_put_att_text) put_att_text = library.find("nc_put_att_text");
+    decltype(&::nc_put_att_longlong) put_att_longlong = library.find("nc_put_att_longlong");
+    decltype(&::nc_put_att_ushort) put_att_ushort = library.find("nc_put_att_ushort");
+    decltype(&::nc_put_att_double) put_att_double = library.find("nc_put_att_double");
+    decltype(&::nc_put_var) put_var = library.find("nc_put_var");
 
     Functions() {
-        SharedLibrary library(TOLIMAN_NETCDF);
-        library.find("nc_create", create);
-        library.find("nc_close", close);
-        library.find("nc_strerror", strerror);
-        library.find("nc_def_dim", def_dim);
-        library.find("nc_def_var", def_var);
-        library.find("nc_def_var_deflate", def_var_deflate);
-        library.find("nc_put_att_text", put_att_text);
-        library.find("nc_put_att_longlong", put_att_longlong);
-        library.find("nc_put_att_ushort", put_att_ushort);
-        library.find("nc_put_att_double", put_att_double);
-        library.find("nc_put_var", put_var);
         if (!library.is_complete())
             throw Failure(kExitOutput,
                           std::string("--format netcdf: the library netCDF, ") + TOLIMAN_NETCDF + ", is not installed");
