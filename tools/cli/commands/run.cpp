@@ -73,7 +73,7 @@ void print_following(const Pipeline &pipeline) {
 }
 
 void print_controls(const Pipeline &pipeline) {
-    if (pipeline.controls == Controls::none) {
+    if (pipeline.options.controls == Controls::none) {
         std::printf("controls      none: no frames without signal%s\n",
                     pipeline.network ? ", no untrained network" : "");
         return;
@@ -82,7 +82,7 @@ void print_controls(const Pipeline &pipeline) {
     if (pipeline.network)
         std::printf("%.1f untrained, ", pipeline.network->untrained.peak.log10_fap);
     std::printf("%.1f without signal%s\n", pipeline.no_signal().peak.log10_fap,
-                pipeline.controls == Controls::quick ? "; 200 frames without signal" : "");
+                pipeline.options.controls == Controls::quick ? "; 200 frames without signal" : "");
 }
 
 void print_decoder(const Reconstructions &reconstructions) {
@@ -106,7 +106,7 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
     const toliman_sim_info &info = scene.info;
     std::printf("scene         %s: %lld frames of %lldx%lld, seed %llu\n", scene.info.name,
                 static_cast<long long>(info.frames), static_cast<long long>(info.rows),
-                static_cast<long long>(info.cols), static_cast<unsigned long long>(pipeline.seed));
+                static_cast<long long>(info.cols), static_cast<unsigned long long>(pipeline.options.seed));
     if (info.amplitude_px != 0)
         std::printf("signal        %.3g px with a period of %g days\n", info.amplitude_px, info.period_days);
     print_period(pipeline.result());

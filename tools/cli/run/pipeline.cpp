@@ -6,8 +6,12 @@
 // cadence, whose numbers are therefore repeated with other seeds of noise and pointing.
 #include "run/pipeline.hpp"
 
+#include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
+
 #include "common/parallel.hpp"
 #include "frames/frame_loop.hpp"
+#include "run/estimators.hpp"
 #include "series/fap.hpp"
 
 namespace cli {
@@ -17,109 +21,40 @@ namespace {
 constexpr size_t kControlFrames = 2000;     // at least: efficiency to 1/sqrt(2 * 2000) = 1.6 %
 constexpr size_t kQuickControlFrames = 200; // efficiency to 5 %
 
-// The estimators of a run on its frames.
-class Estimators {
-  public:
-    Estimators(const Scene &scene, const Cadence &cadence, const RunOptions &options, Progress &progress)
-        : scene_(scene), cadence_(cadence), options_(options), progress_(progress) {
-        if (!scene.moves())
-            network_ =
-                std::make_unique<NetworkRun>(scene, options.seed, cadence.times.size(), options.controls, progress);
-    }
+const std::vector<std::string> kNames = {"none", "quick", "full"}; // in the order of Controls
 
-    // Trains the network, or creates the fit and its bank.
-    void create(Timings &timings) {
-        if (!network_) {
-            const Stopwatch watch(timings.fit);
-            fit_ = std::make_unique<FitRun>(scene_, options_.seed);
-        }
-        const Stopwatch watch(timings.train);
-        if (network_)
-            network_->train();
-        else
-            fit_->train(progress_);
-    }
+void show(Progress &progress, const char *stage, size_t done, size_t total) {
+    progress.show(stage, static_cast<double>(done) / static_cast<double>(total));
+}
 
-    void frames(Timings &timings) {
-        const size_t total = cadence_.times.size();
-        const auto work = [&](size_t at, size_t count, const double *images) {
-            if (network_)
-                network_->push(at, images, count);
-            const Stopwatch watch(timings.fit);
-            if (fit_)
-                fit_->push(images, &cadence_.times[at], count);
-            show("frames", at + count, total);
-        };
-        for_frames(scene_, options_.seed, 0, total, nullptr, work, &timings.simulate);
-        if (network_)
-            network_->end_frames();
-        const Stopwatch watch(timings.fit);
-        if (fit_)
-            fit_->end_frames(cadence_.times);
-    }
+void push_frames(const Scene &scene, size_t total, Estimators &estimators, Pipeline &result, Progress &progress) {
+    const auto work = [&](size_t at, size_t count, const double *images) {
+        estimators.push(at, images, count);
+        show(progress, "frames", at + count, total);
+    };
+    for_frames(scene, result.options.seed, 0, total, nullptr, work, &result.timings.simulate);
+    estimators.end_frames();
+}
 
-    // Returns the number of frames without signal.
-    size_t controls(bool photon_noise) {
-        const size_t signals = cadence_.times.size();
-        const size_t total =
-            options_.controls == Controls::full ? std::max(kControlFrames, signals) : kQuickControlFrames;
-        std::vector<double> times;
-        for (size_t k = 0; k < total; k++)
-            times.push_back(cadence_.times[k % signals]);
-        for_controls(total, [&](size_t at, size_t count, const double *images) {
-            if (network_)
-                network_->push_control(at, images, count);
-            if (fit_)
-                fit_->push(images, &times[at], count);
-            show("controls", at + count, total);
-        });
-        if (network_)
-            network_->end_controls(photon_noise);
-        if (fit_)
-            fit_->end_controls(photon_noise);
-        return total;
-    }
-
-    void deliver(Pipeline &result) {
-        if (network_) {
-            result.network = std::move(network_->outcome);
-            result.timings.encode = result.network->encode_seconds;
-            result.timings.controls += result.network->reference_seconds;
-        }
-        if (!fit_)
-            return;
-        if (!fit_->has_series())
-            throw Failure(kExitUsage,
-                          formatted("%s: the fit did not converge for %zu of %zu frames: their noise must be smaller, "
-                                    "and the stars must be in the frame",
-                                    scene_.path.c_str(), fit_->outcome.lost, cadence_.times.size()));
-        result.fit = std::move(fit_->outcome);
-        if (fit_->has_bank())
-            result.bank = std::move(fit_->bank_outcome);
-    }
-
-  private:
-    void for_controls(size_t total, const FrameWork &work) const {
-        const size_t signals = cadence_.times.size();
-        const std::vector<double> still(total);
-        if (network_)
-            return for_frames(scene_, options_.seed, static_cast<int64_t>(signals), total, still.data(), work);
-        for (size_t done = 0, round = 1; done < total; done += signals, round++)
-            for_frames(scene_, options_.seed + (round << 32), 0, std::min(signals, total - done), still.data(),
-                       [&](size_t at, size_t count, double *images) { work(done + at, count, images); });
-    }
-
-    void show(const char *stage, size_t done, size_t total) const {
-        progress_.show(stage, static_cast<double>(done) / static_cast<double>(total));
-    }
-
-    const Scene &scene_;
-    const Cadence &cadence_;
-    const RunOptions &options_;
-    Progress &progress_;
-    std::unique_ptr<NetworkRun> network_; // null if the stars move
-    std::unique_ptr<FitRun> fit_;         // null if they are at rest
-};
+// signals: number of frames of the cadence.
+void push_controls(const Scene &scene, size_t signals, Estimators &estimators, Pipeline &result, Progress &progress) {
+    const Stopwatch watch(result.timings.controls);
+    const uint64_t seed = result.options.seed;
+    const size_t total =
+        result.options.controls == Controls::full ? std::max(kControlFrames, signals) : kQuickControlFrames;
+    const std::vector<double> still(total);
+    const auto work = [&](size_t at, size_t count, const double *images) {
+        estimators.push_control(at, images, count);
+        show(progress, "controls", at + count, total);
+    };
+    if (result.network)
+        for_frames(scene, seed, static_cast<int64_t>(signals), total, still.data(), work);
+    for (size_t done = 0, round = 1; !result.network && done < total; done += signals, round++)
+        for_frames(scene, seed + (round << 32), 0, std::min(signals, total - done), still.data(),
+                   [&](size_t at, size_t count, double *images) { work(done + at, count, images); });
+    estimators.end_controls();
+    result.control_frames = total;
+}
 
 // Searches the values, which belong to the first times of the cadence, for their period.
 void search(const Scene &scene, const Cadence &cadence, const FrequencyGrid &grid, Outcome &outcome) {
@@ -156,28 +91,39 @@ void search_all(const Scene &scene, const Cadence &cadence, Pipeline &result) {
 
 } // namespace
 
+std::string name_of(Controls controls) {
+    return kNames[static_cast<size_t>(controls)];
+}
+
+void add_controls(CLI::App &command, Controls &controls) {
+    const auto set = [&controls](const std::string &word) {
+        controls = static_cast<Controls>(std::find(kNames.begin(), kNames.end(), word) - kNames.begin());
+    };
+    command.add_option_function<std::string>("--controls", set)->check(CLI::IsMember(kNames));
+}
+
 Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, const RunOptions &options, double setup_seconds,
                       Progress &progress) {
     const StopLimit limit;
     Pipeline result;
     result.timings.setup = result.timings.total = setup_seconds;
     const Stopwatch total(result.timings.total);
-    result.seed = options.seed;
-    result.controls = options.controls;
+    result.options = options;
     result.grid = default_grid(scene.path, cadence.times);
     result.photon_noise = scene.has("photon noise");
     if (!result.photon_noise && !scene.has("read noise"))
         throw Failure(kExitUsage,
                       scene.path + ": noise: run needs frames with noise: photon = true, or read_e above 0 e-");
 
-    Estimators estimators(scene, cadence, options, progress);
-    estimators.create(result.timings);
-    estimators.frames(result.timings);
-    if (options.controls != Controls::none) {
-        const Stopwatch watch(result.timings.controls);
-        result.control_frames = estimators.controls(result.photon_noise);
+    const auto estimators = make_estimators(scene, cadence, result, progress);
+    {
+        const Stopwatch watch(result.timings.train);
+        estimators->train();
     }
-    estimators.deliver(result);
+    push_frames(scene, cadence.times.size(), *estimators, result, progress);
+    if (options.controls != Controls::none)
+        push_controls(scene, cadence.times.size(), *estimators, result, progress);
+    estimators->require_series();
     result.truth.power.resize(result.grid.nf);
     if (deviation(cadence.displacements) > 0)
         result.truth.values = cadence.displacements;

@@ -84,7 +84,7 @@ Json estimate_json(const Outcome &outcome) {
 }
 
 Json following_json(const Pipeline &pipeline, const FollowOutcome &of) {
-    const bool controls = pipeline.controls != Controls::none;
+    const bool controls = pipeline.options.controls != Controls::none;
     Json json = estimate_json(of.signal);
     json.set("efficiency", of.efficiency, "efficiency_error", efficiency_error(pipeline, of.efficiency),
              "no_signal_log10_fap", if_known(controls, of.no_signal.peak.log10_fap));
@@ -124,14 +124,14 @@ void set_references(const Pipeline &pipeline, Json &json) {
     if (truth.period > 0)
         true_series.emplace("period_days", truth.period, "half_width_period_days", truth.half_width_period,
                             "fwhm_period_days", truth.fwhm_period, "log10_fap", truth.log10_fap);
-    if (pipeline.controls != Controls::none) {
+    if (pipeline.options.controls != Controls::none) {
         no_signal.emplace("log10_fap", pipeline.no_signal().peak.log10_fap, "frames", pipeline.control_frames);
         if (pipeline.network)
             untrained.emplace("log10_fap", pipeline.network->untrained.peak.log10_fap, "sigma_px",
                               pipeline.network->untrained.sigma_px);
     }
-    json.set("true_series", true_series, "controls", name_of(pipeline.controls), "no_signal", no_signal, "untrained",
-             untrained);
+    json.set("true_series", true_series, "controls", name_of(pipeline.options.controls), "no_signal", no_signal,
+             "untrained", untrained);
 }
 
 Json timings_json(const Timings &spent) {
@@ -143,7 +143,7 @@ std::string run_result(const RunFiles &files) {
     const Scene &scene = files.scene;
     const Pipeline &pipeline = files.pipeline;
     Json json("schema", "toliman-run/2", "version", toliman_version(), "provenance", provenance());
-    set_scene(scene, pipeline.seed, json);
+    set_scene(scene, pipeline.options.seed, json);
     set_brightest(scene, json);
     json.set("geometry", geometry(scene, files.rotation_deg));
     set_result(pipeline, files.cadence.times[0], json);
