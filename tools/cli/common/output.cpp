@@ -180,8 +180,32 @@ void OutputFile::retract() {
         fail();
 }
 
+OutputFile &OutputFiles::open(const std::string &name, Replaces what) {
+    return files_.try_emplace(name, file(name), what).first->second;
+}
+
+void OutputFiles::remove(const std::string &name) {
+    files_.erase(name);
+    removed_.push_back(file(name));
+}
+
+void OutputFiles::commit(const std::string &last, const std::function<void()> &write_others) {
+    for (auto &[name, file] : files_)
+        file.finish();
+    files_.at(last).retract();
+    write_others();
+    for (auto &[name, file] : files_)
+        if (name != last)
+            file.commit();
+    std::error_code error;
+    for (const std::string &path : removed_)
+        std::filesystem::remove(path, error);
+    files_.at(last).commit();
+}
+
 OutputFolder::OutputFolder(const std::string &path)
-    : path_(path), made_(make_unfinished(path, [&] { return ::mkdir(path.c_str(), 0777) == 0; })) {
+    : OutputFiles(path + "/"), path_(path),
+      made_(make_unfinished(path, [&] { return ::mkdir(path.c_str(), 0777) == 0; })) {
     if (!made_ && errno != EEXIST)
         throw Failure(kExitOutput, path + ": cannot be created: " + std::strerror(errno));
     if (exists(path) && !is_folder(path))
@@ -207,26 +231,8 @@ void OutputFolder::keep() noexcept {
     end_unfinished(path_);
 }
 
-OutputFile &OutputFolder::open(const std::string &name, Replaces what) {
-    return files_.try_emplace(name, file(name), what).first->second;
-}
-
-void OutputFolder::remove(const std::string &name) {
-    files_.erase(name);
-    removed_.push_back(file(name));
-}
-
 void OutputFolder::commit(const std::string &last) {
-    for (auto &[name, file] : files_)
-        file.finish();
-    files_.at(last).retract();
-    for (auto &[name, file] : files_)
-        if (name != last)
-            file.commit();
-    std::error_code error;
-    for (const std::string &path : removed_)
-        std::filesystem::remove(path, error);
-    files_.at(last).commit();
+    OutputFiles::commit(last);
     keep();
 }
 

@@ -1,6 +1,7 @@
 // Output files that appear whole or not at all, and streams that are written directly.
 #pragma once
 #include <cstdio>
+#include <functional>
 #include <map>
 #include <string>
 #include <sys/types.h>
@@ -53,29 +54,43 @@ class OutputFile {
     File file_;                      // null if handed over
 };
 
-// A folder for results, created if it does not exist; a created folder is removed again unless its files are committed
-// or keep() is called.
-class OutputFolder {
+// Files of results that agree.
+class OutputFiles {
+  public:
+    // prefix: of the path of each file, before its name.
+    explicit OutputFiles(const std::string &prefix) : prefix_(prefix) {}
+    std::string file(const std::string &name) const { return prefix_ + name; }
+    // A new file of this name, or the same as before.
+    OutputFile &open(const std::string &name, Replaces what = Replaces::results);
+    // The file of this name, which was opened, is not to be: commit() removes one of earlier results.
+    void remove(const std::string &name);
+    // Commits all open files: none is renamed before all are on the disk, and the file `last`, which implies that the
+    // others are complete, is absent until they are and write_others() has returned.
+    void commit(
+        const std::string &last, const std::function<void()> &write_others = [] {});
+
+  protected:
+    std::map<std::string, OutputFile> files_;
+
+  private:
+    std::string prefix_;
+    std::vector<std::string> removed_; // paths
+};
+
+// Those of a folder, created if it does not exist; a created folder is removed again unless its files are committed or
+// keep() is called.
+class OutputFolder : public OutputFiles {
   public:
     explicit OutputFolder(const std::string &path);
     // The same, with files that are opened at once, so that one that cannot be written fails before the work.
     OutputFolder(const std::string &path, const std::vector<const char *> &names);
     ~OutputFolder();
-    std::string file(const std::string &name) const { return path_ + "/" + name; }
-    // A new file of this name, or the same as before.
-    OutputFile &open(const std::string &name, Replaces what = Replaces::results);
-    // The file of this name, which was opened, is not to be: commit() removes one of earlier results.
-    void remove(const std::string &name);
-    // Commits all open files, which agree: none is renamed before all are on the disk, and the file `last`, which
-    // implies that the others are complete, is absent until they are.
     void commit(const std::string &last);
     void keep() noexcept;
 
   private:
     std::string path_;
     bool made_;
-    std::map<std::string, OutputFile> files_;
-    std::vector<std::string> removed_; // paths
 };
 
 // Values of one name, [rows].

@@ -12,7 +12,7 @@ class CalibrationFiles {
     const std::string &out() const noexcept { return out_; }
     std::string scene(size_t window, size_t windows) const; // OUT itself if there is one window
     std::string journal() const { return stem_ + ".part"; }
-    std::string with_suffix(const std::string &suffix) const { return stem_ + suffix; }
+    const std::string &stem() const noexcept { return stem_; } // of the names of all files
 
   private:
     std::string out_, stem_;

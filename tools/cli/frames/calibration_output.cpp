@@ -9,8 +9,14 @@ namespace cli {
 
 namespace {
 
-constexpr char kBefore[] = ".residual_before.npy", kAfter[] = ".residual_after.npy", kChiMap[] = ".chi_map.npy",
-               kOpd[] = ".opd_change.npy", kResponseSigma[] = ".response_sigma.npy";
+constexpr char kResult[] = ".calibration.json", kOpd[] = ".opd_change.npy";
+
+// Images, and the files of them; the last is that of a response.
+constexpr std::pair<int32_t, const char *> kImages[] = {
+    {TOLIMAN_CALIBRATION_IMAGE_BEFORE, ".residual_before.npy"},
+    {TOLIMAN_CALIBRATION_IMAGE_AFTER, ".residual_after.npy"},
+    {TOLIMAN_CALIBRATION_IMAGE_CHI, ".chi_map.npy"},
+    {TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA, ".response_sigma.npy"}};
 
 toliman_calibration_info info_of(const Calibration &calibration) {
     return toliman::result<toliman_calibration_info>(toliman_calibration_get_info, calibration.get());
@@ -229,10 +235,12 @@ bool is_complete(const toliman_calibration_info &info) {
 } // namespace
 
 CalibrationOutput::CalibrationOutput(const CalibrationFiles &files, bool has_response)
-    : files_(checked(files)), result_(files.with_suffix(".calibration.json")), before_(files.with_suffix(kBefore)),
-      after_(files.with_suffix(kAfter)), chi_map_(files.with_suffix(kChiMap)), opd_(files.with_suffix(kOpd)) {
-    if (has_response)
-        response_sigma_.emplace(files.with_suffix(kResponseSigma));
+    : files_(checked(files)), has_response_(has_response), out_(files.stem()) {
+    for (const char *name : {kResult, kOpd})
+        out_.open(name);
+    for (const auto &[kind, name] : kImages)
+        if (has_response || kind != TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA)
+            out_.open(name);
 }
 
 void CalibrationOutput::write(const Calibration &calibration) {
@@ -263,24 +271,13 @@ void CalibrationOutput::write(const Calibration &calibration) {
     json.set("windows", of_windows, "separations", of_frames, "steps",
              array_of(calibration.steps(), [](const auto &step) { return json_of(step); }));
     json_ = json.text();
-    result_.write(json_);
+    out_.open(kResult).write(json_);
     write_arrays(calibration);
-    // The files agree: those of which calibration.json tells are complete before it exists.
-    std::vector<OutputFile *> arrays = {&before_, &after_, &chi_map_, &opd_};
-    if (response_sigma_)
-        arrays.push_back(&*response_sigma_);
-    result_.finish();
-    for (OutputFile *const file : arrays)
-        file->finish();
-    result_.retract();
-    write_scenes(calibration, windows.size());
-    for (OutputFile *const file : arrays)
-        file->commit();
-    result_.commit();
+    out_.commit(kResult, [&] { write_scenes(calibration, windows.size()); });
 }
 
 // With several windows their list is written last, as it implies that their scenes are complete.
-void CalibrationOutput::write_scenes(const Calibration &calibration, size_t windows) {
+void CalibrationOutput::write_scenes(const Calibration &calibration, size_t windows) const {
     std::vector<WindowScene> list;
     for (size_t i = 0; i < windows; i++) {
         const std::string path = files_.scene(i, windows);
@@ -303,20 +300,15 @@ void CalibrationOutput::write_arrays(const Calibration &calibration) {
     const auto rows = static_cast<size_t>(info.rows), cols = static_cast<size_t>(info.cols),
                cells = static_cast<size_t>(info.cells), windows = static_cast<size_t>(info.windows);
     std::vector<double> image(rows * cols), opd(windows * cells * cells);
-    for (const auto &[kind, file] :
-         {std::pair(TOLIMAN_CALIBRATION_IMAGE_BEFORE, &before_), std::pair(TOLIMAN_CALIBRATION_IMAGE_AFTER, &after_),
-          std::pair(TOLIMAN_CALIBRATION_IMAGE_CHI, &chi_map_)}) {
+    for (const auto &[kind, name] : kImages) {
+        if (!has_response_ && kind == TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA)
+            continue;
         toliman::check(toliman_calibration_get_image(made, kind, image.data(), cols));
-        write_npy(*file, image, {rows, cols});
-    }
-    if (response_sigma_) {
-        toliman::check(
-            toliman_calibration_get_image(made, TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA, image.data(), cols));
-        write_npy(*response_sigma_, image, {rows, cols});
+        write_npy(out_.open(name), image, {rows, cols});
     }
     for (size_t i = 0; i < windows; i++)
         toliman::check(toliman_calibration_get_opd(made, static_cast<int64_t>(i), &opd[i * cells * cells]));
-    write_npy(opd_, opd, {windows, cells, cells});
+    write_npy(out_.open(kOpd), opd, {windows, cells, cells});
 }
 
 void CalibrationOutput::warn(const Calibration &calibration, Progress &progress) const {
@@ -334,7 +326,7 @@ void CalibrationOutput::warn(const Calibration &calibration, Progress &progress)
                   (info.lacks == 0 ? "free more parameters (--free)"
                                    : (improved ? "may still be missing: " : "may be missing: ") + lacks_of(info) +
                                          (improved ? "" : "; --improve tries them in this order")) +
-                  (response_sigma_ ? "" : "; a flat field that the scene lacks: --detector"));
+                  (has_response_ ? "" : "; a flat field that the scene lacks: --detector"));
 }
 
 void CalibrationOutput::print(const Calibration &calibration) const {

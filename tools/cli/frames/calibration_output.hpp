@@ -19,12 +19,12 @@ class CalibrationOutput {
     void warn(const Calibration &calibration, Progress &progress) const;
 
   private:
-    void write_scenes(const Calibration &calibration, size_t windows);
+    void write_scenes(const Calibration &calibration, size_t windows) const;
     void write_arrays(const Calibration &calibration);
 
     const CalibrationFiles &files_;
-    OutputFile result_, before_, after_, chi_map_, opd_;
-    std::optional<OutputFile> response_sigma_;
+    bool has_response_;
+    OutputFiles out_; // all but the scenes
     std::string json_;
 };
 
