@@ -85,16 +85,6 @@ class Batch {
     std::exception_ptr failure_;
 };
 
-std::unique_ptr<Encoder> encoder_of(const EncodeOptions &options, const FrameReductionOptions &reduction,
-                                    const Estimator &estimator, Progress &progress) {
-    const FrameClock clock = {options.frames.cadence, reduction.time_zero_ns,
-                              LeapSeconds(reduction.observer.leap_seconds())};
-    auto encoder = make_encoder(estimator, Batch::kMost, clock, progress);
-    if (!reduction.system)
-        return encoder;
-    return make_reducing_encoder(std::move(encoder), reduction, estimator, progress);
-}
-
 FrameReductionOptions with_scene(FrameReductionOptions options, const Estimator &estimator, Notes &notes) {
     options.use_scene(estimator, notes);
     return options;
@@ -104,9 +94,15 @@ class Encoding {
   public:
     Encoding(const EncodeOptions &options, Progress &progress)
         : options_(options), progress_(progress), estimator_(options.estimator_options, progress),
-          reduction_(with_scene(options.reduction, estimator_, notes_)),
-          encoder_(encoder_of(options, reduction_, estimator_, progress)), doubts_(progress),
-          head_(std::string("file,frame,") + encoder_->columns() + "\n") {
+          reduction_options_(with_scene(options.reduction, estimator_, notes_)),
+          encoder_(make_encoder(estimator_, Batch::kMost,
+                                {options.frames.cadence, reduction_options_.time_zero_ns,
+                                 LeapSeconds(reduction_options_.observer.leap_seconds())},
+                                progress)),
+          doubts_(progress) {
+        if (reduction_options_.system)
+            reduction_.emplace(reduction_options_, estimator_, progress);
+        head_ = std::string("file,frame,") + encoder_->columns() + (reduction_ ? FrameReduction::kColumns : "") + "\n";
         for (const std::string &note : notes_)
             progress.tell(note);
     }
@@ -117,18 +113,22 @@ class Encoding {
             return formatted("%lld of %zu frames ", static_cast<long long>(count), frames_) + kind;
         });
         encoder_->end(progress_);
+        if (reduction_)
+            reduction_->end(progress_);
     }
 
   private:
+    toliman_status encode(const toliman_image &image, size_t first, size_t count);
     void encode_batch(FrameFile &frames, Batch &batch, const std::string &path);
     void print(FrameFile &frames, size_t number, size_t i, const std::string &path);
 
     const EncodeOptions &options_;
     Progress &progress_;
     Estimator estimator_;
-    Notes notes_;                     // options that differ from the scene
-    FrameReductionOptions reduction_; // with the defaults of the scene
+    Notes notes_;                             // options that differ from the scene
+    FrameReductionOptions reduction_options_; // with the defaults of the scene
     std::unique_ptr<Encoder> encoder_;
+    std::optional<FrameReduction> reduction_;
     Warnings doubts_;
     // Printed together with the first line: a failure on the first frame leaves standard output empty.
     std::string head_;
@@ -140,20 +140,28 @@ void Encoding::print(FrameFile &frames, size_t number, size_t i, const std::stri
     const std::string place = frames.path() + ": frame " + std::to_string(number);
     for (const Doubt &doubt : encoder_->doubts(i))
         doubts_.warn(doubt.kind, place + ": " + doubt.text + other_width(options_, frames));
-    print_stdout(std::exchange(head_, "") + path + "," + std::to_string(number) + "," + encoder_->line(i) + "\n");
+    print_stdout(std::exchange(head_, "") + path + "," + std::to_string(number) + "," + encoder_->line(i) +
+                 (reduction_ ? reduction_->line(i) : "") + "\n");
     frames_++;
+}
+
+toliman_status Encoding::encode(const toliman_image &image, size_t first, size_t count) {
+    const toliman_status status = encoder_->encode(image, first, count);
+    if (status == TOLIMAN_OK && reduction_)
+        reduction_->reduce(*encoder_, count);
+    return status;
 }
 
 // A batch that fails is repeated frame by frame, so that the frames before the bad one are printed.
 void Encoding::encode_batch(FrameFile &frames, Batch &batch, const std::string &path) {
-    if (encoder_->encode(batch.image(0), batch.first(), batch.count()) == TOLIMAN_OK) {
+    if (encode(batch.image(0), batch.first(), batch.count()) == TOLIMAN_OK) {
         for (size_t i = 0; i < batch.count(); i++)
             print(frames, batch.first() + i, i, path);
         return;
     }
     for (size_t i = 0; i < batch.count(); i++) {
         const size_t number = batch.first() + i;
-        if (encoder_->encode(batch.image(i), number, 1) != TOLIMAN_OK)
+        if (encode(batch.image(i), number, 1) != TOLIMAN_OK)
             malformed(frames.path() + ": frame " + std::to_string(number), toliman_last_error());
         print(frames, number, 0, path);
     }

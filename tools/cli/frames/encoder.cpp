@@ -8,6 +8,33 @@ namespace {
 
 constexpr double kFarSigmas = 1000;
 
+constexpr char kGoodnessColumns[] = "chi_square,chi_square_sigma,largest_residual,goodness,bad_pixels";
+
+// The columns kGoodnessColumns. Result: toliman_frame_goodness, or a result with its members.
+template <class Result> std::string goodness_cells(const Result &fit) {
+    return formatted("%.6g,%.6g,%.4g,%s,%u", fit.chi_square, fit.chi_square_sigma, fit.largest_residual,
+                     toliman_constant_name(fit.goodness), fit.bad_pixels);
+}
+
+// Adds the doubt about a fit that is poor or too good.
+template <class Result> void doubt_goodness(const Result &fit, std::vector<Doubt> &doubts) {
+    const bool poor = fit.goodness == TOLIMAN_GOODNESS_POOR;
+    if (!poor && fit.goodness != TOLIMAN_GOODNESS_TOO_GOOD)
+        return;
+    doubts.push_back(
+        {poor ? "have a poor fit" : "have a fit that is too good",
+         formatted("the fit is %s: a chi-square of %.3g differs from 1 +- %.3g, that of the scene's noise: %s",
+                   toliman_constant_name(fit.goodness), fit.chi_square, fit.chi_square_sigma,
+                   poor ? "the frame is damaged, or the scene lacks an effect"
+                        : "are the counts in the unit of the scene?")});
+}
+
+// Throws Failure for frames that are sums; estimator: "a network".
+void refuse_sums(FrameFile &frames, const char *estimator) {
+    if (!frames.spreads().empty())
+        malformed(frames.path(), std::string("sums of frames, which ") + estimator + " does not take: use --fit");
+}
+
 // A network or a template: one value per frame.
 class ValueEncoder final : public Encoder {
   public:
@@ -73,6 +100,12 @@ void add_words(const Flags &names, uint32_t flags, std::vector<std::string> &wor
             words.push_back(word);
 }
 
+// The columns up to separation_sigma_px; Result is that of a fit or a bank.
+template <class Result> std::string value_cells(const Result &result, double sigma_px) {
+    return formatted("%.17g,", result.displacement_px) + goodness_cells(result) +
+           formatted(",%.17g,%.6g,", result.separation_px, sigma_px);
+}
+
 constexpr char kPlaceColumns[] = "position_angle_deg,x_px,y_px,flux_a,flux_b,background,iterations,flags";
 
 // The columns kPlaceColumns except the last.
@@ -85,99 +118,74 @@ std::vector<Doubt> fit_doubts(const toliman_fit_result &result) {
     std::vector<Doubt> doubts;
     if ((result.flags & TOLIMAN_FIT_NOT_CONVERGED) != 0)
         doubts.push_back({"did not converge", "the fit did not converge: its numbers are nan"});
-    doubt_goodness(goodness_of(result), doubts);
+    doubt_goodness(result, doubts);
     if ((result.flags & TOLIMAN_FIT_SEARCHED) != 0)
         doubts.push_back({"have their stars elsewhere than predicted",
                           "the stars were not at their predicted places, and were searched for"});
     return doubts;
 }
 
+// A fit, alone or with the networks of a bank, whose value is then that of a frame.
 class FitEncoder final : public Encoder {
   public:
     FitEncoder(const Estimator &estimator, size_t most, const FrameClock &clock, Progress &progress)
-        : fit_(estimator.fit.get()), predictions_(estimator.times, most, clock, progress),
-          results_(most, toliman::sized<toliman_fit_result>()),
+        : estimator_(estimator), bank_(estimator.bank.get()), predictions_(estimator.times, most, clock, progress),
+          fits_(most, toliman::sized<toliman_fit_result>()), results_(most, toliman::sized<toliman_bank_result>()),
           columns_(std::string("displacement_px,") + kGoodnessColumns + ",separation_px,separation_sigma_px," +
-                   kPlaceColumns) {}
-
-    const char *columns() const override { return columns_.c_str(); }
-    void open(FrameFile &frames) override { predictions_.open(frames); }
-
-    toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
-        return toliman_fit_frame(fit_, &image, count, predictions_.from(first, count), results_.data(), nullptr,
-                                 nullptr);
+                   (bank_ != nullptr ? "efficiency,network,fit_displacement_px," : "") + kPlaceColumns) {
+        if (bank_ != nullptr)
+            info_ = toliman::result<toliman_bank_info>(toliman_bank_get_info, bank_);
     }
-
-    std::string line(size_t i) const override {
-        const toliman_fit_result &result = results_[i];
-        std::vector<std::string> words;
-        add_words(kFitFlags, result.flags, words);
-        return formatted("%.17g,", result.displacement_px) + goodness_cells(goodness_of(result)) +
-               formatted(",%.17g,%.6g,", result.separation_px, result.separation_sigma_px) + place_words(result) +
-               joined(words, "+");
-    }
-
-    std::vector<Doubt> doubts(size_t i) const override { return fit_doubts(results_[i]); }
-    Separation separation(size_t i) const override {
-        return {predictions_.tai_ns(i), predictions_.days(i), results_[i].separation_px};
-    }
-
-  private:
-    const toliman_fit *fit_;
-    Predictions predictions_;
-    std::vector<toliman_fit_result> results_;
-    std::string columns_;
-};
-
-class BankEncoder final : public Encoder {
-  public:
-    BankEncoder(const Estimator &estimator, size_t most, const FrameClock &clock, Progress &progress)
-        : estimator_(estimator), info_(toliman::result<toliman_bank_info>(toliman_bank_get_info, estimator.bank.get())),
-          predictions_(estimator.times, most, clock, progress), results_(most, toliman::sized<toliman_bank_result>()),
-          fits_(most, toliman::sized<toliman_fit_result>()),
-          columns_(std::string("displacement_px,") + kGoodnessColumns +
-                   ",separation_px,separation_sigma_px,efficiency,network,fit_displacement_px," + kPlaceColumns) {}
 
     const char *columns() const override { return columns_.c_str(); }
     void open(FrameFile &frames) override {
-        refuse_sums(frames, "a bank");
+        if (bank_ != nullptr)
+            refuse_sums(frames, "a bank");
         predictions_.open(frames);
     }
 
     toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
+        const toliman_fit *const fit = estimator_.fit.get();
+        const toliman_fit_prediction *const predictions = predictions_.from(first, count);
+        if (bank_ == nullptr)
+            return toliman_fit_frame(fit, &image, count, predictions, fits_.data(), nullptr, nullptr);
         const toliman_status status =
-            toliman_bank_encode(estimator_.bank.get(), estimator_.fit.get(), &image, count,
-                                predictions_.from(first, count), results_.data(), fits_.data());
+            toliman_bank_encode(bank_, fit, &image, count, predictions, results_.data(), fits_.data());
         for (size_t i = 0; status == TOLIMAN_OK && i < count; i++)
             record(results_[i]);
         return status;
     }
 
     std::string line(size_t i) const override {
-        const toliman_bank_result &result = results_[i];
         const toliman_fit_result &fit = fits_[i];
         std::vector<std::string> words;
         add_words(kFitFlags, fit.flags, words);
+        if (bank_ == nullptr)
+            return value_cells(fit, fit.separation_sigma_px) + place_words(fit) + joined(words, "+");
+        const toliman_bank_result &result = results_[i];
         add_words(kBankFlags, result.flags, words);
-        return formatted("%.17g,", result.displacement_px) + goodness_cells(goodness_of(result)) +
-               formatted(",%.17g,%.6g,%.6g,%lld,%.17g,", result.separation_px, result.sigma_px, result.efficiency,
-                         static_cast<long long>(result.network), fit.displacement_px) +
+        return value_cells(result, result.sigma_px) +
+               formatted("%.6g,%lld,%.17g,", result.efficiency, static_cast<long long>(result.network),
+                         fit.displacement_px) +
                place_words(fit) + joined(words, "+");
     }
 
     std::vector<Doubt> doubts(size_t i) const override {
         std::vector<Doubt> doubts = fit_doubts(fits_[i]);
-        const Apart efficiency = apart(results_[i].efficiency, kLeastEfficiency, 3);
-        if ((results_[i].flags & TOLIMAN_BANK_LOW_EFFICIENCY) != 0)
-            doubts.push_back({"have a low efficiency", "an efficiency of " + efficiency.value + " is below " +
-                                                           efficiency.limit +
-                                                           ": the stars are far from the places of the networks, or "
-                                                           "these have too few steps of training"});
+        const toliman_bank_result &result = results_[i];
+        if (bank_ == nullptr || (result.flags & TOLIMAN_BANK_LOW_EFFICIENCY) == 0)
+            return doubts;
+        const Apart efficiency = apart(result.efficiency, kLeastEfficiency, 3);
+        doubts.push_back({"have a low efficiency", "an efficiency of " + efficiency.value + " is below " +
+                                                       efficiency.limit +
+                                                       ": the stars are far from the places of the networks, or "
+                                                       "these have too few steps of training"});
         return doubts;
     }
 
     Separation separation(size_t i) const override {
-        return {predictions_.tai_ns(i), predictions_.days(i), results_[i].separation_px};
+        return {predictions_.tai_ns(i), predictions_.days(i),
+                bank_ != nullptr ? results_[i].separation_px : fits_[i].separation_px};
     }
 
     void end(Progress &progress) const override {
@@ -212,10 +220,11 @@ class BankEncoder final : public Encoder {
     }
 
     const Estimator &estimator_;
-    toliman_bank_info info_;
+    const toliman_bank *bank_; // null: the fit alone
+    toliman_bank_info info_ = {};
     Predictions predictions_;
-    std::vector<toliman_bank_result> results_;
     std::vector<toliman_fit_result> fits_;
+    std::vector<toliman_bank_result> results_;
     std::string columns_;
     std::vector<double> efficiencies_; // of all fitted frames
     size_t outside_ = 0;               // those outside the dates of the bank
@@ -224,40 +233,11 @@ class BankEncoder final : public Encoder {
 
 } // namespace
 
-std::string goodness_cells(const toliman_frame_goodness &fit) {
-    return formatted("%.6g,%.6g,%.4g,%s,%u", fit.chi_square, fit.chi_square_sigma, fit.largest_residual,
-                     toliman_constant_name(fit.goodness), fit.bad_pixels);
-}
-
-void refuse_sums(FrameFile &frames, const char *estimator) {
-    if (!frames.spreads().empty())
-        malformed(frames.path(), std::string("sums of frames, which ") + estimator + " does not take: use --fit");
-}
-
-void doubt_goodness(const toliman_frame_goodness &fit, std::vector<Doubt> &doubts) {
-    const bool poor = fit.goodness == TOLIMAN_GOODNESS_POOR;
-    if (!poor && fit.goodness != TOLIMAN_GOODNESS_TOO_GOOD)
-        return;
-    doubts.push_back(
-        {poor ? "have a poor fit" : "have a fit that is too good",
-         formatted("the fit is %s: a chi-square of %.3g differs from 1 +- %.3g, that of the scene's noise: %s",
-                   toliman_constant_name(fit.goodness), fit.chi_square, fit.chi_square_sigma,
-                   poor ? "the frame is damaged, or the scene lacks an effect"
-                        : "are the counts in the unit of the scene?")});
-}
-
 std::unique_ptr<Encoder> make_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,
                                       Progress &progress) {
     if (estimator.fit)
-        return make_fit_encoder(estimator, most, clock, progress);
+        return std::make_unique<FitEncoder>(estimator, most, clock, progress);
     return std::make_unique<ValueEncoder>(estimator, most);
-}
-
-std::unique_ptr<Encoder> make_fit_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,
-                                          Progress &progress) {
-    if (estimator.bank)
-        return std::make_unique<BankEncoder>(estimator, most, clock, progress);
-    return std::make_unique<FitEncoder>(estimator, most, clock, progress);
 }
 
 } // namespace cli

@@ -3,6 +3,7 @@
 #include "frames/estimator.hpp"
 #include "frames/frames_in.hpp"
 #include "frames/predictions.hpp"
+#include "scenes/exposures.hpp"
 #include "scenes/observer_options.hpp"
 
 namespace cli {
@@ -12,24 +13,6 @@ struct Doubt {
     const char *kind; // of all frames with this doubt: "did not converge"
     std::string text; // of one frame
 };
-
-// The columns of a goodness of fit, and its cells; Result has the members of toliman_frame_goodness.
-inline constexpr char kGoodnessColumns[] = "chi_square,chi_square_sigma,largest_residual,goodness,bad_pixels";
-std::string goodness_cells(const toliman_frame_goodness &fit);
-template <class Result> toliman_frame_goodness goodness_of(const Result &result) {
-    auto fit = toliman::sized<toliman_frame_goodness>();
-    fit.goodness = result.goodness;
-    fit.chi_square = result.chi_square;
-    fit.chi_square_sigma = result.chi_square_sigma;
-    fit.largest_residual = result.largest_residual;
-    fit.bad_pixels = result.bad_pixels;
-    return fit;
-}
-// Adds the doubt about a fit that is poor or too good.
-void doubt_goodness(const toliman_frame_goodness &fit, std::vector<Doubt> &doubts);
-
-// Throws Failure for frames that are sums; estimator: "a network".
-void refuse_sums(FrameFile &frames, const char *estimator);
 
 // What a fit measured in a frame.
 struct Separation {
@@ -63,10 +46,6 @@ class Encoder {
 std::unique_ptr<Encoder> make_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,
                                       Progress &progress);
 
-// estimator.fit must be there. Otherwise as make_encoder.
-std::unique_ptr<Encoder> make_fit_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,
-                                          Progress &progress);
-
 // The reduction of the separations of encoded frames to the orbit of a binary.
 struct FrameReductionOptions {
     void add_to(CLI::App &command);
@@ -80,9 +59,34 @@ struct FrameReductionOptions {
     std::optional<int64_t> time_zero_ns; // TAI of time 0 of the scene, after use_scene
 };
 
-// Adds the columns mjd, factor, geometric_arcsec and reduced_px to those of `encoder`, which must be that of a fit
-// whose time 0 is known. The others are as without this. Throws Failure for bad options.
-std::unique_ptr<Encoder> make_reducing_encoder(std::unique_ptr<Encoder> encoder, const FrameReductionOptions &options,
-                                               const Estimator &estimator, Progress &progress);
+// Reduces the separations of an encoder, which must be that of a fit whose time 0 is known.
+class FrameReduction {
+  public:
+    static constexpr char kColumns[] = ",mjd,factor,geometric_arcsec,reduced_px"; // after those of the encoder
+    // Throws Failure for bad options. They must outlive this object.
+    FrameReduction(const FrameReductionOptions &options, const Estimator &estimator, Progress &progress);
+    // The frames of the last call of the encoder. Those without time on target are not reduced.
+    void reduce(const Encoder &encoder, size_t count);
+    std::string line(size_t i) const; // of frame i of them
+    // Messages about all frames, after the last one.
+    void end(Progress &progress) const;
+
+  private:
+    struct Row { // NaN for a frame that is not reduced
+        double factor, geometric_arcsec, reduced_px;
+    };
+    int64_t time_of(const Separation &measured) const;
+    Row row_of(double px, const toliman_sky_prediction &seen);
+
+    const FrameReductionOptions &options_;
+    std::string scene_;
+    double plate_scale_; // arcsec per px
+    toliman::sky_predictor sky_;
+    double exposure_s_;
+    SceneExposures exposures_;
+    std::vector<int64_t> times_;                  // TAI, of the last call
+    std::vector<Row> rows_;                       // of the last call
+    size_t frames_ = 0, unreduced_ = 0, far_ = 0; // far_: separations far from those of the system
+};
 
 } // namespace cli

@@ -4,7 +4,6 @@
 
 #include "options/command.hpp"
 #include "scenes/dates.hpp"
-#include "scenes/exposures.hpp"
 #include "scenes/leap_seconds.hpp"
 #include "scenes/sky_times.hpp"
 
@@ -19,136 +18,7 @@ double mjd_of(int64_t ns) {
     return static_cast<double>(kMjdOf1970 + days) + static_cast<double>(ns - days * kDay) / static_cast<double>(kDay);
 }
 
-// NaN for a frame that is not reduced.
-struct Row {
-    double factor, geometric_arcsec, reduced_px;
-};
-
-class ReducingEncoder final : public Encoder {
-  public:
-    ReducingEncoder(std::unique_ptr<Encoder> encoder, const FrameReductionOptions &options, const Estimator &estimator,
-                    Progress &progress)
-        : encoder_(std::move(encoder)), options_(options), scene_(estimator.scene.path),
-          plate_scale_(plate_scale_of(options.plate_scale, estimator.pixel_scale_arcsec)),
-          sky_(options.observer.predictor(*options.system, 0, progress)),
-          columns_(std::string(encoder_->columns()) + ",mjd,factor,geometric_arcsec,reduced_px"),
-          exposure_s_(estimator.scene.exposure_s), exposures_(estimator.scene) {}
-
-    const char *columns() const override { return columns_.c_str(); }
-    void open(FrameFile &frames) override { encoder_->open(frames); }
-
-    toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
-        const toliman_status status = encoder_->encode(image, first, count);
-        if (status == TOLIMAN_OK)
-            reduce(count);
-        return status;
-    }
-
-    std::string line(size_t i) const override {
-        const Row &row = rows_[i];
-        std::string columns = encoder_->line(i) + formatted(",%.17g", mjd_of(times_[i]));
-        for (const double number : {row.factor, row.geometric_arcsec, row.reduced_px})
-            columns += std::isnan(number) ? ",nan" : formatted(",%.17g", number);
-        return columns;
-    }
-
-    std::vector<Doubt> doubts(size_t i) const override { return encoder_->doubts(i); }
-    Separation separation(size_t i) const override { return encoder_->separation(i); }
-
-    void end(Progress &progress) const override {
-        encoder_->end(progress);
-        if (2 * far_ > frames_)
-            progress.warn(
-                formatted("%zu of %zu measured separations differ from those of the system by more than a factor "
-                          "of 2: are system and --plate-scale right?",
-                          far_, frames_));
-        if (unreduced_ > 0)
-            progress.warn(formatted("%zu of %zu frames are not reduced, as observer or time on target are not known: ",
-                                    unreduced_, frames_) +
-                          options_.observer.coverage(sky_.get()));
-    }
-
-  private:
-    static constexpr double kFarthest = 2; // ratio of measured and predicted separations
-
-    int64_t time_of(const Separation &measured) const {
-        if (!measured.tai_ns)
-            malformed(scene_, formatted("a frame at %g days: must be within 100,000 days of time 0, and within 64 bits "
-                                        "of TAI in ns",
-                                        measured.time_days));
-        return *measured.tai_ns;
-    }
-
-    // The library refuses the exposure of all frames, which is that of the scene.
-    void check(toliman_status status) const {
-        const toliman::error error(status);
-        if (status == TOLIMAN_E_ARGUMENT && error.field() == "intervals")
-            malformed(scene_, formatted("cadence.exposure_s = %g: ", exposure_s_) + kOrbitExposure +
-                                  ", or with cadence.on_target_s");
-        throw error;
-    }
-
-    // Frames without time on target are not reduced.
-    void reduce(size_t count) {
-        std::vector<int64_t> intervals;
-        std::vector<size_t> counts, places;
-        times_.clear();
-        for (size_t i = 0; i < count; i++) {
-            const int64_t middle = times_.emplace_back(time_of(encoder_->separation(i)));
-            const std::vector<int64_t> times = exposures_.at(middle);
-            if (times.empty())
-                continue;
-            intervals.insert(intervals.end(), times.begin(), times.end());
-            counts.push_back(times.size() / 2);
-            places.push_back(i);
-        }
-        std::vector<toliman_sky_prediction> seen(places.size(), toliman::sized<toliman_sky_prediction>());
-        const toliman_status status =
-            places.empty() ? TOLIMAN_OK
-                           : toliman_sky_predict_mean(sky_.get(), intervals.data(),
-                                                      exposures_.has_intervals() ? counts.data() : nullptr,
-                                                      places.size(), seen.data());
-        if (status != TOLIMAN_OK)
-            check(status);
-        rows_.assign(count, {NAN, NAN, NAN});
-        for (size_t i = 0; i < places.size(); i++)
-            rows_[places[i]] = row_of(encoder_->separation(places[i]).px, seen[i]);
-        for (const Row &row : rows_)
-            unreduced_ += std::isnan(row.factor);
-        frames_ += count;
-    }
-
-    Row row_of(double px, const toliman_sky_prediction &seen) {
-        const double ratio = px * plate_scale_ / seen.separation_arcsec;
-        if (ratio > kFarthest || (ratio > 0 && ratio < 1 / kFarthest))
-            far_++;
-        return {seen.factor, seen.geometric_arcsec, px / seen.factor - seen.geometric_arcsec / plate_scale_};
-    }
-
-    std::unique_ptr<Encoder> encoder_;
-    const FrameReductionOptions &options_;
-    std::string scene_;
-    double plate_scale_; // arcsec per px
-    toliman::sky_predictor sky_;
-    std::string columns_;
-    double exposure_s_;
-    SceneExposures exposures_;
-    std::vector<int64_t> times_;                  // TAI, of the last call
-    std::vector<Row> rows_;                       // of the last call
-    size_t frames_ = 0, unreduced_ = 0, far_ = 0; // far_: separations far from those of the system
-};
-
-} // namespace
-
-void FrameReductionOptions::add_to(CLI::App &command) {
-    CLI::Option *const chosen = add_option(&command, "--system", system, "SYSTEM");
-    observer.add_to(command);
-    add_option(&command, "--plate-scale", plate_scale, "ARCSEC_PER_PX");
-    add_option(&command, "--epoch", epoch, "TIME");
-    chosen->needs(command.get_option("--fit"));
-}
-
-namespace {
+constexpr double kFarthest = 2; // ratio of measured and predicted separations
 
 // The exposures of a scene that an observer in orbit cannot reduce.
 bool is_too_long(const SceneDefaults &scene) {
@@ -159,6 +29,88 @@ bool is_too_long(const SceneDefaults &scene) {
 }
 
 } // namespace
+
+FrameReduction::FrameReduction(const FrameReductionOptions &options, const Estimator &estimator, Progress &progress)
+    : options_(options), scene_(estimator.scene.path),
+      plate_scale_(plate_scale_of(options.plate_scale, estimator.pixel_scale_arcsec)),
+      sky_(options.observer.predictor(*options.system, 0, progress)), exposure_s_(estimator.scene.exposure_s),
+      exposures_(estimator.scene) {}
+
+int64_t FrameReduction::time_of(const Separation &measured) const {
+    if (!measured.tai_ns)
+        malformed(scene_, formatted("a frame at %g days: must be within 100,000 days of time 0, and within 64 bits "
+                                    "of TAI in ns",
+                                    measured.time_days));
+    return *measured.tai_ns;
+}
+
+void FrameReduction::reduce(const Encoder &encoder, size_t count) {
+    std::vector<int64_t> intervals;
+    std::vector<size_t> counts, places;
+    times_.clear();
+    for (size_t i = 0; i < count; i++) {
+        const int64_t middle = times_.emplace_back(time_of(encoder.separation(i)));
+        const std::vector<int64_t> times = exposures_.at(middle);
+        if (times.empty())
+            continue;
+        intervals.insert(intervals.end(), times.begin(), times.end());
+        counts.push_back(times.size() / 2);
+        places.push_back(i);
+    }
+    std::vector<toliman_sky_prediction> seen(places.size(), toliman::sized<toliman_sky_prediction>());
+    try {
+        if (!places.empty())
+            toliman::check(toliman_sky_predict_mean(sky_.get(), intervals.data(),
+                                                    exposures_.has_intervals() ? counts.data() : nullptr, places.size(),
+                                                    seen.data()));
+    } catch (
+        const toliman::error &error) { // the library refuses the exposure of all frames, which is that of the scene
+        if (error.status() == TOLIMAN_E_ARGUMENT && error.field() == "intervals")
+            malformed(scene_, formatted("cadence.exposure_s = %g: ", exposure_s_) + kOrbitExposure +
+                                  ", or with cadence.on_target_s");
+        throw;
+    }
+    rows_.assign(count, {NAN, NAN, NAN});
+    for (size_t i = 0; i < places.size(); i++)
+        rows_[places[i]] = row_of(encoder.separation(places[i]).px, seen[i]);
+    for (const Row &row : rows_)
+        unreduced_ += std::isnan(row.factor);
+    frames_ += count;
+}
+
+FrameReduction::Row FrameReduction::row_of(double px, const toliman_sky_prediction &seen) {
+    const double ratio = px * plate_scale_ / seen.separation_arcsec;
+    if (ratio > kFarthest || (ratio > 0 && ratio < 1 / kFarthest))
+        far_++;
+    return {seen.factor, seen.geometric_arcsec, px / seen.factor - seen.geometric_arcsec / plate_scale_};
+}
+
+std::string FrameReduction::line(size_t i) const {
+    const Row &row = rows_[i];
+    std::string columns = formatted(",%.17g", mjd_of(times_[i]));
+    for (const double number : {row.factor, row.geometric_arcsec, row.reduced_px})
+        columns += std::isnan(number) ? ",nan" : formatted(",%.17g", number);
+    return columns;
+}
+
+void FrameReduction::end(Progress &progress) const {
+    if (2 * far_ > frames_)
+        progress.warn(formatted("%zu of %zu measured separations differ from those of the system by more than a factor "
+                                "of 2: are system and --plate-scale right?",
+                                far_, frames_));
+    if (unreduced_ > 0)
+        progress.warn(formatted("%zu of %zu frames are not reduced, as observer or time on target are not known: ",
+                                unreduced_, frames_) +
+                      options_.observer.coverage(sky_.get()));
+}
+
+void FrameReductionOptions::add_to(CLI::App &command) {
+    CLI::Option *const chosen = add_option(&command, "--system", system, "SYSTEM");
+    observer.add_to(command);
+    add_option(&command, "--plate-scale", plate_scale, "ARCSEC_PER_PX");
+    add_option(&command, "--epoch", epoch, "TIME");
+    chosen->needs(command.get_option("--fit"));
+}
 
 void FrameReductionOptions::use_scene(const Estimator &estimator, Notes &notes) {
     const SceneDefaults &scene = estimator.scene;
@@ -179,11 +131,6 @@ void FrameReductionOptions::use_scene(const Estimator &estimator, Notes &notes) 
                                       " --system, or --fit with a scene whose binary.orbit is a system");
     if (system && !time_zero_ns)
         throw Failure(kExitUsage, scene.path + ": has no moving stars with a binary.date: give time 0 by --epoch");
-}
-
-std::unique_ptr<Encoder> make_reducing_encoder(std::unique_ptr<Encoder> encoder, const FrameReductionOptions &options,
-                                               const Estimator &estimator, Progress &progress) {
-    return std::make_unique<ReducingEncoder>(std::move(encoder), options, estimator, progress);
 }
 
 } // namespace cli
