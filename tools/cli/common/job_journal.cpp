@@ -1,6 +1,9 @@
+// Method: lines are written by one write(2) with O_APPEND and fdatasync'ed at most once per second, since a sync takes
+// as long as many results. A lock keeps out a second process.
 #include "common/job_journal.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "backend/lock.hpp"
@@ -10,41 +13,8 @@ namespace cli {
 
 namespace {
 
-// Method: lines are written by one write(2) with O_APPEND and fdatasync'ed at most once per second, since a sync takes
-// as long as many results. A lock keeps out a second process.
-
-using toliman::Lock;
-using toliman::Named;
-
-[[noreturn]] void unwritable(const std::string &path) {
-    throw Failure(kExitOutput, path + ": cannot be written: " + std::strerror(errno));
-}
-
-int opened(const std::string &path) {
-    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
-    if (file < 0)
-        unwritable(path);
-    const Lock lock = toliman::lock_file(file);
-    const Named named = lock == Lock::failed ? Named::failed : toliman::has_name(file, path.c_str());
-    if (lock != Lock::busy && named == Named::yes)
-        return file;
-    const int reason = errno;
-    ::close(file);
-    errno = reason;
-    if (lock != Lock::busy && named == Named::failed)
-        unwritable(path);
-    throw Failure(kExitOutput, path + ": another process is writing to it: wait until it ends, or give another --out");
-}
-
-// The lines of a file, without an incomplete last one, which is removed.
-std::string whole_lines(const std::string &path, int file) {
-    std::string text = whole_text(path);
-    const size_t whole = text.rfind('\n') + 1; // 0 without a newline
-    if (whole < text.size() && ::ftruncate(file, static_cast<off_t>(whole)) != 0)
-        unwritable(path);
-    text.resize(whole);
-    return text;
-}
+constexpr char kBusy[] = ": another process is writing to it",
+               kRemedy[] = ": wait until it ends, or give another --out";
 
 } // namespace
 
@@ -53,8 +23,7 @@ void remove_journal(const std::string &path) {
     if (journal < 0 && errno == ENOENT)
         return;
     if (journal < 0 && errno == EEXIST)
-        throw Failure(kExitOutput,
-                      path + ": another process is writing to it: wait until it ends, or give another --out");
+        throw Failure(kExitOutput, path + kBusy + kRemedy);
     const int reason = ::unlink(path.c_str()) == 0 ? 0 : errno;
     ::close(journal);
     if (reason != 0)
@@ -87,21 +56,72 @@ void write_and_remove(const std::string &journal, const std::function<void()> &w
     remove_journal(journal);
 }
 
-JournalFile::JournalFile(const std::string &path) : path_(path), file_(opened(path)) {
-    try {
-        text_ = whole_lines(path_, file_);
-        is_new_ = text_.empty() && make_unfinished(path_, [] { return true; });
-    } catch (...) {
-        ::close(file_);
-        throw;
+AppendFile::AppendFile(const std::string &path, const std::string &remedy)
+    : path_(path), file_(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666)) {
+    using toliman::Lock, toliman::Named;
+    if (file_ < 0)
+        fail();
+    const Lock lock = toliman::lock_file(file_);
+    const Named named = lock == Lock::failed ? Named::failed : toliman::has_name(file_, path.c_str());
+    if (lock != Lock::busy && named == Named::yes)
+        return;
+    const int reason = errno;
+    ::close(file_);
+    errno = reason;
+    if (lock != Lock::busy && named == Named::failed)
+        fail();
+    throw Failure(kExitOutput, path + kBusy + remedy);
+}
+
+AppendFile::~AppendFile() {
+    ::close(file_);
+}
+
+int64_t AppendFile::size() const {
+    struct stat found = {};
+    if (::fstat(file_, &found) != 0)
+        fail();
+    return found.st_size;
+}
+
+void AppendFile::truncate(int64_t size) {
+    if (::ftruncate(file_, size) != 0)
+        fail();
+}
+
+void AppendFile::write(const void *data, size_t size) {
+    for (const char *at = static_cast<const char *>(data); size > 0;) {
+        const ssize_t done = ::write(file_, at, size);
+        if (done < 0 && errno == EINTR)
+            continue;
+        if (done <= 0)
+            fail();
+        at += done;
+        size -= static_cast<size_t>(done);
     }
+}
+
+void AppendFile::sync() {
+    if (::fdatasync(file_) != 0)
+        fail();
+}
+
+void AppendFile::fail() const {
+    throw Failure(kExitOutput, path_ + ": cannot be written: " + std::strerror(errno));
+}
+
+JournalFile::JournalFile(const std::string &path) : file_(path, kRemedy), text_(whole_text(path)) {
+    const size_t whole = text_.rfind('\n') + 1; // 0 without a newline
+    if (whole < text_.size())
+        file_.truncate(static_cast<int64_t>(whole));
+    text_.resize(whole);
+    is_new_ = text_.empty() && make_unfinished(path, [] { return true; });
 }
 
 JournalFile::~JournalFile() {
     if (is_new_)
-        ::unlink(path_.c_str());
-    end_unfinished(path_);
-    ::close(file_);
+        ::unlink(path().c_str());
+    end_unfinished(path());
 }
 
 void JournalFile::begin(const std::string &lines) {
@@ -110,18 +130,16 @@ void JournalFile::begin(const std::string &lines) {
 
 void JournalFile::add(const std::string &line) {
     if (std::exchange(is_new_, false))
-        end_unfinished(path_);
+        end_unfinished(path());
     append(line);
 }
 
 void JournalFile::append(const std::string &lines) {
-    if (::write(file_, lines.data(), lines.size()) != static_cast<ssize_t>(lines.size()))
-        unwritable(path_);
+    file_.write(lines.data(), lines.size());
     const auto now = std::chrono::steady_clock::now();
     if (now - synced_ < std::chrono::seconds(1)) // a sync may take longer than a result
         return;
-    if (::fdatasync(file_) != 0)
-        unwritable(path_);
+    file_.sync();
     synced_ = now;
 }
 

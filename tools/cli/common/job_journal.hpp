@@ -15,6 +15,28 @@ void remove_journal(const std::string &path);
 // Writes the results of work whose journal remains until then: a Failure names it. Removes it afterwards.
 void write_and_remove(const std::string &journal, const std::function<void()> &write);
 
+// A file that is appended to by one process at a time.
+class AppendFile {
+  public:
+    // Opens or creates it. remedy: end of the message of the Failure if another process writes to it.
+    AppendFile(const std::string &path, const std::string &remedy);
+    ~AppendFile();
+    AppendFile(const AppendFile &) = delete;
+    AppendFile &operator=(const AppendFile &) = delete;
+
+    const std::string &path() const noexcept { return path_; }
+    int64_t size() const;
+    void truncate(int64_t size);
+    void write(const void *data, size_t size);
+    void sync();
+
+  private:
+    [[noreturn]] void fail() const;
+
+    std::string path_;
+    int file_;
+};
+
 // An append-only file of lines, from which a stopped command resumes.
 class JournalFile {
   public:
@@ -25,7 +47,7 @@ class JournalFile {
     JournalFile(const JournalFile &) = delete;
     JournalFile &operator=(const JournalFile &) = delete;
 
-    const std::string &path() const noexcept { return path_; }
+    const std::string &path() const noexcept { return file_.path(); }
     // The lines at the time of opening; "" for a new file, which needs begin().
     const std::string &text() const noexcept { return text_; }
     // Writes the first lines of a new file, which are not a result.
@@ -37,8 +59,8 @@ class JournalFile {
   private:
     void append(const std::string &lines);
 
-    std::string path_, text_;
-    int file_;
+    AppendFile file_;
+    std::string text_;
     bool is_new_ = false; // without results
     std::chrono::steady_clock::time_point synced_;
 };

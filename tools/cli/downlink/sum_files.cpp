@@ -3,58 +3,15 @@
 // sizes of the state, adds the frames since then again, and writes the same bytes. A state precedes the first sum.
 #include "downlink/sum_files.hpp"
 
-#include "common/common.hpp"
-
-#include <fcntl.h>
 #include <stdexcept>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include "backend/lock.hpp"
 
 namespace cli {
 
 namespace {
 
-constexpr char kPixels[] = "_frames.bin", kLines[] = "_meta.jsonl", kState[] = "_coadd.tlma";
+constexpr char kState[] = "_coadd.tlma";
 constexpr char kSchema[] = "toliman-coadd-state/1";
 constexpr size_t kTail = 17; // bytes that give the size of the library's state: 16 hexadecimal digits and a newline
-
-[[noreturn]] void unwritable(const std::string &path) {
-    throw Failure(kExitOutput, path + ": cannot be written: " + std::strerror(errno));
-}
-
-int opened(const std::string &path) {
-    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
-    if (file < 0)
-        unwritable(path);
-    if (toliman::lock_file(file) == toliman::Lock::busy) {
-        ::close(file);
-        throw Failure(kExitOutput, path + ": another process is writing to it");
-    }
-    return file;
-}
-
-int64_t size_of(int file, const std::string &path) {
-    struct stat found = {};
-    if (::fstat(file, &found) != 0)
-        unwritable(path);
-    return found.st_size;
-}
-
-void write_all(int file, const void *data, size_t size, const std::string &path) {
-    for (const char *at = static_cast<const char *>(data); size > 0;) {
-        const ssize_t done = ::write(file, at, size);
-        if (done < 0 && errno == EINTR)
-            continue;
-        if (done <= 0)
-            unwritable(path);
-        at += done;
-        size -= static_cast<size_t>(done);
-    }
-    if (::fdatasync(file) != 0)
-        unwritable(path);
-}
 
 int64_t whole_number(const cJSON *object, const char *name, const std::string &path) {
     const cJSON *const item = cJSON_GetObjectItemCaseSensitive(object, name);
@@ -67,22 +24,19 @@ int64_t whole_number(const cJSON *object, const char *name, const std::string &p
 
 SumFiles::SumFiles(const std::string &folder, const std::string &session, const std::string &options, uint64_t digest)
     : stem_(plain(folder) + "/" + session), session_(session), options_(options), digest_(digest_text(digest)),
-      pixels_(opened(path(kPixels))), lines_(opened(path(kLines))) {
+      pixels_(path("_frames.bin"), ""), lines_(path("_meta.jsonl"), "") {
     has_state_ = exists(path(kState));
     if (has_state_)
         read_state();
-    const std::pair<int, int64_t> files[] = {{pixels_.get(), pixel_bytes_}, {lines_.get(), line_bytes_}};
-    const char *const ends[] = {kPixels, kLines};
-    for (size_t i = 0; i < 2; i++) {
-        const int64_t size = size_of(files[i].first, path(ends[i]));
+    for (auto &[file, bytes] : {std::pair(&pixels_, pixel_bytes_), std::pair(&lines_, line_bytes_)}) {
+        const int64_t size = file->size();
         if (!resumes() && size > 0)
-            throw Failure(kExitOutput, path(ends[i]) + ": exists already: give another --session, or remove it first");
-        if (size < files[i].second)
-            malformed(path(ends[i]), "is shorter than " + path(kState) +
-                                         " says: sums are lost; move both away and "
-                                         "begin again with the frames");
-        if (size > files[i].second && ::ftruncate(files[i].first, files[i].second) != 0)
-            unwritable(path(ends[i]));
+            throw Failure(kExitOutput, file->path() + ": exists already: give another --session, or remove it first");
+        if (size < bytes)
+            malformed(file->path(), "is shorter than " + path(kState) +
+                                        " says: sums are lost; move both away and begin again with the frames");
+        if (size > bytes)
+            file->truncate(bytes);
     }
 }
 
@@ -143,8 +97,10 @@ std::string SumFiles::line_of(const toliman_frame &frame, const toliman_coadd_su
 void SumFiles::append(const toliman_frame &frame, const toliman_coadd_sum &sum) {
     const std::string line = line_of(frame, sum);
     const size_t bytes = static_cast<size_t>(frame.rows * frame.cols) * sizeof(uint32_t);
-    write_all(pixels_.get(), frame.pixels, bytes, path(kPixels));
-    write_all(lines_.get(), line.data(), line.size(), path(kLines)); // last: it implies the pixels
+    pixels_.write(frame.pixels, bytes);
+    pixels_.sync();
+    lines_.write(line.data(), line.size()); // last: it implies the pixels
+    lines_.sync();
     pixel_bytes_ += static_cast<int64_t>(bytes);
     line_bytes_ += static_cast<int64_t>(line.size());
     sums_++;

@@ -1,7 +1,6 @@
 // The pair of files that `coadd` writes, and the file from which it continues after a kill.
 #pragma once
-#include "backend/descriptor.hpp"
-#include "common/common.hpp"
+#include "common/job_journal.hpp"
 #include "downlink/known_frames.hpp"
 
 namespace cli {
@@ -35,7 +34,7 @@ class SumFiles {
     KnownFrames frames_;
     bool has_state_ = false;
     int64_t sums_ = 0, pixel_bytes_ = 0, line_bytes_ = 0; // of the pair
-    toliman::Descriptor pixels_, lines_;
+    AppendFile pixels_, lines_;
 };
 
 } // namespace cli
