@@ -28,16 +28,14 @@ std::string default_out(Progress &progress) {
 
 void calibrate(Options &options, Progress &progress) {
     CalibrationRequest &request = options.request;
-    const bool has_map_rms = request.options.map_rms_nm != 0, has_smoothness = request.options.smoothness != 0;
-    if (has_map_rms && !options.map)
-        throw Failure(kExitUsage, formatted("--map-rms %g: needs --map", request.options.map_rms_nm));
-    if (has_smoothness && request.options.window_days == 0)
-        throw Failure(kExitUsage, formatted("--smoothness %g: needs --windows", request.options.smoothness));
-    if (request.options.response_rms != 0 && !options.detector)
-        throw Failure(kExitUsage, formatted("--response-rms %g: needs --detector", request.options.response_rms));
-    if (options.detector && request.options.window_days != 0)
-        throw Failure(kExitUsage, formatted("--windows %g: not with --detector, whose response is one for all frames",
-                                            request.options.window_days));
+    const toliman_calibration_options &how = request.options;
+    refuse_mistakes(
+        {{how.map_rms_nm != 0 && !options.map, formatted("--map-rms %g: needs --map", how.map_rms_nm)},
+         {how.smoothness != 0 && how.window_days == 0, formatted("--smoothness %g: needs --windows", how.smoothness)},
+         {how.response_rms != 0 && !options.detector,
+          formatted("--response-rms %g: needs --detector", how.response_rms)},
+         {how.window_days != 0 && options.detector,
+          formatted("--windows %g: not with --detector, whose response is one for all frames", how.window_days)}});
     if (options.detector && !options.chooses)
         request.most_frames = kAllFrames;
     if (options.detector)

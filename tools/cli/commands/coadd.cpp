@@ -3,7 +3,6 @@
 
 #include "downlink/adding.hpp"
 #include "downlink/downlink.hpp"
-#include "downlink/input_options.hpp"
 #include "frames/scene_fit.hpp"
 #include "options/command.hpp"
 #include "options/duration.hpp"
@@ -64,7 +63,7 @@ void coadd(Options &options, Progress &progress) {
     const double every = seconds_of("--every", options.every), gap = seconds_of("--gap", options.gap);
     check_inputs(options.input);
     options.input.dated.leap_seconds = LeapSeconds(options.leap_seconds);
-    const SceneFit scene(options.scene, "none", options.bad_pixels, progress);
+    const SceneFit scene = fit_of_scene(options.scene, "none", options.bad_pixels, progress);
     auto settings = toliman::sized<toliman_track_options>();
     settings.frames.stamp = TOLIMAN_FRAME_STAMP_START;
     settings.frames.exposure_s = options.exposure > 0 ? options.exposure : scene.scene.info.exposure_s;
@@ -122,7 +121,7 @@ void add_coadd(CLI::App &app, Context &context) {
     add_option(command, "--leap-seconds", options->leap_seconds, "FILE");
     command->add_option("--jobs", options->jobs);
     command->add_flag("--strict", options->strict);
-    add_inputs(*command, input);
+    input.add_to(*command);
     set_action(*command, context, options, coadd);
 }
 

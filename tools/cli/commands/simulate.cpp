@@ -125,15 +125,12 @@ StreamOptions stream_of(const Options &options) {
 
 void simulate_stream(const Options &options, Progress &progress) {
     const StreamOptions how = stream_of(options);
-    const std::pair<bool, const char *> mistakes[] = {
-        {options.session.empty(), "--rate: --session NAME is required"},
-        {options.bit_depth != 0, "--bit-depth: with --rate, set detector.bit_depth of the scene"},
-        {options.dtype == "u32le", "--dtype u32le: the frames of a stream are u16le"},
-        {options.format != "pair" && options.roi != kOnlyRegion, "--roi: only pairs of files name the region"}};
-    for (const auto &[is_there, text] : mistakes)
-        if (is_there)
-            throw Failure(kExitUsage, text);
-    const SceneFit scene(options.scene, "none", "", progress);
+    refuse_mistakes(
+        {{options.session.empty(), "--rate: --session NAME is required"},
+         {options.bit_depth != 0, "--bit-depth: with --rate, set detector.bit_depth of the scene"},
+         {options.dtype == "u32le", "--dtype u32le: the frames of a stream are u16le"},
+         {options.format != "pair" && options.roi != kOnlyRegion, "--roi: only pairs of files name the region"}});
+    const SceneFit scene = fit_of_scene(options.scene, "none", "", progress);
     const toliman_sim_info &info = scene.scene.info;
     check_stream_scene(scene.scene, how.rate_hz);
     const uint64_t seed = options.seed.value_or(info.seed);

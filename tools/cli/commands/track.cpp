@@ -5,7 +5,6 @@
 
 #include "downlink/downlink.hpp"
 #include "downlink/folder_options.hpp"
-#include "downlink/input_options.hpp"
 #include "downlink/known_sums.hpp"
 #include "downlink/tracking.hpp"
 #include "frames/frames_in.hpp"
@@ -124,7 +123,7 @@ void add_track(CLI::App &app, Context &context) {
     add_option(command, "--leap-seconds", options->leap_seconds, "FILE");
     add_option(command, "--on-target", options->on_target, "FILE");
     command->add_flag("--strict", options->strict);
-    add_inputs(*command, input);
+    input.add_to(*command);
     set_action(*command, context, options, track);
 }
 

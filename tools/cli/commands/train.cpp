@@ -128,25 +128,20 @@ std::string to_resume(const Options &options) {
     return !options.resume.empty() ? options.resume : options.resumes && exists(part) ? part : "";
 }
 
-// An option that is only for banks is refused, and one that is not for them.
-void check_network(const Options &options) {
-    if (options.places != 0 || options.spacing != 0 || !options.free.empty())
-        throw Failure(kExitUsage, std::string(options.places != 0    ? "--places"
-                                              : options.spacing != 0 ? "--spacing"
-                                                                     : "--free") +
-                                      ": is for a bank of networks: needs --bank");
-}
-
-void check_bank_mode(const Options &options) {
-    if (!options.log.empty())
-        throw Failure(kExitUsage, "--log: is for unsupervised training");
-    if (options.centre != "scene")
-        throw Failure(kExitUsage, "--centre image: the networks of a bank follow the fitted stars");
-    if (options.mode != "tied" || options.input != "whitened" || options.epochs != 0)
-        throw Failure(kExitUsage, std::string(options.mode != "tied"        ? "--mode"
-                                              : options.input != "whitened" ? "--input"
-                                                                            : "--epochs") +
-                                      ": the networks of a bank have tied training on whitened residuals");
+// Options for banks are refused without one, and those for networks with one.
+void check_bank_options(const Options &options) {
+    const bool has_bank = options.bank.has_value();
+    const char *const of_bank = ": is for a bank of networks: needs --bank";
+    const char *const of_network = ": the networks of a bank have tied training on whitened residuals";
+    refuse_mistakes(
+        {{!has_bank && options.places != 0, std::string("--places") + of_bank},
+         {!has_bank && options.spacing != 0, std::string("--spacing") + of_bank},
+         {!has_bank && !options.free.empty(), std::string("--free") + of_bank},
+         {has_bank && !options.log.empty(), "--log: is for unsupervised training"},
+         {has_bank && options.centre != "scene", "--centre image: the networks of a bank follow the fitted stars"},
+         {has_bank && options.mode != "tied", std::string("--mode") + of_network},
+         {has_bank && options.input != "whitened", std::string("--input") + of_network},
+         {has_bank && options.epochs != 0, std::string("--epochs") + of_network}});
 }
 
 // Epochs of the training that a network resumes.
@@ -157,17 +152,12 @@ uint32_t done_in(const toliman_cae *cae) {
 
 // An option of the other mode is refused.
 void check_mode(const Options &options, bool tied) {
-    if (tied && !options.log.empty())
-        throw Failure(kExitUsage, "--log: is for unsupervised training");
-    if (tied && options.epochs != 0)
-        throw Failure(kExitUsage, "--epochs: is for unsupervised training; tied training has --steps");
-    if (!tied && options.steps != 0)
-        throw Failure(kExitUsage, "--steps: is for tied training; unsupervised training has --epochs");
-    const char *const unsupervised = ": needs --mode unsupervised";
-    if (tied && options.layout == "paper")
-        throw Failure(kExitUsage, "--layout paper" + std::string(unsupervised));
-    if (tied && options.input != "whitened")
-        throw Failure(kExitUsage, "--input " + options.input + unsupervised);
+    const std::string unsupervised = ": needs --mode unsupervised";
+    refuse_mistakes({{tied && !options.log.empty(), "--log: is for unsupervised training"},
+                     {tied && options.epochs != 0, "--epochs: is for unsupervised training; tied training has --steps"},
+                     {!tied && options.steps != 0, "--steps: is for tied training; unsupervised training has --epochs"},
+                     {tied && options.layout == "paper", "--layout paper" + unsupervised},
+                     {tied && options.input != "whitened", "--input " + options.input + unsupervised}});
 }
 
 struct Frames {
@@ -243,7 +233,6 @@ struct Epochs {
 };
 
 void train_network(const Options &options, OutputFile &out, Progress &progress) {
-    check_network(options);
     const Scene scene(options.scene, progress, options.bad_pixels);
     const std::string resume = to_resume(options);
     auto [cae, how, seed] =
@@ -289,7 +278,6 @@ void train_network(const Options &options, OutputFile &out, Progress &progress) 
 }
 
 void train_bank(const Options &options, OutputFile &out, Progress &progress) {
-    check_bank_mode(options);
     BankRequest request = {options.scene,
                            options.free,
                            options.bad_pixels,
@@ -324,6 +312,7 @@ void train(const Options &options, Progress &progress) {
     OutputFile out(options.out); // before the training: an unwritable path fails at once
     if (options.out != "-")
         check_output(options.out + kPart);
+    check_bank_options(options);
     if (options.bank)
         train_bank(options, out, progress);
     else

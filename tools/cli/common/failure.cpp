@@ -49,6 +49,12 @@ void malformed(const std::string &path, const std::string &why) {
     throw Failure(kExitInput, path + ": " + why);
 }
 
+void refuse_mistakes(Mistakes mistakes) {
+    for (const auto &[is_made, text] : mistakes)
+        if (is_made)
+            throw Failure(kExitUsage, text);
+}
+
 std::string message_about(const std::string &name, const toliman::error &error) {
     const std::string what = error.what(), equals = " = ";
     const size_t place = what.find(error.field());

@@ -37,6 +37,10 @@ class Failure : public std::runtime_error {
 // An input file that cannot be used: exit code 3.
 [[noreturn]] void malformed(const std::string &path, const std::string &why);
 
+// Mistakes on the command line: whether each was made, and what is said of it. Throws Failure for the first one made.
+using Mistakes = std::initializer_list<std::pair<bool, std::string>>;
+void refuse_mistakes(Mistakes mistakes);
+
 // Members of the library's options, and the options of the command line that set them.
 using OptionNames = std::initializer_list<std::pair<const char *, const char *>>;
 

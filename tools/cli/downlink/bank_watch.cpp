@@ -1,17 +1,11 @@
 #include "downlink/bank_watch.hpp"
 
+#include "downlink/ledger_report.hpp"
 #include "frames/scene_fit.hpp"
 
 namespace cli {
 
 namespace {
-
-std::vector<double> column(const toliman::tracker &tracker, const char *name, int64_t first, size_t count) {
-    std::vector<double> values(count);
-    size_t done = 0;
-    toliman::check(toliman_track_get_column(tracker.get(), name, first, count, values.data(), &done));
-    return values;
-}
 
 std::string frame_text(const toliman_track_record &record) {
     return "frame " + std::to_string(record.frame_id);
@@ -23,14 +17,11 @@ void BankWatch::read(const toliman::tracker &tracker, Progress &progress) {
     const auto count = static_cast<size_t>(info_of(tracker).records - next_);
     if (count == 0)
         return;
-    std::vector<toliman_track_record> records(count);
-    records[0].struct_size = sizeof records[0];
-    size_t done = 0;
-    toliman::check(toliman_track_get_records(tracker.get(), next_, count, records.data(), &done));
-    const std::vector<double> flags = column(tracker, "flags", next_, count),
-                              bounds = column(tracker, "cov_fit_separation_px_fit_separation_px", next_, count);
+    const std::vector<toliman_track_record> records = records_of(tracker, next_, count);
+    const std::vector<double> flags = column_of(tracker, "flags", next_, count),
+                              bounds = column_of(tracker, "cov_fit_separation_px_fit_separation_px", next_, count);
     next_ += static_cast<int64_t>(count);
-    for (size_t i = 0; i < done; i++) {
+    for (size_t i = 0; i < records.size(); i++) {
         if (records[i].verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED)
             continue;
         accepted_++;

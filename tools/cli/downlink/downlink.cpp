@@ -6,6 +6,7 @@
 #include "base/name.hpp"
 #include "common/lines.hpp"
 #include "frames/frames_in.hpp"
+#include "options/command.hpp"
 
 namespace cli {
 
@@ -151,6 +152,15 @@ std::shared_ptr<FrameSource> DatedFiles::open(const std::string &path, const Fra
     const Span span = span_of(*file);
     const FrameTimes times = times_of(*file, span);
     return std::make_shared<DatedFile>(std::move(file), sink_.batch(), span.session, span.first_id, times, wanted);
+}
+
+void InputOptions::add_to(CLI::App &command) {
+    add_choice(&command, "--dtype", dtype, {"u16le", "u32le"});
+    add_option(&command, "--roi", roi, "LABEL");
+    command.add_option("--cadence", dated.cadence)->check(CLI::PositiveNumber);
+    add_option(&command, "--hdu", dated.unit, "NAME");
+    command.add_flag("--follow", follow);
+    add_option(&command, "INPUT", inputs, "")->required();
 }
 
 void check_inputs(const InputOptions &options) {

@@ -40,6 +40,7 @@ class DatedFiles {
 };
 
 struct InputOptions {
+    void add_to(CLI::App &command);
     std::vector<std::string> inputs;
     std::string dtype;         // of pairs; empty: found in their files
     bool suits_folder = false; // pairs of other pixels than the bit depth of the folder's frames are refused

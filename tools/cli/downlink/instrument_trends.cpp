@@ -6,7 +6,7 @@
 #include "downlink/instrument_trends.hpp"
 
 #include "common/median.hpp"
-#include "downlink/state_folder.hpp"
+#include "downlink/ledger_report.hpp"
 
 namespace cli {
 
@@ -96,11 +96,9 @@ struct Frames {
 };
 
 Frames frames_of(const toliman::tracker &tracker) {
-    std::vector<toliman_track_record> records(static_cast<size_t>(info_of(tracker).records),
-                                              toliman::sized<toliman_track_record>());
-    Frames frames = {{}, {}, {}, 0};
-    if (!records.empty())
-        toliman::check(toliman_track_get_records(tracker.get(), 0, records.size(), records.data(), &frames.all));
+    const std::vector<toliman_track_record> records =
+        records_of(tracker, 0, static_cast<size_t>(info_of(tracker).records));
+    Frames frames = {{}, {}, {}, records.size()};
     int64_t first_ns = 0;
     for (size_t i = 0; i < frames.all; i++) {
         const toliman_track_record &record = records[i];
@@ -116,9 +114,8 @@ Frames frames_of(const toliman::tracker &tracker) {
 }
 
 std::vector<double> values_of(const toliman::tracker &tracker, const std::string &column, const Frames &frames) {
-    std::vector<double> all(frames.all), values;
-    size_t done = 0;
-    toliman::check(toliman_track_get_column(tracker.get(), column.c_str(), 0, all.size(), all.data(), &done));
+    const std::vector<double> all = column_of(tracker, column, 0, frames.all);
+    std::vector<double> values;
     for (const size_t i : frames.records)
         values.push_back(all[i]);
     return values;

@@ -18,14 +18,13 @@ constexpr size_t kChunk = 4096; // records read and printed at once
 
 // Texts of lines, printed many at once.
 template <class Each> void each_line(const toliman::tracker &tracker, Each each) {
-    std::vector<toliman_track_record> lines(kChunk);
-    lines[0].struct_size = sizeof lines[0];
     size_t done = kChunk;
     for (int64_t first = 0; done == kChunk; first += static_cast<int64_t>(kChunk)) {
-        toliman::check(toliman_track_get_records(tracker.get(), first, kChunk, lines.data(), &done));
+        const std::vector<toliman_track_record> lines = records_of(tracker, first, kChunk);
+        done = lines.size();
         std::string text;
-        for (size_t i = 0; i < done; i++)
-            each(lines[i], text);
+        for (const toliman_track_record &line : lines)
+            each(line, text);
         print_stdout(text);
     }
 }
@@ -43,7 +42,7 @@ class Reductions {
         Json json;
         for (size_t i = 0; i < kNames.size(); i++) {
             if (row == 0)
-                read(i);
+                columns_[i] = column_of(tracker_, kNames[i], next_ - 1, kChunk);
             json.set(kNames[i], Exact{columns_[i][row]});
         }
         return json;
@@ -51,13 +50,6 @@ class Reductions {
 
   private:
     static constexpr std::array<const char *, 3> kNames = {"separation_px", "factor", "geometric_arcsec"};
-
-    void read(size_t i) {
-        size_t done = 0;
-        columns_[i].resize(kChunk);
-        toliman::check(
-            toliman_track_get_column(tracker_.get(), kNames[i], next_ - 1, kChunk, columns_[i].data(), &done));
-    }
 
     const toliman::tracker &tracker_;
     bool is_reduced_;
@@ -98,6 +90,21 @@ std::vector<double> residual_power(const toliman_measure *series, const toliman_
 }
 
 } // namespace
+
+std::vector<toliman_track_record> records_of(const toliman::tracker &tracker, int64_t first, size_t count) {
+    std::vector<toliman_track_record> records(count, toliman::sized<toliman_track_record>());
+    if (count > 0)
+        toliman::check(toliman_track_get_records(tracker.get(), first, count, records.data(), &count));
+    records.resize(count);
+    return records;
+}
+
+std::vector<double> column_of(const toliman::tracker &tracker, const std::string &name, int64_t first, size_t count) {
+    std::vector<double> values(count);
+    toliman::check(toliman_track_get_column(tracker.get(), name.c_str(), first, count, values.data(), &count));
+    values.resize(count);
+    return values;
+}
 
 std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker) {
     auto streams = all_of<toliman_track_stream>([&](toliman_track_stream *items, size_t capacity, size_t *count) {

@@ -5,6 +5,10 @@
 
 namespace cli {
 
+// Records first, first + 1 ... of the ledger, up to `count`, and the numbers of a column of theirs.
+std::vector<toliman_track_record> records_of(const toliman::tracker &tracker, int64_t first, size_t count);
+std::vector<double> column_of(const toliman::tracker &tracker, const std::string &name, int64_t first, size_t count);
+
 // A session whose name is lost is called # and its digest; its region is "".
 std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker);
 // JSON lines, schema toliman-record/1.

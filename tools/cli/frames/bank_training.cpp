@@ -73,7 +73,7 @@ void BankRequest::check() const {
 }
 
 BankTraining::BankTraining(const BankRequest &request, Progress &progress)
-    : request_(request), scene_fit_(request.scene, request.free, request.bad_pixels, progress),
+    : request_(request), scene_fit_(fit_of_scene(request.scene, request.free, request.bad_pixels, progress)),
       bank_(new_bank(request, scene_fit_)) {}
 
 bool BankTraining::run(Progress &progress) {

@@ -37,6 +37,7 @@ struct Estimator {
     std::string renewal;           // until when the bank can be used and how to train the next; "" if stars do not move
 
   private:
+    void use_scene(const Scene &made); // of a fit or template
     void set_fit(const EstimatorOptions &given, Progress &progress);
 };
 

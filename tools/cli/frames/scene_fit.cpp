@@ -33,49 +33,19 @@ Scene scene_with(toliman_log_fn log, const std::string &file, Progress &progress
     malformed(list, of_scene ? error.detail().substr(2) : error.what());
 }
 
-toliman::frame_fit make_fit(const std::string &list, const std::vector<const Scene *> &scenes,
+toliman::frame_fit make_fit(const std::string &list, const std::vector<const toliman_sim *> &sims,
                             const std::vector<double> &starts, const std::string &free, Progress &progress) {
     const StopLimit limit;
     auto options = with_progress<toliman_fit_options>(progress);
     options.free = free.c_str();
-    std::vector<const toliman_sim *> sims;
-    for (const Scene *scene : scenes)
-        sims.push_back(scene->sim.get());
-    toliman_fit *made = nullptr;
-    const toliman_status status = toliman_fit_create(sims.data(), starts.data(), sims.size(), &options, &made);
-    if (status != TOLIMAN_OK) {
-        const toliman::error error(status);
+    try {
+        return toliman::make<toliman::frame_fit>(toliman_fit_create, sims.data(), starts.data(), sims.size(), &options);
+    } catch (const toliman::error &error) {
         refuse_option(error, {{"free", "--free"}});
         if (error.field().rfind("sims[", 0) == 0 || error.field().rfind("first_days[", 0) == 0)
             refuse_windows(list, error);
-        throw error;
+        throw;
     }
-    return toliman::frame_fit(made);
-}
-
-// The scenes of all windows but the first, without warnings: a calibration is incomplete in all of them.
-std::vector<Scene> further_scenes(const std::vector<WindowScene> &windows, const std::string &bad_pixels,
-                                  Progress &progress) {
-    std::vector<Scene> scenes;
-    for (size_t i = 1; i < windows.size(); i++)
-        scenes.push_back(scene_with(log_news, windows[i].scene, progress, bad_pixels));
-    return scenes;
-}
-
-toliman::frame_fit make_fit(const std::string &list, const Scene &first, const std::vector<WindowScene> &windows,
-                            const std::string &free, const std::string &bad_pixels, Progress &progress) {
-    const std::vector<Scene> further = further_scenes(windows, bad_pixels, progress);
-    std::vector<const Scene *> scenes = {&first};
-    std::vector<double> starts;
-    for (const Scene &scene : further)
-        scenes.push_back(&scene);
-    for (const WindowScene &window : windows)
-        starts.push_back(window.first_days);
-    return make_fit(list, scenes, starts, free, progress);
-}
-
-bool is_calibrated(const Scene &scene) {
-    return scene.info.calibration != TOLIMAN_SIM_CALIBRATION_NONE;
 }
 
 std::string free_of(const std::string &given, bool self_by_default) {
@@ -98,31 +68,29 @@ std::string training_text(const toliman_bank_info &info) {
 
 } // namespace
 
-Scene scene_to_fit(const std::string &file, Progress &progress, const std::string &bad_pixels) {
-    return scene_with(log_calibration, file, progress, bad_pixels);
-}
-
 Scene scene_to_calibrate(const std::string &file, Progress &progress, const std::string &bad_pixels) {
     return scene_with(log_news, file, progress, bad_pixels);
 }
 
-SceneFit::SceneFit(const std::string &file, const std::string &free, const std::string &bad_pixels, Progress &progress,
-                   bool self_by_default)
-    : SceneFit(file, windows_of(file), free, bad_pixels, progress, self_by_default) {}
-
-SceneFit::SceneFit(const std::string &file, const std::vector<WindowScene> &windows, const std::string &free,
-                   const std::string &bad_pixels, Progress &progress, bool self_by_default)
-    : scene(scene_to_fit(windows[0].scene, progress, bad_pixels)),
-      fit(make_fit(file, scene, windows, free_of(free, self_by_default && is_calibrated(scene)), bad_pixels,
-                   progress)) {}
-
-toliman::network_bank load_bank(const std::string &path) {
-    need(path, "a bank of toliman networks", {Content::bank});
-    return toliman::make<toliman::network_bank>(toliman_bank_load_file, path.c_str(), nullptr);
+SceneFit fit_of_scene(const std::string &file, const std::string &free, const std::string &bad_pixels,
+                      Progress &progress, bool self_by_default) {
+    std::vector<Scene> scenes;
+    std::vector<const toliman_sim *> sims;
+    std::vector<double> starts;
+    for (const WindowScene &window : windows_of(file)) {
+        // One warning: a calibration is incomplete in all windows.
+        scenes.push_back(scene_with(scenes.empty() ? log_calibration : log_news, window.scene, progress, bad_pixels));
+        sims.push_back(scenes.back().sim.get());
+        starts.push_back(window.first_days);
+    }
+    const bool is_calibrated = scenes[0].info.calibration != TOLIMAN_SIM_CALIBRATION_NONE;
+    toliman::frame_fit fit = make_fit(file, sims, starts, free_of(free, self_by_default && is_calibrated), progress);
+    return {std::move(scenes[0]), std::move(fit)};
 }
 
 toliman::network_bank trained_bank(const std::string &path) {
-    toliman::network_bank bank = load_bank(path);
+    need(path, "a bank of toliman networks", {Content::bank});
+    auto bank = toliman::make<toliman::network_bank>(toliman_bank_load_file, path.c_str(), nullptr);
     const auto info = toliman::result<toliman_bank_info>(toliman_bank_get_info, bank.get());
     if (info.trained_networks < info.networks)
         malformed(path,

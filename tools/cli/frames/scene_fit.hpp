@@ -7,32 +7,23 @@
 
 namespace cli {
 
-// A scene whose frames are fitted. Omits warnings but that of its calibration: they concern simulated frames and
-// estimators for stars at rest.
-Scene scene_to_fit(const std::string &file, Progress &progress, const std::string &bad_pixels = "");
-// A scene that is calibrated: without that warning, too.
+// A scene that is calibrated. Omits warnings: they concern simulated frames and estimators for stars at rest.
 Scene scene_to_calibrate(const std::string &file, Progress &progress, const std::string &bad_pixels = "");
 
-// The fit of a scene or, where `file` lists the windows of a calibration, of the scene of each window.
 struct SceneFit {
-    // free: further parameters, "none" for none; if empty, "self" if the scene is calibrated and has `self_by_default`.
-    // Throws Failure, which names --free if that is the reason.
-    SceneFit(const std::string &file, const std::string &free, const std::string &bad_pixels, Progress &progress,
-             bool self_by_default = false);
-
     Scene scene; // that of the first window
     toliman::frame_fit fit;
-
-  private:
-    SceneFit(const std::string &file, const std::vector<WindowScene> &windows, const std::string &free,
-             const std::string &bad_pixels, Progress &progress, bool self_by_default);
 };
+// The fit of a scene or, where `file` lists the windows of a calibration, of the scene of each window. Omits warnings
+// but that of its calibration.
+// free: further parameters, "none" for none; if empty, "self" if the scene is calibrated and has `self_by_default`.
+// Throws Failure, which names --free if that is the reason.
+SceneFit fit_of_scene(const std::string &file, const std::string &free, const std::string &bad_pixels,
+                      Progress &progress, bool self_by_default = false);
 
 constexpr double kLeastEfficiency = 0.95; // as of TOLIMAN_BANK_LOW_EFFICIENCY
 
-// Throws Failure, with the type of the file if it is known, unless it is a bank.
-toliman::network_bank load_bank(const std::string &path);
-// The same, unless all its networks are trained.
+// Throws Failure, with the type of the file if it is known, unless it is a bank whose networks are all trained.
 toliman::network_bank trained_bank(const std::string &path);
 
 // Throws Failure if the bank of the file `path` is for another fit than that of `scene` with the parameters `free`.
