@@ -44,25 +44,15 @@ void print_pupil_note(const toliman_sim_plan_info &plan) {
             "              telescope.pupil_samples (at most 2048) reduce it.\n");
 }
 
-// The bank of networks for the scene's frames: its plan, or why there can be none.
-struct BankPlan {
-    std::optional<toliman_bank_plan_info> info;
-    std::string why;
-};
-
 // What needs the set-up of the scene.
 struct SetUp {
     std::optional<toliman_sim_bounds> image;
-    std::optional<BankPlan> bank;
+    // The bank of networks for the frames of moving stars: its plan, or why there can be none.
+    std::optional<toliman_bank_plan_info> bank;
+    std::string no_bank;
 };
 
 constexpr double kShort = 5; // s: a set-up that the properties of the image are worth
-
-toliman_bank_plan_info info_of_bank(const Scene &scene) {
-    auto info = toliman::sized<toliman_bank_plan_info>();
-    toliman::check(toliman_bank_plan(scene.sim.get(), nullptr, &info));
-    return info;
-}
 
 // The properties of the image, if the set-up is short, and the bank of moving stars, whose places need the simulator.
 SetUp set_up(const std::string &path, const toliman_sim_plan_info &plan, Progress &progress) {
@@ -76,22 +66,19 @@ SetUp set_up(const std::string &path, const toliman_sim_plan_info &plan, Progres
         if (is_short)
             found.image = scene.bounds();
         progress.clear();
+        auto bank = toliman::sized<toliman_bank_plan_info>();
         if (moving)
-            found.bank = BankPlan{info_of_bank(scene), ""};
+            toliman::check(toliman_bank_plan(scene.sim.get(), nullptr, &bank));
+        found.bank = if_known(moving, bank);
     } catch (const toliman::error &error) { // the plan of the scene is printed nevertheless
         stop_if_asked();
         if (moving)
-            found.bank = BankPlan{std::nullopt, error.what()};
+            found.no_bank = error.what();
     }
     return found;
 }
 
-void print_bank(const BankPlan &bank) {
-    if (!bank.info) {
-        std::printf("bank          none: %s\n", bank.why.c_str());
-        return;
-    }
-    const toliman_bank_plan_info &info = *bank.info;
+void print_bank(const toliman_bank_plan_info &info) {
     const auto networks = static_cast<unsigned>(info.networks), places = static_cast<unsigned>(info.places);
     const unsigned processors = std::clamp(std::thread::hardware_concurrency(), 1u, networks);
     std::printf("bank          %u networks (places x dates: %u x %u), %s as float32, %s as fp16, %.2g s to train\n",
@@ -160,6 +147,8 @@ void print_summary(const toliman_sim_plan_info &plan, const SetUp &found) {
                     found.image->gradient_energy);
     if (found.bank)
         print_bank(*found.bank);
+    if (!found.no_bank.empty())
+        std::printf("bank          none: %s\n", found.no_bank.c_str());
     print_stdout("");
 }
 
@@ -184,12 +173,11 @@ std::string as_json(const toliman_sim_plan_info &plan, const SetUp &found, const
                             "series", plan.series_error, "pixel", plan.pixel_error, "atlas", plan.atlas_error,
                             "plate_scale", plan.plate_scale_error));
     std::vector<Json> stars;
-    const auto if_known = [](double value) { return value > 0 ? std::optional(value) : std::nullopt; };
     for (int star = 0; star < 2; star++)
         if (plan.throughput[star] > 0) // there is this star
             stars.emplace_back("magnitude", plan.magnitude[star], "throughput", plan.throughput[star], "photons_per_s",
-                               if_known(plan.photons_per_s[star]), "electrons_per_s",
-                               if_known(plan.electrons_per_s[star]));
+                               if_known(plan.photons_per_s[star] > 0, plan.photons_per_s[star]), "electrons_per_s",
+                               if_known(plan.electrons_per_s[star] > 0, plan.electrons_per_s[star]));
     json.set("open_area_m2", plan.open_area_m2, "stars", std::move(stars));
     json.set("setup_flops", plan.setup_flops, "frame_flops", plan.frame_flops, "bytes", plan.bytes);
     json.set("setup_s", plan.setup_s, "frame_s", plan.frame_s);
@@ -198,7 +186,7 @@ std::string as_json(const toliman_sim_plan_info &plan, const SetUp &found, const
     };
     json.set("peak_to_mean", of_image(&toliman_sim_bounds::peak_to_mean), "gradient_energy",
              of_image(&toliman_sim_bounds::gradient_energy));
-    json.set("bank", found.bank && found.bank->info ? std::optional(bank_json(*found.bank->info)) : std::nullopt);
+    json.set("bank", found.bank ? std::optional(bank_json(*found.bank)) : std::nullopt);
     return json.text();
 }
 

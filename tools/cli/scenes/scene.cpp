@@ -63,12 +63,9 @@ std::string scene_path(const std::string &name, const toliman_sim_options &optio
 }
 
 std::vector<toliman_sim_stage> stages_of(const toliman_sim_plan_info &plan) {
-    size_t count = 0;
-    if (const auto status = toliman_sim_get_stages(&plan, nullptr, 0, &count); status != TOLIMAN_E_CAPACITY)
-        toliman::check(status);
-    std::vector<toliman_sim_stage> stages(count, toliman::sized<toliman_sim_stage>());
-    toliman::check(toliman_sim_get_stages(&plan, stages.data(), stages.size(), &count));
-    return stages;
+    return all_of<toliman_sim_stage>([&](toliman_sim_stage *items, size_t capacity, size_t *count) {
+        return toliman_sim_get_stages(&plan, items, capacity, count);
+    });
 }
 
 bool has_stage(const toliman_sim_plan_info &plan, const std::string &name) {
