@@ -94,15 +94,11 @@ class NetcdfFile {
 
 class BatchStream : public StreamOutput {
   public:
-    explicit BatchStream(const StreamLayout &layout) : layout_(layout) {}
+    using StreamOutput::StreamOutput;
 
-    void write(const Exposure &exposure, const uint16_t *counts) override {
-        const std::string session = layout_.session_of(exposure);
-        if (session != session_) {
-            commit();
-            session_ = session;
-            number_ = 0;
-        }
+    void begin_session() override { number_ = 0; }
+
+    void add(const Exposure &exposure, const uint16_t *counts) override {
         exposures_.push_back(exposure);
         counts_.insert(counts_.end(), counts, counts + layout_.pixels());
         if (exposures_.size() == kBatch)
@@ -176,9 +172,7 @@ class BatchStream : public StreamOutput {
         write_column<int32_t>(file, "nframes_dropped", NC_INT, frame, [](const Exposure &e) { return e.dropped; });
     }
 
-    const StreamLayout layout_;
     const Functions nc_;
-    std::string session_;
     long long number_ = 0; // of the next batch of the session
     std::vector<Exposure> exposures_;
     std::vector<uint16_t> counts_;

@@ -42,9 +42,9 @@ std::vector<uint8_t> compressed(const FileMemory &file) {
 
 class FitsStream : public StreamOutput {
   public:
-    explicit FitsStream(const StreamLayout &layout) : layout_(layout) {}
+    using StreamOutput::StreamOutput;
 
-    void write(const Exposure &exposure, const uint16_t *counts) override {
+    void add(const Exposure &exposure, const uint16_t *counts) override {
         const std::string path = layout_.folder.file("frame_proc_" + std::to_string(exposure.stamp_ns) + ".fits.gz");
         FileMemory memory;
         if (const int status = make(exposure, counts, memory))
@@ -54,8 +54,6 @@ class FitsStream : public StreamOutput {
         file.commit();
         layout_.folder.keep();
     }
-
-    void commit() override {}
 
   private:
     int make(const Exposure &exposure, const uint16_t *counts, FileMemory &memory) const {
@@ -92,8 +90,6 @@ class FitsStream : public StreamOutput {
             memory.size = static_cast<size_t>(made->Fptr->filesize);
         return status;
     }
-
-    const StreamLayout layout_;
 };
 
 } // namespace

@@ -8,20 +8,18 @@ namespace {
 
 class PairStream : public StreamOutput {
   public:
-    explicit PairStream(const StreamLayout &layout) : layout_(layout) {}
+    using StreamOutput::StreamOutput;
 
-    void write(const Exposure &exposure, const uint16_t *counts) override {
-        const std::string session = layout_.session_of(exposure);
-        if (session != session_) {
-            commit();
-            session_ = session;
-            frames_ = open("_frames.bin");
-            lines_ = open("_meta.jsonl");
-        }
+    void begin_session() override {
+        frames_ = open("_frames.bin");
+        lines_ = open("_meta.jsonl");
+    }
+
+    void add(const Exposure &exposure, const uint16_t *counts) override {
         frames_->write(counts, layout_.pixels() * sizeof *counts);
         lines_->write("{" +
                       side_members({exposure.frame_id, exposure.stamp_ns, exposure.host_s, exposure.dropped},
-                                   layout_.roi, layout_.rows, layout_.cols, session, "u16le") +
+                                   layout_.roi, layout_.rows, layout_.cols, session_, "u16le") +
                       "}\n");
     }
 
@@ -42,8 +40,6 @@ class PairStream : public StreamOutput {
         return std::make_unique<OutputFile>(free_path(layout_.folder.file(session_ + end)));
     }
 
-    const StreamLayout layout_;
-    std::string session_;
     std::unique_ptr<OutputFile> frames_, lines_;
 };
 
@@ -51,6 +47,16 @@ class PairStream : public StreamOutput {
 
 std::string StreamLayout::session_of(const Exposure &exposure) const {
     return exposure.session == 0 ? session : session + "-" + std::to_string(exposure.session + 1);
+}
+
+void StreamOutput::write(const Exposure &exposure, const uint16_t *counts) {
+    const std::string session = layout_.session_of(exposure);
+    if (session != session_) {
+        commit();
+        session_ = session;
+        begin_session();
+    }
+    add(exposure, counts);
 }
 
 std::unique_ptr<StreamOutput> pair_stream(const StreamLayout &layout) {

@@ -1,6 +1,7 @@
 // Writes the frames of a stream as the mission's image service does: pairs, batches or FITS files.
 #pragma once
 #include "common/common.hpp"
+#include "common/interface.hpp"
 #include "frames/stream.hpp"
 
 namespace cli {
@@ -16,15 +17,20 @@ struct StreamLayout {
     std::string session_of(const Exposure &exposure) const;
 };
 
-// Takes the frames that are not dropped, in order.
-class StreamOutput {
+// Takes the frames that are not dropped, in order. Each session has files of its own.
+class StreamOutput : public Interface {
   public:
-    StreamOutput() = default;
-    virtual ~StreamOutput() = default;
-    StreamOutput(const StreamOutput &) = delete;
-    StreamOutput &operator=(const StreamOutput &) = delete;
-    virtual void write(const Exposure &exposure, const uint16_t *counts) = 0;
-    virtual void commit() = 0;
+    explicit StreamOutput(const StreamLayout &layout) : layout_(layout) {}
+    void write(const Exposure &exposure, const uint16_t *counts);
+    virtual void commit() {}
+
+  protected:
+    const StreamLayout layout_;
+    std::string session_; // of the frames
+
+  private:
+    virtual void begin_session() {}
+    virtual void add(const Exposure &exposure, const uint16_t *counts) = 0;
 };
 
 // SESSION_frames.bin and SESSION_meta.jsonl of each session.
