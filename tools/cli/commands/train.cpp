@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <tuple>
 
-#include "common/job_journal.hpp"
 #include "frames/bank_training.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"
@@ -277,34 +276,22 @@ void train_network(const Options &options, OutputFile &out, Progress &progress) 
     report_result(options, scene, tied, result);
 }
 
-void train_bank(const Options &options, OutputFile &out, Progress &progress) {
+BankRequest bank_request(const Options &options) {
     BankRequest request = {options.scene,
                            options.free,
                            options.bad_pixels,
                            *options.bank,
+                           options.out,
                            options.out != "-" ? options.out + kPart : "",
+                           options.resumes,
+                           kPayloads.at(options.payload),
                            toliman::sized<toliman_bank_options>()};
     request.options.layout = layout_of(options);
     request.options.spacing_px = options.spacing;
     request.options.places = options.places;
     request.options.steps = options.steps;
     request.options.seed = options.seed;
-    request.check();
-    if (!request.journal.empty() && !options.resumes)
-        remove_journal(request.journal);
-    BankTraining training(request, progress);
-    if (!training.run(progress)) {
-        if (!request.journal.empty() && exists(request.journal))
-            progress.tell("the same command with --resume continues from " + request.journal);
-        stop_if_asked();
-    }
-    const Bytes bytes = training.bytes(kPayloads.at(options.payload));
-    if (request.journal.empty())
-        write(bytes, out);
-    else
-        write_and_remove(request.journal, [&] { write(bytes, out); });
-    std::fprintf(stderr, "%s: %s, %s\n", options.out.c_str(), training.result().c_str(),
-                 size_text(static_cast<double>(bytes.size())).c_str());
+    return request;
 }
 
 void train(const Options &options, Progress &progress) {
@@ -314,7 +301,7 @@ void train(const Options &options, Progress &progress) {
         check_output(options.out + kPart);
     check_bank_options(options);
     if (options.bank)
-        train_bank(options, out, progress);
+        train_bank(bank_request(options), out, progress);
     else
         train_network(options, out, progress);
 }

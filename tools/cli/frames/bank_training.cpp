@@ -66,47 +66,52 @@ toliman::network_bank new_bank(const BankRequest &request, const SceneFit &of) {
     }
 }
 
-} // namespace
-
-void BankRequest::check() const {
-    years_of(dates);
-}
-
-BankTraining::BankTraining(const BankRequest &request, Progress &progress)
-    : request_(request), scene_fit_(fit_of_scene(request.scene, request.free, request.bad_pixels, progress)),
-      bank_(new_bank(request, scene_fit_)) {}
-
-bool BankTraining::run(Progress &progress) {
-    auto how = with_progress<toliman_bank_train_options>(progress);
-    how.journal = request_.journal.empty() ? nullptr : request_.journal.c_str();
-    const toliman_status status = toliman_bank_train(bank_.get(), scene_fit_.fit.get(), &how);
-    progress.clear();
-    if (status != TOLIMAN_OK && toliman_last_error_field() == request_.journal)
-        refuse_journal(toliman::error(status));
-    if (status != TOLIMAN_E_CANCELLED)
-        toliman::check(status);
-    return status == TOLIMAN_OK;
-}
-
-std::vector<unsigned char> BankTraining::bytes(int32_t encoding) const {
-    return bytes_of([&](unsigned char *data, size_t capacity, size_t *size) {
-        return toliman_bank_save(bank_.get(), encoding, data, capacity, size);
-    });
-}
-
-std::string BankTraining::result() const {
-    const toliman_bank_info all = info();
+std::string result_of(const toliman::network_bank &bank, const SceneFit &of) {
+    const auto all = toliman::result<toliman_bank_info>(toliman_bank_get_info, bank.get());
     double least = 1, most = 0;
-    const toliman_bank *const bank = bank_.get();
-    for (const toliman_bank_network &network : items_of(toliman_bank_get_network, bank, all.networks)) {
+    const toliman_bank *const made = bank.get();
+    for (const toliman_bank_network &network : items_of(toliman_bank_get_network, made, all.networks)) {
         least = std::min(least, network.cosine);
         most = std::max(most, network.cosine);
     }
-    const std::string use = use_of(bank_, scene_fit_.fit, scene_fit_.scene);
+    const std::string use = use_of(bank, of.fit, of.scene);
     return formatted("%lld networks (places x dates: %lld x %lld), cosine %.4f to %.4f",
                      static_cast<long long>(all.networks), static_cast<long long>(all.places),
                      static_cast<long long>(all.dates), least, most) +
            (use.empty() ? "" : ", " + use);
+}
+
+} // namespace
+
+void train_bank(const BankRequest &request, OutputFile &out, Progress &progress) {
+    years_of(request.dates); // before files are read
+    const std::string &journal = request.journal;
+    if (!journal.empty() && !request.resumes)
+        remove_journal(journal);
+    const SceneFit of = fit_of_scene(request.scene, request.free, request.bad_pixels, progress);
+    const toliman::network_bank bank = new_bank(request, of);
+    auto how = with_progress<toliman_bank_train_options>(progress);
+    how.journal = journal.empty() ? nullptr : journal.c_str();
+    const toliman_status status = toliman_bank_train(bank.get(), of.fit.get(), &how);
+    progress.clear();
+    if (status != TOLIMAN_OK && toliman_last_error_field() == journal)
+        refuse_journal(toliman::error(status));
+    if (status == TOLIMAN_E_CANCELLED) {
+        if (!journal.empty() && exists(journal))
+            progress.tell("the same command with --resume continues from " + journal);
+        stop_if_asked();
+    }
+    toliman::check(status);
+    const std::vector<unsigned char> bytes = bytes_of([&](unsigned char *data, size_t capacity, size_t *size) {
+        return toliman_bank_save(bank.get(), request.encoding, data, capacity, size);
+    });
+    const auto write = [&] {
+        out.write(bytes);
+        out.commit();
+    };
+    journal.empty() ? write() : write_and_remove(journal, write);
+    std::fprintf(stderr, "%s: %s, %s\n", request.out.c_str(), result_of(bank, of).c_str(),
+                 size_text(static_cast<double>(bytes.size())).c_str());
 }
 
 } // namespace cli
