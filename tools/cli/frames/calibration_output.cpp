@@ -18,10 +18,6 @@ constexpr std::pair<int32_t, const char *> kImages[] = {
     {TOLIMAN_CALIBRATION_IMAGE_CHI, ".chi_map.npy"},
     {TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA, ".response_sigma.npy"}};
 
-toliman_calibration_info info_of(const Calibration &calibration) {
-    return toliman::result<toliman_calibration_info>(toliman_calibration_get_info, calibration.get());
-}
-
 // Parameters and covariance of a window.
 struct Window {
     Window(const Calibration &calibration, const toliman_calibration_info &info, int64_t number)
@@ -40,12 +36,19 @@ struct Window {
     std::vector<double> covariance; // [n][n]
 };
 
-std::vector<Window> windows_of(const Calibration &calibration, const toliman_calibration_info &info) {
+struct Results {
+    explicit Results(const Calibration &calibration)
+        : info(toliman::result<toliman_calibration_info>(toliman_calibration_get_info, calibration.get())),
+          attempts(items_of(toliman_calibration_get_attempt, calibration.get(), info.attempts)),
+          left_out(items_of(toliman_calibration_get_left_out, calibration.get(), info.left_out)) {
+        for (int64_t i = 0; i < info.windows; i++)
+            windows.emplace_back(calibration, info, i);
+    }
+    toliman_calibration_info info;
+    std::vector<toliman_calibration_attempt> attempts;
+    std::vector<toliman_calibration_left_out> left_out;
     std::vector<Window> windows;
-    for (int64_t i = 0; i < info.windows; i++)
-        windows.emplace_back(calibration, info, i);
-    return windows;
-}
+};
 
 bool has(uint32_t flags, uint32_t flag) {
     return (flags & flag) != 0;
@@ -105,14 +108,6 @@ std::string lacks_of(const toliman_calibration_info &info) {
     return joined(lacks);
 }
 
-std::vector<toliman_calibration_attempt> attempts_of(const Calibration &calibration) {
-    return items_of(toliman_calibration_get_attempt, calibration.get(), info_of(calibration).attempts);
-}
-
-std::vector<toliman_calibration_left_out> left_out_of(const Calibration &calibration) {
-    return items_of(toliman_calibration_get_left_out, calibration.get(), info_of(calibration).left_out);
-}
-
 std::string names_with(const std::vector<Window> &windows, uint32_t flag) {
     std::vector<std::string> names;
     for (const Window &window : windows)
@@ -123,7 +118,8 @@ std::string names_with(const std::vector<Window> &windows, uint32_t flag) {
 }
 
 // The verdict in sentences, the main one first.
-std::vector<std::string> verdict_of(const toliman_calibration_info &info, const std::vector<Window> &windows) {
+std::vector<std::string> verdict_of(const Results &results) {
+    const toliman_calibration_info &info = results.info;
     std::vector<std::string> sentences;
     if (has(info.flags, TOLIMAN_CALIBRATION_INCOMPLETE))
         sentences.push_back("converged, but the model is incomplete: " + excess_of(info));
@@ -135,7 +131,7 @@ std::vector<std::string> verdict_of(const toliman_calibration_info &info, const 
         sentences.push_back("may be missing: " + lacks_of(info));
     if (info.changes != 0)
         sentences.push_back("added to the model: " + joined(names_of(info.changes)));
-    const std::string held = names_with(windows, TOLIMAN_CALIBRATION_HELD);
+    const std::string held = names_with(results.windows, TOLIMAN_CALIBRATION_HELD);
     if (!held.empty())
         sentences.push_back("known mostly by the prior: " + held);
     if (has(info.flags, TOLIMAN_CALIBRATION_NO_SIGN))
@@ -244,17 +240,17 @@ CalibrationOutput::CalibrationOutput(const CalibrationFiles &files, bool has_res
 }
 
 void CalibrationOutput::write(const Calibration &calibration) {
-    const toliman_calibration_info info = info_of(calibration);
-    const std::vector<Window> windows = windows_of(calibration, info);
+    const Results results(calibration);
+    const toliman_calibration_info &info = results.info;
+    const std::vector<Window> &windows = results.windows;
     std::vector<Json> of_windows, of_frames;
     for (size_t i = 0; i < windows.size(); i++)
         of_windows.push_back(json_of(windows[i], name_of(files_.scene(i, windows.size()))));
     for (size_t i = 0; i < calibration.frames().places.size(); i++)
         of_frames.push_back(json_of_frame(calibration, i));
-    const std::vector<std::string> verdict = verdict_of(info, windows);
     Json json("schema", "toliman-calibration-result/1", "version", toliman_version(), "provenance", provenance(),
-              "scene", calibration.request().scene, "out", name_of(files_.out()), "verdict", verdict, "complete",
-              is_complete(info), "held", has(info.flags, TOLIMAN_CALIBRATION_HELD), "no_sign",
+              "scene", calibration.request().scene, "out", name_of(files_.out()), "verdict", verdict_of(results),
+              "complete", is_complete(info), "held", has(info.flags, TOLIMAN_CALIBRATION_HELD), "no_sign",
               has(info.flags, TOLIMAN_CALIBRATION_NO_SIGN));
     json.set("frames", info.frames, "rows", info.rows, "cols", info.cols, "cells", info.cells, "iterations",
              info.iterations, "map_iterations", info.map_iterations, "chi_square", info.chi_square, "chi_square_sigma",
@@ -266,13 +262,13 @@ void CalibrationOutput::write(const Calibration &calibration) {
              "response_parameters", info.response_parameters, "pupil_error", info.pupil_error, "peak_noise",
              info.peak_noise);
     json.set("lacks", names_of(info.lacks), "changes", names_of(info.changes), "attempts",
-             array_of(attempts_of(calibration), [](const auto &attempt) { return json_of(attempt); }), "left_out",
-             array_of(left_out_of(calibration), [](const auto &left_out) { return json_of(left_out); }));
+             array_of(results.attempts, [](const auto &attempt) { return json_of(attempt); }), "left_out",
+             array_of(results.left_out, [](const auto &left_out) { return json_of(left_out); }));
     json.set("windows", of_windows, "separations", of_frames, "steps",
              array_of(calibration.steps(), [](const auto &step) { return json_of(step); }));
     json_ = json.text();
     out_.open(kResult).write(json_);
-    write_arrays(calibration);
+    write_arrays(calibration, info);
     out_.commit(kResult, [&] { write_scenes(calibration, windows.size()); });
 }
 
@@ -294,8 +290,7 @@ void CalibrationOutput::write_scenes(const Calibration &calibration, size_t wind
     out.commit();
 }
 
-void CalibrationOutput::write_arrays(const Calibration &calibration) {
-    const toliman_calibration_info info = info_of(calibration);
+void CalibrationOutput::write_arrays(const Calibration &calibration, const toliman_calibration_info &info) {
     const toliman_calibration *const made = calibration.get();
     const auto rows = static_cast<size_t>(info.rows), cols = static_cast<size_t>(info.cols),
                cells = static_cast<size_t>(info.cells), windows = static_cast<size_t>(info.windows);
@@ -312,9 +307,10 @@ void CalibrationOutput::write_arrays(const Calibration &calibration) {
 }
 
 void CalibrationOutput::warn(const Calibration &calibration, Progress &progress) const {
-    const toliman_calibration_info info = info_of(calibration);
+    const Results results(calibration);
+    const toliman_calibration_info &info = results.info;
     const bool improved = has(calibration.request().options.flags, TOLIMAN_CALIBRATION_IMPROVE);
-    for (const auto &left_out : left_out_of(calibration))
+    for (const auto &left_out : results.left_out)
         progress.warn(std::string(left_out.name) + " is not fitted: " + left_out.reason);
     if (has(info.flags, TOLIMAN_CALIBRATION_TOO_GOOD))
         progress.warn("the noise of the frames is smaller than that of the scene: " + chi_square_of(info) +
@@ -330,9 +326,10 @@ void CalibrationOutput::warn(const Calibration &calibration, Progress &progress)
 }
 
 void CalibrationOutput::print(const Calibration &calibration) const {
-    const toliman_calibration_info info = info_of(calibration);
-    const std::vector<Window> windows = windows_of(calibration, info);
-    for (const std::string &sentence : verdict_of(info, windows))
+    const Results results(calibration);
+    const toliman_calibration_info &info = results.info;
+    const std::vector<Window> &windows = results.windows;
+    for (const std::string &sentence : verdict_of(results))
         std::printf("%s\n", sentence.c_str());
     std::printf("\nframes       %lld, in %lld %s\n", static_cast<long long>(info.frames),
                 static_cast<long long>(info.windows), info.windows == 1 ? "window" : "windows");
@@ -353,9 +350,9 @@ void CalibrationOutput::print(const Calibration &calibration) const {
                     "pixels remain at the prior\n",
                     info.response_rms, static_cast<long long>(info.response_pixels), info.response_parameters,
                     static_cast<long long>(info.rows * info.cols - info.response_pixels));
-    for (const auto &attempt : attempts_of(calibration))
+    for (const auto &attempt : results.attempts)
         print_attempt(attempt);
-    for (const auto &left_out : left_out_of(calibration))
+    for (const auto &left_out : results.left_out)
         std::printf("not fitted   %s: %s\n", left_out.name, left_out.reason);
     for (size_t i = 0; i < windows.size(); i++)
         print_window(windows[i], i, windows.size());

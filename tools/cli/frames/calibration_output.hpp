@@ -20,7 +20,7 @@ class CalibrationOutput {
 
   private:
     void write_scenes(const Calibration &calibration, size_t windows) const;
-    void write_arrays(const Calibration &calibration);
+    void write_arrays(const Calibration &calibration, const toliman_calibration_info &info);
 
     const CalibrationFiles &files_;
     bool has_response_;
