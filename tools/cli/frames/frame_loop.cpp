@@ -26,15 +26,12 @@ double mean(const std::vector<double> &values) {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-double squares(const std::vector<double> &values) {
+double deviation(const std::vector<double> &values) {
     const auto add_square = [centre = mean(values)](double sum, double value) {
         return sum + (value - centre) * (value - centre);
     };
-    return std::accumulate(values.begin(), values.end(), 0.0, add_square);
-}
-
-double deviation(const std::vector<double> &values) {
-    return std::sqrt(squares(values) / static_cast<double>(values.size() - 1));
+    return std::sqrt(std::accumulate(values.begin(), values.end(), 0.0, add_square) /
+                     static_cast<double>(values.size() - 1));
 }
 
 } // namespace cli

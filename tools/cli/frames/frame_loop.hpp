@@ -28,7 +28,6 @@ void for_frames(const Scene &scene, uint64_t seed, int64_t first, size_t total, 
                 const FrameWork &work, double *seconds = nullptr);
 
 double mean(const std::vector<double> &values);
-double squares(const std::vector<double> &values); // sum of the squared distances from the mean
 double deviation(const std::vector<double> &values);
 
 } // namespace cli
