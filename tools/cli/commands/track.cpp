@@ -5,7 +5,6 @@
 
 #include "downlink/downlink.hpp"
 #include "downlink/folder_options.hpp"
-#include "downlink/known_sums.hpp"
 #include "downlink/tracking.hpp"
 #include "frames/frames_in.hpp"
 #include "options/command.hpp"

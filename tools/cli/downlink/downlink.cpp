@@ -1,5 +1,6 @@
 #include "downlink/downlink.hpp"
 
+#include <fstream>
 #include <poll.h>
 #include <sys/stat.h>
 
@@ -91,6 +92,21 @@ template <class Work> std::string complaint_of(const std::string &input, Work wo
         const std::string text = failure.what(), name = input + ": ";
         return text.rfind(name, 0) == 0 ? text.substr(name.size()) : text;
     }
+}
+
+// The spread of a line of a side file, without cumulants; nothing for a single frame and a damaged line.
+std::optional<toliman_spread> spread_of(const std::string &line) {
+    const JsonTree tree(cJSON_Parse(line.c_str()));
+    const cJSON *const frames = cJSON_GetObjectItemCaseSensitive(tree.get(), "frames"),
+                       *const jitter = cJSON_GetObjectItemCaseSensitive(tree.get(), "jitter_px2");
+    if (cJSON_IsNumber(frames) == 0 || cJSON_GetArraySize(jitter) != 3)
+        return std::nullopt;
+    auto spread = toliman::sized<toliman_spread>();
+    spread.frames = frames->valuedouble;
+    spread.xx_px2 = cJSON_GetArrayItem(jitter, 0)->valuedouble;
+    spread.yy_px2 = cJSON_GetArrayItem(jitter, 1)->valuedouble;
+    spread.xy_px2 = cJSON_GetArrayItem(jitter, 2)->valuedouble;
+    return spread;
 }
 
 } // namespace
@@ -192,7 +208,7 @@ int32_t first_pixel(const InputOptions &options) {
     toliman_ingest_event event;
     int32_t found = 0;
     for (const std::string &input : options.inputs)
-        for (const std::string &file : is_folder(input) ? files_of(input) : std::vector<std::string>{input}) {
+        for (const std::string &file : files_in(input)) {
             if (found != 0 || !is_pair(file) || !exists(file) || !exists(other_file(file)))
                 continue;
             complaint_of(file, [&] { // is reported when its frames are read
@@ -202,6 +218,28 @@ int32_t first_pixel(const InputOptions &options) {
             });
         }
     return found;
+}
+
+KnownSums::KnownSums(const std::vector<std::string> &inputs) {
+    for (const std::string &input : inputs) {
+        for (const std::string &file : files_in(input)) {
+            if (!is_pair(file)) {
+                waits = false;
+                continue;
+            }
+            std::ifstream lines(side_of(file));
+            for (std::string line; std::getline(lines, line) && !lines.eof();) { // the last one may be cut
+                if (line.find_first_not_of(" \r\t") == std::string::npos)
+                    continue;
+                waits = false;
+                const std::optional<toliman_spread> spread = spread_of(line);
+                if (!spread)
+                    break;
+                if (!largest || largest->frames < spread->frames)
+                    largest = spread;
+            }
+        }
+    }
 }
 
 void Downlink::read() {
@@ -263,7 +301,7 @@ std::shared_ptr<PairSource> Downlink::open_pair(const std::string &path) const {
     const toliman_track_options &settings = sink_.settings();
     auto options = toliman::sized<toliman_ingest_options>();
     options.flags = options_.follow ? TOLIMAN_INGEST_GROWING : 0;
-    options.pixel = is_batch(path) ? 0 : pixel_of_pair(path, options_.dtype);
+    options.pixel = pixel_of_pair(path, options_.dtype);
     options.stamp = settings.frames.stamp;
     options.exposure_s = settings.frames.exposure_s;
     options.rows = settings.frames.rows;

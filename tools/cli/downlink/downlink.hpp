@@ -57,6 +57,14 @@ void check_inputs(const InputOptions &options);
 // TOLIMAN_PIXEL_... of the first pair with a valid line; 0: none.
 int32_t first_pixel(const InputOptions &options);
 
+// Sums of `coadd` among the inputs of a new state folder, which needs to know their noise.
+struct KnownSums {
+    // Reads the side files of pairs, and folders of them, as far as their frames are sums.
+    explicit KnownSums(const std::vector<std::string> &inputs);
+    bool waits = true;                     // there are pairs at most, and none has a line yet
+    std::optional<toliman_spread> largest; // of the sum of the most frames; nothing for single frames
+};
+
 class Downlink {
   public:
     Downlink(const InputOptions &options, FrameSink &sink)

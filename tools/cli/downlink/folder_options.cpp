@@ -3,7 +3,6 @@
 #include <CLI/App.hpp>
 #include <tuple>
 
-#include "downlink/known_sums.hpp"
 #include "downlink/ledger_report.hpp"
 #include "options/command.hpp"
 
@@ -79,6 +78,15 @@ void set_wide_trend(toliman_track_options &how, int32_t order) {
     set_trend(how, order);
     how.grid.trend_start = -1 / how.grid.df;
     how.grid.trend_end = 3 / how.grid.df;
+}
+
+// Standard deviation, px, of the separation that a fit finds in a sum with this spread.
+double sigma_of(const toliman_fit *fit, const toliman_spread &spread) {
+    auto prediction = toliman::sized<toliman_fit_prediction>();
+    prediction.spread = &spread;
+    double covariance[TOLIMAN_FIT_MAX_PARAMETERS * TOLIMAN_FIT_MAX_PARAMETERS];
+    toliman::check(toliman_fit_predict(fit, &prediction, nullptr, 0, nullptr, covariance));
+    return std::sqrt(covariance[0]);
 }
 
 // Of values from sums that are expected to have this standard deviation: others may be of up to 64 times as many

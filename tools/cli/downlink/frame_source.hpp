@@ -1,6 +1,7 @@
 // Frames of one input of `track`: a file (dated_files), or a pair of files that may still grow.
 #pragma once
 #include "common/common.hpp"
+#include "common/interface.hpp"
 
 namespace cli {
 
@@ -15,12 +16,8 @@ struct FrameIds {
     bool contains(int64_t id) const noexcept { return first == end || (id >= first && id < end); }
 };
 
-class FrameSource {
+class FrameSource : public Interface {
   public:
-    FrameSource() = default;
-    virtual ~FrameSource() = default;
-    FrameSource(const FrameSource &) = delete;
-    FrameSource &operator=(const FrameSource &) = delete;
     // Reads the next frame, damage or warning as toliman_ingest_next does; false if there is none (yet). Pixels and
     // texts stay valid during the next `buffers` - 1 calls. Failure with kExitInput if the input cannot be read.
     virtual bool next(toliman_frame &frame, toliman_ingest_event &event) = 0;
@@ -35,12 +32,8 @@ class FrameSource {
 enum class Severity { note, warning, damage };
 
 // What the frames of inputs are for: a tracker, or sums.
-class FrameSink {
+class FrameSink : public Interface {
   public:
-    FrameSink() = default;
-    virtual ~FrameSink() = default;
-    FrameSink(const FrameSink &) = delete;
-    FrameSink &operator=(const FrameSink &) = delete;
     virtual const toliman_track_options &settings() const noexcept = 0; // of frames, times and clock
     virtual size_t batch() const noexcept = 0; // frames of a source that must stay valid at the same time
     // Takes what source->next() delivered, and keeps the source as long as the frame is needed.

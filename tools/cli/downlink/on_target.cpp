@@ -4,7 +4,7 @@
 // the quotient of two numbers that are exact. A binary search finds the windows of a frame.
 #include "downlink/on_target.hpp"
 
-#include "scenes/on_target_windows.hpp"
+#include "scenes/exposures.hpp"
 
 namespace cli {
 

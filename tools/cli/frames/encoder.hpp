@@ -1,5 +1,6 @@
 // Values of frames as lines of CSV, for `encode`, and their separations, reduced to the orbit of a binary (--system).
 #pragma once
+#include "common/interface.hpp"
 #include "frames/estimator.hpp"
 #include "frames/frames_in.hpp"
 #include "frames/predictions.hpp"
@@ -20,11 +21,8 @@ struct Separation {
     double time_days, px;          // px is NaN if the fit did not converge
 };
 
-class Encoder {
+class Encoder : public Interface {
   public:
-    virtual ~Encoder() = default;
-    Encoder(const Encoder &) = delete;
-    Encoder &operator=(const Encoder &) = delete;
     virtual const char *columns() const = 0; // after file and frame
     // The file of the frames that follow.
     virtual void open(FrameFile &) {}
@@ -37,9 +35,6 @@ class Encoder {
     virtual Separation separation(size_t) const { return {}; }
     // Messages about all frames, after the last one.
     virtual void end(Progress &) const {}
-
-  protected:
-    Encoder() = default;
 };
 
 // The estimator and `progress` must outlive the encoder. clock: for fits, as in Predictions.

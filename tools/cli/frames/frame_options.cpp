@@ -36,7 +36,7 @@ std::vector<std::string> FrameOptions::inputs() const {
         return !roi.empty() && is_pair(file) && region_of(file) != roi;
     };
     for (const std::string &file : files) {
-        std::vector<std::string> more = is_folder(file) ? files_of(file) : std::vector<std::string>{file};
+        std::vector<std::string> more = files_in(file);
         if (is_folder(file))
             more.erase(std::remove_if(more.begin(), more.end(), is_other), more.end());
         if (more.empty())
@@ -50,8 +50,14 @@ std::vector<std::string> FrameOptions::inputs() const {
 std::unique_ptr<FrameFile> FrameOptions::open(const std::string &path, double scene_exposure_s) const {
     if (is_pair(path))
         check_complete(side_of(path));
-    if (is_pair(path) || is_batch(path))
-        return open_mission(path, {dtype, roi, exposure_s.value_or(scene_exposure_s), stamp_of(stamp)});
+    if (is_pair(path) || is_batch(path)) {
+        auto options = toliman::sized<toliman_ingest_options>();
+        options.pixel = pixel_of_pair(path, dtype);
+        options.exposure_s = exposure_s.value_or(scene_exposure_s);
+        options.stamp = stamp_of(stamp);
+        options.roi = roi.empty() ? nullptr : roi.c_str();
+        return open_mission(path, options);
+    }
     int64_t rows, cols;
     shape_of(shape, rows, cols);
     return open_frames(path, dtype, static_cast<size_t>(rows), static_cast<size_t>(cols), unit);

@@ -106,11 +106,15 @@ constexpr double (*kAxes[])(const Candidate &) = {[](const Candidate &frame) { r
                                                   [](const Candidate &frame) { return frame.x; },
                                                   [](const Candidate &frame) { return frame.y; }};
 
+double length_of(const std::vector<Candidate *> &frames, size_t axis) {
+    const auto [least, largest] = span_of(frames, kAxes[axis]);
+    return largest - least;
+}
+
 void choose(const std::vector<Candidate *> &frames, size_t most) {
     double scale[3];
     for (size_t axis = 0; axis < 3; axis++) {
-        const auto [least, largest] = span_of(frames, kAxes[axis]);
-        const double span = axis == 0 ? largest - least : std::max(largest - least, kLeastSpan);
+        const double length = length_of(frames, axis), span = axis == 0 ? length : std::max(length, kLeastSpan);
         scale[axis] = span > 0 ? 1 / span : 0;
     }
     std::vector<double> distance(frames.size(), INFINITY);
@@ -155,8 +159,8 @@ class Reader {
     }
     void survey(Predictions &times, std::deque<toliman_spread> &spreads, std::vector<Candidate> &frames,
                 Progress &progress);
-    // Reads the chosen frames of a file, in their order, to the end of `pixels`.
-    void read(size_t file, const std::vector<const Candidate *> &chosen, std::vector<double> &pixels) const;
+    // Reads the chosen frames, in their order, to the end of `pixels`.
+    void read(const std::vector<Candidate *> &chosen, std::vector<double> &pixels) const;
 
   private:
     const FrameOptions &options_;
@@ -198,16 +202,18 @@ void Reader::survey(Predictions &times, std::deque<toliman_spread> &spreads, std
     }
 }
 
-void Reader::read(size_t file, const std::vector<const Candidate *> &chosen, std::vector<double> &pixels) const {
-    if (chosen.empty())
-        return;
-    const auto opened = paths_[file] == "-" ? nullptr : open(file);
-    size_t at = 0;
+void Reader::read(const std::vector<Candidate *> &chosen, std::vector<double> &pixels) const {
+    std::unique_ptr<FrameFile> opened;
+    size_t file = SIZE_MAX, at = 0; // number of the file that is open, and of its next frame
     for (const Candidate *frame : chosen) {
-        if (opened == nullptr) {
+        if (paths_[frame->file] == "-") {
             const std::vector<double> &image = kept_.at(frame->frame);
             pixels.insert(pixels.end(), image.begin(), image.end());
             continue;
+        }
+        if (std::exchange(file, frame->file) != frame->file) {
+            opened = open(file);
+            at = 0;
         }
         for (; at < frame->frame; at++)
             opened->skip();
@@ -224,15 +230,6 @@ std::vector<std::string> faults_of(const std::vector<Candidate> &frames, const s
         if (!frame.fault.empty())
             faults.push_back(paths[frame.file] + ": frame " + std::to_string(frame.frame) + ": " + frame.fault);
     return faults;
-}
-
-std::string span_text(const std::vector<Candidate *> &frames) {
-    double span[3];
-    for (size_t axis = 0; axis < 3; axis++) {
-        const auto [least, largest] = span_of(frames, kAxes[axis]);
-        span[axis] = largest - least;
-    }
-    return formatted("spread over %.3g days and %.2f x %.2f px", span[0], span[1], span[2]);
 }
 
 } // namespace
@@ -259,16 +256,9 @@ FrameSet::FrameSet(const FrameOptions &options, const Scene &scene, const FrameC
     });
     choose_in_windows(good, choice);
     std::vector<Candidate *> chosen;
-    for (Candidate *frame : good)
-        if (frame->chosen)
-            chosen.push_back(frame);
-    for (size_t file = 0; file < reader.paths().size(); file++) {
-        std::vector<const Candidate *> of_file;
-        for (const Candidate *frame : chosen)
-            if (frame->file == file)
-                of_file.push_back(frame);
-        reader.read(file, of_file, pixels);
-    }
+    std::copy_if(good.begin(), good.end(), std::back_inserter(chosen),
+                 [](const Candidate *one) { return one->chosen; });
+    reader.read(chosen, pixels);
     for (const Candidate *frame : chosen) {
         places.push_back({reader.paths()[frame->file], frame->frame});
         predictions.push_back(frame->prediction);
@@ -282,8 +272,9 @@ FrameSet::FrameSet(const FrameOptions &options, const Scene &scene, const FrameC
     if (repeats > 0)
         progress.tell(formatted("%td of %zu frames repeat an earlier one", repeats, frames.size()));
     if (chosen.size() < frames.size())
-        progress.tell(formatted("calibrates with %zu of %zu frames, ", chosen.size(), frames.size()) +
-                      span_text(chosen));
+        progress.tell(formatted("calibrates with %zu of %zu frames, spread over %.3g days and %.2f x %.2f px",
+                                chosen.size(), frames.size(), length_of(chosen, 0), length_of(chosen, 1),
+                                length_of(chosen, 2)));
 }
 
 std::string FrameSet::name(size_t i) const {

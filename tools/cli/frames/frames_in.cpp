@@ -248,6 +248,8 @@ bool is_batch(const std::string &path) {
 }
 
 int32_t pixel_of_pair(const std::string &path, const std::string &dtype) {
+    if (is_batch(path))
+        return 0;
     if (!dtype.empty() && dtype != "u16le" && dtype != "u32le")
         throw Failure(kExitUsage, path + ": --dtype " + dtype + ": must be u16le or u32le for raw pairs");
     return dtype.empty() ? 0 : dtype == "u32le" ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
@@ -287,9 +289,8 @@ std::vector<std::string> files_of(const std::string &path) {
     return {files.begin(), files.end()};
 }
 
-std::vector<std::string> pairs_of(const std::string &path) {
-    const std::vector<std::string> files = files_of(path);
-    return !files.empty() && is_pair(files.front()) ? files : std::vector<std::string>();
+std::vector<std::string> files_in(const std::string &input) {
+    return is_folder(input) ? files_of(input) : std::vector<std::string>{input};
 }
 
 void check_complete(const std::string &side) {
@@ -311,17 +312,9 @@ std::string region_of(const std::string &side) {
     return "";
 }
 
-bool has_pairs(const std::string &input) {
-    try {
-        return is_folder(input) ? !pairs_of(input).empty() : is_pair(input);
-    } catch (const Failure &) {
-        return false;
-    }
-}
-
 bool has_stamps(const std::vector<std::string> &inputs) {
     return std::any_of(inputs.begin(), inputs.end(), [](const std::string &input) {
-        const std::vector<std::string> files = is_folder(input) ? files_of(input) : std::vector<std::string>{input};
+        const std::vector<std::string> files = files_in(input);
         return files.empty() || !is_dated_file(files.front());
     });
 }
@@ -329,17 +322,17 @@ bool has_stamps(const std::vector<std::string> &inputs) {
 void check_one_region(const std::vector<std::string> &inputs) {
     std::set<std::string> regions;
     for (const std::string &input : inputs)
-        if (has_pairs(input))
-            for (const std::string &side : is_folder(input) ? pairs_of(input) : std::vector<std::string>{input})
-                regions.insert(region_of(side_of(side)));
+        try {
+            for (const std::string &file : files_in(input))
+                if (is_pair(file))
+                    regions.insert(region_of(side_of(file)));
+        } catch (const Failure &) { // a folder that cannot be read is reported later
+        }
     regions.erase("");
     if (regions.size() < 2)
         return;
-    std::string names;
-    for (const std::string &region : regions)
-        names += (names.empty() ? "" : ", ") + region;
     throw Failure(kExitUsage, (inputs.size() == 1 ? inputs.front() : "the inputs") + ": frames of the regions " +
-                                  names + ": --roi LABEL takes those of one");
+                                  joined({regions.begin(), regions.end()}) + ": --roi LABEL takes those of one");
 }
 
 void probe_batch(const std::string &path) {

@@ -4,17 +4,15 @@
 #include <toliman/spread.h>
 
 #include "common/common.hpp"
+#include "common/interface.hpp"
 
 namespace cli {
 
 using FrameWindow = std::array<int64_t, 2>; // row and column on the detector of a frame's first pixel
 
 // Frames of a file or of standard input, one by one.
-class FrameFile {
+class FrameFile : public Interface {
   public:
-    virtual ~FrameFile() = default;
-    FrameFile(const FrameFile &) = delete;
-    FrameFile &operator=(const FrameFile &) = delete;
     const std::vector<size_t> &axes() const noexcept { return axes_; } // as in the file: 2 or 3, columns last
     size_t count() const noexcept { return axes_.size() == 3 ? axes_[0] : 1; }
     size_t rows() const noexcept { return axes_[axes_.size() - 2]; }
@@ -87,15 +85,10 @@ std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::strin
                                        size_t cols = 0, const std::string &unit = "");
 std::unique_ptr<FrameFile> open_fits(const std::string &path, const std::string &unit);
 
-// A pair of files or a batch.
-struct MissionOptions {
-    std::string dtype, roi;
-    double exposure_s = 0; // 0: unknown
-    int32_t stamp = 0;     // TOLIMAN_FRAME_STAMP_..., 0: start
-};
-// TOLIMAN_PIXEL_... of --dtype, 0 for ""; throws Failure for a type that a pair cannot have.
+// TOLIMAN_PIXEL_... of --dtype, 0 for "" and for a batch; throws Failure for a type that a pair cannot have.
 int32_t pixel_of_pair(const std::string &path, const std::string &dtype);
-std::unique_ptr<FrameFile> open_mission(const std::string &path, const MissionOptions &options);
+// A pair of files or a batch. options.roi must outlive the frames.
+std::unique_ptr<FrameFile> open_mission(const std::string &path, const toliman_ingest_options &options);
 
 bool is_pair(const std::string &path);       // one of the two files, by its suffix
 bool is_batch(const std::string &path);      // .nc
@@ -111,12 +104,10 @@ void check_complete(const std::string &side);
 // pairs, its batches, and without these, its FITS files, shorter names first, so that numbers and times of the camera
 // in them increase: the same frames may be there in several forms.
 std::vector<std::string> files_of(const std::string &folder);
-// Of pairs only.
-std::vector<std::string> pairs_of(const std::string &folder);
+// The files of an input: those of a folder, or itself.
+std::vector<std::string> files_in(const std::string &input);
 // roi_label of the first line of a side file that has one; "" for none.
 std::string region_of(const std::string &side);
-// Whether the input is a pair, or a folder with pairs; false for a folder that cannot be read.
-bool has_pairs(const std::string &input);
 // Whether inputs may have other files than .npy and FITS ones.
 bool has_stamps(const std::vector<std::string> &inputs);
 

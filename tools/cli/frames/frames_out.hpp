@@ -1,17 +1,14 @@
 // Writes frames: .npy, FITS, headerless counts, or the mission's pair of files.
 #pragma once
 #include "common/common.hpp"
+#include "common/interface.hpp"
 #include "scenes/scene.hpp"
 
 namespace cli {
 
 // Writes frames in order; the output appears after commit().
-class FrameOutput {
+class FrameOutput : public Interface {
   public:
-    FrameOutput() = default;
-    virtual ~FrameOutput() = default;
-    FrameOutput(const FrameOutput &) = delete;
-    FrameOutput &operator=(const FrameOutput &) = delete;
     virtual void write(const double *images, size_t count) = 0;
     virtual void commit() = 0;
 };

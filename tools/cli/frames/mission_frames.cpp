@@ -9,19 +9,9 @@ namespace cli {
 
 namespace {
 
-toliman_ingest_options ingest_options(const std::string &path, const MissionOptions &options) {
-    auto ingest = toliman::sized<toliman_ingest_options>();
-    ingest.pixel = is_pair(path) ? pixel_of_pair(path, options.dtype) : 0;
-    ingest.exposure_s = options.exposure_s;
-    ingest.stamp = options.stamp;
-    ingest.roi = options.roi.empty() ? nullptr : options.roi.c_str();
-    return ingest;
-}
-
 class MissionFrames final : public FrameFile {
   public:
-    MissionFrames(const std::string &path, const MissionOptions &options)
-        : FrameFile(path), options_(options), ingest_(ingest_options(path, options_)) {
+    MissionFrames(const std::string &path, const toliman_ingest_options &options) : FrameFile(path), options_(options) {
         if (is_batch(path))
             probe_batch(path);
         std::set<std::string> regions;
@@ -45,7 +35,8 @@ class MissionFrames final : public FrameFile {
             check_frame(rows, cols, regions);
         }
         if (times_.empty())
-            malformed(path, "contains no frames" + (options_.roi.empty() ? "" : " of the region " + options_.roi));
+            malformed(path, "contains no frames" +
+                                (options_.roi == nullptr ? "" : std::string(" of the region ") + options_.roi));
         set_axes({times_.size(), rows, cols});
         open();
     }
@@ -64,8 +55,7 @@ class MissionFrames final : public FrameFile {
   private:
     void open() {
         toliman_ingest *reader = nullptr;
-        ingest_.roi = options_.roi.empty() ? nullptr : options_.roi.c_str();
-        check(toliman_ingest_create(path_.c_str(), &ingest_, &reader));
+        check(toliman_ingest_create(path_.c_str(), &options_, &reader));
         reader_.reset(reader);
         delivered_ = 0;
     }
@@ -101,8 +91,7 @@ class MissionFrames final : public FrameFile {
         std::memcpy(pixels, frame_.pixels, frame_size());
     }
 
-    MissionOptions options_;
-    toliman_ingest_options ingest_;
+    toliman_ingest_options options_;
     toliman::pair_reader reader_;
     toliman_frame frame_;
     toliman_ingest_event event_;
@@ -118,7 +107,7 @@ class MissionFrames final : public FrameFile {
 
 } // namespace
 
-std::unique_ptr<FrameFile> open_mission(const std::string &path, const MissionOptions &options) {
+std::unique_ptr<FrameFile> open_mission(const std::string &path, const toliman_ingest_options &options) {
     return std::make_unique<MissionFrames>(path, options);
 }
 

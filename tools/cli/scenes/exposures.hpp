@@ -1,9 +1,20 @@
-// When the telescope points at the stars in the exposures of a scene.
+// When the telescope points at the stars: the table of --on-target, and the exposures of a scene.
 #pragma once
-#include "scenes/on_target_windows.hpp"
+#include "scenes/leap_seconds.hpp"
 #include "scenes/scene_defaults.hpp"
 
 namespace cli {
+
+// A window in which it does.
+struct TargetWindow {
+    int64_t start_ns, end_ns; // TAI
+};
+
+// In order of time; they do not overlap.
+std::vector<TargetWindow> read_on_target(const std::string &path, const LeapSeconds &leap_seconds);
+
+// The parts of an exposure within the windows: start and end of each in turn, TAI.
+std::vector<int64_t> parts_of(const std::vector<TargetWindow> &windows, int64_t start_ns, int64_t end_ns);
 
 class SceneExposures {
   public:

@@ -3,8 +3,8 @@
 #include <numeric>
 
 #include "options/command.hpp"
+#include "scenes/exposures.hpp"
 #include "scenes/observer_options.hpp"
-#include "scenes/on_target_windows.hpp"
 #include "series/series.hpp"
 
 namespace cli {
