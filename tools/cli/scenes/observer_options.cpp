@@ -88,6 +88,8 @@ toliman::sky_predictor ObserverOptions::predictor(const std::string &system, uin
 }
 
 std::string ObserverOptions::coverage(const toliman_sky *sky) const {
+    if (!file_)
+        return text() + ", is known at all times";
     const auto info = toliman::result<toliman_sky_info>(toliman_sky_get_info, sky);
     return *file_ + " has states from " + date_text(info.first_ns) + " to " + date_text(info.last_ns) + " TAI";
 }

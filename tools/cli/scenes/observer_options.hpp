@@ -34,7 +34,8 @@ class ObserverOptions {
     void check() const;
     // system: "alpha-cen", the path of a system file, or its JSON. without: effects to leave out, TOLIMAN_SKY_...
     toliman::sky_predictor predictor(const std::string &system, uint32_t without, Progress &progress) const;
-    // "spacecraft.oem has states from 2027-01-01T00:00:00 to 2027-12-31T00:00:00 TAI".
+    // "spacecraft.oem has states from 2027-01-01T00:00:00 to 2027-12-31T00:00:00 TAI"; any other observer "is known at
+    // all times".
     std::string coverage(const toliman_sky *sky) const;
     // "spacecraft.oem: altitude 596 to 604 km, inclination 97.8 deg, ascending node at 18.0 h local time, 2029-01-01 to
     // 2029-03-01, 1.5 states per minute"; "" without a file.
