@@ -38,9 +38,9 @@ class Missions(unittest.TestCase):
         """Without a planet and with one: nothing is wrong, and the planet is found."""
         for seed, planets in ((0, 0), (13, 1)):
             with self.subTest(seed=seed):
-                rows, pulls, limits, wrong = sky_campaign.of_seed((seed, self.sizes))
-                self.assertEqual((wrong, limits[1]), ([], 0 if planets else 3), rows)
-                self.assertEqual(len(pulls), planets, rows)
+                row, pulls, limits, wrong = sky_campaign.of_seed((seed, self.sizes))
+                self.assertEqual((wrong, limits[1]), ([], 0 if planets else 3), row)
+                self.assertEqual(len(pulls), planets, row)
 
     def test_the_truth(self):
         """The reflex of an Earth at 1 au of the Sun at 1.34 pc is 0.75 arcsec/au x 3e-6 au; a Kepler orbit has its amplitude."""

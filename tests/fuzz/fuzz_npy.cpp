@@ -36,9 +36,10 @@ void read_frames(const std::string &path, size_t size) {
 
 void read_table(const std::string &path) {
     cli::Progress quiet(cli::Progress::Style::none);
-    const cli::Series series = cli::read_series(path, {}, quiet);
-    require(!series.t.empty() && series.t.size() == series.y.size(), "an empty table");
-    for (const double sigma : series.sigma)
+    const toliman::measurements series = cli::read_series(path, {}, quiet);
+    const std::vector<double> t = cli::values_of(series.get(), "t"), y = cli::values_of(series.get(), "y");
+    require(!t.empty() && t.size() == y.size(), "an empty table");
+    for (const double sigma : cli::values_of(series.get(), "sigma"))
         require(sigma > 0, "an impossible sigma");
 }
 

@@ -97,7 +97,7 @@ class Job {
             throw Failure(kExitUsage, "--campaign " + std::to_string(options.campaign) + ": the last seed must be at " +
                                           "most 18446744073709551615, the first is " + std::to_string(first_seed_));
         times_ = Cadence(scene_).times;
-        grid_ = default_grid({scene_.path, times_, {}, {}});
+        grid_ = default_grid(scene_.path, times_);
         const auto warnings = with_warnings<toliman_linear_options>(progress_);
         if (options.weights.empty())
             template_ = toliman::make<toliman::linear_estimator>(toliman_linear_create, scene_.sim.get(),

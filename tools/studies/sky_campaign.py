@@ -1,13 +1,13 @@
 """Forty missions that nobody has seen, from the downlink to the planet by the three commands with their defaults: are the planets
 found that are there, to the stated errors, and none that is not? The short form: test_sky_campaign.py.
 
-    sky_campaign.py [--sets 40] [--seed 1] [--jobs 0]
+    sky_campaign.py [sky] [remedies] [--sets 40] [--seed 1] [--jobs 0]
 
 A mission is that of examples/sky/mission.py: unknown optics, an orbit of the stars that differs from the published one by its errors,
 a spacecraft in a low orbit, arcs, losses, repeated frames out of order. Of ten missions, three have no planet, four have one of A
 (0.5 to 10 uas, 60 to 900 d), one has two; the last two have the same complication without and with a planet: optics that drift, errors
-of the surface at mid frequencies, a pupil of 1024 cells, a detector that is not ideal. If calibrate says that the model is incomplete,
-the mission is judged as it is, and once more after the remedy that calibrate names: --improve, or for a detector --detector.
+of the surface at mid frequencies, a pupil of 1024 cells, a detector that is not ideal. sky: all with defaults. remedies: those with a
+complication, whose model is incomplete, with the remedy that calibrate names, --improve or for a detector --detector.
 
 Wrong: a planet that is not there; one that is there, whose amplitude is 6 standard deviations of that of a sinusoid, and that is not
 found; a period that is wrong by more than 4 stated errors; a limit that excludes a planet that was injected into the series of a mission
@@ -40,19 +40,24 @@ HEADER = ("| seed | mission | truth: d, uas | calibration, chi-square | said: d,
           "calibrate, track, planet, processor s |\n|---|---|---|---|---|---|---|---|---|")
 
 
+def kind_of(seed):
+    """One of KINDS, or the complication."""
+    kind = KINDS[seed % 10]
+    return list(COMPLICATIONS)[seed // 10 % 4] if kind.startswith("complicated") else kind
+
+
 def options_of(seed, folder, sizes):
-    """The mission of a seed, and its complication."""
+    """The mission of a seed, and its kind."""
     kind = KINDS[seed % 10]
     random = numpy.random.default_rng([seed, 7])
     periods = [math.exp(random.uniform(math.log(60), math.log(900)))]
     if kind == "two":
         periods.append(periods[0] * (0.45 if periods[0] > 200 else 2.3))
     planets = [f"{period}:{math.exp(random.uniform(math.log(0.5), math.log(10)))}" for period in periods]
-    complication = list(COMPLICATIONS)[seed // 10 % 4] if kind.startswith("complicated") else ""
     given = {"folder": folder, "seed": seed, "cells": 0, "mid": 0, "drift": 0, "detector": False, **sizes,
              "planet": planets if kind in ("one", "two", "complicated with one") else None,
-             "none": kind in ("none", "complicated"), **COMPLICATIONS.get(complication, {})}
-    return argparse.Namespace(**given), complication or kind
+             "none": kind in ("none", "complicated"), **COMPLICATIONS.get(kind_of(seed), {})}
+    return argparse.Namespace(**given), kind_of(seed)
 
 
 def command(folder, *words):
@@ -133,32 +138,25 @@ def judge(name, folder, seconds, wrong):
 
 
 def of_seed(task):
-    """Rows, pulls, (excluded, injected) and what is wrong of a mission."""
-    seed, sizes = task
-    rows, wrong, all_pulls, limits = [], [], [], (0, 0)
+    """Row, pulls, (excluded, injected) and what is wrong of a mission, with the options of a remedy or none."""
+    seed, sizes, *remedy = task
+    wrong, limits = [], (0, 0)
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name) / "run"
         options, kind = options_of(seed, folder, sizes)
         mission.draw(options)
-        row, found_pulls, result = judge(f"{seed} | {kind}", folder, chain(folder), wrong)
-        rows.append(row)
-        all_pulls += found_pulls
-        if not result["complete"] and kind in REMEDY:
-            remedy = REMEDY[kind]
-            row, found_pulls, result = judge(f"{seed} | {kind} {remedy}", folder, chain(folder, remedy), wrong)
-            rows.append(row)
-            all_pulls += found_pulls
+        row, all_pulls, result = judge(" ".join([f"{seed} | {kind}", *remedy]), folder, chain(folder, *remedy), wrong)
         if kind == "none" and result["complete"]:
             limits = (excluded(folder, seed), INJECTED)
-    return rows, all_pulls, limits, wrong
+    return row, all_pulls, limits, wrong
 
 
-def sky(pool, seeds, sizes):
+def sky(pool, tasks):
     """Prints the table and the sums. Returns what is wrong."""
     print(HEADER, flush=True)
     all_wrong, all_pulls, all_limits = [], [], []
-    for rows, found_pulls, limits, wrong in pool.imap(of_seed, [(seed, sizes) for seed in seeds]):
-        print("\n".join(rows), flush=True)
+    for row, found_pulls, limits, wrong in pool.imap(of_seed, tasks):
+        print(row, flush=True)
         all_wrong += wrong
         all_pulls += found_pulls
         all_limits.append(limits)
@@ -175,7 +173,12 @@ def sky(pool, seeds, sizes):
 
 
 def main():
-    modes = {"sky": lambda pool, given: sky(pool, range(given.seed, given.seed + given.sets), SIZES)}
+    def seeds(given):
+        return range(given.seed, given.seed + given.sets)
+
+    modes = {"sky": lambda pool, given: sky(pool, [(seed, SIZES) for seed in seeds(given)]),
+             "remedies": lambda pool, given: sky(pool, [(seed, SIZES, REMEDY[kind]) for seed in seeds(given)
+                                                        if (kind := kind_of(seed)) in REMEDY])}
     return campaign.run(__doc__, modes, sets=40, sets_help="missions")
 
 
