@@ -57,11 +57,11 @@ typedef struct toliman_calibration toliman_calibration;
  *   WINDOWS   parameters that change with time: window_days of all frames, then half of that, repeatedly; not with the
  *             detector
  *   OPD_MAP   TOLIMAN_CALIBRATION_MAP */
-#define TOLIMAN_CALIBRATION_CHANGE_EDGES 4096u
-#define TOLIMAN_CALIBRATION_CHANGE_SAMPLES 8192u
-#define TOLIMAN_CALIBRATION_CHANGE_SPECTRUM 16384u
-#define TOLIMAN_CALIBRATION_CHANGE_WINDOWS 32768u
-#define TOLIMAN_CALIBRATION_CHANGE_OPD_MAP 65536u
+#define TOLIMAN_CALIBRATION_CHANGE_EDGES 2048u
+#define TOLIMAN_CALIBRATION_CHANGE_SAMPLES 4096u
+#define TOLIMAN_CALIBRATION_CHANGE_SPECTRUM 8192u
+#define TOLIMAN_CALIBRATION_CHANGE_WINDOWS 16384u
+#define TOLIMAN_CALIBRATION_CHANGE_OPD_MAP 32768u
 
 /* An iteration of a calibration. */
 typedef struct toliman_calibration_step {

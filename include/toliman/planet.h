@@ -65,8 +65,8 @@ typedef struct toliman_planet_prior {
     double period_min, period_max; /* in units of t, in (0, 1e100]; 0 = 60 d and 1000 d */
     double eccentricity_max;       /* in [0.001, 0.99]; 0 = 0.99 */
     /* Scale of the amplitudes, in units of y, in (0, 1e100]; set both or none; 0 = the default: separations of known
-     * unit: 0.05 uas to 100 uas, or 30 rms if larger; otherwise 0.1 s to 30 rms, without the planets before, s:
-     * standard error of an amplitude. 30: offset, trend and orbit describe most of a period longer than the series */
+     * unit: 0.05 uas to 100 uas, or 3 rms if larger; otherwise 0.1 s to 3 rms about the mean of each instrument,
+     * without the planets before, s: standard error of an amplitude */
     double amplitude_min, amplitude_max;
     double jitter_max; /* in units of y, in (0, 1e100]; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER */
 } toliman_planet_prior;

@@ -54,6 +54,8 @@ constexpr Flags kFlags[] = {
       "the odds have not converged"}},
 };
 
+static_assert(kFlags[0].first << kFlags[0].names.size() <= kFlags[1].first);
+
 const char *name_of_flag(uint32_t flag) noexcept {
     for (const Flags &known : kFlags)
         for (size_t i = 0; i < known.names.size(); i++)

@@ -17,11 +17,11 @@ constexpr double kHeld = 0.7;          // of the prior's standard deviation: abo
 // What an incomplete model may lack, in the order in which it is tried.
 // In the order of TOLIMAN_CALIBRATION_CHANGE_....
 enum Lack : uint32_t {
-    lacks_edges = 1u << 12,
-    lacks_samples = 1u << 13,
-    lacks_spectrum = 1u << 14,
-    lacks_drift = 1u << 15,
-    lacks_map = 1u << 16
+    lacks_edges = 1u << 11,
+    lacks_samples = 1u << 12,
+    lacks_spectrum = 1u << 13,
+    lacks_drift = 1u << 14,
+    lacks_map = 1u << 15
 };
 
 // A calibration with one change of the model.

@@ -10,7 +10,8 @@
 // grows by 0.2 to 0.4 times pixels times its square (measured); a limit that is larger by once this product allows for
 // it. Whether the instrument changes with time: by how much the first step to values that are linear between twice as
 // many starts would lower the sum of r^2, against 6 standard deviations of what noise explains (Rao 1948, Math. Proc.
-// Cambridge 44, 50: score test), of variances that are multiplied by chi-square.
+// Cambridge 44, 50: score test), of variances that are multiplied by chi-square, and against a tenth of what is not
+// noise: the pointing changes with time, too, and with it the residuals of other effects.
 // Reference: Box and Pierce 1970, J. Am. Stat. Assoc. 65, 1509, here in two dimensions.
 #include "calibrate/verdict.hpp"
 
@@ -30,6 +31,7 @@ struct Neighbour {
 };
 constexpr Neighbour kNeighbours[] = {{0, 1}, {1, 0}, {1, 1}, {1, -1}, {0, 2}, {2, 0}};
 constexpr size_t kNeighbourCount = std::size(kNeighbours);
+constexpr double kLeastDrift = 0.1;
 
 struct Correlation {
     double sum[kNeighbourCount] = {};
@@ -118,8 +120,11 @@ bool does_drift(Problem problem, Point point, const Linearisation &normal) {
         return false;
     point.instrument = at_starts(point.instrument, before, problem.windows);
     const auto added = static_cast<double>((problem.windows.size() - before.size()) * problem.free.size());
-    return added > 0 &&
-           gain_of_step(problem, point, normal) > added * chi_square_quantile(std::sqrt(2 / added), kFrameSigmas);
+    if (added == 0)
+        return false;
+    const double noise = added * chi_square_quantile(std::sqrt(2 / added), kFrameSigmas),
+                 unexplained = static_cast<double>(normal.used) * (1 - 1 / normal.excess);
+    return gain_of_step(problem, point, normal) > std::max(noise, kLeastDrift * unexplained);
 }
 
 } // namespace

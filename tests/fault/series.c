@@ -116,7 +116,7 @@ uint64_t digest_measure(const void *series) {
     toliman_measure_info info = {.struct_size = sizeof info};
     double numbers[64];
     assert_ok(toliman_measure_get_info(series, &info));
-    info.instrument_names = NULL;
+    info.instrument_names = info.name = NULL;
     assert_true(info.n <= 64);
     assert_ok(toliman_measure_get_values(series, "y", numbers, (size_t)info.n));
     uint64_t hash = fnv1a(fnv1a(FNV_START, &info, sizeof info), numbers, (size_t)info.n * sizeof *numbers);
