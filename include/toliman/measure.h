@@ -49,7 +49,7 @@ typedef struct toliman_measure_data {
     double frame_chi_square;          /* median of the measured frames */
     const char *name;                 /* of the source, as in toliman_measure_info */
     const toliman_measure *original;  /* a series that is copied, with its functions, before these members replace its
-                                         own. t: its dates become plain numbers, and it loses its trend */
+                                         own. t: its dates become plain numbers, and it loses trend and intervals */
 } toliman_measure_data;
 #define TOLIMAN_MEASURE_DATA_INIT TOLIMAN_INIT(toliman_measure_data)
 

@@ -25,7 +25,6 @@ struct toliman_calibration : Handle<toliman_calibration> {
 
 namespace {
 
-constexpr size_t kMostUnknowns = 4096; // parameters times windows
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 // A calibration leaves out the same pixels of all frames, and has one response of each.
@@ -198,9 +197,9 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
                 "frames",
                 given.window_days);
         calibrate::set_windows(problem, given.window_days);
-        if (problem.windows.size() * problem.free.size() > kMostUnknowns)
+        if (problem.windows.size() * problem.free.size() > calibrate::kMostUnknowns)
             fail(Status::argument, "{options->window_days} = %g: %zu windows of %zu parameters: must be at most %zu",
-                 given.window_days, problem.windows.size(), problem.free.size(), kMostUnknowns);
+                 given.window_days, problem.windows.size(), problem.free.size(), calibrate::kMostUnknowns);
         const calibrate::Point start = start_of(problem, outline, given.start);
         std::optional<Journal> journal;
         open_journal(journal, given.journal, "CALI", [&] { return calibrate::inputs_of(problem, outline, start); });

@@ -58,8 +58,10 @@ measure::Series start_of(toliman_measure_data &data) {
 measure::Series series_of(toliman_measure_data data) {
     measure::Series series = start_of(data);
     series.kind = kMeasureKinds.to_enum_or(data.kind, series.kind, "data->kind");
-    if (data.t != nullptr)
+    if (data.t != nullptr) {
         series.set_plain_times({data.t, data.t + data.n});
+        series.exposures.clear(); // an original's, of other times
+    }
     replace(data.y, data.n, series.y);
     replace(data.sigma, data.n, series.sigma);
     replace(data.position_angle_deg, data.n, series.position_angle_deg);

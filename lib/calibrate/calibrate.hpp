@@ -60,7 +60,7 @@ struct Calibration {
     double pupil_error = 0, peak_noise = 0; // of the plan; of the brightest pixel in all frames together, relative
     std::vector<LeftOut> left_out;
     std::vector<Attempt> attempts;    // to improve the model
-    bool drifts = false;              // values that change with time fit better
+    bool drifts = false;              // more values in time may fit better
     uint32_t lacks = 0, improved = 0; // Lack, of an incomplete model; of the attempts that were kept
 
     // Whether it converged and is finished; otherwise it has no errors, and no values that depend on them.

@@ -90,8 +90,12 @@ bool refine_windows(Problem &problem) {
     const double span = last->days - first->days, days = problem.window_days > 0 ? problem.window_days / 2 : span;
     if (!(days > 0) || static_cast<double>(problem.frames.count) * days < kLeastPerWindow * span)
         return false;
+    const Problem before = problem;
     set_windows(problem, days);
-    return true;
+    if (problem.windows.size() > before.windows.size() && problem.windows.size() * problem.free.size() <= kMostUnknowns)
+        return true;
+    problem = before;
+    return false;
 }
 
 std::vector<double> mean_of(const std::vector<std::vector<double>> &windows) {

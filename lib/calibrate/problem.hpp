@@ -112,7 +112,10 @@ Scene with_photons(const optics::Simulator &simulator);
 // 0: one window, without change.
 void set_windows(Problem &problem, double days);
 
-// Splits the windows in two, one without change into one of all frames. Returns false where too few frames remain.
+constexpr size_t kMostUnknowns = 4096; // parameters times windows
+
+// Splits the windows in two, one without change into one of all frames. Returns false, with the windows as before,
+// where too few frames would remain in each, or too many unknowns.
 bool refine_windows(Problem &problem);
 
 // The mean over the windows.

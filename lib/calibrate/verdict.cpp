@@ -8,10 +8,11 @@
 // (map.cpp) is subtracted from the degrees of freedom. All steps together fit at most twice as much: the lower limit of
 // chi-square is lowered by as much again. With the relative loss 1 - (sum of r^2)/pixels of the power, the sum of z_d^2
 // grows by 0.2 to 0.4 times pixels times its square (measured); a limit that is larger by once this product allows for
-// it. Whether the instrument changes with time: by how much the first step to values that are linear between twice as
-// many starts would lower the sum of r^2, against 6 standard deviations of what noise explains (Rao 1948, Math. Proc.
+// it. Whether the instrument changes with time: by how much the first step to values that are linear in time would
+// lower the sum of r^2, against 6 standard deviations of what noise explains (Rao 1948, Math. Proc.
 // Cambridge 44, 50: score test), of variances that are multiplied by chi-square, and against a tenth of what is not
-// noise: the pointing changes with time, too, and with it the residuals of other effects.
+// noise: the pointing changes with time, too, and with it the residuals of other effects. Windows that are not enough
+// may always be too long, as the image is linear between their starts, also where its change is not.
 // Reference: Box and Pierce 1970, J. Am. Stat. Assoc. 65, 1509, here in two dimensions.
 #include "calibrate/verdict.hpp"
 
@@ -114,14 +115,14 @@ void describe_frames(const Joint &joint, const Problem &problem, const Point &po
     }
 }
 
-bool does_drift(Problem problem, Point point, const Linearisation &normal) {
+bool may_drift(Problem problem, Point point, const Linearisation &normal) {
     const std::vector<Window> before = problem.windows;
     if (!refine_windows(problem))
         return false;
+    if (before.size() > 1)
+        return true;
     point.instrument = at_starts(point.instrument, before, problem.windows);
     const auto added = static_cast<double>((problem.windows.size() - before.size()) * problem.free.size());
-    if (added == 0)
-        return false;
     const double noise = added * chi_square_quantile(std::sqrt(2 / added), kFrameSigmas),
                  unexplained = static_cast<double>(normal.used) * (1 - 1 / normal.excess);
     return gain_of_step(problem, point, normal) > std::max(noise, kLeastDrift * unexplained);
@@ -204,7 +205,7 @@ void judge(const Problem &problem, const Point &point, const Linearisation &norm
     };
     if (is(GoodnessVerdict::poor) || out.structure > out.structure_limit)
         out.flags |= incomplete;
-    out.drifts = (out.flags & incomplete) != 0 && point.response.empty() && does_drift(problem, point, normal);
+    out.drifts = (out.flags & incomplete) != 0 && point.response.empty() && may_drift(problem, point, normal);
     if (is(GoodnessVerdict::too_good))
         out.flags |= too_good;
     for (size_t i = 0; i < size; i++) {

@@ -165,6 +165,24 @@ double rms_of(const Series &series, const Design &design) noexcept {
     return std::sqrt(square / weight);
 }
 
+double spread_of(const Series &series, const Buffer<double> &values) {
+    const Buffer<double> weights = series.weights(unit_jitter(series));
+    std::vector<double> weight(series.groups.size()), mean(series.groups.size());
+    for (size_t i = 0; i < series.primary; i++) {
+        const double square = weights[i] * weights[i];
+        weight[series.group[i]] += square;
+        mean[series.group[i]] += square * values[i];
+    }
+    double sum = 0, all = 0;
+    for (size_t i = 0; i < series.primary; i++) {
+        const size_t group = series.group[i];
+        const double off = weights[i] > 0 ? values[i] - mean[group] / weight[group] : 0;
+        sum += weights[i] * weights[i] * off * off;
+        all += weights[i] * weights[i];
+    }
+    return std::sqrt(sum / all);
+}
+
 Goodness series_goodness(const Series &series, const Buffer<double> &residuals, const Design &design,
                          bool with_left_out) {
     if (!(series.median_sigma > 0))

@@ -24,6 +24,9 @@ std::vector<bool> screen(Series series, double frequency_min, double frequency_m
 
 // Rms of the residuals of the series itself, with the weights of the design.
 double rms_of(const Series &series, const Design &design) noexcept;
+// Weighted rms about the mean of each instrument. Of a period of twice the series, a trend leaves 1/19 of the
+// amplitude: scales from the rms about all functions would lead to too short a period.
+double spread_of(const Series &series, const Buffer<double> &values);
 
 // Residuals of the series itself over the sigmas, without a jitter; unknown without sigmas. design: of the fit.
 Goodness series_goodness(const Series &series, const Buffer<double> &residuals, const Design &design,

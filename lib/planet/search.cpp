@@ -40,26 +40,6 @@ double size_of(const Series &series) {
     return rms_of(series, design);
 }
 
-// Weighted rms about the mean of each instrument. Of a period of twice the series, a trend leaves 1/19 of the
-// amplitude: scales from the rms about all functions would lead to too short a period.
-double spread_of(const Series &series, const Buffer<double> &values) {
-    const Buffer<double> weights = series.weights(unit_jitter(series));
-    std::vector<double> weight(series.groups.size()), mean(series.groups.size());
-    for (size_t i = 0; i < series.primary; i++) {
-        const double square = weights[i] * weights[i];
-        weight[series.group[i]] += square;
-        mean[series.group[i]] += square * values[i];
-    }
-    double sum = 0, all = 0;
-    for (size_t i = 0; i < series.primary; i++) {
-        const size_t group = series.group[i];
-        const double off = weights[i] > 0 ? values[i] - mean[group] / weight[group] : 0;
-        sum += weights[i] * weights[i] * off * off;
-        all += weights[i] * weights[i];
-    }
-    return std::sqrt(sum / all);
-}
-
 // Range of the scales of amplitudes in a series of this rms: from a tenth of the standard error of an amplitude whose
 // noise is the rms. It does not depend on the sigmas, which may be too small.
 constexpr double kLeastOfError = 0.1, kMostOfRms = 3;
@@ -88,8 +68,8 @@ Settings settled(const Series &series, Settings settings) {
         const bool is_known = units.unit > 0 && !units.velocity;
         settings.scales_of_rms = !is_known && rms > 0;
         settings.amplitude_min = is_known ? kLeastScale / units.unit : least_scale(series, rms);
-        settings.amplitude_max =
-            is_known ? std::max(kMostScale / units.unit, kMostOfRms * rms) : kMostOfRms * spread_of(series, series.y);
+        settings.amplitude_max = is_known ? std::max(kMostScale / units.unit, kMostOfRms * rms)
+                                          : kMostOfRms * std::max(rms, spread_of(series, series.y));
     }
     if (!(settings.amplitude_min > 0 && settings.amplitude_min < settings.amplitude_max))
         fail(Status::argument, "{options->prior.amplitude_min} = %g: must be above 0 and below amplitude_max = %g",
@@ -290,7 +270,7 @@ class Searcher {
                 prior.scales = scales_between(
                     least_scale(series_,
                                 has_scales() ? std::min(rms, quiet_rms(functions.all(), values, jitters)) : rms),
-                    kMostOfRms * spread_of(series_, values));
+                    kMostOfRms * std::max(rms, spread_of(series_, values)));
         }
         if (has_scales())
             series_.set_jitter_scales(jitter_scales_of(series_, functions.all(), values, jitters, settings_.rms));

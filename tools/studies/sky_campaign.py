@@ -130,9 +130,9 @@ def judge(name, folder, seconds, wrong):
     best = result["candidates"][:2]
     said = ", ".join(f"{one['period'][1]:.0f} {one['amplitude_uas'][1]:.2f}" for one in best[:max(1, len(result["found"]))])
     verdicts = "; ".join(one["verdict"] if not one["reasons"] else one["reasons"][0] for one in best[:max(1, len(result["found"]))])
-    errors = result["errors"]
+    errors = f"{result['errors'].mean():+.2f}, {result['errors'].std():.2f}" if len(result["errors"]) else ""
     row = (f"| {name} | {truth} | {'complete' if result['complete'] else 'incomplete'}, {result['chi_square']:.4f}; frames {result['goodness']} | {said} | "
-           f"{', '.join(format(one['log10_bayes'], '.1f') for one in best)} | {verdicts} | {errors.mean():+.2f}, {errors.std():.2f} | "
+           f"{', '.join(format(one['log10_bayes'], '.1f') for one in best)} | {verdicts} | {errors} | "
            f"{', '.join(format(one, '.0f') for one in seconds)} |")
     return row, all_pulls, result
 
@@ -164,7 +164,7 @@ def sky(pool, tasks):
         rms = numpy.sqrt(numpy.mean(numpy.square(all_pulls), axis=0))
         print(f"\n{len(all_pulls)} planets found; rms of the errors of period, amplitude and mass over the stated ones: "
               + ", ".join(f"{one:.2f}" for one in rms))
-    count, total = numpy.sum(all_limits, axis=0)
+    count, total = (sum(numbers) for numbers in zip((0, 0), *all_limits))
     if total:
         print(f"limits exclude {count} of {total} injected planets")
         if count > 0.05 * total + 3 * math.sqrt(0.05 * 0.95 * total):

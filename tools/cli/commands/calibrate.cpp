@@ -31,7 +31,8 @@ void calibrate(Options &options, Progress &progress) {
     const toliman_calibration_options &how = request.options;
     refuse_mistakes(
         {{how.map_rms_nm != 0 && !options.map, formatted("--map-rms %g: needs --map", how.map_rms_nm)},
-         {how.smoothness != 0 && how.window_days == 0, formatted("--smoothness %g: needs --windows", how.smoothness)},
+         {how.smoothness != 0 && how.window_days == 0 && !options.improve,
+          formatted("--smoothness %g: needs --windows or --improve", how.smoothness)},
          {how.response_rms != 0 && !options.detector,
           formatted("--response-rms %g: needs --detector", how.response_rms)},
          {how.window_days != 0 && options.detector,
