@@ -94,6 +94,12 @@ def pulls(true, found):
     return [(found[key][1] - true[name]) / ((found[key][2] - found[key][0]) / 2) for key, name in pairs]
 
 
+def text_of(interval, decimals):
+    """The median, and half the width of the central 68 %."""
+    low, median, high = interval
+    return f"{median:.{decimals}f} +- {(high - low) / 2:.{decimals}f}"
+
+
 def excluded(folder, seed):
     """How many of the planets that are injected into the series the limits exclude."""
     series, random = toliman.Measurements(folder / "mission"), numpy.random.default_rng([seed, 8])
@@ -128,7 +134,7 @@ def judge(name, folder, seconds, wrong):
         wrong.append(f"{name}: a planet, though the frames do not fit")
     truth = ", ".join(f"{one['period_days']:.0f} {one['amplitude_uas']:.2f}" for one in result["planets"]) or "none"
     best = result["candidates"][:2]
-    said = ", ".join(f"{one['period'][1]:.0f} {one['amplitude_uas'][1]:.2f}" for one in best[:max(1, len(result["found"]))])
+    said = ", ".join(f"{text_of(one['period'], 0)} {text_of(one['amplitude_uas'], 2)}" for one in best[:max(1, len(result["found"]))])
     verdicts = "; ".join(one["verdict"] if not one["reasons"] else one["reasons"][0] for one in best[:max(1, len(result["found"]))])
     errors = f"{result['errors'].mean():+.2f}, {result['errors'].std():.2f}" if len(result["errors"]) else ""
     row = (f"| {name} | {truth} | {'complete' if result['complete'] else 'incomplete'}, {result['chi_square']:.4f}; frames {result['goodness']} | {said} | "
