@@ -65,7 +65,7 @@ def compare(folder):
         planet["mass_earth"] = mass_earth(planet, truth["masses"][0], truth["parallax_mas"])
     parameters, said = calibration(folder)
     status = said_by(folder, "status", "mission")
-    found, errors = {"candidates": []}, numpy.full(1, numpy.nan)
+    found, errors = {"candidates": []}, numpy.empty(0)
     if status["accepted"]:  # otherwise the frames do not fit: there is nothing to search
         found, errors = said_by(folder, "planet", "mission", "--max", "2"), separations(folder, truth)
     return {"planets": truth["planets"], "found": [one for one in found["candidates"] if one["verdict"] == "planet"],
@@ -96,8 +96,9 @@ def show(result):
     for name, true, value, sigma, unit in result["parameters"]:
         print(f"{name:16s} {true:12.5g}   {value:.5g} +- {sigma:.2g} {unit}")
     errors = result["errors"]
-    print(f"{'separations':16s} {'':12s}   {len(errors)} frames: errors of mean {errors.mean():+.2f} and scatter {errors.std():.2f} "
-          "in standard deviations of a frame")
+    said = (f"{len(errors)} frames: errors of mean {errors.mean():+.2f} and scatter {errors.std():.2f} in standard deviations of a frame"
+            if len(errors) else "no frame is accepted")
+    print(f"{'separations':16s} {'':12s}   {said}")
     for true, found in pairs(result["planets"], result["found"]):
         for name, key, given in (("period, d", "period", "period_days"), ("amplitude, uas", "amplitude_uas", "amplitude_uas"),
                                  ("mass g, Earths", "mass_a_earth", "mass_earth")):

@@ -38,9 +38,9 @@ typedef struct toliman_calibration toliman_calibration;
 /* Flag of options: then fit the OPD of each pupil cell, too. Takes minutes. */
 #define TOLIMAN_CALIBRATION_MAP 1u
 
-/* Flag of options: while the model is incomplete, calibrate again with TOLIMAN_CALIBRATION_CHANGE_..., in their order.
- * Changes that reduce the sum of squared residuals by more than noise explains at 6 standard deviations are kept in the
- * fitted scene. */
+/* Flag of options: while the model is incomplete, calibrate again with TOLIMAN_CALIBRATION_CHANGE_..., in their order,
+ * and with WINDOWS first if the residuals change with time. Changes that reduce the sum of squared residuals by more
+ * than noise explains at 6 standard deviations are kept in the fitted scene. */
 #define TOLIMAN_CALIBRATION_IMPROVE 2u
 
 /* Flag of options: the default parameters include transfer_smear, interpixel_capacitance and, for frames that are no

@@ -1,7 +1,8 @@
 // Method: the changes are tried in the order in which an error of one would be taken for the next: first how the pupil
-// is sampled (edges of the mask, number of cells), then the spectra, then changes with time, where verdict.cpp sees
-// them, in twice as many windows, then the map, which imitates all of them in part. Each starts from the last result,
-// so that it needs few iterations.
+// is sampled (edges of the mask, number of cells), then the spectra, then the map, which imitates all of them in part.
+// Changes with time, which verdict.cpp tells from the others, come first, as they need no finer pupil, and again before
+// the map, each time in twice as many windows. Each change starts from the last result, so that it needs few
+// iterations.
 // A change with p further parameters lowers the sum of squared residuals of a complete model by chi-square with p
 // degrees of freedom. It is kept if the sum, over chi-square per degree of freedom where that is above 1, falls by more
 // than the quantile of this distribution at 6 standard deviations. For a map, p is the effective number of parameters
@@ -20,7 +21,7 @@ namespace {
 
 using Kind = Parameter::Kind;
 
-constexpr Lack kOrder[] = {lacks_edges, lacks_samples, lacks_spectrum, lacks_drift, lacks_map};
+constexpr Lack kOrder[] = {lacks_drift, lacks_edges, lacks_samples, lacks_spectrum, lacks_drift, lacks_map};
 constexpr size_t kMostSamples = 1024; // per axis; more cells than any mask is made with
 constexpr Parameter kModes[] = {
     {Kind::spectrum_a, 1}, {Kind::spectrum_a, 2}, {Kind::spectrum_b, 1}, {Kind::spectrum_b, 2}};

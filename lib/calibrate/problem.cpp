@@ -59,8 +59,9 @@ Scene with_photons(const optics::Simulator &simulator) {
     return scene;
 }
 
-void set_windows(Problem &problem, double days) {
-    const std::vector<fit::Prediction> &predictions = problem.frames.predictions;
+namespace {
+
+std::vector<Window> windows_of(const std::vector<fit::Prediction> &predictions, double days) {
     const double first = std::min_element(predictions.begin(), predictions.end(), [](const auto &a, const auto &b) {
                              return a.days < b.days;
                          })->days;
@@ -73,29 +74,37 @@ void set_windows(Problem &problem, double days) {
         if (share > 0)
             windows[number + 1];
     }
-    problem.window_days = days;
-    problem.windows.clear();
+    std::vector<Window> all;
     double before = -1;
     for (auto &[number, window] : windows) {
         window.first_days = days > 0 ? first + number * days : first;
         window.elapsed = number - before;
         before = number;
-        problem.windows.push_back(std::move(window));
+        all.push_back(std::move(window));
     }
+    return all;
+}
+
+} // namespace
+
+void set_windows(Problem &problem, double days) {
+    problem.window_days = days;
+    problem.windows = windows_of(problem.frames.predictions, days);
 }
 
 bool refine_windows(Problem &problem) {
-    const auto [first, last] = std::minmax_element(problem.frames.predictions.begin(), problem.frames.predictions.end(),
+    const std::vector<fit::Prediction> &predictions = problem.frames.predictions;
+    const auto [first, last] = std::minmax_element(predictions.begin(), predictions.end(),
                                                    [](const auto &a, const auto &b) { return a.days < b.days; });
     const double span = last->days - first->days, days = problem.window_days > 0 ? problem.window_days / 2 : span;
-    if (!(days > 0) || static_cast<double>(problem.frames.count) * days < kLeastPerWindow * span)
+    if (!(days > 0) || static_cast<double>(predictions.size()) * days < kLeastPerWindow * span)
         return false;
-    const Problem before = problem;
-    set_windows(problem, days);
-    if (problem.windows.size() > before.windows.size() && problem.windows.size() * problem.free.size() <= kMostUnknowns)
-        return true;
-    problem = before;
-    return false;
+    std::vector<Window> finer = windows_of(predictions, days);
+    if (finer.size() <= problem.windows.size() || finer.size() * problem.free.size() > kMostUnknowns)
+        return false;
+    problem.window_days = days;
+    problem.windows = std::move(finer);
+    return true;
 }
 
 std::vector<double> mean_of(const std::vector<std::vector<double>> &windows) {
@@ -153,7 +162,10 @@ Scene scene_at(const Problem &problem, const std::vector<double> &changes) {
 }
 
 optics::Outline outline_at(const Problem &problem, const std::vector<double> &changes, const Buffer<double> &map_m) {
-    optics::Outline outline = optics::outline_of(scene_at(problem, changes), problem.settings);
+    Scene scene = scene_at(problem, changes);
+    if (scene.detector.diffusion_px2 == 0)
+        make_possible(scene.systematics.jitter); // one at its bound is negative by a rounding error
+    optics::Outline outline = optics::outline_of(scene, problem.settings);
     for (size_t i = 0; i < map_m.size(); i++)
         outline.pupil.opd_m[i] += map_m[i];
     return outline;

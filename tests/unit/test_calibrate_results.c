@@ -355,10 +355,16 @@ TEST(parameters_may_change_between_windows) {
 
 /* A drift is named, and fitted in as many windows as it takes. */
 TEST(drifts_are_found) {
-    static const double linear[] = {4, 4.2, 4.4, 4.6, 4.8}, bent[] = {4, 4.8, 4.8, 4.8, 4.8};
-    for (int i = 0; i < 2; i++) {
-        draw_drifting(i == 0 ? linear : bent);
-        toliman_calibration_options options = {.struct_size = sizeof options, .free = "focus zernike_7"};
+    static const double cases[][5] = {
+        {4, 4.2, 4.4, 4.6, 4.8}, /* linear */
+        {4, 4.8, 4.8, 4.8, 4.8},
+        {4, 6, 8, 10, 12}, /* linear, but so far that the image between the ends is not */
+    };
+    for (int i = 0; i < 3; i++) {
+        draw_drifting(cases[i]);
+        /* the frames have no jitter: it is at its bound */
+        toliman_calibration_options options = {.struct_size = sizeof options,
+                                               .free = "focus zernike_7 jitter_xx jitter_yy"};
         toliman_calibration *made = calibrated(nominal, drifting, ALL, &options);
         toliman_calibration_info info = calibrate_info_of(made);
         assert_true((info.flags & TOLIMAN_CALIBRATION_INCOMPLETE) != 0);
@@ -372,9 +378,13 @@ TEST(drifts_are_found) {
         info = calibrate_info_of(made);
         assert_true((info.changes & TOLIMAN_CALIBRATION_CHANGE_WINDOWS) != 0);
         assert_true(info.chi_square < chi_square);
+        toliman_calibration_attempt attempt = {.struct_size = sizeof attempt};
+        assert_ok(toliman_calibration_get_attempt(made, 0, &attempt));
+        assert_int_equal(attempt.change, TOLIMAN_CALIBRATION_CHANGE_WINDOWS);
         if (i == 0) {
             assert_int_equal(info.flags & TOLIMAN_CALIBRATION_INCOMPLETE, 0);
             assert_int_equal(info.windows, 2);
+            assert_int_equal(info.attempts, 1);
             const toliman_calibration_value first = calibrate_value_of(made, 0, 0),
                                             last = calibrate_value_of(made, 1, 0);
             assert_close(first.value, 4, 0, 5 * first.sigma);
