@@ -39,7 +39,7 @@ typedef struct toliman_calibration toliman_calibration;
 #define TOLIMAN_CALIBRATION_MAP 1u
 
 /* Flag of options: while the model is incomplete, calibrate again with TOLIMAN_CALIBRATION_CHANGE_..., in their order,
- * and with WINDOWS first if the residuals change with time. Changes that reduce the sum of squared residuals by more
+ * WINDOWS first if they explain nearly all. Changes that reduce the sum of squared residuals by more
  * than noise explains at 6 standard deviations are kept in the fitted scene. */
 #define TOLIMAN_CALIBRATION_IMPROVE 2u
 
@@ -112,7 +112,9 @@ typedef struct toliman_calibration_options {
      * call continues with the bits of an uninterrupted one (promise: journals-continue-calibrations), also with more
      * iterations. The caller removes it once the result is saved. */
     const char *journal;
-    double response_rms; /* prior rms of the relative response, in [1e-6, 0.5]; 0 = 0.01 */
+    double response_rms;          /* prior rms of the relative response, in [1e-6, 0.5]; 0 = 0.01 */
+    toliman_progress_fn progress; /* of the parts of an iteration, which take seconds: "derivatives", "frames" ... */
+    void *progress_data;
 } toliman_calibration_options;
 #define TOLIMAN_CALIBRATION_OPTIONS_INIT TOLIMAN_INIT(toliman_calibration_options)
 

@@ -64,9 +64,9 @@ typedef struct toliman_planet toliman_planet;
 typedef struct toliman_planet_prior {
     double period_min, period_max; /* in units of t, in (0, 1e100]; 0 = 60 d and 1000 d */
     double eccentricity_max;       /* in [0.001, 0.99]; 0 = 0.99 */
-    /* Scale of the amplitudes, in units of y, in (0, 1e100]; set both or none. 0: for separations of known unit from
-     * 0.05 uas to 100 uas, or to 3 rms if that is larger; for others from a tenth of the standard error of an amplitude
-     * to 3 rms about the mean of each instrument, both without the planets found before */
+    /* Scale of the amplitudes, in units of y, in (0, 1e100]; set both or none; 0 = the default: for separations of
+     * known unit from 0.05 uas to 100 uas, or to 3 rms if that is larger; for others from a tenth of the standard error
+     * of an amplitude to 3 rms about the mean of each instrument, without the planets found before */
     double amplitude_min, amplitude_max;
     double jitter_max; /* in units of y, in (0, 1e100]; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER */
 } toliman_planet_prior;

@@ -163,6 +163,7 @@ toliman_status toliman_calibration_create(const toliman_sim *sim, const toliman_
         calibrate::Problem problem;
         problem.nominal = calibrate::with_photons(simulator);
         problem.settings.workers = worker_count(given.threads);
+        problem.settings.progress = {given.progress, given.progress_data};
         if (improve && given.start != nullptr)
             how.improved =
                 calibrate::adopt_cells(Use(given.start, "options->start")->simulator.scene(), problem.nominal);

@@ -168,9 +168,9 @@ void Calibrator::aim_planes(const Point &point) {
 
 const Planes &Calibrator::planes() {
     if (planes_ == nullptr)
-        planes_ =
-            std::make_unique<Planes>(outline_at(problem_, planes_at_, planes_map_m_), problem_.parameters(),
-                                     problem_.capture_px, problem_.frames.mean_spread(), problem_.memo, planes_key_);
+        planes_ = std::make_unique<Planes>(outline_at(problem_, planes_at_, planes_map_m_), problem_.parameters(),
+                                           problem_.capture_px, problem_.frames.mean_spread(), problem_.memo,
+                                           planes_key_, problem_.settings.progress);
     return *planes_;
 }
 

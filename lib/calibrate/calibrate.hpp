@@ -59,8 +59,8 @@ struct Calibration {
     double response_rms = 0, response_parameters = 0; // of the prior; number that the frames determine
     double pupil_error = 0, peak_noise = 0; // of the plan; of the brightest pixel in all frames together, relative
     std::vector<LeftOut> left_out;
-    std::vector<Attempt> attempts;    // to improve the model
-    bool drifts = false;              // more values in time may fit better
+    std::vector<Attempt> attempts; // to improve the model
+    double drift = 0;              // share of what is not noise that values may explain which change (more) with time
     uint32_t lacks = 0, improved = 0; // Lack, of an incomplete model; of the attempts that were kept
 
     // Whether it converged and is finished; otherwise it has no errors, and no values that depend on them.

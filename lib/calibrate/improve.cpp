@@ -1,7 +1,7 @@
 // Method: the changes are tried in the order in which an error of one would be taken for the next: first how the pupil
 // is sampled (edges of the mask, number of cells), then the spectra, then the map, which imitates all of them in part.
-// Changes with time, which verdict.cpp tells from the others, come first, as they need no finer pupil, and again before
-// the map, each time in twice as many windows. Each change starts from the last result, so that it needs few
+// Changes with time come before the map, and first of all where they explain nearly all that is not noise
+// (verdict.cpp); each time in twice as many windows. Each change starts from the last result, so that it needs few
 // iterations.
 // A change with p further parameters lowers the sum of squared residuals of a complete model by chi-square with p
 // degrees of freedom. It is kept if the sum, over chi-square per degree of freedom where that is above 1, falls by more
@@ -21,7 +21,8 @@ namespace {
 
 using Kind = Parameter::Kind;
 
-constexpr Lack kOrder[] = {lacks_drift, lacks_edges, lacks_samples, lacks_spectrum, lacks_drift, lacks_map};
+constexpr Lack kOrder[] = {lacks_edges, lacks_samples, lacks_spectrum, lacks_drift, lacks_map};
+constexpr double kLeastDrift = 0.1, kMostlyDrift = 0.9;
 constexpr size_t kMostSamples = 1024; // per axis; more cells than any mask is made with
 constexpr Parameter kModes[] = {
     {Kind::spectrum_a, 1}, {Kind::spectrum_a, 2}, {Kind::spectrum_b, 1}, {Kind::spectrum_b, 2}};
@@ -59,7 +60,7 @@ bool may_lack(Lack lack, const Calibration &calibration, const Problem &problem,
     case lacks_spectrum:
         return !missing_modes(problem, "").empty();
     case lacks_drift:
-        return calibration.drifts;
+        return calibration.drift > kLeastDrift;
     default:
         return !options.map && !problem.frames.has_sums();
     }
@@ -165,6 +166,8 @@ Calibration improve(Problem problem, const std::string &free, const Point &start
     options.map = false;
     Calibration best = calibrate(problem, start, options);
     Variant model = {std::move(problem), free, std::move(options), start};
+    while (best.drift > kMostlyDrift && needs_more(best, lacks_drift) && attempt(lacks_drift, false, model, best)) {
+    }
     for (const Lack lack : kOrder) {
         const bool must = lack == lacks_map && must_map && (best.flags & not_converged) == 0;
         while ((must || needs_more(best, lack)) && may_lack(lack, best, model.problem, model.options))

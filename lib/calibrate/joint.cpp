@@ -19,7 +19,7 @@ namespace toliman::calibrate {
 namespace {
 
 constexpr size_t kWhitenedAtOnce = 16; // frames
-constexpr size_t kKeptPerWorker = 4;   // frames, after which their blocks are kept
+constexpr size_t kKeptPerWorker = 4;   // frames, after which progress is reported and their blocks are kept
 
 } // namespace
 
@@ -97,9 +97,10 @@ void Joint::linearise(const Planes &planes, double blend, Linearisation &all) co
             all.lost = true;
             return;
         }
-    const size_t count = window_.frames.size(),
-                 at_once = problem_.memo != nullptr ? problem_.settings.workers * kKeptPerWorker : count;
+    const size_t count = window_.frames.size(), at_once = problem_.settings.workers * kKeptPerWorker;
     for (size_t first = 0; first < count; first += at_once) {
+        problem_.settings.progress.report("frames", static_cast<double>(window_.frames[first]) /
+                                                        static_cast<double>(problem_.frames.count));
         std::vector<Block> made = recalled<std::vector<Block>>(
             problem_.memo, {hash_of(point_), bits_of(blend), planes.key(), window_.frames[first], at_once},
             [&] { return blocks(first, std::min(at_once, count - first), planes, blend); });

@@ -61,7 +61,7 @@ std::array<double, 2> reach_of(const optics::Outline &outline, double capture_px
 } // namespace
 
 Planes::Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px,
-               const Spread &spread, Memo *memo, uint64_t key)
+               const Spread &spread, Memo *memo, uint64_t key, const Progress &progress)
     : memo_(memo), key_(key), plan_(plan_of(outline)), reach_(reach_of(outline, capture_px)) {
     for (const Parameter parameter : parameters) {
         const size_t place = place_of(parameter.kind);
@@ -82,7 +82,7 @@ Planes::Planes(const optics::Outline &outline, const std::vector<Parameter> &par
         outline.scene, outline.pupil, plan_, outline.light, optics::Offsets{reach_, reach_},
         [&](const optics::Plan &plan, const optics::Imager &imager, const optics::Light &light, size_t star) {
             if (star == 0)
-                both = draw(outline, plan, imager, light);
+                both = draw(outline, plan, imager, light, progress);
             return std::move(both[star]);
         });
     if (spread.moves())
@@ -95,7 +95,8 @@ void Planes::take(size_t entry, size_t star, Buffer<double> &image, optics::Plan
 }
 
 std::vector<optics::Planes> Planes::draw(const optics::Outline &outline, const optics::Plan &plan,
-                                         const optics::Imager &imager, const optics::Light &light) {
+                                         const optics::Imager &imager, const optics::Light &light,
+                                         const Progress &progress) {
     const bool has_modes = std::any_of(entries_.begin(), entries_.end(), [](const Entry &entry) {
         return entry.parameter.kind == Kind::spectrum_a || entry.parameter.kind == Kind::spectrum_b;
     });
@@ -121,6 +122,8 @@ std::vector<optics::Planes> Planes::draw(const optics::Outline &outline, const o
     request.focus = request.geometry = !of_geometry.empty();
     for (size_t first = 0; first == 0 || first < modes.size(); first += kModesAtOnce) {
         const size_t together = std::min(kModesAtOnce, modes.size() - first);
+        if (!modes.empty())
+            progress.report("derivatives", static_cast<double>(first) / static_cast<double>(modes.size()));
         std::vector<optics::Mode> changes;
         for (size_t i = 0; i < together; i++)
             changes.push_back(optics::mode_of(outline.scene, outline.pupil, entries_[modes[first + i]].parameter));

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "base/progress.hpp"
 #include "fit/spread.hpp"
 #include "optics/atlas.hpp"
 #include "optics/detector.hpp"
@@ -17,9 +18,9 @@ class Planes {
   public:
     // Of the instrument of `outline`, for stars up to `capture_px` from their places over the cadence. The outline is
     // not needed afterwards. memo: keeps the images, may be NULL; key: what tells these planes from others there.
-    // spread: of the frames that are sums.
+    // spread: of the frames that are sums. progress: called during the construction only.
     Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px,
-           const Spread &spread = {}, Memo *memo = nullptr, uint64_t key = 0);
+           const Spread &spread = {}, Memo *memo = nullptr, uint64_t key = 0, const Progress &progress = {});
 
     uint64_t key() const noexcept { return key_; }
     size_t parameters() const noexcept { return entries_.size(); }
@@ -53,7 +54,8 @@ class Planes {
         double factor;   // of these
     };
     std::vector<optics::Planes> draw(const optics::Outline &outline, const optics::Plan &plan,
-                                     const optics::Imager &imager, const optics::Light &light);
+                                     const optics::Imager &imager, const optics::Light &light,
+                                     const Progress &progress);
     Buffer<double> charge(const double *values, const Places &places, double *scratch) const;
     void take(size_t entry, size_t star, Buffer<double> &image, optics::Planes &planes);
 

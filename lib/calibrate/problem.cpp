@@ -12,7 +12,8 @@ namespace toliman::calibrate {
 
 namespace {
 
-constexpr double kLeastPerWindow = 4; // frames
+constexpr double kLeastPerWindow = 4;  // frames
+constexpr double kRoundingPx2 = 1e-12; // of a jitter
 
 } // namespace
 
@@ -158,14 +159,15 @@ Scene scene_at(const Problem &problem, const std::vector<double> &changes) {
     Scene scene = problem.nominal;
     for (size_t i = 0; i < problem.free.size(); i++)
         adjust(scene, problem.free[i].parameter, changes[i]);
+    Jitter &jitter = scene.systematics.jitter, possible = jitter;
+    if (scene.detector.diffusion_px2 == 0 && make_possible(possible) &&
+        std::hypot(possible.xx - jitter.xx, possible.yy - jitter.yy, possible.xy - jitter.xy) < kRoundingPx2)
+        jitter = possible; // it is at its bound
     return scene;
 }
 
 optics::Outline outline_at(const Problem &problem, const std::vector<double> &changes, const Buffer<double> &map_m) {
-    Scene scene = scene_at(problem, changes);
-    if (scene.detector.diffusion_px2 == 0)
-        make_possible(scene.systematics.jitter); // one at its bound is negative by a rounding error
-    optics::Outline outline = optics::outline_of(scene, problem.settings);
+    optics::Outline outline = optics::outline_of(scene_at(problem, changes), problem.settings);
     for (size_t i = 0; i < map_m.size(); i++)
         outline.pupil.opd_m[i] += map_m[i];
     return outline;

@@ -170,7 +170,7 @@ bool solve(const Reduced &sum, const Buffer<double> &matrix, const std::vector<b
 }
 
 // Fixes jitter and diffusion of each window where the step would make their sum impossible: its change becomes that to
-// the nearest possible covariance. Whether any was fixed.
+// the nearest possible covariance. Whether any was fixed: the step of the others must then be solved, and held, again.
 bool hold_jitter(const Problem &problem, const Point &point, std::vector<double> &change, std::vector<bool> &fixed) {
     const size_t n = problem.free.size();
     bool any = false;
@@ -183,7 +183,10 @@ bool hold_jitter(const Problem &problem, const Point &point, std::vector<double>
         wanted.xx += scene.detector.diffusion_px2;
         wanted.yy += scene.detector.diffusion_px2;
         Jitter possible = wanted;
-        if (!make_possible(possible))
+        const auto first = fixed.begin() + static_cast<std::ptrdiff_t>(window * n);
+        const bool is_held =
+            std::find(first, first + static_cast<std::ptrdiff_t>(n), true) != first + static_cast<std::ptrdiff_t>(n);
+        if (is_held || !make_possible(possible))
             continue;
         for (size_t i = 0; i < n; i++) {
             const Kind kind = problem.free[i].parameter.kind;
@@ -234,8 +237,9 @@ Step step_from(const Problem &problem, const Point &point, const Linearisation &
     std::vector<bool> fixed(sum.size);
     if (!solve(sum, damped, fixed, change) || !invert_symmetric(covariance.data(), sum.size))
         return step;
-    if (hold_jitter(problem, point, change, fixed) && !solve(sum, damped, fixed, change))
-        return step;
+    while (hold_jitter(problem, point, change, fixed)) // one window more each time
+        if (!solve(sum, damped, fixed, change))
+            return step;
     step.change.instrument.resize(problem.windows.size());
     step.change.own.resize(problem.frames.count);
     for (size_t window = 0; window < problem.windows.size(); window++)

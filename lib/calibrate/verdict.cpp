@@ -10,9 +10,9 @@
 // grows by 0.2 to 0.4 times pixels times its square (measured); a limit that is larger by once this product allows for
 // it. Whether the instrument changes with time: by how much the first step to values that are linear in time would
 // lower the sum of r^2, against 6 standard deviations of what noise explains (Rao 1948, Math. Proc.
-// Cambridge 44, 50: score test), of variances that are multiplied by chi-square, and against a tenth of what is not
-// noise: the pointing changes with time, too, and with it the residuals of other effects. Windows that are not enough
-// may always be too long, as the image is linear between their starts, also where its change is not.
+// Cambridge 44, 50: score test), of variances that are multiplied by chi-square; and its share of what is not noise, as
+// the pointing changes with time, too, and with it the residuals of other effects. Windows that are not enough may
+// always be too long, as the image is linear between their starts, also where its change is not.
 // Reference: Box and Pierce 1970, J. Am. Stat. Assoc. 65, 1509, here in two dimensions.
 #include "calibrate/verdict.hpp"
 
@@ -32,7 +32,6 @@ struct Neighbour {
 };
 constexpr Neighbour kNeighbours[] = {{0, 1}, {1, 0}, {1, 1}, {1, -1}, {0, 2}, {2, 0}};
 constexpr size_t kNeighbourCount = std::size(kNeighbours);
-constexpr double kLeastDrift = 0.1;
 
 struct Correlation {
     double sum[kNeighbourCount] = {};
@@ -115,17 +114,18 @@ void describe_frames(const Joint &joint, const Problem &problem, const Point &po
     }
 }
 
-bool may_drift(Problem problem, Point point, const Linearisation &normal) {
+double drift_of(Problem problem, Point point, const Linearisation &normal) {
     const std::vector<Window> before = problem.windows;
     if (!refine_windows(problem))
-        return false;
+        return 0;
     if (before.size() > 1)
-        return true;
+        return 1;
     point.instrument = at_starts(point.instrument, before, problem.windows);
     const auto added = static_cast<double>((problem.windows.size() - before.size()) * problem.free.size());
     const double noise = added * chi_square_quantile(std::sqrt(2 / added), kFrameSigmas),
+                 gain = gain_of_step(problem, point, normal),
                  unexplained = static_cast<double>(normal.used) * (1 - 1 / normal.excess);
-    return gain_of_step(problem, point, normal) > std::max(noise, kLeastDrift * unexplained);
+    return gain > noise ? gain / std::max(gain, unexplained) : 0;
 }
 
 } // namespace
@@ -205,7 +205,8 @@ void judge(const Problem &problem, const Point &point, const Linearisation &norm
     };
     if (is(GoodnessVerdict::poor) || out.structure > out.structure_limit)
         out.flags |= incomplete;
-    out.drifts = (out.flags & incomplete) != 0 && point.response.empty() && may_drift(problem, point, normal);
+    if ((out.flags & incomplete) != 0 && point.response.empty())
+        out.drift = drift_of(problem, point, normal);
     if (is(GoodnessVerdict::too_good))
         out.flags |= too_good;
     for (size_t i = 0; i < size; i++) {

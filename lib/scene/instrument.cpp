@@ -202,13 +202,14 @@ bool is_readable(const Scene &scene) noexcept {
     return readable;
 }
 
-// The eigenvalues of the covariance are m +- d; a negative one becomes 0.
+// The eigenvalues of the covariance are m +- d; a negative one becomes 0. m - d may be 0 where a variance is below 0 by
+// a rounding error.
 bool make_possible(Jitter &jitter) noexcept {
     const double m = 0.5 * (jitter.xx + jitter.yy), h = 0.5 * (jitter.xx - jitter.yy), d = std::hypot(h, jitter.xy);
-    if (m - d >= 0)
+    if (m - d >= 0 && jitter.xx >= 0 && jitter.yy >= 0)
         return false;
     const double large = std::fmax(m + d, 0), half = 0.5 * large, part = d > 0 ? half / d : 0;
-    jitter = {half + part * h, half - part * h, part * jitter.xy};
+    jitter = {std::fmax(half + part * h, 0), std::fmax(half - part * h, 0), part * jitter.xy};
     return true;
 }
 

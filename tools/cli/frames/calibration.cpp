@@ -61,6 +61,8 @@ toliman::scene_calibration Calibration::calibrated(const toliman_sim *start) {
     options.journal = journal.c_str();
     options.step = on_step;
     options.step_data = this;
+    options.progress = Progress::callback;
+    options.progress_data = progress_;
     toliman_image image = plain_image(frames_.pixels.data());
     image.windows = frames_.windows.empty() ? nullptr : frames_.windows[0].data();
     return toliman::make<toliman::scene_calibration>(toliman_calibration_create, scene_.sim.get(), &image,
