@@ -32,6 +32,7 @@
 #include <toliman/ingest.h>
 #include <toliman/measure.h>
 #include <toliman/period.h>
+#include <toliman/sim.h>
 
 TOLIMAN_BEGIN_DECLS
 
@@ -65,13 +66,15 @@ typedef struct toliman_sky_options {
     size_t leap_second_count;                /* 0 = those of ERFA */
     toliman_log_fn log;                      /* receives warnings */
     void *log_data;
+    const toliman_sim *scene; /* with system NULL and no observer: its binary.orbit and binary.observer; not needed
+                                 afterwards. NULL = none */
 } toliman_sky_options;
 #define TOLIMAN_SKY_OPTIONS_INIT TOLIMAN_INIT(toliman_sky_options)
 
 /* Creates the predictor of a system.
  *   system  "alpha-cen" (Akeson et al. 2021), path of a system file (schema toliman-system/1), or JSON text of a
- *           system, which begins with "{"
- * Errors: TOLIMAN_E_SCENE, with file and key: bad system. */
+ *           system, which begins with "{"; NULL: that of options->scene
+ * Errors: TOLIMAN_E_SCENE, with file and key: bad system; TOLIMAN_E_UNSUPPORTED: the scene has no observer. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_create(const char *system, const toliman_sky_options *options,
                                                                  toliman_sky **out) TOLIMAN_NOEXCEPT;
 

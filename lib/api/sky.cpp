@@ -2,6 +2,7 @@
 #include <toliman/sky.h>
 
 #include "api/common.hpp"
+#include "api/handles.hpp"
 #include "api/measure_handle.hpp"
 #include "api/sky_handle.hpp"
 #include "api/sky_measurements.hpp"
@@ -50,6 +51,26 @@ sky::Observer observer_of(const toliman_sky_options &options) {
     return sky::Observer(orbit);
 }
 
+// The orbit and the observer of a scene.
+std::unique_ptr<const sky::Predictor> predictor_of_scene(const toliman_sky_options &options) {
+    const Use scene(options.scene, "options->scene");
+    if (options.observer != nullptr || options.altitude_km != 0 || options.node_hours != 0)
+        fail(Status::argument, "{options->observer}, altitude_km, node_hours: must not be given with scene");
+    const std::shared_ptr<const sky::Predictor> &sky = scene->simulator.scene().binary.sky;
+    if (!sky)
+        fail(Status::unsupported, "{options->scene}: its binary has no observer");
+    return std::make_unique<const sky::Predictor>(sky->system(), sky->observer(), options.without);
+}
+
+std::unique_ptr<const sky::Predictor> predictor_of(const char *system, const toliman_sky_options &options) {
+    if (system == nullptr && options.scene != nullptr)
+        return predictor_of_scene(options);
+    required(system, "system");
+    if (options.scene != nullptr)
+        fail(Status::argument, "{options->scene}: must be NULL with a system");
+    return std::make_unique<const sky::Predictor>(named_system(system), observer_of(options), options.without);
+}
+
 toliman_sky_prediction public_prediction(const sky::Prediction &prediction) noexcept {
     toliman_sky_prediction out = {};
     TOLIMAN_COPY(out, prediction, separation_arcsec, position_angle_deg, geometric_arcsec, geometric_angle_deg, factor);
@@ -93,11 +114,9 @@ extern "C" {
 
 toliman_status toliman_sky_create(const char *system, const toliman_sky_options *options, toliman_sky **out) noexcept {
     return guard([&] {
-        required(system, "system");
         toliman_sky *&made = required(out, "out");
         const toliman_sky_options known = accept(options, "options");
-        auto handle =
-            new_sky(std::make_unique<const sky::Predictor>(named_system(system), observer_of(known), known.without));
+        auto handle = new_sky(predictor_of(system, known));
         if (handle->predictor->observer().kind() == sky::Observer::Kind::earth &&
             (known.without & sky::kSpacecraftAberration) == 0)
             sky::warn_of_centre(*handle->predictor, {known.log, known.log_data});

@@ -4,6 +4,8 @@
 #include <pthread.h>
 #include <stdio.h>
 
+#include <toliman/sim.h>
+
 #include "assert_close.h"
 #include "measure_arrays.h"
 
@@ -24,6 +26,70 @@ FIXTURE(set_up) {
 FIXTURE(tear_down) {
     toliman_sky_destroy(sky);
     return 0;
+}
+
+/* A scene of 8 x 8 px with a moving binary; `more` is added to its members. */
+static toliman_sim *scene_with(const char *more) {
+    char json[1000];
+    const int size = snprintf(
+        json, sizeof json,
+        "{\"schema\": \"toliman-scene/1\", \"telescope\": {\"aperture_m\": 0.125, \"pupil_samples\": 32}, "
+        "\"band\": {\"wavelength_nm\": 580}, \"stars\": {"
+        "\"A\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5790}, \"relative_flux\": 3}, "
+        "\"B\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5260}}}, \"binary\": {%s}, "
+        "\"signal\": {\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": 1e-3, \"period_days\": 40}, "
+        "\"cadence\": {\"frames\": 2, \"interval_days\": 2, \"peak_photons\": 1e5}, "
+        "\"detector\": {\"shape\": [8, 8], \"pixel_scale_arcsec\": 2}, \"noise\": {\"photon\": true, \"seed\": 7}}",
+        more);
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create_json(json, (size_t)size, NULL, NULL, &sim));
+    return sim;
+}
+
+/* Predictions with the orbit and the observer of a scene are those of its names. */
+TEST(scenes_have_skies) {
+    static const struct {
+        const char *observer;
+        double altitude_km, node_hours;
+    } cases[] = {
+        {"\"earth\"", 0, 0}, {"{\"altitude_km\": 600}", 600, 0}, {"{\"altitude_km\": 500, \"node_hours\": 9}", 500, 9}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char binary[200];
+        snprintf(binary, sizeof binary, "\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true, \"observer\": %s",
+                 cases[i].observer);
+        toliman_sim *const sim = scene_with(binary);
+        const toliman_sky_options of_scene = {.struct_size = sizeof of_scene, .scene = sim};
+        toliman_sky *found = NULL, *named = NULL;
+        assert_ok(toliman_sky_create(NULL, &of_scene, &found));
+        toliman_sim_destroy(sim);
+        const toliman_sky_options options = {
+            .struct_size = sizeof options, .altitude_km = cases[i].altitude_km, .node_hours = cases[i].node_hours};
+        assert_ok(toliman_sky_create("alpha-cen", &options, &named));
+        for (int k = 0; k < TIMES; k++) {
+            toliman_sky_prediction a = {.struct_size = sizeof a}, b = {.struct_size = sizeof b};
+            assert_ok(toliman_sky_predict(found, &times[k], 1, &a));
+            assert_ok(toliman_sky_predict(named, &times[k], 1, &b));
+            assert_memory_equal(&a, &b, sizeof a);
+        }
+        toliman_sky_destroy(found);
+        toliman_sky_destroy(named);
+    }
+}
+
+TEST(scenes_without_observer_are_refused) {
+    toliman_sim *const moving = scene_with("\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true"),
+                       *const at_rest = scene_with("\"separation_arcsec\": 4, \"position_angle_deg\": 30");
+    toliman_sky *made = NULL;
+    const toliman_sky_options of_moving = {.struct_size = sizeof of_moving, .scene = moving},
+                              of_rest = {.struct_size = sizeof of_rest, .scene = at_rest},
+                              with_orbit = {.struct_size = sizeof with_orbit, .scene = moving, .altitude_km = 600};
+    assert_refused(toliman_sky_create(NULL, &of_moving, &made), TOLIMAN_E_UNSUPPORTED, "options->scene");
+    assert_refused(toliman_sky_create(NULL, &of_rest, &made), TOLIMAN_E_UNSUPPORTED, "options->scene");
+    assert_refused(toliman_sky_create(NULL, &with_orbit, &made), TOLIMAN_E_ARGUMENT, "options->observer");
+    assert_refused(toliman_sky_create("alpha-cen", &of_moving, &made), TOLIMAN_E_ARGUMENT, "options->scene");
+    assert_null(made);
+    toliman_sim_destroy(moving);
+    toliman_sim_destroy(at_rest);
 }
 
 TEST(bad_options_are_refused) {
@@ -54,6 +120,8 @@ TEST(bad_options_are_refused) {
     assert_refused(toliman_sky_create("alpha-cen", NULL, NULL), TOLIMAN_E_ARGUMENT, "out");
     assert_refused(toliman_sky_create("", NULL, &made), TOLIMAN_E_ARGUMENT, "system");
     assert_refused(toliman_sky_create("beta-cen", NULL, &made), TOLIMAN_E_NOT_FOUND, "beta-cen");
+    const toliman_sky_options of_no_scene = {.struct_size = sizeof of_no_scene, .altitude_km = 600};
+    assert_refused(toliman_sky_create(NULL, &of_no_scene, &made), TOLIMAN_E_ARGUMENT, "system");
     const toliman_sky_options missing = {.struct_size = sizeof missing, .observer = "none.oem"};
     assert_refused(toliman_sky_create("alpha-cen", &missing, &made), TOLIMAN_E_NOT_FOUND, "none.oem");
     assert_null(made);
