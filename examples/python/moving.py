@@ -9,18 +9,14 @@ import numpy
 
 TOP = pathlib.Path(__file__).resolve().parents[1]
 sys.path.append(str(TOP.parent / "build" / "python"))  # if it is not installed
-from toliman import Fit, Periodogram, Simulator
+import toliman
 
-simulator = Simulator(sys.argv[1] if sys.argv[1:] else TOP / "data" / "moving.json")
-times, _ = simulator.series()
-frames = numpy.stack([simulator.frame(k) for k in range(len(times))])
+simulator = toliman.Simulator(sys.argv[1] if sys.argv[1:] else TOP / "data" / "moving.json")
+times, _, frames = toliman.simulate(simulator)
 
 # Each frame is expected where the orbit is at its time; the displacement is what differs from that.
-results = Fit(simulator).frames(frames, times_days=times)
-with Periodogram(0.01, 0.001, 200, sigma_floor=2e-5) as periodogram:
-    for t, result in zip(times, results):
-        if numpy.isfinite(result["displacement_px"]):
-            periodogram.push(t, result["displacement_px"], result["separation_sigma_px"])
-    peak = periodogram.peak()
+results = toliman.Fit(simulator).frames(frames, times_days=times)
+has_fit = numpy.isfinite(results["displacement_px"])
+peak = toliman.period(times[has_fit], results["displacement_px"][has_fit], results["separation_sigma_px"][has_fit])
 print(f"separation {results['separation_px'][0]:.3f} px at first, {results['separation_px'][-1]:.3f} px at the end")
 print(f"period {peak.period:.2f} days")

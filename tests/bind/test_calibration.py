@@ -214,7 +214,7 @@ class Calibrations(unittest.TestCase):
             (toliman.UnsupportedError, "options->free", lambda: toliman.calibrate(self.nominal, self.frames, free=["roll"])),
             (ValueError, "frames", lambda: toliman.calibrate(self.nominal, self.frames[0])),
             (ValueError, "times_days", lambda: toliman.calibrate(self.nominal, self.frames, times_days=[1])),
-            (TypeError, "simulator", lambda: toliman.calibrate(SCENE, self.frames)),
+            (TypeError, "simulator", lambda: toliman.calibrate(3, self.frames)),
             (TypeError, "start", lambda: toliman.calibrate(self.nominal, self.frames, start="scene.json")),
             (toliman.InputError, "window", lambda: self.calibration.values(1)),
             (ValueError, "window", lambda: self.calibration.opd(-1)),

@@ -4,6 +4,7 @@ import ctypes
 import dataclasses
 import errno
 import fcntl
+import importlib.util
 import inspect
 import io
 import json
@@ -161,6 +162,7 @@ class Cancellation(unittest.TestCase):
         other.train(steps=50)
         self.assertEqual(network.to_bytes(), other.to_bytes())  # a cancelled training resumes
 
+    @unittest.mock.patch.dict(sys.modules, {"tqdm.auto": None})
     def test_bar(self):
         shown = io.StringIO()
         with redirect_stderr(shown):
@@ -171,6 +173,7 @@ class Cancellation(unittest.TestCase):
             self.simulator.frames(0, 3, progress=True)
         self.assertEqual(shown.getvalue().rstrip().split("\r")[-1], "100 % frames")
 
+    @unittest.mock.patch.dict(sys.modules, {"tqdm.auto": None})
     def test_bar_never_wraps(self):
         try:
             controller, terminal = os.openpty()
@@ -194,6 +197,7 @@ class Cancellation(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             package = pathlib.Path(folder) / "IPython"
             package.mkdir()
+            (pathlib.Path(folder) / "tqdm.py").write_text("raise ImportError\n")
             (package / "__init__.py").write_text("def get_ipython():\n    class Shell:\n        has_trait = staticmethod("
                                                  "lambda name: name == 'kernel')\n    return Shell()\n")
             (package / "display.py").write_text("class HTML(str): pass\nclass display:\n    def __init__(self, html, "
@@ -203,6 +207,20 @@ class Cancellation(unittest.TestCase):
                                   capture_output=True, text=True)
         self.assertIn("<progress value='1.0000'></progress> frames", done.stdout)
         self.assertEqual(done.stderr, "")
+
+    @unittest.skipUnless(importlib.util.find_spec("tqdm"), "needs tqdm")
+    def test_bar_of_tqdm(self):
+        shown = io.StringIO()
+        shown.isatty = lambda: True
+        with redirect_stderr(shown):
+            bar = Bar()
+            for stage, fraction in (("first", 0.5), ("first", 1), ("second", 0.25)):
+                bar(stage, fraction)
+            bar.close(True)
+        lines = re.sub(r"#+|\x1b\S+", "", shown.getvalue()).split("\r")
+        for text in ("first: 100%", "second: 100%"):
+            self.assertTrue(any(line.startswith(text) for line in lines), lines)
+        self.assertTrue(re.search(r"\d\d:\d\d<\d\d:\d\d", lines[-1]), lines)
 
     def test_ctrl_c(self):
         """Interrupts a training after it has started, without any callback of the user."""

@@ -114,7 +114,7 @@ class Fits(unittest.TestCase):
             (toliman.InputError, "options->free", lambda: toliman.Fit(self.simulator, free="scal")),
             (toliman.InputError, "options->free", lambda: toliman.Fit(self.simulator, free=["focus", "flux_a"])),
             (toliman.InputError, "options->capture_px", lambda: toliman.Fit(self.simulator, capture_px=65)),
-            (TypeError, "simulator", lambda: toliman.Fit(SCENE)),
+            (TypeError, "simulator", lambda: toliman.Fit(3)),
             (ValueError, "frame", lambda: self.fit.frame(self.images[0][1:])),
             (ValueError, "frames", lambda: self.fit.frames(self.images[0])),
             (ValueError, "shift", lambda: self.fit.frame(self.images[0], shift=(1, 2, 3))),

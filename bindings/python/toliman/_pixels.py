@@ -2,13 +2,14 @@
 from __future__ import annotations
 
 import ctypes
+import itertools
 import typing
 
 import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import has_shape, plain, refuse_lost
+from ._arguments import has_shape, plain, refuse_lost, shaped
 from ._words import words
 
 
@@ -27,19 +28,97 @@ def _kind_of(array: NDArray) -> int | None:
     return PIXELS.get(text if text.startswith(">") else text[1:])
 
 
-def frames_of(frames: ArrayLike, shape: tuple[int, int]) -> NDArray:
-    """Returns frames [frame][row][column], or one [row][column], unchanged if C knows their pixel type, else as
-    float64. ValueError for another shape, masked values or units."""
+FRAMES_PER_CALL = 64  # progress and Ctrl-C are checked after each call
+
+
+class Frames:
+    """Frames of one shape, as images that C takes in one call: FRAMES_PER_CALL at most.
+
+    frames: frames [frame][row][column] as an array in any memory order, a memory map, or another object with shape and
+        slices, such as a dataset of HDF5; a list, or an iterator, of frames; with takes_one also one frame [row][column].
+    windows: row and column on the detector of each frame's first pixel, [frame][2], or one pair for all; None: unknown.
+    lengths: of further arguments with a member per frame, None of others. An iterator must have as many frames.
+    Only one block is copied, and only if C cannot address it. ValueError for another shape, masked values or units.
+    """
+
+    def __init__(self, frames: typing.Any, shape: tuple[int, int], *lengths: int | None, windows: ArrayLike | None = None,
+                 takes_one: bool = False):
+        known = [length for length in (*lengths, length_of(windows, 2)) if length is not None]
+        self.shape, self.count = shape, known[0] if known else None  # None: an iterator whose length is unknown
+        self.is_one = False
+        self._iterator: typing.Iterator[typing.Any] | None = None
+        self._array: typing.Any = None
+        if isinstance(frames, (list, tuple)) and len(frames) > 0 and numpy.ndim(frames[0]) == 2:
+            self.count, self._iterator = len(frames), iter(frames)
+        elif isinstance(frames, typing.Iterable) and not isinstance(frames, (str, bytes, list, tuple)) and not (
+                hasattr(frames, "shape") or hasattr(frames, "__array__")):
+            self._iterator = iter(frames)
+        else:
+            self._set_array(frames if hasattr(frames, "shape") and hasattr(frames, "__getitem__")
+                            else plain("frames", frames), takes_one)
+        self._windows = windows
+        self._places = None if self.count is None else _windows_of(windows, self.count)
+
+    def _set_array(self, frames: typing.Any, takes_one: bool) -> None:
+        self.is_one = takes_one and len(frames.shape) == 2
+        has_shape("frames", frames, self.shape if self.is_one else (-1, *self.shape))
+        self._array = _addressed(frames)[None] if self.is_one else frames
+        self.count = len(self._array)
+
+    def images(self) -> typing.Iterator[tuple[int, typing.Any, int]]:
+        """Yields the index of the first frame of each block, a pointer to the toliman_image, and the number of frames."""
+        for first, block in self._blocks():
+            places = _windows_of(self._windows, len(block)) if self._places is None else self._places[first:]
+            image, array = image_of(block, places)  # the array is in use until the next block
+            yield first, ctypes.byref(image), len(array)
+
+    def _blocks(self) -> typing.Iterator[tuple[int, NDArray]]:
+        if self._iterator is not None:
+            yield from self._iterated(self._iterator)
+        else:
+            for first in range(0, self.count or 0, FRAMES_PER_CALL):
+                yield first, _addressed(self._array[first:first + FRAMES_PER_CALL])
+
+    def whole(self) -> NDArray:
+        """Returns all frames in one array."""
+        if isinstance(self._array, numpy.ndarray):
+            return _addressed(self._array)
+        blocks = [block for _, block in self._blocks()]
+        return numpy.concatenate(blocks) if blocks else numpy.empty((0, *self.shape))
+
+    def _iterated(self, frames: typing.Iterator[typing.Any]) -> typing.Iterator[tuple[int, NDArray]]:
+        first = 0
+        while block := list(itertools.islice(frames, FRAMES_PER_CALL)):
+            if self.count is not None and first + len(block) > self.count:
+                raise ValueError(f"frames: are more than {self.count}, the length of other arguments")
+            for k, frame in enumerate(block):
+                refuse_lost("frames", frame)
+                has_shape(f"frame {first + k}", numpy.asarray(frame), self.shape)
+            yield first, _addressed(numpy.stack([numpy.asarray(frame) for frame in block]))
+            first += len(block)
+        if self.count is not None and first < self.count:
+            raise ValueError(f"frames: are {first}: must be {self.count}, the length of other arguments")
+
+    def share(self, done: int) -> float:
+        """Returns the share of the frames that is done; 0 as long as their number is unknown."""
+        return done / self.count if self.count else 0
+
+
+def length_of(values: typing.Any, dimensions: int) -> int | None:
+    """Returns the length of an argument that has a member per frame, an array of these dimensions; None of others."""
+    return len(values) if values is not None and numpy.ndim(values) == dimensions else None
+
+
+def _addressed(frames: typing.Any) -> NDArray:
+    """Returns frames unchanged if C knows their pixel type, else as float64."""
     known = isinstance(frames, numpy.ndarray) and _kind_of(frames) is not None
     if known:
         refuse_lost("frames", frames)
-    images = numpy.asarray(frames) if known else plain("frames", frames)
-    has_shape("frames", images, shape if images.ndim == 2 else (-1, *shape))
-    return images
+    return numpy.asarray(frames) if known else plain("frames", frames)
 
 
-def windows_of(windows: ArrayLike | None, count: int) -> NDArray | None:
-    """Returns the places [frame][2] of the frames' windows as the library takes them; None: not known."""
+def _windows_of(windows: ArrayLike | None, count: int) -> NDArray | None:
+    """Returns the places [frame][2] of the frames' windows as the library takes them; None: unknown places."""
     if windows is None:
         return None
     places = numpy.asarray(windows)
@@ -47,6 +126,11 @@ def windows_of(windows: ArrayLike | None, count: int) -> NDArray | None:
         raise ValueError(f"windows: dtype {places.dtype}: must be integers")
     has_shape("windows", places, (count, 2) if places.ndim == 2 else (2,))
     return numpy.ascontiguousarray(numpy.broadcast_to(places, (count, 2)), dtype=numpy.int64)
+
+
+def frame_of(name: str, frame: ArrayLike, shape: tuple[int, int], window: ArrayLike | None) -> tuple[typing.Any, NDArray]:
+    """Returns the toliman_image struct for one frame, and the array that it points into."""
+    return image_of(shaped(name, frame, shape)[None], _windows_of(window, 1))
 
 
 def image_of(images: NDArray, windows: NDArray | None = None) -> tuple[typing.Any, NDArray]:

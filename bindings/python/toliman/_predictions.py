@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._arguments import array_of, has_shape, plain, real, shaped
+from ._pixels import length_of
 from ._spread import Spread
 
 # The numbers of a prediction: numpy has no type for its pointer.
@@ -16,9 +17,6 @@ _MEMBERS = ("time_days", "x_px", "y_px", "separation_px", "position_angle_deg")
 _NUMBERS = numpy.dtype({"names": _MEMBERS, "formats": [numpy.float64] * len(_MEMBERS),
                         "offsets": [getattr(_raw.toliman_fit_prediction, name).offset for name in _MEMBERS],
                         "itemsize": ctypes.sizeof(_raw.toliman_fit_prediction)})
-
-FRAMES_PER_CALL = 64  # progress and Ctrl-C are checked after each call
-
 
 def prediction_of(time_days: float, shift: tuple[float, float], separation: float, position_angle: float,
                   spread: Spread | None = None) -> typing.Any:
@@ -53,6 +51,26 @@ def predictions_of(count: int, times_days: ArrayLike, shifts: ArrayLike, separat
     return made
 
 
+class Predictions:
+    """Predictions of blocks of frames. count: number of frames, None if unknown; the others as those of predictions_of."""
+
+    @staticmethod
+    def lengths(times_days: ArrayLike, shifts: ArrayLike, separations: ArrayLike, position_angles: ArrayLike,
+                spreads: typing.Sequence[Spread] | None = None) -> list[int | None]:
+        """Returns the numbers of frames that arguments with a member per frame have; None for others."""
+        return [length_of(times_days, 1), length_of(shifts, 2), length_of(separations, 1), length_of(position_angles, 1),
+                None if spreads is None else len(spreads)]
+
+    def __init__(self, count: int | None, *given: typing.Any):
+        self._given, self._all = given, None if count is None else predictions_of(count, *given)
+
+    def block(self, first: int, count: int) -> typing.Any:
+        """Returns a pointer to the structs of `count` frames from the frame `first`."""
+        structs, place = (self._all, first) if self._all is not None else (predictions_of(count, *self._given), 0)
+        structs[place].struct_size = ctypes.sizeof(structs[place])
+        return ctypes.byref(structs[place])
+
+
 def structured(structs: typing.Any) -> NDArray:
     """The members of an array of structs, without struct_size and reserved ones."""
     given = numpy.ctypeslib.as_array(structs)
@@ -61,3 +79,9 @@ def structured(structs: typing.Any) -> NDArray:
     for name in names:
         made[name] = given[name]
     return made
+
+
+def joined(blocks: typing.Sequence[typing.Any], kind: type) -> NDArray:
+    """The members of the structs of blocks, pairs of an array of structs and their number, in one array."""
+    parts = [structured(structs)[:count] for structs, count in blocks]
+    return numpy.concatenate(parts) if parts else structured(array_of(kind, 0))[:0]

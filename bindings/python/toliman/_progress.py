@@ -18,6 +18,91 @@ from ._lock import in_callback
 Progress = typing.Callable[[str, float], typing.Any]
 
 
+class _Lines:
+    """One line per finished stage, for a file or a pipe."""
+
+    _finished = ""
+
+    def show(self, stage: str, fraction: float) -> None:
+        if fraction >= 1 and stage != self._finished:
+            print(_text(stage, fraction), file=sys.stderr, flush=True)
+            self._finished = stage
+
+    def close(self) -> None:
+        pass
+
+
+class _Terminal:
+    """One line of a terminal, drawn again."""
+
+    _shown = ""
+
+    def show(self, stage: str, fraction: float) -> None:
+        text = _text(stage, fraction)[:_columns() - 1]  # a wrapped line could not be drawn again
+        print("\r" + text.ljust(len(self._shown)), end="", file=sys.stderr, flush=True)
+        self._shown = text
+
+    def close(self) -> None:
+        if self._shown:
+            print(file=sys.stderr)
+
+
+class _Notebook:
+    """A bar below the cell of a notebook."""
+
+    def __init__(self) -> None:
+        from IPython.display import HTML, display  # type: ignore[import]
+        self._html, self._display = HTML, display(HTML(""), display_id=True)
+
+    def show(self, stage: str, fraction: float) -> None:
+        self._display.update(self._html(f"<progress value='{fraction:.4f}'></progress> {html.escape(stage)}"))
+
+    def close(self) -> None:
+        pass
+
+
+class _Tqdm:
+    """A bar of tqdm, with the remaining time, in a terminal or a notebook."""
+
+    def __init__(self, kind: typing.Any) -> None:
+        self._bar = kind(total=1.0, bar_format="{desc}: {percentage:3.0f}% |{bar}| {elapsed}<{remaining}")
+
+    def show(self, stage: str, fraction: float) -> None:
+        if fraction < self._bar.n:  # of the next stage
+            self._bar.reset()
+        self._bar.set_description_str(stage, refresh=False)
+        self._bar.update(fraction - self._bar.n)
+        self._bar.refresh()
+
+    def close(self) -> None:
+        self._bar.close()
+
+
+def _view() -> typing.Any:
+    """Returns the best of these for where the program runs."""
+    in_notebook = _is_notebook()
+    if not (in_notebook or sys.stderr.isatty()):
+        return _Lines()
+    try:
+        from tqdm.auto import tqdm  # type: ignore[import]
+        return _Tqdm(tqdm)
+    except ImportError:
+        return _Notebook() if in_notebook else _Terminal()
+
+
+def _is_notebook() -> bool:
+    try:
+        from IPython import get_ipython  # type: ignore[import]
+    except ImportError:
+        return False
+    shell = get_ipython()
+    return shell is not None and bool(shell.has_trait("kernel"))
+
+
+def _text(stage: str, fraction: float) -> str:
+    return f"{100 * fraction:3.0f} % {stage}"
+
+
 def _columns() -> int:
     """Returns the current width of the terminal on stderr, or 80 if unknown."""
     try:
@@ -27,45 +112,22 @@ def _columns() -> int:
 
 
 class Bar:
-    """Shows progress; created by progress=True. On a terminal one line of stderr is redrawn, in a notebook a bar; a
-    file or pipe gets one line per finished stage."""
+    """Shows progress; created by progress=True. On a terminal and in a notebook a bar, of tqdm if it is installed; a file
+    or pipe gets one line per finished stage."""
 
     def __init__(self) -> None:
-        self._shown, self._finished, self._stage, self._next, self._html = "", "", "", 0.0, None
-        try:
-            from IPython import get_ipython  # type: ignore[import]
-            from IPython.display import HTML, display  # type: ignore[import]
-            shell = get_ipython()
-            if shell is not None and shell.has_trait("kernel"):
-                self._html, self._display = HTML, display(HTML(""), display_id=True)
-        except ImportError:
-            pass
+        self._stage, self._next, self._view = "", 0.0, _view()
 
     def __call__(self, stage: str, fraction: float) -> None:
         now, self._stage = time.monotonic(), stage
         if now >= self._next or fraction >= 1:
             self._next = now + 0.1
-            self._show(stage, fraction)
-
-    def _show(self, stage: str, fraction: float) -> None:
-        if self._html is not None:
-            self._display.update(self._html(f"<progress value='{fraction:.4f}'></progress> {html.escape(stage)}"))
-            return
-        text = f"{100 * fraction:3.0f} % {stage}"
-        if not sys.stderr.isatty():
-            if fraction >= 1 and stage != self._finished:
-                print(text, file=sys.stderr, flush=True)
-                self._finished = stage
-            return
-        text = text[:_columns() - 1]  # a wrapped line could not be redrawn
-        print("\r" + text.ljust(len(self._shown)), end="", file=sys.stderr, flush=True)
-        self._shown = text
+            self._view.show(stage, fraction)
 
     def close(self, succeeded: bool) -> None:
         if succeeded and self._stage:
-            self._show(self._stage, 1)
-        if self._shown:
-            print(file=sys.stderr)
+            self._view.show(self._stage, 1)
+        self._view.close()
 
 
 class Watch:
@@ -81,17 +143,20 @@ class Watch:
 
     def __init__(self, progress: Progress | bool | None):
         self._bar = Bar() if progress is True else None
-        self._progress = self._bar if progress is True else progress or None
+        self._progress: typing.Any = self._bar if progress is True else progress or None
         self._raised: BaseException | None = None
         self._before: typing.Any = None  # the previous SIGINT handler
         self._outside = False  # running the user's callback, which Ctrl-C may interrupt directly
         self.callback = _raw.toliman_progress_fn(self._call)
 
     def _call(self, stage: bytes, fraction: float, _: object) -> int:
-        progress: typing.Any = self._progress
-        if callable(progress) and self.run(lambda: int(bool(progress(stage.decode(errors="replace"), fraction)))):
+        if self.run(lambda: int(self.show(stage.decode(errors="replace"), fraction))):
             return 1
         return int(self._raised is not None)
+
+    def show(self, stage: str, fraction: float) -> bool:
+        """Calls the user's progress function or the bar; whether it asks to stop."""
+        return bool(callable(self._progress) and self._progress(stage, fraction))
 
     @property
     def interrupted(self) -> bool:
@@ -115,7 +180,7 @@ class Watch:
         """Reports progress between the C calls of work that Python splits; raises Cancelled if progress asks to
         stop."""
         self.check(_raw.TOLIMAN_OK)
-        if self._progress and self._progress(stage, fraction):
+        if self.show(stage, fraction):
             raise Cancelled(_raw.TOLIMAN_E_CANCELLED, f"{stage}: cancelled")
 
     def check(self, status: int) -> None:

@@ -24,10 +24,11 @@ from .measure import Measurements
 from .noise import NoiseSearch, bootstrap_correlated, search_correlated
 from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
 from .planet import Planet, Planets, planets
-from .sim import Simulator, Spectrum, parameters, plan, shipped_scenes
+from .sim import Simulated, Simulator, Spectrum, parameters, plan, shipped_scenes, simulate
 from .sky import Sky
 from .times import parse_time, read_clock, read_header, read_on_target
-from .track import REASONS, VERDICTS, Estimate, Frame, Tracker
+from .tracker import REASONS, VERDICTS, Estimate, Frame, Tracker
+from .track import FrameWarning, track
 
 
 __version__ = version()
@@ -36,12 +37,12 @@ __all__ = [
     "BudgetStep", "BudgetSummary", "CAE", "Calibration", "CalibrationInfo", "CalibrationStep", "CalibrationValue",
     "CalibrationWindow", "Cancelled", "CapacityError",
     "Coadd", "CoaddInfo", "CoaddOutcome", "CoaddSum", "Components", "ComponentsInfo", "ComponentsTraining", "DesignedMask", "Diagnosis", "Error", "Estimate", "Fit", "FitInfo", "FitResult",
-    "FitWarning", "FolderGoodness", "Frame", "FrameGoodness", "Grid", "HeaderTime", "Hypothesis",
+    "FitWarning", "FolderGoodness", "Frame", "FrameGoodness", "FrameWarning", "Grid", "HeaderTime", "Hypothesis",
     "InputError", "LostError", "Machine", "MaskInfo", "MeasureFunction", "MeasureInfo", "Measurements", "Model", "NetworkInfo", "NoiseSearch", "NoMemoryError", "NotFoundError", "Outcome",
     "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "Planet", "PlanetInfo", "PlanetLimit",
     "Planets", "REASONS", "Reconstruction", "Refit",
-    "Sampling", "SceneInfo", "Simulator", "Sky", "SkyInfo", "SkyPrediction", "Spectrum", "Spread", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
+    "Sampling", "SceneInfo", "Simulated", "Simulator", "Sky", "SkyInfo", "SkyPrediction", "Spectrum", "Spread", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
     "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "bootstrap_correlated", "calibrate", "design_mask", "library_path", "netcdf_version",
-    "machine", "parameters", "parse_time", "period", "plan", "planets", "read_clock", "read_header", "read_on_target", "search_correlated", "shipped_scenes", "suited_grid",
+    "machine", "parameters", "parse_time", "period", "plan", "planets", "read_clock", "read_header", "read_on_target", "search_correlated", "shipped_scenes", "simulate", "suited_grid", "track",
     "version",
 ]

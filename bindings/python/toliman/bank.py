@@ -10,18 +10,18 @@ import typing
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import array_of, file_name, has_shape, load_options, of_kind, options_of, real, saved, shaped, whole
+from ._arguments import array_of, file_name, load_options, of_kind, options_of, real, saved, whole
 from ._goodness import warn_of
 from ._handle import Handle
 from ._library import check, library
-from ._pixels import frames_of, image_of, windows_of
-from ._predictions import FRAMES_PER_CALL, prediction_of, predictions_of, structured
+from ._pixels import Frames, frame_of
+from ._predictions import Predictions, joined, prediction_of, structured
 from ._progress import Progress, Watch
 from ._results import BankInfo, BankNetwork, BankPlan, BankResult, FitResult
 from ._words import number
 from .cae import layout_number
 from .fit import Fit
-from .sim import Simulator
+from .sim import Scene, Simulator, simulator_of
 
 
 class Bank(Handle):
@@ -65,10 +65,10 @@ class Bank(Handle):
         self.fit = fit
 
     @staticmethod
-    def plan(simulator: Simulator, *, layout: str | None = None, first_days: float = 0, last_days: float = 0,
+    def plan(simulator: Simulator | Scene, *, layout: str | None = None, first_days: float = 0, last_days: float = 0,
              spacing_px: float = 0, places: int = 0, steps: int = 0) -> BankPlan:
         """Returns size and cost of the bank with these options, which are those of Bank()."""
-        of_kind("simulator", simulator, Simulator)
+        simulator = simulator_of("simulator", simulator)
         options, found = _options(layout, first_days, last_days, spacing_px, places, steps, 0), _raw.toliman_bank_plan_info()
         check(library.toliman_bank_plan(simulator._c, ctypes.byref(options), ctypes.byref(found)))
         return BankPlan._of(found)
@@ -115,7 +115,7 @@ class Bank(Handle):
                      window: ArrayLike | None = None) -> tuple[BankResult, FitResult]:
         """Encodes one frame [row][column]. Returns the result of the network and that of the fit. The prediction is as
         in Fit. Raises InputError if the bank was made for another fit."""
-        image, array = image_of(shaped("frame", frame, self.shape)[None], windows_of(window, 1))
+        image, _ = frame_of("frame", frame, self.shape, window)
         result, fitted = _raw.toliman_bank_result(), _raw.toliman_fit_result()
         prediction = prediction_of(time_days, shift, separation, position_angle)
         check(library.toliman_bank_encode(self._c, self.fit._c, ctypes.byref(image), 1, ctypes.byref(prediction),
@@ -129,21 +129,20 @@ class Bank(Handle):
         """Encodes frames [frame][row][column] of any pixel type, with windows as in CAE.encode. The predictions are one number (shifts: one pair) for
         all frames, or one per frame. Returns two structured arrays: a field for each member of toliman_bank_result, whose
         `flags` are the bits TOLIMAN_BANK_..., and the results of the fits, as Fit.frames()."""
-        images, shape = frames_of(frames, self.shape), self.shape
-        has_shape("frames", images, (-1, *shape))
-        count, places = len(images), windows_of(windows, len(images))
-        arrays = (predictions_of(count, times_days, shifts, separations, position_angles),
-                  array_of(_raw.toliman_bank_result, count), array_of(_raw.toliman_fit_result, count))
+        given = times_days, shifts, separations, position_angles
+        source = Frames(frames, self.shape, *Predictions.lengths(*given), windows=windows)
+        predictions = Predictions(source.count, *given)
+        blocks: list[tuple[typing.Any, int]] = []
+        of_fits: list[tuple[typing.Any, int]] = []
         with Watch(progress) as watch:
-            for first in range(0, count, FRAMES_PER_CALL):
-                image, array = image_of(images[first:first + FRAMES_PER_CALL], None if places is None else places[first:])
-                for structs in arrays:
-                    structs[first].struct_size = ctypes.sizeof(structs[first])
-                predictions, results, fits = (ctypes.byref(structs[first]) for structs in arrays)
-                watch.check(library.toliman_bank_encode(self._c, self.fit._c, ctypes.byref(image), len(array), predictions,
+            for first, image, count in source.images():
+                results, fits = array_of(_raw.toliman_bank_result, count), array_of(_raw.toliman_fit_result, count)
+                watch.check(library.toliman_bank_encode(self._c, self.fit._c, image, count, predictions.block(first, count),
                                                         results, fits))
-                watch.step("encode", (first + len(array)) / count)
-        found, fitted = structured(arrays[1])[:count], structured(arrays[2])[:count]
+                blocks.append((results, count))
+                of_fits.append((fits, count))
+                watch.step("encode", source.share(first + count))
+        found, fitted = joined(blocks, _raw.toliman_bank_result), joined(of_fits, _raw.toliman_fit_result)
         warn_of(found, stacklevel=3)
         return found, fitted
 

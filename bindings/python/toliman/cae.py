@@ -12,14 +12,14 @@ from numpy.typing import ArrayLike
 
 from . import _raw
 from ._library import check, library
-from ._arguments import Doubles, file_name, load_options, of_kind, options_of, pointer, real, saved, shaped, whole
+from ._arguments import Doubles, file_name, load_options, options_of, pointer, real, saved, shaped, whole
 from ._encode import Fits, Values, encode
 from ._handle import Handle
 from ._log import log
 from ._progress import Progress, Watch
 from ._results import NetworkInfo, Training
 from ._words import number
-from .sim import Simulator
+from .sim import Scene, Simulator, simulator_of
 
 # Frames for unsupervised training: an array [frame][row][column], or a function of (first, count) that returns one.
 Frames = typing.Union[ArrayLike, typing.Callable[[int, int], ArrayLike]]
@@ -53,7 +53,7 @@ class CAE(Handle):
 
     Parameters
 
-    simulator: Simulator of the scene; not needed afterwards.
+    simulator: the scene, as a Simulator, a file or a dict; not needed afterwards.
     seed: seed of the random weights; None takes the scene's.
     layout: "flight" for frames of at least 256x256 pixels, "core" for the camera's 128x128 windows, or "paper", the
         layout of the chapter; None takes "core" if the frames have fewer than 256 rows or columns, else "flight".
@@ -70,14 +70,14 @@ class CAE(Handle):
 
     _kind, _destroy = _raw.toliman_cae, "toliman_cae_destroy"
 
-    def __init__(self, simulator: Simulator, *, seed: int | None = None, layout: str | None = None,
+    def __init__(self, simulator: Simulator | Scene, *, seed: int | None = None, layout: str | None = None,
                  input: str = "whitened", centre: str = "scene", threads: int = 0):
         options = options_of(_raw.toliman_cae_options,
                              layout=layout_number(layout),
                              input=number("input", input, "TOLIMAN_CAE_INPUT"),
                              centre=number("centre", centre, "TOLIMAN_CAE_CENTRE"),
                              threads=whole("threads", threads, 2**32), log=log)
-        of_kind("simulator", simulator, Simulator)
+        simulator = simulator_of("simulator", simulator)
         seed = simulator.info.seed if seed is None else whole("seed", seed, 2**64)
         super().__init__(self._create(library.toliman_cae_create, simulator._c, seed, ctypes.byref(options)))
 

@@ -9,15 +9,15 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import Doubles, array_of, file_name, has_shape, of_kind, options_of, pointer, real, text, whole
+from ._arguments import Doubles, array_of, file_name, of_kind, options_of, pointer, real, text, whole
 from ._handle import Handle
 from ._library import check, library
-from ._pixels import frames_of, image_of
+from ._pixels import Frames, image_of
 from ._predictions import predictions_of, structured
-from ._progress import Watch
+from ._progress import Progress, Watch
 from ._results import CalibrationAttempt, CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow
 from ._spread import Spread
-from .sim import Simulator
+from .sim import Scene, Simulator, simulator_of
 
 # Called after each iteration with the state so far, which is closed afterwards, and the iteration. A true value cancels.
 Step = typing.Callable[["Calibration", CalibrationStep], typing.Any]
@@ -199,22 +199,22 @@ class _SoFar(Calibration):
     _destroy = ""
 
 
-def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike | None = None,
+def calibrate(simulator: Simulator | Scene, frames: ArrayLike | typing.Iterable[ArrayLike], *, times_days: ArrayLike | None = None,
               shifts: ArrayLike = (0, 0), separations: ArrayLike = 0, position_angles: ArrayLike = 0,
               spreads: typing.Sequence[Spread] | None = None,
               free: str | typing.Iterable[str] | None = None, map: bool = False, improve: bool = False, detector: bool = False,
               start: Simulator | None = None,
               most_iterations: int = 0, capture_px: float = 0, window_days: float = 0, smoothness: float = 0,
               map_rms_nm: float = 0, response_rms: float = 0, threads: int = 0, step: Step | None = None,
-              journal: str | os.PathLike[str] | None = None) -> Calibration:
+              journal: str | os.PathLike[str] | None = None, progress: Progress | bool | None = None) -> Calibration:
     """Determines parameters of the telescope from frames of the binary, by maximum likelihood.
 
-        calibration = toliman.calibrate(Simulator("sky.json"), frames, times_days=times)
+        calibration = toliman.calibrate("sky.json", frames, times_days=times)
 
     Parameters
 
-    simulator: Simulator of the nominal scene, with two stars; not needed afterwards.
-    frames: at least two [frame][row][column], of any pixel type.
+    simulator: the nominal scene, with two stars, as a Simulator, a file or a dict; not needed afterwards.
+    frames: at least two [frame][row][column], as those of Fit.frames().
     times_days, shifts, separations, position_angles, spreads: predictions, as for Fit.frames(). times_days None: the times of the
         scene's first frames.
     free: parameters to fit, such as ["scale=1e-3", "focus", "zernike_5-21=50"] with the standard deviations of their
@@ -232,21 +232,22 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
     response_rms: prior of the relative response, rms; 0 means 0.01.
     step: function of (Calibration, CalibrationStep), called after each iteration; a true return value cancels. The
         Calibration may be saved during the call.
+    progress: as for Simulator; its stages are the parts of each iteration.
     journal: file to which the results of each iteration are appended. If it exists, the call continues from it, and
         gives the bits of a call that was not interrupted. Remove it once the result is saved.
 
     A calibration that does not converge is not an error: see Calibration.verdict. Raises InputError, UnsupportedError
-    for a single star or parameters that the scene does not have, Cancelled. Ctrl-C cancels after the iteration.
+    for a single star or parameters that the scene does not have, Cancelled. Ctrl-C cancels within seconds.
     """
-    of_kind("simulator", simulator, Simulator)
-    images = frames_of(frames, simulator.shape)
-    has_shape("frames", images, (-1, *simulator.shape))
+    simulator = simulator_of("simulator", simulator)
+    images = Frames(frames, simulator.shape).whole()
     count = len(images)
     if times_days is None:
         times_days = simulator.series(0, count)[0] if count else 0
     predictions = predictions_of(count, times_days, shifts, separations, position_angles, spreads)
     image, images = image_of(images)
-    with Watch(None) as watch:
+    with Watch(progress) as watch:
+        steps = _Iterations(watch, step)
         options = options_of(
             _raw.toliman_calibration_options,
             flags=((_raw.TOLIMAN_CALIBRATION_MAP if map else 0) | (_raw.TOLIMAN_CALIBRATION_IMPROVE if improve else 0)
@@ -256,7 +257,8 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
             smoothness=real("smoothness", smoothness), map_rms_nm=real("map_rms_nm", map_rms_nm),
             response_rms=real("response_rms", response_rms),
             journal=None if journal is None else file_name(journal),
-            step=_raw.toliman_calibration_step_fn(lambda *arguments: watch.run(_report, watch, step, *arguments)))
+            step=_raw.toliman_calibration_step_fn(lambda *arguments: watch.run(steps.on_step, *arguments)),
+            progress=_raw.toliman_progress_fn(lambda *arguments: watch.run(steps.on_part, *arguments)))
         if start is not None:
             options.start = of_kind("start", start, Simulator)._c
         return Calibration._adopt(Calibration._create(
@@ -264,12 +266,27 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
             ctypes.byref(options), check=watch.check))
 
 
-def _report(watch: Watch, step: Step | None, so_far: typing.Any, found: typing.Any, _: object) -> int:
-    """Calls the user's function; 1 to cancel, also after Ctrl-C."""
-    if step is None or watch.interrupted:
-        return int(watch.interrupted)
-    with _SoFar._adopt(so_far) as calibration:
-        return int(bool(step(calibration, CalibrationStep._of(found.contents))))
+class _Iterations:
+    """Calls the user's functions after each iteration, and between its parts."""
+
+    def __init__(self, watch: Watch, step: Step | None):
+        self._watch, self._step, self._last = watch, step, "begins"
+
+    def on_step(self, so_far: typing.Any, given: typing.Any, _: object) -> int:
+        """1 to cancel, also after Ctrl-C."""
+        found = CalibrationStep._of(given.contents)
+        what = "map: " if found.is_map else "response: " if found.is_response else ""
+        self._last = f"{what}iteration {found.iteration}, chi-square {found.chi_square:.6g}"
+        if self._watch.interrupted or self._watch.show(self._last, 1):
+            return 1
+        if self._step is None:
+            return 0
+        with _SoFar._adopt(so_far) as calibration:
+            return int(bool(self._step(calibration, found)))
+
+    def on_part(self, stage: bytes, fraction: float, _: object) -> int:
+        """The stage of the progress names the last iteration."""
+        return int(self._watch.interrupted or self._watch.show(f"{self._last}; {stage.decode()}", fraction))
 
 
 def _names(free: str | typing.Iterable[str] | None) -> bytes | None:

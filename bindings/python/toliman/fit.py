@@ -8,16 +8,16 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import Doubles, array_of, has_shape, listed, of_kind, options_of, pointer, real, shaped, text, whole
+from ._arguments import Doubles, array_of, listed, of_kind, options_of, pointer, real, shaped, text, whole
 from ._goodness import warn_of
 from ._handle import Handle
 from ._library import check, library
-from ._pixels import frames_of, image_of, windows_of
-from ._predictions import FRAMES_PER_CALL, prediction_of, predictions_of, structured
+from ._pixels import Frames, frame_of
+from ._predictions import Predictions, joined, prediction_of, structured
 from ._progress import Progress, Watch
 from ._results import FitInfo, FitResult, Parameter
 from ._spread import Spread
-from .sim import Simulator
+from .sim import Scene, Simulator, simulator_of
 
 class Fit(Handle):
     """Fits the forward model of a scene to frames; it follows the stars wherever orbit, pointing and roll move them.
@@ -26,7 +26,7 @@ class Fit(Handle):
         result, values, covariance = fit.frame(frame, time_days=12.5)
         results = fit.frames(frames, times_days=times)             # structured array, results["displacement_px"]
 
-    simulator: Simulator of the scene, with two stars; not needed afterwards.
+    simulator: the scene, with two stars, as a Simulator, a file or a dict; not needed afterwards.
     free: names of further free parameters, such as ["scale", "focus"]. Separation, position_angle, shift_x, shift_y,
         flux_a, flux_b and background are always free.
     capture_px: largest shift of both stars from their predicted places, along x and y; 0 means 15.
@@ -42,9 +42,9 @@ class Fit(Handle):
 
     _kind, _destroy = _raw.toliman_fit, "toliman_fit_destroy"
 
-    def __init__(self, simulator: Simulator, *, free: typing.Iterable[str] = (), capture_px: float = 0, threads: int = 0,
+    def __init__(self, simulator: Simulator | Scene, *, free: typing.Iterable[str] = (), capture_px: float = 0, threads: int = 0,
                  progress: Progress | bool | None = None):
-        of_kind("simulator", simulator, Simulator)
+        simulator = simulator_of("simulator", simulator)
         super().__init__(self._of_scenes([simulator], None, free, capture_px, threads, progress))
         self.shape = simulator.shape
 
@@ -90,7 +90,7 @@ class Fit(Handle):
         """Fits one frame [row][column], or with spread a sum of frames. Returns the result, the values of the parameters [n], and their covariance
         [n][n]. The numbers of a frame that did not converge are NaN. Issues a FitWarning if the goodness is "poor" or
         "too good"."""
-        image, array = image_of(shaped("frame", frame, self.shape)[None], windows_of(window, 1))
+        image, _ = frame_of("frame", frame, self.shape, window)
         result, (values, covariance) = _raw.toliman_fit_result(), self._numbers()
         prediction = prediction_of(time_days, shift, separation, position_angle, spread)
         check(library.toliman_fit_frame(self._c, ctypes.byref(image), 1, ctypes.byref(prediction), ctypes.byref(result),
@@ -105,22 +105,17 @@ class Fit(Handle):
         (shifts: one pair) for all frames, or one per frame; spreads: one per frame where frames are sums. Returns a
         structured array with a field for each member of toliman_fit_result; `flags`
         are the bits TOLIMAN_FIT_..., `goodness` a number TOLIMAN_GOODNESS_... Issues a FitWarning as frame()."""
-        images = frames_of(frames, self.shape)
-        has_shape("frames", images, (-1, *self.shape))
-        count = len(images)
-        results = array_of(_raw.toliman_fit_result, count)
-        predictions = predictions_of(count, times_days, shifts, separations, position_angles, spreads)
-        places = windows_of(windows, count)
-        size, prediction_size = ctypes.sizeof(_raw.toliman_fit_result), ctypes.sizeof(_raw.toliman_fit_prediction)
+        given = times_days, shifts, separations, position_angles, spreads
+        source = Frames(frames, self.shape, *Predictions.lengths(*given), windows=windows)
+        predictions, blocks = Predictions(source.count, *given), []
         with Watch(progress) as watch:
-            for first in range(0, count, FRAMES_PER_CALL):
-                image, array = image_of(images[first:first + FRAMES_PER_CALL], None if places is None else places[first:])
-                results[first].struct_size, predictions[first].struct_size = size, prediction_size
-                watch.check(library.toliman_fit_frame(self._c, ctypes.byref(image), len(array),
-                                                      ctypes.byref(predictions[first]), ctypes.byref(results[first]), None,
+            for first, image, count in source.images():
+                results = array_of(_raw.toliman_fit_result, count)
+                watch.check(library.toliman_fit_frame(self._c, image, count, predictions.block(first, count), results, None,
                                                       None))
-                watch.step("fit", (first + len(array)) / count)
-        found = structured(results)[:count]
+                blocks.append((results, count))
+                watch.step("fit", source.share(first + count))
+        found = joined(blocks, _raw.toliman_fit_result)
         warn_of(found, stacklevel=3)
         return found
 

@@ -17,7 +17,7 @@ from ._handle import Handle
 from ._library import check, library
 from ._results import PairInfo
 from ._words import number, words
-from .track import Frame
+from .tracker import Frame
 
 _log = logging.getLogger("toliman")
 _PIXELS = {None: 0, "u16le": _raw.TOLIMAN_PIXEL_U16, "u32le": _raw.TOLIMAN_PIXEL_U32}

@@ -12,15 +12,15 @@ from numpy.typing import ArrayLike
 
 from . import _raw
 from ._library import check, library
-from ._arguments import Doubles, of_kind, options_of, pointer, real, whole
+from ._arguments import Doubles, options_of, pointer, real, whole
 from ._encode import Fits, Values, encode
 from ._handle import Handle
 from ._log import log
-from ._pixels import frames_of, image_of
+from ._pixels import Frames
 from ._progress import Progress, Watch
 from ._results import ComponentsInfo, ComponentsTraining
 from ._words import number
-from .sim import Simulator
+from .sim import Scene, Simulator, simulator_of
 
 
 class Template(Handle):
@@ -29,15 +29,15 @@ class Template(Handle):
         template = Template(simulator)
         value = template.encode(frame)             # px; its standard deviation is template.sigma
 
-    simulator: Simulator of the scene; not needed afterwards. Nuisances listed in the scene's preprocess.project are
+    simulator: the scene, as a Simulator, a file or a dict; not needed afterwards. Nuisances listed in the scene's preprocess.project are
     fitted along with the separation. threads: number of worker threads of encode(); 0 means one per processor. Raises
     InputError if the nuisances leave nothing of the signal.
     """
 
     _kind, _destroy = _raw.toliman_linear, "toliman_linear_destroy"
 
-    def __init__(self, simulator: Simulator, *, threads: int = 0):
-        of_kind("simulator", simulator, Simulator)
+    def __init__(self, simulator: Simulator | Scene, *, threads: int = 0):
+        simulator = simulator_of("simulator", simulator)
         options = options_of(_raw.toliman_linear_options,
                              threads=whole("threads", threads, 2**32), log=log)
         super().__init__(self._create(library.toliman_linear_create, simulator._c, ctypes.byref(options)))
@@ -76,7 +76,7 @@ class Components(Handle):
 
     Parameters
 
-    simulator: Simulator of the scene; not needed afterwards.
+    simulator: the scene, as a Simulator, a file or a dict; not needed afterwards.
     raw: use counts instead of whitened residuals.
     bin: side of the square of pixels summed first; must divide rows and columns.
     capacity: maximum number of frames; 0 means the frames of the scene's cadence. All memory is allocated at once, 4
@@ -85,8 +85,8 @@ class Components(Handle):
 
     _kind, _destroy = _raw.toliman_components, "toliman_components_destroy"
 
-    def __init__(self, simulator: Simulator, *, raw: bool = False, bin: int = 1, capacity: int = 0):
-        of_kind("simulator", simulator, Simulator)
+    def __init__(self, simulator: Simulator | Scene, *, raw: bool = False, bin: int = 1, capacity: int = 0):
+        simulator = simulator_of("simulator", simulator)
         options = options_of(_raw.toliman_components_options,
                              raw=int(raw), bin=whole("bin", bin, 2**32), capacity=whole("capacity", capacity, 2**32),
                              log=log)
@@ -103,9 +103,8 @@ class Components(Handle):
     def push(self, frames: ArrayLike) -> None:
         """Adds one frame [row][column] or frames [frame][row][column], and discards the trained components. Raises
         CapacityError when the collection is full."""
-        images = frames_of(frames, self.shape)
-        image, array = image_of(images[None] if images.ndim == 2 else images)
-        check(library.toliman_components_push(self._c, ctypes.byref(image), len(array)))
+        for _, image, count in Frames(frames, self.shape, takes_one=True).images():
+            check(library.toliman_components_push(self._c, image, count))
 
     def train(self, method: str = "pca", components: int = 1, *, iterations: int = 0, sparsity: float = 0,
               seed: int = 0, threads: int = 0, progress: Progress | bool | None = None) -> ComponentsTraining:

@@ -10,13 +10,13 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import of_kind, options_of, pointer, real, shaped, text, whole
+from ._arguments import options_of, pointer, real, shaped, text, whole
 from ._handle import Handle
 from ._library import check, library
 from ._progress import Progress, Watch
 from ._results import MaskInfo
 from ._words import number
-from .sim import Simulator
+from .sim import Scene, Simulator, simulator_of
 
 
 class DesignedMask(typing.NamedTuple):
@@ -50,7 +50,7 @@ def _get_place(place: int, mask: typing.Any, info: typing.Any) -> int:
     return library.toliman_mask_get_place(mask, place, info)
 
 
-def design_mask(simulator: Simulator, *, free: typing.Iterable[str] | None = None, dates: ArrayLike | None = None,
+def design_mask(simulator: Simulator | Scene, *, free: typing.Iterable[str] | None = None, dates: ArrayLike | None = None,
                 position_angles: ArrayLike | None = None, peak_to_mean: float = 0, light_in_frame: float = 0,
                 feature_cells: int = 0, symmetry: str = "none", iterations: int = 0, seed: int = 0, threads: int = 0,
                 progress: Progress | bool | None = None) -> DesignedMask:
@@ -62,7 +62,7 @@ def design_mask(simulator: Simulator, *, free: typing.Iterable[str] | None = Non
 
     Parameters
 
-    simulator: Simulator of the scene.
+    simulator: the scene, as a Simulator, a file or a dict.
     free: parameters that are fitted together with the separation; None means fluxes, shifts, roll, scale, focus and
         background.
     dates, position_angles: places of the stars, in Julian years for a scene with an orbit, or position angles in
@@ -77,7 +77,7 @@ def design_mask(simulator: Simulator, *, free: typing.Iterable[str] | None = Non
     A true return value of progress ends the design: the result is the mask so far, with places[0].stopped. Ctrl-C
     raises KeyboardInterrupt.
     """
-    of_kind("simulator", simulator, Simulator)
+    simulator = simulator_of("simulator", simulator)
     lists = {name: None if values is None else shaped(name, values, (-1,))
              for name, values in (("dates", dates), ("position_angles", position_angles))}
     counts = {name: 0 if values is None else len(values) for name, values in lists.items()}

@@ -132,6 +132,11 @@ def suited_grid(t: ArrayLike, mission_span: float = 0.0) -> Grid:
     return _suggested(plain("t", plain_times("t", t)), None, None, plain_times("mission_span", mission_span))[0]
 
 
+def grid_of_days(days: float) -> Grid:
+    """Suggests a grid for daily samples over a mission of this length."""
+    return _suggested(numpy.empty(0), None, None, days)[0]
+
+
 def _suggested(t: Doubles, y: Doubles | None, sigma: Doubles | None,
                mission_span: float) -> tuple[Grid, typing.Any]:
     """Returns the grid and options suggested for samples."""

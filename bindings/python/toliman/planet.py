@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import types
 import typing
 
@@ -20,6 +21,7 @@ from ._results import Instrument, PlanetInfo
 from .measure import Measurements, with_functions
 from .periodogram import _series
 from .times import plain_times, unit_of
+from .tracker import Tracker
 
 _SAMPLE = numpy.dtype([(name, numpy.float64) for name in (
     "period", "eccentricity", "periastron_deg", "epoch", "amplitude", "mass_a", "mass_b", "jitter", "inclination_deg",
@@ -162,7 +164,7 @@ class Planets(Handle):
         return self.info._repr_html_() + "".join(candidate._repr_html_() for candidate in self.candidates)
 
 
-def planets(t: Measurements | ArrayLike, y: ArrayLike | None = None, sigma: ArrayLike | None = None, *,
+def planets(t: Measurements | Tracker | str | os.PathLike[str] | ArrayLike, y: ArrayLike | None = None, sigma: ArrayLike | None = None, *,
             rows: ArrayLike | None = None, priors: ArrayLike | None = None, position_angle_deg: ArrayLike | None = None,
             trend: int = 0, span: tuple[typing.Any, typing.Any] | None = None, velocity: bool = False, jitter: bool = True,
             clip: bool = False, frame_chi_square: float = 0, max_planets: int = 1, time_unit_days: float = 1,
@@ -174,13 +176,13 @@ def planets(t: Measurements | ArrayLike, y: ArrayLike | None = None, sigma: Arra
             progress: Progress | bool | None = None) -> Planets:
     """Searches a series for planets: their orbits, masses and odds, and what the series excludes.
 
-        found = toliman.planets(toliman.Measurements("state"))             # a state folder of `toliman track`
+        found = toliman.planets("mission")                                 # a state folder of `toliman track`, or a file
         found = toliman.planets(sky.reduce(measured, scale_sigma=1e-3))    # measured separations of a file
         for planet in found.planets:           # found.candidates have the reasons against others
             print(planet)                      # period, eccentricity, mass_a ...: 16, 50 and 84 % of the posterior
         limits = found.limits([100, 300, 500]) # structured array: limits["upper"], limits["detectable_mass_a"]
 
-    t: a series, with its functions, unit, parallax and masses; or times, with y and sigma: reduced separations or radial
+    t: a series, with its functions, unit, parallax and masses, a Tracker, or the path of a state folder or file; or times, with y and sigma: reduced separations or radial
         velocities, and absolute standard deviations. None: sigmas are unknown. Dates and quantities of time are in days.
     Of arrays only:
         rows: values of known functions, [samples][columns], fitted with the mean. trend, span: Chebyshev polynomials
@@ -207,6 +209,10 @@ def planets(t: Measurements | ArrayLike, y: ArrayLike | None = None, sigma: Arra
     Results have the same bits for any number of threads. Raises InputError for numbers that are not finite or out of
     range, StateError for fewer samples than functions and 6; Cancelled.
     """
+    if isinstance(t, (str, os.PathLike)):
+        t = Measurements(t)
+    elif isinstance(t, Tracker):
+        t = t.measurements()
     if isinstance(t, Measurements):
         given = [name for name, is_given in (
             ("y", y is not None), ("sigma", sigma is not None), ("rows", rows is not None), ("priors", priors is not None),

@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._library import NotFoundError, above, check, library, library_path
-from ._arguments import Doubles, file_name, listed, options_of, pointer, real, shaped, text, whole
+from ._arguments import Doubles, file_name, listed, of_kind, options_of, pointer, real, shaped, text, whole
 from ._handle import Handle
 from ._log import log
+from ._pixels import FRAMES_PER_CALL
 from ._progress import Progress, Watch
 from ._results import Bounds, Parameter, Plan, SceneInfo
 from ._words import number
@@ -26,7 +27,15 @@ from .machine import warn_of_slow_blas
 
 Scene = typing.Union[str, "os.PathLike[str]", "dict[str, typing.Any]"]
 
-_FRAMES_PER_CALL = 64  # progress and Ctrl-C are checked after each call
+
+
+class Simulated(typing.NamedTuple):
+    """Frames of simulate(): times in days since time 0 of the scene, true displacements in px, and the frames
+    [frame][row][column]."""
+
+    times_days: Doubles
+    displacements_px: Doubles
+    frames: Doubles
 
 
 class Spectrum(typing.NamedTuple):
@@ -297,8 +306,8 @@ class Simulator(Handle):
         first, count = self._range(first, count)
         images, seed = numpy.empty((count, *self.shape)), self._seed(seed)
         with Watch(progress) as watch:
-            for start in range(0, count, _FRAMES_PER_CALL):
-                part = images[start:start + _FRAMES_PER_CALL]
+            for start in range(0, count, FRAMES_PER_CALL):
+                part = images[start:start + FRAMES_PER_CALL]
                 moved = None if displacements is None else displacements[start:start + len(part)]
                 watch.check(library.toliman_sim_frame(self._c, pointer(moved), seed, first + start, len(part), pointer(part)))
                 watch.step("frames", (start + len(part)) / count)
@@ -331,3 +340,22 @@ class Simulator(Handle):
 
     def _repr_html_(self) -> str:
         return self.info._repr_html_()
+
+
+def simulator_of(name: str, scene: Simulator | Scene) -> Simulator:
+    """Returns the argument `name`, a Simulator, or makes that of a scene."""
+    return of_kind(name, Simulator(scene) if isinstance(scene, (str, bytes, os.PathLike, dict)) else scene, Simulator)
+
+
+def simulate(scene: Simulator | Scene, first: int = 0, count: int | None = None, *, seed: int | None = None,
+             progress: Progress | bool | None = None) -> Simulated:
+    """Simulates frames of a scene: those of its cadence from `first`, or `count` of them.
+
+        times, displacements, frames = toliman.simulate("sky.json", count=20)
+
+    scene: a file, the name of a shipped scene, a dict, or a Simulator, which is quicker for several calls. seed: of the
+    noise; None takes the scene's. Returns times (days), true displacements (px) and frames [frame][row][column].
+    """
+    simulator = simulator_of("scene", scene)
+    frames = simulator.frames(first, count, seed=seed, progress=progress)
+    return Simulated(*simulator.series(first, len(frames)), frames)

@@ -16,6 +16,7 @@ from ._log import log
 from ._predictions import structured
 from ._results import Diagnosis, Hypothesis, Refit, SkyInfo, SkyPrediction
 from .measure import Exposures, Measurements, nanoseconds
+from .sim import Scene, Simulator, simulator_of
 
 _EFFECTS = ("earth_aberration", "spacecraft_aberration", "parallax", "roemer", "light_time", "radial_motion",
             "transverse_motion", "deflection")
@@ -65,6 +66,13 @@ class Sky(Handle):
                              altitude_km=real("altitude_km", altitude_km), node_hours=real("node_hours", node_hours),
                              without=sum(1 << _EFFECTS.index(name) for name in set(left_out)), log=log)
         super().__init__(self._create(library.toliman_sky_create, file_name(system), ctypes.byref(options)))
+
+    @classmethod
+    def of(cls, scene: Simulator | Scene) -> Sky:
+        """Returns the Sky of a scene: its binary.orbit and binary.observer. Raises UnsupportedError without an observer."""
+        simulator = simulator_of("scene", scene)
+        options = options_of(_raw.toliman_sky_options, scene=simulator._c, log=log)
+        return cls._adopt(cls._create(library.toliman_sky_create, None, ctypes.byref(options)))
 
     def predict(self, tai_ns: ArrayLike) -> NDArray:
         """Returns what the observer sees at each time: a structured array of the times' shape, with the members of

@@ -13,14 +13,14 @@ import numpy
 from numpy.typing import NDArray
 
 from . import _raw
-from ._arguments import file_name, refuse_lost, text
+from ._arguments import file_name, plain, refuse_lost, text
 from ._library import check, check_asked, library
 from ._log import log
 from ._results import HeaderTime
 from ._words import number
 
 _DAY = 86400 * 10**9  # ns
-_MJD_1970 = 40587
+_MJD_1970, _JD_1970 = 40587, 2440587.5
 _int64 = ctypes.POINTER(ctypes.c_int64)
 
 
@@ -115,6 +115,24 @@ def plain_times(name: str, times: typing.Any) -> typing.Any:
     refuse_lost(name, times)
     tai = _tai_of_utc(name, dates)
     return _MJD_1970 + tai // _DAY + tai % _DAY / _DAY
+
+
+def tai_ns_of(name: str, times: typing.Any, zero_ns: int) -> NDArray[numpy.int64]:
+    """Returns times as TAI nanoseconds: datetime, datetime64, astropy's Time; plain numbers and a Quantity are the time
+    since zero_ns, numbers in days. ValueError for days beyond 10^6, which are rather nanoseconds."""
+    if hasattr(times, "jd1") and hasattr(times, "mjd"):
+        tai = times.tai
+        halves = numpy.rint(2 * (tai.jd1 - _JD_1970)).astype(numpy.int64)  # exact: jd1 is a whole number of half days
+        rest_days = (tai.jd1 - _JD_1970 - halves / 2) + tai.jd2
+        return halves * (_DAY // 2) + numpy.rint(rest_days * _DAY).astype(numpy.int64)
+    dates = None if unit_of(times) is not None else _datetimes(times)
+    if dates is not None:
+        refuse_lost(name, times)
+        return _tai_of_utc(name, dates)
+    days = plain(name, plain_times(name, times))
+    if not (numpy.abs(days) < 1e6).all():  # NaN, too
+        raise ValueError(f"{name}: must be days since time 0 of the scene, below 10^6, or dates")
+    return zero_ns + numpy.rint(days * _DAY).astype(numpy.int64)
 
 
 def _datetimes(times: typing.Any) -> NDArray[numpy.datetime64] | None:

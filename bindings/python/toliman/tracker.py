@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import ctypes
 import dataclasses
+import itertools
 import os
 import typing
 
@@ -236,15 +237,15 @@ class Tracker(Handle):
         if another program changed the ledger.
         """
         self._c  # not closed
-        frames = list(frames)
+        count = len(frames) if isinstance(frames, typing.Sized) else 0  # 0: unknown
+        remaining = iter(frames)
         outcomes: list[Outcome] = []
         try:
             with Watch(progress) as watch:
                 self._running.watch = watch
-                for start in range(0, len(frames), self._frames_per_call):
-                    part = frames[start:start + self._frames_per_call]
+                while part := list(itertools.islice(remaining, self._frames_per_call)):
                     self._push(part, outcomes)
-                    watch.step("frames", (start + len(part)) / len(frames))
+                    watch.step("frames", len(outcomes) / count if count else 0)
         except BaseException as error:
             error.outcomes = outcomes  # type: ignore[attr-defined]
             raise

@@ -1,0 +1,113 @@
+"""Tracks the frames of a scene in one call, with the defaults of `toliman track --fit`."""
+from __future__ import annotations
+
+import os
+import typing
+import warnings
+
+import numpy
+from numpy.typing import ArrayLike
+
+from ._library import UnsupportedError
+from ._progress import Progress
+from ._results import Outcome
+from .fit import Fit
+from .periodogram import grid_of_days
+from .sim import Scene, Simulator, simulator_of
+from .sky import Sky
+from .times import tai_ns_of
+from .tracker import Frame, Tracker
+
+_LEAST_DAYS = 4.0  # of a grid
+_TREND = 4  # of stars that move without a reference orbit
+
+
+class FrameWarning(RuntimeWarning):
+    """Frames were not accepted: they are not in the periodogram."""
+
+
+FrameWarning.__module__ = "toliman"
+
+
+def track(scene: Simulator | Scene, frames: ArrayLike | typing.Iterable[Frame] | typing.Iterable[ArrayLike],
+          times: typing.Any = None, *, folder: str | os.PathLike[str] | None = None, session: str = "session",
+          first_id: int = 0, progress: Progress | bool | None = None) -> Tracker:
+    """Measures the separation in each frame and adds it to the periodogram, exactly once.
+
+        tracker = toliman.track("fitted.json", frames, times, folder="mission")
+        print(tracker.fit())                                       # period, amplitude, false alarm probability
+        found = toliman.planets(tracker)
+
+    scene: the scene of the frames, with two stars, as `calibrate` saves it: a file, a dict, or a Simulator. Each frame
+        also fits jitter, focus and other aberrations if it is calibrated. Its binary.observer reduces separations
+        (Sky.of); its cadence gives the grid of a new folder.
+    frames: Frames, as of a Pair; or images [frame][row][column], as an array, a list or an iterator, with times.
+    times: middle of each exposure: days since time 0 of the scene (Simulator.series), datetime, datetime64, Time.
+    folder: state folder, which a later call continues; None keeps everything in memory.
+    session, first_id: of images: frame k has the id first_id + k of the session, by which it is recognised. Images with
+        the ids of other frames are quarantined, with a FrameWarning.
+
+    Returns the Tracker. Issues a FrameWarning if frames were not accepted. Other estimators and options: Tracker.
+    """
+    simulator = simulator_of("scene", scene)
+    tracker = _tracker_of(simulator, folder)
+    given = _frames_of(frames, times, simulator.info.time_zero_ns, session, first_id)
+    outcomes = tracker.push_many(given, progress=progress)
+    if folder is not None:
+        tracker.save()
+    _warn_of(outcomes)
+    return tracker
+
+
+def _tracker_of(simulator: Simulator, folder: str | os.PathLike[str] | None) -> Tracker:
+    info = simulator.info
+    fit = Fit(simulator, free=[] if info.calibration == "none" else ["self"])
+    try:
+        sky: Sky | None = Sky.of(simulator)
+    except UnsupportedError:  # the scene has no observer
+        sky = None
+    if folder is not None and os.path.exists(os.path.join(folder, "setup.tlms")):
+        return Tracker(fit, folder=folder, sky=sky)
+    grid = grid_of_days(max(_LEAST_DAYS, _span_days(simulator)))
+    has_trend = sky is None and "moving stars" in simulator.stages
+    return Tracker(fit, *grid, folder=folder, sky=sky, time_offset_ns=info.time_zero_ns, exposure_s=info.exposure_s,
+                   bit_depth=info.bit_depth, double_limb=True, trend=_TREND if has_trend else None,
+                   span=(-1 / grid.df, 3 / grid.df) if has_trend else None)
+
+
+def _span_days(simulator: Simulator) -> float:
+    """The length of the cadence, with one interval after the last frame."""
+    times, _ = simulator.series()
+    return float(numpy.ptp(times)) * len(times) / max(len(times) - 1, 1) if len(times) else 0.0
+
+
+def _frames_of(frames: typing.Any, times: typing.Any, zero_ns: int, session: str,
+               first_id: int) -> typing.Iterator[Frame]:
+    """Yields Frames; those of images and times, unless times is None."""
+    if times is None:
+        yield from frames
+        return
+    given = numpy.atleast_1d(tai_ns_of("times", times, zero_ns))
+    counted, remaining = 0, iter(frames)
+    if isinstance(frames, typing.Sized) and len(frames) != len(given):
+        raise ValueError(f"times: are {len(given)}: must be {len(frames)}, one for each frame")
+    for time, image in zip(given, remaining):
+        if isinstance(image, Frame):
+            raise TypeError("times: must not be given with Frames, which have their own")
+        yield Frame(image, frame_id=first_id + counted, camera_ns=int(time), session=session)
+        counted += 1
+    if counted < len(given) or next(remaining, None) is not None:
+        raise ValueError(f"times: are {len(given)}: must be one for each frame")
+
+
+def _warn_of(outcomes: list[Outcome]) -> None:
+    """Warns at the line of the user's call of frames that were not accepted, with their reasons."""
+    counts: dict[str, int] = {}
+    for outcome in outcomes:
+        if outcome.verdict not in ("accepted", "duplicate"):
+            why = outcome.verdict if outcome.reason in ("", "none") else f"{outcome.verdict} ({outcome.reason})"
+            counts[why] = counts.get(why, 0) + 1
+    if counts:
+        parts = ", ".join(f"{count} {why}" for why, count in counts.items())
+        warnings.warn(f"{sum(counts.values())} of {len(outcomes)} frames were not accepted: {parts}", FrameWarning,
+                      stacklevel=3)

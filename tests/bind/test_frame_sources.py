@@ -1,0 +1,120 @@
+"""Frames as arrays in any memory order, memory maps, datasets, lists and iterators: the bits of one array."""
+import itertools
+import pathlib
+import tempfile
+import tracemalloc
+import unittest
+
+import numpy
+
+from package import ROOT, toliman
+from refusal import refused
+
+SCENE = ROOT / "examples" / "data" / "moving.json"
+FRAMES = 70  # more than a call takes
+
+
+class Dataset:
+    """What h5py and zarr have: shape, length and slices, which are arrays."""
+
+    def __init__(self, frames):
+        self._frames, self.shape, self.taken = frames, frames.shape, []
+
+    def __len__(self):
+        return len(self._frames)
+
+    def __getitem__(self, key):
+        self.taken.append(key)
+        return numpy.array(self._frames[key])
+
+
+class Sources(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        cls.simulator = toliman.Simulator(SCENE)
+        times, _, frames = toliman.simulate(cls.simulator, 0, FRAMES)
+        cls.times, cls.frames = times, numpy.rint(frames)
+        cls.template, cls.fit = toliman.Template(cls.simulator), toliman.Fit(cls.simulator)
+        path = pathlib.Path(cls.folder.name) / "frames.npy"
+        numpy.save(path, cls.frames.astype("u4"))
+        padded = numpy.zeros((FRAMES, 64, 100))
+        padded[:, :, 10:74] = cls.frames
+        cls.sources = {
+            "columns first": lambda: numpy.asfortranarray(cls.frames),
+            "frames last": lambda: numpy.moveaxis(numpy.ascontiguousarray(numpy.moveaxis(cls.frames, 0, -1)), -1, 0),
+            "reversed twice": lambda: cls.frames[::-1].copy()[::-1],
+            "a part of larger frames": lambda: padded[:, :, 10:74],
+            "big-endian": lambda: cls.frames.astype(">u4"),
+            "a type without pixels in C": lambda: cls.frames.astype("i8"),
+            "a memory map": lambda: numpy.load(path, mmap_mode="r"),
+            "a dataset": lambda: Dataset(cls.frames),
+            "a list": lambda: list(cls.frames),
+            "a tuple of lists": lambda: tuple(frame.tolist() for frame in cls.frames),
+            "a generator": lambda: (frame for frame in cls.frames.astype("u4")),
+            "other iterables": lambda: dict(enumerate(cls.frames)).values(),
+        }
+
+    def test_all_give_the_same_bits(self):
+        results = {"template": lambda frames: self.template.encode(frames),
+                   "fit": lambda frames: self.fit.frames(frames, times_days=self.times)["separation_px"]}
+        for name, result in results.items():
+            expected = result(self.frames)
+            for source, frames in self.sources.items():
+                with self.subTest(estimator=name, source=source):
+                    numpy.testing.assert_array_equal(result(frames()), expected)
+
+    def test_calibrations(self):
+        made = [toliman.calibrate(SCENE, frames, times_days=self.times[:4], free="focus")
+                for frames in (self.frames[:4], iter(self.frames[:4]))]
+        self.assertEqual(made[0].values()["focus"].value, made[1].values()["focus"].value)
+
+    def test_components(self):
+        made = []
+        for frames in self.frames, iter(self.frames):
+            components = toliman.Components(self.simulator, capacity=FRAMES)
+            components.push(frames)
+            components.train()
+            made.append(components.series()[0])
+        numpy.testing.assert_array_equal(*made)
+
+    def test_without_predictions_an_iterator_may_have_any_length(self):
+        for count in 0, 1, 64, 65:
+            values, fits = self.template.encode(itertools.islice(iter(self.frames), count), goodness=True)
+            self.assertEqual((len(values), len(fits)), (count, count))
+
+    def test_only_a_block_is_in_memory(self):
+        dataset = Dataset(self.frames)
+        self.template.encode(dataset)
+        self.assertEqual(dataset.taken, [slice(0, 64), slice(64, 128)])
+        frames = numpy.asfortranarray(numpy.zeros((2000, 64, 64), "f4"))
+        tracemalloc.start()
+        self.template.encode(frames)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        self.assertLess(peak, 3 * 64 * 64 * 64 * 8)
+
+    def test_refusals(self):
+        frame, times = self.frames[0], self.times
+        cases = (
+            (ValueError, "frames", lambda: self.fit.frames(iter(self.frames[:20]), times_days=times)),
+            (ValueError, "frames", lambda: self.fit.frames(iter(self.frames), times_days=times[:3])),
+            (ValueError, "frames",
+             lambda: self.template.encode(iter(self.frames), windows=[[0, 0], [0, 0]])),
+            (ValueError, "frame", lambda: self.template.encode([frame, frame[1:]])),
+            (ValueError, "frame",
+             lambda: self.template.encode(frame if k < 66 else frame[:, 1:] for k in range(FRAMES))),
+            (ValueError, "frames",
+             lambda: self.template.encode(numpy.ma.masked_greater(frame, 3) for _ in range(3))),
+            (ValueError, "frames", lambda: self.fit.frames(frame)),
+            (TypeError, "frames", lambda: self.template.encode("frames.npy")),
+            (ZeroDivisionError, "division", lambda: self.template.encode(1 / 0 for _ in range(2))),
+        )
+        for case, (kind, name, call) in enumerate(cases):
+            with self.subTest(case), refused(kind, name):
+                call()
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,144 @@
+"""One call for each step: simulate, track and planets, with the numbers of the objects and of the program."""
+import datetime
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+import warnings
+
+import numpy
+
+from package import ROOT, toliman
+from refusal import refused
+from toliman.times import tai_ns_of
+
+MOVING = json.loads((ROOT / "examples" / "data" / "moving.json").read_text())
+FRAMES = 40
+SCENE = {**MOVING, "cadence": {**MOVING["cadence"], "frames": FRAMES, "exposure_s": 100}}
+OBSERVED = {**SCENE, "binary": {**SCENE["binary"], "observer": {"altitude_km": 600}}}
+del SCENE["cadence"]["peak_photons"]
+for star, photons in ("A", 3e6), ("B", 1e6):
+    SCENE["stars"][star].pop("relative_flux", None)
+    SCENE["stars"][star]["detected_per_s"] = photons
+DAY = 86400 * 10**9
+
+
+class Simulations(unittest.TestCase):
+    def test_frames_and_series_of_a_simulator(self):
+        simulator = toliman.Simulator(SCENE)
+        for first, count in (0, None), (3, 5):
+            made = toliman.simulate(SCENE, first, count, seed=4)
+            numpy.testing.assert_array_equal(made.frames, simulator.frames(first, count, seed=4))
+            numpy.testing.assert_array_equal((made.times_days, made.displacements_px), simulator.series(first, count))
+        with refused(TypeError, "scene"):
+            toliman.simulate(3)
+
+
+class Tracking(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.times, _, cls.frames = toliman.simulate(SCENE)
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def test_defaults_of_the_program(self):
+        """The records and options of `toliman track --fit`, for stars with and without a reference orbit."""
+        for name, scene in ("moving", SCENE), ("observed", OBSERVED):
+            path, frames, state = (str(self.folder / f"{name}{end}") for end in (".json", ".npy", ""))
+            pathlib.Path(path).write_text(json.dumps(scene))
+            times, _, images = toliman.simulate(path)
+            numpy.save(frames, images)
+            subprocess.run([os.environ["TOLIMAN"], "track", "--fit", path, "--state", state, "--cadence", "86400",
+                            "--session", "session", frames], check=True, capture_output=True)
+            found, expected = toliman.track(path, images, times), toliman.Tracker.open(state)
+            options = [{key: value for key, value in tracker.options.items() if key not in ("folder", "flags", "threads")}
+                       for tracker in (found, expected)]
+            self.assertEqual(*options)
+            records = [tracker.records() for tracker in (found, expected)]
+            self.assertEqual(len(records[0]), FRAMES)
+            for column in "value", "sigma", "tai_ns", "separation_px", "verdict", "frame_id":
+                numpy.testing.assert_array_equal(*(record[column] for record in records), err_msg=f"{name}: {column}")
+            numpy.testing.assert_array_equal(found.period.power(), expected.period.power())
+
+    def test_a_folder_is_continued(self):
+        folder = self.folder / "mission"
+        for part in slice(0, 25), slice(25, None):
+            with toliman.track(SCENE, iter(self.frames[part]), self.times[part], folder=folder,
+                               first_id=part.start) as tracker:
+                accepted = tracker.info.accepted
+        self.assertEqual(accepted, FRAMES)
+        with toliman.track(SCENE, self.frames, self.times, folder=folder) as tracker:  # again: all are duplicates
+            self.assertEqual((tracker.info.accepted, tracker.info.repeated), (FRAMES, FRAMES))
+            whole = toliman.track(SCENE, self.frames, self.times)
+            numpy.testing.assert_array_equal(tracker.period.power(), whole.period.power())
+
+    def test_other_frames_with_the_same_ids(self):
+        with toliman.track(SCENE, self.frames[:20], self.times[:20], folder=self.folder / "mission"):
+            pass
+        with self.assertWarnsRegex(toliman.FrameWarning, "20 of 20 frames were not accepted: 20 quarantined"):
+            toliman.track(SCENE, self.frames[20:], self.times[20:], folder=self.folder / "mission").close()
+
+    def test_frames_with_times_of_their_own(self):
+        zero = toliman.Simulator(SCENE).info.time_zero_ns
+        given = [toliman.Frame(image, frame_id=k, camera_ns=zero + round(t * DAY))
+                 for k, (t, image) in enumerate(zip(self.times, self.frames))]
+        by_frames, by_images = toliman.track(SCENE, given), toliman.track(SCENE, self.frames, self.times)
+        numpy.testing.assert_array_equal(by_frames.period.power(), by_images.period.power())
+
+    def test_planets_of_a_folder(self):
+        options = {"period_min": 5, "period_max": 30, "samples": 100, "amplitude_min": 1e-5, "amplitude_max": 0.1}
+        folder = self.folder / "mission"
+        with toliman.track(SCENE, self.frames, self.times, folder=folder) as tracker:
+            found = [toliman.planets(source, **options) for source in (tracker, folder, str(folder),
+                                                                       tracker.measurements())]
+        self.assertAlmostEqual(found[0].candidates[0].period[1], 17, delta=0.5)
+        for other in found[1:]:
+            self.assertEqual(other.samples().tobytes(), found[0].samples().tobytes())
+
+    def test_mistakes(self):
+        frames, times = self.frames[:3], self.times[:3]
+        cases = (
+            (TypeError, "scene", lambda: toliman.track(3, frames, times)),
+            (TypeError, "frame", lambda: toliman.track(SCENE, frames)),
+            (ValueError, "times", lambda: toliman.track(SCENE, frames, times[:2])),
+            (ValueError, "times", lambda: toliman.track(SCENE, iter(frames), times[:2])),
+            (ValueError, "times", lambda: toliman.track(SCENE, iter(frames), [*times, 9])),
+            (ValueError, "times", lambda: toliman.track(SCENE, frames, times * DAY)),
+            (ValueError, "times", lambda: toliman.track(SCENE, frames, times * numpy.nan)),
+            (TypeError, "times", lambda: toliman.track(SCENE, [toliman.Frame(frames[0], 0, 0)], [0])),
+        )
+        for case, (kind, name, call) in enumerate(cases):
+            with self.subTest(case), refused(kind, name):
+                call()
+
+
+class Times(unittest.TestCase):
+    def test_days_and_dates(self):
+        zero = toliman.parse_time("2027-01-01")
+        noon = datetime.datetime(2027, 1, 1, 12)
+        for times in ([0.5], numpy.array([0.5]), [noon], numpy.array([noon], "M8[s]")):
+            numpy.testing.assert_array_equal(tai_ns_of("times", times, zero), [zero + DAY // 2])
+
+    def test_times_of_astropy(self):
+        try:
+            from astropy import units
+            from astropy.time import Time
+        except ImportError:
+            self.skipTest("needs astropy")
+        zero = toliman.parse_time("2027-01-01")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # a stale table of leap seconds
+            texts = ["2027-01-01T00:00:00.123456789", "2027-06-30T23:59:59.000000001"]
+            found = tai_ns_of("times", Time(texts, scale="utc"), 0)
+        expected = [toliman.parse_time(text) for text in texts]
+        self.assertEqual(found.tolist(), expected)
+        self.assertEqual(tai_ns_of("times", [12] * units.hour, zero).tolist(), [zero + DAY // 2])
+
+
+if __name__ == "__main__":
+    unittest.main()
