@@ -136,7 +136,7 @@ class Bench(ProgramTest):
         done = subprocess.run(["/usr/bin/python3", BENCH / "bench.py", "bin", "out", "size", "foo"], cwd=self.folder,
                               capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stdout, done.stderr),
-                         (2, "", "bench: unknown benchmark foo: must be one of sim, cae, period, weights, fit, coadd, calibrate, commands, size\n"))
+                         (2, "", "bench: unknown benchmark foo: must be one of sim, cae, period, weights, fit, coadd, calibrate, python, commands, size\n"))
 
     def check_rows(self, module, measured):
         """Rows by their `what`, after a check against the schema."""
