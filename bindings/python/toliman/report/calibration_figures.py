@@ -4,6 +4,7 @@ from __future__ import annotations
 import typing
 
 import numpy
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -28,27 +29,46 @@ class Track(typing.NamedTuple):
 def bars(names: typing.Sequence[str], values: Array, sigmas: Array, unit: str) -> Figure:
     """Values of parameters with their standard deviations, where these are large enough to be seen."""
     figure, (axis,) = new_figure(3.4)
-    places = numpy.arange(len(names))
-    axis.bar(places, values, 0.7, color=BLUE, yerr=sigmas, ecolor=DARK, capsize=2)
-    axis.axhline(0, color=DARK, linewidth=0.8)
-    axis.set_xticks(places, [plain(name) for name in names], rotation=90 if len(names) > 8 else 0)
-    axis.set_ylabel(f"change, {plain(unit)}")
+    draw_bars(axis, names, values, sigmas, unit)
     return figure
+
+
+def draw_bars(axis: Axes, names: typing.Sequence[str], values: Array, sigmas: Array, unit: str) -> None:
+    """Draws what bars() shows. unit: "" for numbers without one."""
+    places, dark = numpy.arange(len(names)), style.dark(axis)
+    axis.bar(places, values, 0.7, color=BLUE, yerr=sigmas, ecolor=dark, capsize=2)
+    axis.axhline(0, color=dark, linewidth=0.8)
+    axis.set_xticks(places, [plain(name) for name in names], rotation=90 if len(names) > 8 else 0)
+    axis.set_ylabel(_change(unit))
+
+
+def _change(unit: str) -> str:
+    return f"change, {plain(unit)}" if unit else "change (no unit)"
 
 
 @styled
 def correlations(names: typing.Sequence[str], matrix: Array) -> Figure:
     """The correlation matrix of parameters."""
+    figure, (axis,) = new_figure(height_of_correlations(names))
+    draw_correlations(axis, names, matrix)
+    return figure
+
+
+def height_of_correlations(names: typing.Sequence[str]) -> float:
+    """Returns the height in inch of a figure of correlations."""
+    return min(8.0, 2.4 + 0.22 * len(names))
+
+
+def draw_correlations(axis: Axes, names: typing.Sequence[str], matrix: Array) -> None:
+    """Draws what correlations() shows."""
     count = len(names)
-    figure, (axis,) = new_figure(min(8.0, 2.4 + 0.22 * count))
     shown = axis.imshow(matrix, cmap=style.DIFFERENCE, vmin=-1, vmax=1, origin="upper")
     axis.grid(False)
     step = -(-count // _MOST_NAMES)
     labels = [plain(name) for name in names[::step]]
     axis.set_xticks(range(0, count, step), labels, rotation=90)
     axis.set_yticks(range(0, count, step), labels)
-    figure.colorbar(shown, ax=axis, label="correlation (no unit)")
-    return figure
+    axis.figure.colorbar(shown, ax=axis, label="correlation (no unit)")
 
 
 @styled
@@ -77,7 +97,7 @@ def windows(days: Array, tracks: typing.Sequence[Track]) -> Figure:
             axis.errorbar(days, track.values - track.values[0], track.sigmas, fmt="o-",
                           color=style.CYCLE[number % len(style.CYCLE)], label=plain(track.name))
         axis.axhline(0, color=DARK, linewidth=0.8)
-        axis.set_ylabel(f"change, {plain(unit)}" if unit else "change (no unit)")
+        axis.set_ylabel(_change(unit))
         axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0)
     axes[-1].set_xlabel("start of the window, days")
     return figure

@@ -39,7 +39,8 @@ class Sinusoid(typing.NamedTuple):
 
 class Power(typing.NamedTuple):
     """A periodogram and its marks. Marks that are NaN are not drawn: grid_peak, frequency of the highest power; fit and
-    fit_error, frequency of the least-squares fit; fwhm of the peak; level, power of a peak with FAP 0.001."""
+    fit_error, frequency of the least-squares fit; fwhm of the peak; level, power of a peak with FAP 0.001; grid_error:
+    to whose digits the period of the grid peak is shown without a fit."""
 
     name: str
     frequency: Array
@@ -49,6 +50,7 @@ class Power(typing.NamedTuple):
     fit_error: float = math.nan
     fwhm: float = math.nan
     level: float = math.nan
+    grid_error: float = math.nan
 
 
 def thinned(count: int, most: int = MOST_DOTS) -> int:
@@ -122,6 +124,31 @@ def series(t: Array, panels: dict[str, Array], truth: Array | None = None, uas_p
     return figure
 
 
+def draw_folded(axis: Axes, t: Array, values: Array, period: float, factor: float = 1.0,
+                truth: Sinusoid | None = None, fit: Sinusoid | None = None, each: str = "each frame") -> float:
+    """Draws factor times values less their mean over the phase of a period, counted from the first time, with their
+    means in 24 intervals and the standard errors of these. Returns the height that these and the truth need. each:
+    label of the values."""
+    phase = numpy.mod((t - t.min()) / period + 1e-9, 1)
+    x = numpy.linspace(0, 1, _CURVE)
+    step = thinned(len(t))
+    axis.plot(phase[::step], factor * _centred(values)[::step], ".", color=DOTS, markersize=3, label=each, zorder=1)
+    place, mean, error = means(phase, factor * _centred(values), BINS, 0, 1)
+    axis.errorbar(place, mean, numpy.nan_to_num(error), fmt="o", color=BLUE, elinewidth=1, label="mean of 1/24",
+                  zorder=4)
+    height = float(numpy.nanmax(numpy.abs(mean) + numpy.nan_to_num(error)))
+    if truth is not None:
+        curve = truth._replace(offset=0.0).at(t.min() + x * truth.period)
+        axis.plot(x, factor * curve, color=ORANGE, label="truth", zorder=2)
+        height = max(height, factor * abs(truth.amplitude))
+    if fit is not None:
+        curve = fit.at(t.min() + x * period) - values.mean()
+        axis.plot(x, factor * curve, "--", color=GREEN, label="best sinusoid", zorder=3)
+    axis.set_xlabel("phase (periods)")
+    axis.set_xlim(0, 1)
+    return height
+
+
 @styled
 def folded(t: Array, panels: dict[str, Array], period: float, truth: Sinusoid | None = None, uas_per_px: float = 0.0,
            fits: dict[str, Sinusoid] | None = None) -> Figure:
@@ -129,28 +156,11 @@ def folded(t: Array, panels: dict[str, Array], period: float, truth: Sinusoid | 
     and the standard errors of these. truth, fits: sinusoids in px; a fit belongs to the panel of its name."""
     figure, axes = new_figure(4.0, 1, len(panels), sharey=True)
     factor, _ = _separation_axes(axes, panels.values(), None, 0.0)
-    phase = numpy.mod((t - t.min()) / period + 1e-9, 1)
-    x = numpy.linspace(0, 1, _CURVE)
-    step = thinned(len(t), MOST_DOTS)
-    spread = 0.0
+    height = 0.0
     for axis, (name, values) in zip(axes, panels.items()):
-        axis.plot(phase[::step], factor * _centred(values)[::step], ".", color=DOTS, markersize=3, label="each frame",
-                  zorder=1)
-        place, mean, error = means(phase, factor * _centred(values), BINS, 0, 1)
-        axis.errorbar(place, mean, numpy.nan_to_num(error), fmt="o", color=BLUE, elinewidth=1, label="mean of 1/24",
-                      zorder=4)
-        spread = max(spread, float(numpy.nanmax(numpy.abs(mean) + numpy.nan_to_num(error))))
-        if truth is not None:
-            axis.plot(x, factor * truth._replace(offset=0.0).at(t.min() + x * truth.period), color=ORANGE,
-                      label="truth", zorder=2)
-            spread = max(spread, factor * abs(truth.amplitude))
-        if fits and name in fits:
-            curve = fits[name].at(t.min() + x * period) - values.mean()
-            axis.plot(x, factor * curve, "--", color=GREEN, label="best sinusoid", zorder=3)
+        height = max(height, draw_folded(axis, t, values, period, factor, truth, (fits or {}).get(name)))
         axis.set_title(plain(name), loc="left")
-        axis.set_xlabel("phase (periods)")
-        axis.set_xlim(0, 1)
-    axes[0].set_ylim(-2 * spread or -1, 2.5 * spread or 1)
+    axes[0].set_ylim(-2 * height or -1, 2.5 * height or 1)
     axes[0].legend(loc="upper left", ncol=2)
     for axis in axes[1:]:
         axis.set_ylabel("")
@@ -196,10 +206,11 @@ def _mark_peak(axis: Axes, curve: Power, top: float, middle: float, unit: str) -
         return
     on_right = at > middle
     side, shift = ("right", -10) if on_right else ("left", 10)
-    text = []
+    text, dark = [], style.dark(axis)
     if curve.grid_peak > 0:
-        axis.plot([curve.grid_peak], [top], "v", color=DARK, markersize=7, zorder=5, label="grid peak")
-        text.append(f"grid peak {fixed(1 / curve.grid_peak, decimals_of(curve.fit_error / curve.grid_peak**2))} {unit}")
+        axis.plot([curve.grid_peak], [top], "v", color=dark, markersize=7, zorder=5, label="grid peak")
+        error = (curve.grid_error if math.isnan(curve.fit_error) else curve.fit_error) / curve.grid_peak**2
+        text.append(f"grid peak {fixed(1 / curve.grid_peak, decimals_of(error))} {unit}")
     if curve.fit > 0:
         error = curve.fit_error / curve.fit**2
         known = not math.isnan(error)
@@ -208,13 +219,39 @@ def _mark_peak(axis: Axes, curve: Power, top: float, middle: float, unit: str) -
         shown = with_error(1 / curve.fit, error) if known else fixed(1 / curve.fit, 2)
         text.insert(0, f"fit {shown} {unit}")
     axis.annotate("\n".join(text), (at, top), (shift, 0), textcoords="offset points", ha=side, va="center",
-                  bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1})
+                  bbox={"facecolor": style.background(axis), "edgecolor": "none", "alpha": 0.8, "pad": 1})
     if curve.fwhm > 0:
         peak = curve.grid_peak if curve.grid_peak > 0 else at
         low, high = max(peak - curve.fwhm / 2, float(curve.frequency[curve.frequency > 0][0])), peak + curve.fwhm / 2
-        axis.annotate("", (low, top / 2), (high, top / 2), arrowprops={"arrowstyle": "<->", "color": DARK})
+        axis.annotate("", (low, top / 2), (high, top / 2), arrowprops={"arrowstyle": "<->", "color": dark})
         axis.annotate("FWHM", (low if on_right else high, top / 2), (shift, 0), textcoords="offset points", ha=side,
                       va="center")
+
+
+def draw_power(axis: Axes, curve: Power, low: float, high: float, unit: str, color: str = BLUE) -> None:
+    """Draws power over frequencies low ... high with its marks. unit: of the period."""
+    axis.set_xscale("log")
+    x, power = envelope(curve.frequency, curve.power)
+    axis.plot(x, power, color=color, linewidth=1.1, label=plain(curve.name))
+    top = max(float(power.max()), 1e-300)
+    if curve.level > 0:
+        axis.axhline(curve.level, color=style.dark(axis), linestyle="--", linewidth=1, label="FAP 0.001")
+    _mark_peak(axis, curve, top, math.sqrt(low * high), unit)
+    axis.set_ylim(0, 1.25 * max(top, curve.level if curve.level > 0 else 0))
+    axis.set_ylabel("power (no unit)")
+    peak = curve.fit if curve.fit > 0 else curve.grid_peak
+    axis.legend(loc="upper left" if peak > math.sqrt(low * high) else "upper right", ncol=4)
+    set_ticks(axis.xaxis, nice(low, high), nice(low, high))
+
+
+def draw_frequencies(bottom: Axes, top: Axes, low: float, high: float, unit: str) -> None:
+    """Labels the frequencies below the axes `bottom` and the periods, in `unit`, above the axes `top`."""
+    bottom.set_xlabel("frequency, 1/" + ("day" if unit == "days" else unit))
+    bottom.set_xlim(low, high)
+    top_axis = top.secondary_xaxis("top")
+    periods = nice(1 / high, 1 / low)
+    set_ticks(top_axis.xaxis, 1 / periods, periods)
+    top_axis.set_xlabel(f"period, {unit}")
 
 
 @styled
@@ -228,43 +265,36 @@ def periodogram(curves: typing.Sequence[Power], unit: str = "days") -> Figure | 
     low, high = float(frequency[0]), float(frequency[-1])
     figure, axes = new_figure(1.3 + 2.0 * len(curves), len(curves), sharex=True)
     for axis, curve, color in zip(axes, curves, (BLUE, style.GOLD, style.PURPLE, DARK)):
-        axis.set_xscale("log")
-        x, power = envelope(curve.frequency, curve.power)
-        axis.plot(x, power, color=color, linewidth=1.1, label=plain(curve.name))
-        top = max(float(power.max()), 1e-300)
-        if curve.level > 0:
-            axis.axhline(curve.level, color=DARK, linestyle="--", linewidth=1, label="FAP 0.001")
-        _mark_peak(axis, curve, top, math.sqrt(low * high), unit)
-        axis.set_ylim(0, 1.25 * max(top, curve.level if curve.level > 0 else 0))
-        axis.set_ylabel("power (no unit)")
-        peak = curve.fit if curve.fit > 0 else curve.grid_peak
-        axis.legend(loc="upper left" if peak > math.sqrt(low * high) else "upper right", ncol=4)
-    axes[-1].set_xlabel("frequency, 1/" + ("day" if unit == "days" else unit))
-    axes[-1].set_xlim(low, high)
-    for axis in axes:
-        set_ticks(axis.xaxis, nice(low, high), nice(low, high))
-    top_axis = axes[0].secondary_xaxis("top")
-    periods = nice(1 / high, 1 / low)
-    set_ticks(top_axis.xaxis, 1 / periods, periods)
-    top_axis.set_xlabel(f"period, {unit}")
+        draw_power(axis, curve, low, high, unit, color)
+    draw_frequencies(axes[-1], axes[0], low, high, unit)
     return figure
 
 
 @styled
 def bounds(steps: typing.Sequence[str], series: dict[str, list[float]], earth_px: float = math.nan) -> Figure:
     """Bounds (px) of one frame for each set of free parameters, one mark per series; NaN where a bound is infinite."""
-    figure, (axis,) = new_figure(1.2 + 0.35 * len(steps))
+    figure, (axis,) = new_figure(height_of_bounds(steps))
+    draw_bounds(axis, steps, series, earth_px)
+    axis.legend(**style.OUTSIDE)
+    return figure
+
+
+def height_of_bounds(steps: typing.Sequence[str]) -> float:
+    """Returns the height in inch of a figure of bounds."""
+    return 1.2 + 0.35 * len(steps)
+
+
+def draw_bounds(axis: Axes, steps: typing.Sequence[str], series: dict[str, list[float]], earth_px: float) -> None:
+    """Draws what bounds() shows, without legend."""
     places = numpy.arange(len(steps))[::-1]
     for number, (name, values) in enumerate(series.items()):
         axis.plot(values, places, style.MARKERS[number % len(style.MARKERS)], markersize=7, label=plain(name))
     if earth_px > 0:
-        axis.axvline(earth_px, color=DARK, linestyle="--", linewidth=1, label="an Earth")
+        axis.axvline(earth_px, color=style.dark(axis), linestyle="--", linewidth=1, label="an Earth")
     axis.set_xscale("log")
     axis.set_yticks(places, [plain(step) for step in steps])
     axis.margins(0.08)
     axis.set_xlabel("standard deviation of the separation, px")
-    axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0)
-    return figure
 
 
 @styled

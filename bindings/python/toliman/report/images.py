@@ -83,9 +83,21 @@ def _mark(axis: Axes, panel: Panel, sky: Sky) -> None:
 def images(panels: typing.Sequence[Panel], sky: Sky | None = None, limit: float = math.nan) -> Figure:
     """Images side by side; neighbours of one scale and unit share a colour bar. sky: marks on the images whose axes are
     in arcsec. limit: end of a difference's scale."""
+    figure, axes = new_figure(height_of(panels), 1, len(panels))
+    draw_images(axes, panels, sky, limit)
+    return figure
+
+
+def height_of(panels: typing.Sequence[Panel]) -> float:
+    """Returns the height in inch of a figure of images."""
     tallest = max(panel.values.shape[0] / panel.values.shape[1] for panel in panels)
     bars = len(_groups(panels))
-    figure, axes = new_figure(0.6 + (style.WIDTH - 0.8 - 1.1 * bars) / max(2, len(panels)) * tallest, 1, len(panels))
+    return 0.6 + (style.WIDTH - 0.8 - 1.1 * bars) / max(2, len(panels)) * tallest
+
+
+def draw_images(axes: typing.Sequence[Axes], panels: typing.Sequence[Panel], sky: Sky | None = None,
+                limit: float = math.nan) -> None:
+    """Draws what images() shows on axes of one figure."""
     axes[0].set_ylabel(f"y, {panels[0].axis_unit}")
     for start, end in _groups(panels):
         norm = _norm(panels[start:end], limit)
@@ -94,9 +106,8 @@ def images(panels: typing.Sequence[Panel], sky: Sky | None = None, limit: float 
             if sky is not None and panel.axis_unit == "arcsec" and panel.scale == "log":
                 _mark(axis, panel, sky)
         extend = "min" if panels[start].scale == "log" else "neither"
-        figure.colorbar(shown, ax=axes[start:end], label=plain(panels[start].unit), fraction=0.05, pad=0.02,
-                        extend=extend)
-    return figure
+        axes[0].figure.colorbar(shown, ax=axes[start:end], label=plain(panels[start].unit), fraction=0.05, pad=0.02,
+                                extend=extend)
 
 
 def _groups(panels: typing.Sequence[Panel]) -> list[tuple[int, int]]:

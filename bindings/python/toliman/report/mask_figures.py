@@ -1,7 +1,10 @@
 """Figures of a designed mask, for notebooks too: functions of arrays that return a matplotlib Figure."""
 from __future__ import annotations
 
+import typing
+
 import numpy
+from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -9,27 +12,33 @@ from matplotlib.patches import Patch
 from . import figures
 from .images import Panel, images
 from .results import Array
-from .style import BLUE, new_figure, styled
+from .style import BLUE, OUTSIDE, new_figure, styled
 from .text import short_unit
 
 _CLOSED, _OPEN = "#b8b8b8", "#fff8e0"
+HEIGHT_OF_MASK = 4.6  # inch
 _DEPTH = 1e-3  # lowest value of a logarithmic scale, relative to the highest
 
 
 @styled
 def mask(cells: Array, amplitude: Array | None = None) -> Figure:
     """Cells of the pupil: 1 where the mask steps. amplitude: transmission of each cell, 0 where it is closed."""
+    figure, (axis,) = new_figure(HEIGHT_OF_MASK)
+    draw_mask(axis, cells, amplitude, **OUTSIDE)
+    return figure
+
+
+def draw_mask(axis: Axes, cells: Array, amplitude: Array | None = None, **legend: typing.Any) -> None:
+    """Draws what mask() shows. legend: options of Axes.legend()."""
     side = len(cells)
     kinds = cells + 1 if amplitude is None else numpy.where(amplitude > 0, cells + 1, 0)
-    figure, (axis,) = new_figure(4.6)
     axis.imshow(kinds, cmap=ListedColormap([_CLOSED, _OPEN, BLUE]), vmin=0, vmax=2, extent=(-side / 2, side / 2) * 2)
     axis.grid(False)
     axis.set_xlabel("x, cells")
     axis.set_ylabel("y, cells")
     names = {"step": BLUE, "no step": _OPEN, "closed": _CLOSED}
     patches = [Patch(facecolor=colour, edgecolor="#444444", linewidth=0.5, label=name) for name, colour in names.items()]
-    axis.legend(handles=patches[:2 if amplitude is None else 3], loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0)
-    return figure
+    axis.legend(handles=patches[:2 if amplitude is None else 3], **legend)
 
 
 def _panel(title: str, values: Array, unit: str) -> Panel:

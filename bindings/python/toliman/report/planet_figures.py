@@ -9,11 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
 
-from . import figures
+from . import figures, style
 from .results import Array
 from .style import BLUE, DARK, DOTS, GREEN, GREY, ORANGE, new_figure, plain, styled
 
 SOLAR = {"Venus": (224.70, 0.815), "Earth": (365.25, 1.0), "Mars": (686.98, 0.107), "Neptune": (60190.0, 17.15)}
+HEIGHT_OF_FOLDED, HEIGHT_OF_LIMITS = 5.4, 4.2  # inch
 _BINS = 40  # of a histogram of samples
 _CURVE = 600  # points of a folded signal
 
@@ -44,26 +45,45 @@ class Orbit(typing.NamedTuple):
 @styled
 def folded(t: Array, signal: Array, residual: Array, orbit: Orbit, unit: str) -> Figure:
     """Series less all but one signal, and residuals, over the phase since periastron. Values in `unit`."""
-    figure, (top, bottom) = new_figure(5.4, 2, sharex=True)
+    figure, (top, bottom) = new_figure(HEIGHT_OF_FOLDED, 2, sharex=True)
+    draw_folded(top, t, signal + residual, orbit, unit)
+    draw_residuals(bottom, t, residual, orbit, unit)
+    label_phase(bottom)
+    return figure
+
+
+def _draw_samples(axis: Axes, t: Array, values: Array, orbit: Orbit) -> None:
+    """Draws values over the phase since periastron, and their means."""
     phase = numpy.mod((t - orbit.epoch) / orbit.period, 1)
     step = figures.thinned(len(t))
-    for axis, values in ((top, signal + residual), (bottom, residual)):
-        axis.plot(phase[::step], values[::step], ".", color=DOTS, markersize=4, label="each sample")
-        place, mean, error = figures.means(phase, values, figures.BINS, 0, 1)
-        axis.errorbar(place, mean, numpy.nan_to_num(error), fmt="o", color=BLUE, markersize=3, elinewidth=0.8,
-                      label=f"mean of 1/{figures.BINS}")
+    axis.plot(phase[::step], values[::step], ".", color=DOTS, markersize=4, label="each sample")
+    place, mean, error = figures.means(phase, values, figures.BINS, 0, 1)
+    axis.errorbar(place, mean, numpy.nan_to_num(error), fmt="o", color=BLUE, markersize=3, elinewidth=0.8,
+                  label=f"mean of 1/{figures.BINS}")
+
+
+def draw_folded(axis: Axes, t: Array, values: Array, orbit: Orbit, unit: str) -> None:
+    """Draws the series less all but one signal, and the orbit, over the phase since periastron."""
+    _draw_samples(axis, t, values, orbit)
     x = numpy.linspace(0, 1, _CURVE)
-    top.plot(x, orbit.at(x), color=GREEN, label="best orbit")
-    bottom.axhline(0, color=GREEN)
-    label = f", {unit}" if unit else ""
-    top.set_ylabel("signal" + label)
-    bottom.set_ylabel("residual" + label)
-    bottom.set_xlabel("phase since periastron (periods)")
-    bottom.set_xlim(0, 1)
-    low, high = top.get_ylim()
-    top.set_ylim(low, high + 0.2 * (high - low))
-    top.legend(loc="upper right", ncol=3)
-    return figure
+    axis.plot(x, orbit.at(x), color=GREEN, label="best orbit")
+    axis.set_ylabel(f"signal, {unit}" if unit else "signal")
+    low, high = axis.get_ylim()
+    axis.set_ylim(low, high + 0.2 * (high - low))
+    axis.legend(loc="upper right", ncol=3)
+
+
+def draw_residuals(axis: Axes, t: Array, residual: Array, orbit: Orbit, unit: str) -> None:
+    """Draws residuals over the phase since periastron."""
+    _draw_samples(axis, t, residual, orbit)
+    axis.axhline(0, color=GREEN)
+    axis.set_ylabel(f"residual, {unit}" if unit else "residual")
+
+
+def label_phase(axis: Axes) -> None:
+    """Labels the phase of the last axes of a figure."""
+    axis.set_xlabel("phase since periastron (periods)")
+    axis.set_xlim(0, 1)
 
 
 @styled
@@ -71,6 +91,13 @@ def corner(columns: typing.Sequence[tuple[str, Array]]) -> Figure:
     """Histograms of the samples of a posterior and of all pairs of their columns (name, values)."""
     size = len(columns)
     figure, axes = new_figure(2.0 * size, size, size)
+    draw_corner(axes, columns)
+    return figure
+
+
+def draw_corner(axes: typing.Sequence[Axes], columns: typing.Sequence[tuple[str, Array]]) -> None:
+    """Draws what corner() shows on n x n axes, row by row."""
+    size = len(columns)
     for row, (name_y, y) in enumerate(columns):
         for column, (name_x, x) in enumerate(columns):
             axis = axes[row * size + column]
@@ -81,7 +108,6 @@ def corner(columns: typing.Sequence[tuple[str, Array]]) -> Figure:
             axis.tick_params(labelsize=8, labelbottom=row == size - 1, labelleft=column == 0 and row > 0)
             axis.set_xlabel(plain(name_x) if row == size - 1 else "")
             axis.set_ylabel(plain(name_y) if column == 0 and row > 0 else "")
-    return figure
 
 
 def _draw_pair(axis: Axes, x: Array, y: Array | None) -> None:
@@ -113,7 +139,15 @@ def limits(period: Array, upper: Array, detectable: Array, unit: str, found: typ
            masses: bool = False) -> Figure:
     """Upper limits and detectable sizes along the period, days. found: period and size of planets. masses: sizes are
     masses in Earths, and planets of the solar system are marked."""
-    figure, (axis,) = new_figure(4.2)
+    figure, (axis,) = new_figure(HEIGHT_OF_LIMITS)
+    draw_limits(axis, period, upper, detectable, unit, found, masses)
+    axis.legend(**style.OUTSIDE)
+    return figure
+
+
+def draw_limits(axis: Axes, period: Array, upper: Array, detectable: Array, unit: str,
+                found: typing.Sequence[tuple[float, float]], masses: bool) -> None:
+    """Draws what limits() shows, without legend."""
     axis.plot(period, upper, color=BLUE, label="upper limit")
     axis.plot(period, detectable, "--", color=ORANGE, label="detectable")
     if found:
@@ -126,8 +160,6 @@ def limits(period: Array, upper: Array, detectable: Array, unit: str, found: typ
     _set_axes(axis, period, numpy.array([0.8 * sizes.min(), 1.4 * sizes.max()]), unit)
     if masses:
         _mark_solar(axis)
-    axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0)
-    return figure
 
 
 @styled
@@ -166,8 +198,10 @@ def _mark_solar(axis: Axes) -> None:
         low, high = axis.get_xlim()
         inside = low <= period <= high
         if inside:
-            axis.plot([period], [mass], "o", color=DARK, markeredgecolor="white", markersize=6)
+            axis.plot([period], [mass], "o", color=style.dark(axis), markeredgecolor=style.background(axis),
+                      markersize=6)
         else:
             axis.axhline(mass, color=GREY, linewidth=1)
         axis.annotate(name if inside else f"mass of {name}", (period if inside else low, mass), (6, 4),
-                      textcoords="offset points", bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 1})
+                      textcoords="offset points",
+                      bbox={"facecolor": style.background(axis), "edgecolor": "none", "alpha": 0.7, "pad": 1})

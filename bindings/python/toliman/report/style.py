@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import functools
 import io
 import re
@@ -11,6 +12,7 @@ import matplotlib
 import numpy
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatterSciNotation, NullLocator
 from PIL import Image
@@ -21,10 +23,11 @@ WIDTH = 9.0  # inch
 BLUE, ORANGE, GREEN, PURPLE, SKY, GOLD, YELLOW = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00",
                                                   "#f0e442")  # Okabe and Ito: distinct also to the colour-blind
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, GOLD, "#222222", "#999999", "#8c564b", YELLOW)
-DOTS, DARK, GREY = "#9db8cf", "#222222", "#999999"
+DOTS, DARK, LIGHT, GREY = "#9db8cf", "#222222", "#e4e4e4", "#999999"
 INTENSITY, DIFFERENCE = "viridis", "RdBu_r"
 MARKERS = "osD^vP*X<>hp"
 FORMATS = ("svg", "png", "pdf")
+OUTSIDE: dict[str, typing.Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1), "borderaxespad": 0}  # of a legend
 
 _STYLE: dict[str, typing.Any] = {
     "figure.dpi": 100, "savefig.dpi": 200, "figure.facecolor": "white", "figure.constrained_layout.use": True,
@@ -42,7 +45,18 @@ _NO_DATE: dict[str, dict[str, None]] = {
     "svg": {"Date": None, "Creator": None}, "png": {"Software": None}, "pdf": {"CreationDate": None, "Creator": None,
                                                                                "Producer": None}}
 _IMAGE = re.compile(rb'"data:image/png;base64,([^"]*)"')
+_WINDOWS = ("interactive", "toolbar", "figure.max_open_warning", "figure.raise_window")  # settings that are no style
 _Function = typing.TypeVar("_Function", bound=typing.Callable[..., typing.Any])
+
+
+@contextlib.contextmanager
+def in_use() -> typing.Iterator[None]:
+    """What the block draws has this style, whatever the settings of the caller, which are restored."""
+    with matplotlib.rc_context():
+        matplotlib.rcParams.update({name: value for name, value in matplotlib.rcParamsDefault.items()
+                                    if name not in _WINDOWS})
+        matplotlib.rcParams.update(_STYLE)
+        yield
 
 
 def styled(function: _Function) -> _Function:
@@ -50,12 +64,10 @@ def styled(function: _Function) -> _Function:
     figure that it returns gets the tick labels of this style."""
     @functools.wraps(function)
     def draw(*arguments: typing.Any, **options: typing.Any) -> typing.Any:
-        with matplotlib.rc_context():
-            matplotlib.rcParams.update(matplotlib.rcParamsDefault)
-            matplotlib.rcParams.update(_STYLE)
+        with in_use():
             result = function(*arguments, **options)
             for axes in result.axes if isinstance(result, Figure) else ():
-                _set_log_ticks(axes)
+                set_log_ticks(axes)
             return result
     return typing.cast(_Function, draw)
 
@@ -68,7 +80,7 @@ class _Powers(LogFormatterSciNotation):
         return re.sub(r"10\^\{(-?\d+)\}", lambda power: raised(int(power[1])), label)
 
 
-def _set_log_ticks(axes: Axes) -> None:
+def set_log_ticks(axes: Axes) -> None:
     """Gives logarithmic axes labels in plain text, and minor ticks only below three decades."""
     for axis in (axes.xaxis, axes.yaxis):
         if not isinstance(axis.get_major_formatter(), LogFormatterSciNotation):
@@ -113,6 +125,17 @@ def _with_palette(match: re.Match[bytes]) -> bytes:
     out = io.BytesIO()
     image.save(out, format="png", transparency=red_green_blue_alpha[:, 3].tobytes())
     return b'"data:image/png;base64,' + base64.b64encode(out.getvalue()) + b'"'
+
+
+def background(axes: Axes) -> typing.Any:
+    """Returns the colour behind the axes: they may be transparent in the style of a user."""
+    face = axes.get_facecolor()
+    return face if face[3] > 0 else axes.figure.get_facecolor()
+
+
+def dark(axes: Axes) -> str:
+    """Returns DARK, or LIGHT on a dark background."""
+    return DARK if sum(to_rgb(background(axes))) > 1.5 else LIGHT
 
 
 def plain(text: str) -> str:
