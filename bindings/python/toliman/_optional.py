@@ -1,0 +1,17 @@
+"""Packages that the bindings need for some functions only."""
+from __future__ import annotations
+
+import importlib
+import types
+
+
+def optional(module: str, use: str) -> types.ModuleType:
+    """Imports an optional package. use: completes "is needed for" in the ImportError without it."""
+    name = module.partition(".")[0]
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name != name:  # it is there, but lacks another one
+            raise
+        raise ImportError(f"{name} is needed for {use}: install it (Debian: python3-{name}, pip: {name})",
+                          name=name) from None
