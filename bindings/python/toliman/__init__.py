@@ -29,6 +29,10 @@ Dates and units
     Values may be a Quantity, then their sigma too. period() and batch() compute in the unit of the values, a Periodogram in
     that of its first sample, in which results are. Frequencies are cycles per day then.
 
+Plots
+    plot() of a Peak, a Periodogram, Measurements and others draws with matplotlib: in a new figure of pyplot, or with
+    plot(ax=axes) on axes of yours, in your style. They return the Axes; those that make several, the Figure.
+
 Errors
     A failed library call raises a subclass of toliman.Error with the library's message. Each is also a Python
     exception: InputError a ValueError, NotFoundError a FileNotFoundError, WriteError and LostError an OSError,

@@ -9,6 +9,7 @@ import numpy
 from . import _raw
 from ._arguments import Doubles, listed, options_of, pointer, real, whole
 from ._library import check, library
+from ._plots import Axes, plots
 from ._results import BudgetRow, BudgetStep, BudgetSummary
 
 
@@ -20,6 +21,11 @@ class Budget(typing.NamedTuple):
     steps: list[BudgetStep]
     rows: list[BudgetRow]
     correlations: Doubles
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws the bound of one frame with more and more parameters free, and the displacement by an Earth, if it is
+        known. ax: Axes to draw into, in their style; None: a new figure of pyplot."""
+        return plots().budget(self, ax)
 
 
 def budget_of(sim: typing.Any, free: typing.Sequence[str] | None, frames: int, earth_px: float) -> Budget:

@@ -13,6 +13,7 @@ from ._arguments import Doubles, array_of, file_name, of_kind, options_of, point
 from ._handle import Handle
 from ._library import check, library
 from ._pixels import Frames, image_of
+from ._plots import Axes, Figure, plots
 from ._predictions import predictions_of, structured
 from ._progress import Progress, Watch
 from ._results import CalibrationAttempt, CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow
@@ -157,6 +158,26 @@ class Calibration(Handle):
         """Returns the residual of the first frame over its standard deviation [row][column]. fitted: with the fitted
         instrument; False: with the one from which the calibration started."""
         return self._image(_raw.TOLIMAN_CALIBRATION_IMAGE_AFTER if fitted else _raw.TOLIMAN_CALIBRATION_IMAGE_BEFORE)
+
+    def plot(self, ax: Axes | None = None, *, unit: str | None = None, window: int = 0) -> Axes:
+        """Draws the parameters of one unit with their standard deviations.
+
+        unit: such as "nm", or "" for relative ones; None: the unit of most parameters. ax: Axes to draw into, in their
+        style; None: a new figure of pyplot. Raises ValueError for a unit that no parameter has and, like the other
+        plots, if the calibration did not converge."""
+        return plots().calibration(self, ax, unit, window)
+
+    def plot_opd(self, ax: Axes | None = None, *, window: int = 0) -> Axes:
+        """Draws opd(), in nm. ax: as for plot()."""
+        return plots().calibration_opd(self, ax, window)
+
+    def plot_residual(self) -> Figure:
+        """Draws residual() of the nominal and of the fitted instrument side by side, and returns their figure."""
+        return plots().calibration_residual(self)
+
+    def plot_correlations(self, ax: Axes | None = None, *, window: int = 0) -> Axes:
+        """Draws the correlations of the parameters. ax: as for plot()."""
+        return plots().calibration_correlations(self, ax, window)
 
     def _image(self, kind: int) -> Doubles:
         info = self.info

@@ -13,6 +13,7 @@ from . import _raw
 from ._arguments import options_of, pointer, real, shaped, text, whole
 from ._handle import Handle
 from ._library import check, library
+from ._plots import Axes, plots
 from ._progress import Progress, Watch
 from ._results import MaskInfo
 from ._words import number
@@ -31,6 +32,10 @@ class DesignedMask(typing.NamedTuple):
     mask: dict[str, typing.Any]
     places: list[MaskInfo]
     descent: NDArray[numpy.float64]
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws the cells. ax: Axes to draw into, in their style; None: a new figure of pyplot."""
+        return plots().mask(self, ax)
 
 
 class _Mask(Handle):

@@ -13,7 +13,9 @@ from ._arguments import INT64, Doubles, file_name, listed, options_of, plain, po
 from ._handle import Handle
 from ._library import check, library
 from ._log import log
+from ._plots import Axes, plots
 from ._results import Instrument, MeasureFunction, MeasureInfo
+from ._words import words
 from .times import plain_times, plain_values, unit_of
 
 KINDS = ("value", "separation", "reduced", "velocity")
@@ -82,6 +84,7 @@ class Measurements(Handle):
     """
 
     _kind, _destroy = _raw.toliman_measure, "toliman_measure_destroy"
+    _has_dates, _value_unit = False, None  # of arrays, as they were given
 
     def __init__(self, source: str | os.PathLike[str] | bytes, *, kind: str = "", columns: str = "", time_format: str = "",
                  time_scale: str = "", unit: float = 0, exposure_s: float = 0, instrument: str = "",
@@ -118,7 +121,8 @@ class Measurements(Handle):
             in all of them; None: True for arrays [intervals][2].
         """
         given = None if exposures is None else Exposures(exposures, on_target)
-        times = None if t is None else plain("t", plain_times("t", t))
+        plain_t = plain_times("t", t)
+        times = None if t is None else plain("t", plain_t)
         count = len(times) if times is not None else given.count if given is not None else 0
         value_unit = unit_of(y)
         values, sigmas = (None if one is None else numpy.ascontiguousarray(
@@ -134,7 +138,10 @@ class Measurements(Handle):
             interval_counts=None if given is None else given.counts, unit=real("unit", unit),
             time_unit_days=real("time_unit_days", time_unit_days),
             frame_chi_square=real("frame_chi_square", frame_chi_square))
-        return cls._adopt(cls._create(library.toliman_measure_create, ctypes.byref(data)))
+        made = cls._adopt(cls._create(library.toliman_measure_create, ctypes.byref(data)))
+        made._has_dates = plain_t is not t and unit_of(t) is None
+        made._value_unit = value_unit
+        return made
 
     @property
     def info(self) -> MeasureInfo:
@@ -222,6 +229,30 @@ class Measurements(Handle):
         """Sets the standard deviation of the prior of the coefficient of a function; 0: none."""
         check(library.toliman_measure_set_prior(self._c, whole("function", function), real("sigma", sigma)))
         return self
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws the values over time with their standard deviations, each instrument in a colour of its own. Of more
+        than 3000 samples it draws every n-th.
+
+        ax: Axes to draw into, in their style; None: a new figure of pyplot."""
+        return plots().measurements(self, ax)
+
+    def _time_label(self) -> str:
+        """Unit of the times, for labels."""
+        info = self.info
+        if info.time_scale or self._has_dates:
+            return f"MJD ({words('TOLIMAN_INGEST_SCALE').get(info.time_scale, 'tai').upper()})"
+        return "days" if info.time_unit_days in (0, 1) else f"units of {info.time_unit_days:g} days"
+
+    def _value_label(self) -> str:
+        """Unit of the values, for labels."""
+        info = self.info
+        if info.unit_name or self._value_unit is not None:
+            return info.unit_name or str(self._value_unit)
+        if info.unit == 0:
+            return "units of y"
+        names = {1: "m/s", 1e3: "km/s"} if self.kind == "velocity" else {1: "arcsec", 1e-3: "mas", 1e-6: "µas"}
+        return names.get(info.unit, f"units of {info.unit:g} {names[1]}")
 
     def _summary(self) -> str:
         return f"Measurements: {len(self)} of kind {self.kind}"

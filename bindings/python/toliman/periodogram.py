@@ -16,16 +16,44 @@ from ._library import check, library
 from ._arguments import (INT64, Doubles, array_of, file_name, of_kind, options_of, plain, pointer, real, saved, shaped,
                          whole, whole_float, within)
 from ._handle import Handle
+from ._plots import Axes, plots
 from ._progress import Progress, Watch
 from ._results import Alias, Model, PeriodogramInfo, Sampling
 from ._result_base import result
 from ._words import number
-from .times import plain_times, plain_values, unit_of
+from .times import name_of_unit, plain_times, plain_values, unit_of
+
+
+class Samples(typing.NamedTuple):
+    """The series of a Peak: times and values less nuisance functions, the time to which phases refer, the unit of the
+    times as text, and that of the values; None: plain numbers."""
+
+    t: Doubles
+    y: Doubles
+    time_offset: float
+    time_unit: str
+    value_unit: typing.Any
 
 
 @result
 class Peak(_results.Peak):
     __doc__ = (_results.Peak.__doc__ or "").split("\n\n")[0]
+    _samples: typing.ClassVar[Samples | None] = None  # of period() and fit(); not in copies and pickles
+
+    def _of_samples(self, samples: Samples) -> Peak:
+        object.__setattr__(self, "_samples", samples._replace(t=samples.t.copy(), y=samples.y.copy()))
+        return self
+
+    def __getstate__(self) -> dict[str, typing.Any]:
+        return {name: value for name, value in vars(self).items() if name != "_samples"}
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws the series folded over the period, from its first time on, with the best sinusoid and the means,
+        without weights, of 24 intervals. Values are less their mean and nuisance functions.
+
+        ax: Axes to draw into, in their style; None: a new figure of pyplot. Raises ValueError for a peak without
+        series: toliman.period() and Periodogram.fit() give those with one."""
+        return plots().peak(self, ax)
 
     def __repr__(self) -> str:
         error = "" if math.isnan(self.period_error) else f" +- {self.period_error:.2g}"
@@ -158,13 +186,16 @@ def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None, *, grid: Gri
     standard errors, and the false alarm probability, in the units of t and y, in days for dates and quantities of time.
     Of periods that the samples do not tell apart, this is the longest: Periodogram.aliases.
     """
-    times, values, sigmas = _series(t, y, dy, unit_of(y))
+    plain_t = plain_times("t", t)
+    times, values, sigmas = _series(plain_t, y, dy, unit_of(y))
     suited, options = _suggested(times, values, sigmas, 0.0)
     with Periodogram(*(grid or suited), time_offset=options.time_offset, value_offset=options.value_offset,
                      value_bound=options.value_bound, sigma_floor=options.sigma_floor,
                      sigma_ceiling=options.sigma_ceiling, double_limb=True, unit_ns=86400e9) as periodogram:
         periodogram.push_many(times, values, sigmas)
-        return periodogram.fit(times, values, sigmas)
+        peak = periodogram.fit(times, values, sigmas)
+    return peak._of_samples(Samples(times, values, options.time_offset, "days" if plain_t is not t else "units of t",
+                                    unit_of(y)))
 
 
 def batch(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, f0: float, df: float, nf: int,
@@ -202,6 +233,10 @@ class View(Handle):
 
     _kind = _raw.toliman_period
     value_unit: typing.Any = None
+
+    def _name_of_time_unit(self) -> str:
+        """Unit of the times, for labels."""
+        return "units of t"
 
     def _unit_for(self, y: typing.Any) -> typing.Any:
         """Returns the unit of the values, which the first sample determines."""
@@ -283,13 +318,35 @@ class View(Handle):
             rows: ArrayLike | None = None) -> Peak:
         """Refines the highest peak by least squares against t, y, sigma and rows, which must be the samples pushed;
         only their number is checked. Returns period, amplitude and phase with standard errors."""
-        times, values, sigmas = _series(t, y, sigma, self._unit_for(y))
+        plain_t, value_unit = plain_times("t", t), self._unit_for(y)
+        times, values, sigmas = _series(plain_t, y, sigma, value_unit)
         peak = _raw.toliman_period_peak()
         check(library.toliman_period_query_fit(
             self._c, pointer(times), pointer(values), pointer(sigmas), pointer(_rows(self, rows, len(times))),
             len(times), ctypes.byref(peak)))
         warn_if_inaccurate(peak.flags & _raw.TOLIMAN_PERIOD_INACCURATE != 0)
-        return Peak._of(peak)
+        found = Peak._of(peak)
+        return found._of_samples(Samples(
+            times, values - self._functions_at(found.frequency, times, rows), self.info.time_offset,
+            "days" if plain_t is not t else self._name_of_time_unit(), value_unit))
+
+    def _functions_at(self, frequency: float, t: Doubles, rows: ArrayLike | None) -> Doubles | float:
+        """Returns the nuisance functions without the mean, fitted at the grid point next to a frequency, at times t."""
+        info = self.info
+        if info.trend + info.columns == 0:
+            return 0.0
+        k = min(max(round((frequency - info.f0) / info.df), 0), info.nf - 1)
+        trend, columns = numpy.split(self.coefficients(k)[0][1:], [info.trend])
+        place = (2 * t - info.trend_start - info.trend_end) / ((info.trend_end - info.trend_start) or 1)
+        values = numpy.polynomial.chebyshev.chebval(place, [0, *trend])
+        return values if rows is None else values + plain("rows", rows) @ columns
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws the power over frequency and period, with the highest peak and the power of a peak with FAP 0.001.
+
+        ax: Axes to draw into, in their style; None: a new figure of pyplot. Raises StateError as peak(), ValueError
+        without two frequencies above 0."""
+        return plots().periodogram(self, ax)
 
     def log10_fap(self, log10_residual: float, method: str = "baluev") -> float:
         """Returns log10 of the false alarm probability (FAP) of a power P on this grid.
@@ -346,7 +403,7 @@ class View(Handle):
     def copy(self) -> Periodogram:
         """Returns an independent periodogram with the same grid, options and samples."""
         copy = Periodogram._adopt(self._create(library.toliman_period_copy, self._c))
-        copy.value_unit = self.value_unit
+        copy.value_unit, copy._time_unit = self.value_unit, self._name_of_time_unit()
         if hasattr(self, "_epoch"):
             copy._epoch = self._epoch
         return copy
@@ -399,6 +456,10 @@ class Periodogram(View):
     """
 
     _destroy = "toliman_period_destroy"
+    _time_unit = "units of t"  # until a date or an integer of nanoseconds is pushed
+
+    def _name_of_time_unit(self) -> str:
+        return self._time_unit
 
     def __init__(self, f0: float, df: float, nf: int, *, fit_mean: bool = True, time_offset: typing.Any = 0.0,
                  value_offset: float = 0.0, value_bound: float = 2.0**20, sigma_floor: float = 1.0,
@@ -437,17 +498,20 @@ class Periodogram(View):
 
         Every sample counts as evidence: a sample pushed twice is counted twice.
         """
-        unit = self._unit_for(y)
+        unit, plain_t = self._unit_for(y), t if ns else plain_times("t", t)
         row = _rows(self, None if rows is None else [plain("rows", rows)], 1)
-        check(library.toliman_period_push_samples(self._c, _sample(t, y, sigma, t_low, ns, unit), pointer(row), 1))
+        sample = _sample(plain_t, y, sigma, t_low, ns, unit)
+        check(library.toliman_period_push_samples(self._c, sample, pointer(row), 1))
         self.value_unit = unit
+        if ns or plain_t is not t:
+            self._time_unit = name_of_unit(self.info.unit_ns) if ns else "days"
 
     def push_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,
                   rows: ArrayLike | None = None) -> None:
         """Adds arrays of samples, all or none. sigma may be one number; None: unweighted. rows: values of the columns,
         of the shape (samples, columns). Exceptions as in push()."""
-        unit = self._unit_for(y)
-        times, values, sigmas = _series(t, y, sigma, unit)
+        unit, plain_t = self._unit_for(y), plain_times("t", t)
+        times, values, sigmas = _series(plain_t, y, sigma, unit)
         functions = _rows(self, rows, len(times))
         if functions is None:
             check(library.toliman_period_push_many(self._c, pointer(times), pointer(values), pointer(sigmas), len(times)))
@@ -455,6 +519,8 @@ class Periodogram(View):
             check(library.toliman_period_push_samples(self._c, _samples(times, values, sigmas), pointer(functions),
                                                       len(times)))
         self.value_unit = unit
+        if plain_t is not t:
+            self._time_unit = "days"
 
     def retract(self, t: float, y: float, sigma: float | None = None, *, rows: ArrayLike | None = None,
                 t_low: float = 0.0, ns: bool = False) -> None:

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import types
 import typing
@@ -13,6 +14,7 @@ from . import _raw
 from ._arguments import Doubles, array_of, listed, of_kind, options_of, plain, pointer, real, shaped, whole
 from ._handle import Handle
 from ._library import check, library
+from ._plots import Axes, Figure, plots
 from ._predictions import structured
 from ._progress import Progress, Watch
 from . import _results
@@ -55,12 +57,25 @@ class Planet(_results.Planet):
         return super()._of(types.SimpleNamespace(**members))
 
 
+class Given(typing.NamedTuple):
+    """The series of a search: times, position angles or None, arcsec per unit of the values (0: not known), their unit
+    as text, whether they are velocities, and days per unit of the times."""
+
+    t: Doubles
+    position_angle_deg: Doubles | None
+    unit_arcsec: float
+    unit: str
+    is_velocity: bool
+    time_unit_days: float
+
+
 class Planets(Handle):
     """Result of planets(). Several threads may use it at the same time."""
 
     _kind, _destroy = _raw.toliman_planet, "toliman_planet_destroy"
     _n: int
     _samples: int
+    _given: Given
 
     @property
     def info(self) -> PlanetInfo:
@@ -152,6 +167,27 @@ class Planets(Handle):
         detected = ctypes.c_uint32()
         check(library.toliman_planet_inject(self._c, ctypes.byref(cell), ctypes.byref(detected)))
         return detected.value
+
+    def plot_corner(self, index: int = 0) -> Figure:
+        """Draws the posterior of a candidate: histograms of its samples and of all pairs of them. Periods are in days,
+        amplitudes in microarcsec if the unit of the values is known. Returns the figure."""
+        return plots().corner(self, index)
+
+    def plot_folded(self, index: int = 0, ax: Axes | None = None) -> typing.Union[Axes, Figure]:
+        """Draws the series less the other planets and the nuisance functions over the phase of a candidate, with its
+        orbit on the mean axis and the means of 24 intervals.
+
+        ax: Axes to draw into, in their style, and to return. None: a new figure of pyplot, with the residuals below,
+        is returned."""
+        return plots().folded(self, index, ax)
+
+    def plot_limits(self, periods: ArrayLike | None = None, ax: Axes | None = None) -> Axes:
+        """Draws limits() with the planets found; if masses are known, in masses on A, with the planets of the solar
+        system.
+
+        periods: at least two, in the unit of the times; None: 50 from period_min to period_max. ax: Axes to draw into,
+        in their style; None: a new figure of pyplot."""
+        return plots().limits(self, periods, ax)
 
     def __len__(self) -> int:
         return self.info.planets
@@ -245,4 +281,12 @@ def planets(t: Measurements | Tracker | str | os.PathLike[str] | ArrayLike, y: A
                                               check=watch.check))
     made._n = sum(len(one) for one in (series, velocities, velocities_b) if one is not None)
     made._samples = whole("samples", samples, 2**32) or 4096
+    made._given = _given_of(series, has_angles=not math.isnan(made.info.axis_deg), value_unit=unit_of(y))
     return made
+
+
+def _given_of(series: Measurements, has_angles: bool, value_unit: typing.Any) -> Given:
+    info, is_velocity = series.info, series.kind == "velocity"
+    angles = series.values("position_angle_deg") if has_angles else None
+    unit = series._value_label() if value_unit is None else str(value_unit)
+    return Given(series.t, angles, 0 if is_velocity else info.unit, unit, is_velocity, info.time_unit_days or 1)

@@ -19,6 +19,7 @@ from ._arguments import Doubles, file_name, listed, of_kind, options_of, pointer
 from ._handle import Handle
 from ._log import log
 from ._pixels import FRAMES_PER_CALL
+from ._plots import Axes, plots
 from ._progress import Progress, Watch
 from ._results import Bounds, Parameter, Plan, SceneInfo
 from ._words import number
@@ -322,6 +323,17 @@ class Simulator(Handle):
         check(library.toliman_sim_expose(self._c, pointer(given), self._seed(seed), whole("first", first), len(given),
                                          pointer(images)))
         return images[0] if one else images
+
+    def plot_frame(self, k: int = 0, ax: Axes | None = None) -> Axes:
+        """Draws frame k in logarithmic colours, down to 1e-5 of its brightest pixel. The axes are in px from the
+        centre.
+
+        ax: Axes to draw into, in their style; None: a new figure of pyplot."""
+        return plots().frame(self, k, ax)
+
+    def plot_pupil(self, ax: Axes | None = None) -> Axes:
+        """Draws the optical path difference of the pupil in nm, grey where no light passes. ax: as for plot_frame()."""
+        return plots().pupil(self, ax)
 
     def _range(self, first: int, count: int | None) -> tuple[int, int]:
         first = whole("first", first)

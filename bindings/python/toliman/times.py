@@ -176,6 +176,11 @@ def _tai_of_utc(name: str, times: NDArray[numpy.datetime64]) -> NDArray[numpy.in
     return tai
 
 
+def name_of_unit(unit_ns: float) -> str:
+    """Returns the name of a unit of time, for labels."""
+    return {86400e9: "days", 1e9: "s"}.get(unit_ns, f"units of {unit_ns / 1e9:g} s")
+
+
 def unit_of(values: typing.Any) -> typing.Any:
     """Returns the unit of a Quantity, or None."""
     return getattr(values, "unit", None) if hasattr(values, "to_value") else None

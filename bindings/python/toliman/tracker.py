@@ -30,6 +30,7 @@ from .linear import Template
 from .measure import Measurements
 from .periodogram import Peak, View, warn_if_inaccurate
 from .sky import Sky
+from .times import name_of_unit
 
 
 @dataclasses.dataclass(frozen=True)
@@ -407,6 +408,9 @@ class _TrackerView(View):
     def __init__(self, tracker: Tracker):
         super().__init__(None)
         self._tracker = tracker
+
+    def _name_of_time_unit(self) -> str:
+        return name_of_unit(self.info.unit_ns)
 
     @property
     def _c(self) -> typing.Any:

@@ -106,7 +106,8 @@ def draw_images(axes: typing.Sequence[Axes], panels: typing.Sequence[Panel], sky
             if sky is not None and panel.axis_unit == "arcsec" and panel.scale == "log":
                 _mark(axis, panel, sky)
         extend = "min" if panels[start].scale == "log" else "neither"
-        axes[0].figure.colorbar(shown, ax=axes[start:end], label=plain(panels[start].unit), fraction=0.05, pad=0.02,
+        places = axes[start] if end == start + 1 else axes[start:end]
+        axes[0].figure.colorbar(shown, ax=places, label=plain(panels[start].unit), fraction=0.05, pad=0.02,
                                 extend=extend)
 
 

@@ -11,14 +11,13 @@ from . import glossary, mask_figures, results
 from .mask_information import Simulated, simulate
 from .page import Page, add_provenance
 from .results import Array, Result, malformed
-from .text import UNKNOWN, exponential, fixed, scientific
+from .text import UNITS, UNKNOWN, exponential, fixed, scientific
 
 SCHEMA = "toliman-pupil/1"
 _MASKS = {"scene's mask": "scene_mask", "designed mask": "designed"}
 # Free parameters: keys of the bound and, if there is one, of the quantum bound.
 _SETS = {"none": ("crb_alone_px", "quantum_px"), "fluxes, shift": ("crb_flux_shift_px", "quantum_flux_shift_px"),
          "all of the design": ("crb_px", "")}
-_UNITS = {"photon": "photons", "electron": "electrons", "dn": "DN"}
 _WORDS = {
     **glossary.BOUND,
     "quantum bound": "the smallest bound for this pupil with any mask that only delays light, if no light is lost",
@@ -193,7 +192,8 @@ def _add_information(simulated: Simulated, page: Page) -> None:
     information = simulated.information
     half = _pixels_with_half(information.share)
     page.add_figure("mask-information",
-                    mask_figures.information(simulated.frame, _UNITS[simulated.unit], information.share, simulated.stars),
+                    mask_figures.information(simulated.frame, UNITS[simulated.unit], information.share,
+                                             simulated.stars),
                     "Left: the noise-free frame with the mask. Right: share of each pixel in the information on the "
                     "separation. The share is r²/V over its sum: r is the derivative image by the separation less its weighted "
                     "least-squares fit by those of the free parameters, V the variance. Half of the information is in "

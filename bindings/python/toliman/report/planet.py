@@ -14,7 +14,6 @@ from .text import LOG_FAP, UNKNOWN, decimals_of, fixed
 
 SCHEMA = "toliman-planet/1"
 _LOG_BAYES = "log₁₀ Bayes factor"
-_BELOW = "the odds are below the threshold"
 _WORDS = {
     "Bayes factor": "how much more probable the series is with this planet than without, with the priors of the search; it does "
                     "not contain the odds before the series was known",
@@ -74,7 +73,7 @@ def _reasons(candidate: Result) -> list[str]:
 
 def _is_fitted(candidate: Result) -> bool:
     """Whether its odds reach the threshold, so that its signal is in the joint fit."""
-    return _is_planet(candidate) or _BELOW not in _reasons(candidate)
+    return _is_planet(candidate) or planet_figures.BELOW not in _reasons(candidate)
 
 
 def _name(candidate: Result, number: int) -> str:

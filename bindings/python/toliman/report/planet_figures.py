@@ -14,6 +14,7 @@ from .results import Array
 from .style import BLUE, DARK, DOTS, GREEN, GREY, ORANGE, new_figure, plain, styled
 
 SOLAR = {"Venus": (224.70, 0.815), "Earth": (365.25, 1.0), "Mars": (686.98, 0.107), "Neptune": (60190.0, 17.15)}
+BELOW = "the odds are below the threshold"  # the reason of candidates that are not in the joint fit
 HEIGHT_OF_FOLDED, HEIGHT_OF_LIMITS = 5.4, 4.2  # inch
 _BINS = 40  # of a histogram of samples
 _CURVE = 600  # points of a folded signal

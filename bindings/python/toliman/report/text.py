@@ -7,6 +7,7 @@ import typing
 UNKNOWN = "–"
 MINUS = "−"
 LOG_FAP = "log₁₀ FAP"
+UNITS = {"photon": "photons", "electron": "electrons", "dn": "DN"}  # of frames
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
