@@ -184,9 +184,9 @@ class _Units:
     """Factors from the numbers of Planets to those of their plots, and names of units. size: of amplitudes."""
 
     def __init__(self, given: searches.Given, size: float):
-        known = 1e6 * given.unit_arcsec if given.unit_arcsec > 0 else 1.0
-        factor, self.unit = short_unit([known * size], "µas" if given.unit_arcsec > 0 else style.plain(given.unit))
-        self.days, self.amplitude = given.time_unit_days, factor * known
+        self.days, self.amplitude, self.unit = given.time_unit_days, 1e6 * given.unit_arcsec, "µas"
+        if given.unit_arcsec == 0:
+            self.amplitude, self.unit = short_unit([size], style.plain(given.unit))
         self.mass = "mass, Earths" if given.is_velocity else "mass on A, Earths"
 
 
