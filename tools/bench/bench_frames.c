@@ -25,8 +25,8 @@ static double *frames_of(const toliman_sim *sim, int count) {
 
 static void report(const char *part, double *times, int frames, double last) {
     const timing of = timing_of(times, REPEATS);
-    printf("{\"part\": \"%s\", \"seconds\": %.9g, \"spread\": %.3g, \"frames\": %d, \"last\": %.17g}\n", part, of.median,
-           of.spread, frames, last);
+    printf("{\"part\": \"%s\", \"seconds\": %.9g, \"spread\": %.3g, \"frames\": %d, \"last\": %.17g}\n", part,
+           of.median, of.spread, frames, last);
 }
 
 static void measure_network(int count) {

@@ -48,14 +48,17 @@ class Frames:
         self.is_one = False
         self._iterator: typing.Iterator[typing.Any] | None = None
         self._array: typing.Any = None
-        if isinstance(frames, (list, tuple)) and len(frames) > 0 and numpy.ndim(frames[0]) == 2:
-            self.count, self._iterator = len(frames), iter(frames)
-        elif isinstance(frames, typing.Iterable) and not isinstance(frames, (str, bytes, list, tuple)) and not (
-                hasattr(frames, "shape") or hasattr(frames, "__array__")):
+        is_array = hasattr(frames, "shape") and hasattr(frames, "__getitem__")
+        if isinstance(frames, (list, tuple)):
+            has_frames = len(frames) > 0 and numpy.ndim(frames[0]) == 2
+        else:
+            has_frames = (hasattr(frames, "__iter__") and not isinstance(frames, (str, bytes))
+                          and not is_array and not hasattr(frames, "__array__"))
+        if has_frames:
+            self.count = len(frames) if isinstance(frames, (list, tuple)) else self.count
             self._iterator = iter(frames)
         else:
-            self._set_array(frames if hasattr(frames, "shape") and hasattr(frames, "__getitem__")
-                            else plain("frames", frames), takes_one)
+            self._set_array(frames if is_array else plain("frames", frames), takes_one)
         self._windows = windows
         self._places = None if self.count is None else _windows_of(windows, self.count)
 

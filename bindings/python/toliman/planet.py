@@ -28,6 +28,7 @@ from .tracker import Tracker
 _SAMPLE = numpy.dtype([(name, numpy.float64) for name in (
     "period", "eccentricity", "periastron_deg", "epoch", "amplitude", "mass_a", "mass_b", "jitter", "inclination_deg",
     "node_deg")])
+_PERIODS_PER_CALL = 16  # of limits; progress and Ctrl-C are checked after each call
 _STARS = {"a": 0, "b": 1, "": -1}
 _Pair = typing.Tuple[float, float]
 
@@ -139,16 +140,22 @@ class Planets(Handle):
         check(library.toliman_planet_get_residuals(self._c, len(residuals), pointer(residuals)))
         return residuals
 
-    def limits(self, periods: ArrayLike, probability: float = 0.95) -> NDArray:
+    def limits(self, periods: ArrayLike, probability: float = 0.95, *,
+               progress: Progress | bool | None = None) -> NDArray:
         """Returns limits of one planet more, on circular orbits: a structured array of the shape of `periods` with the
         members of PlanetLimit.
 
         probability: that a planet of the amplitude `upper` is not excluded, and that a search calls one of the amplitude
-            `detectable` a planet."""
-        given = plain("periods", periods)
+            `detectable` a planet. progress: as for Simulator; Ctrl-C cancels, too."""
+        given, level = plain("periods", periods), real("probability", probability)
         made = array_of(_raw.toliman_planet_limit, given.size)
-        check(library.toliman_planet_get_limits(self._c, pointer(given), given.size, real("probability", probability),
-                                                made))
+        with Watch(progress) as watch:
+            for first in range(0, given.size, _PERIODS_PER_CALL):
+                count = min(_PERIODS_PER_CALL, given.size - first)
+                made[first].struct_size = ctypes.sizeof(_raw.toliman_planet_limit)
+                watch.check(library.toliman_planet_get_limits(self._c, pointer(given.ravel()[first:]), count, level,
+                                                              ctypes.byref(made[first])))
+                watch.step("limits", (first + count) / given.size)
         return structured(made)[:given.size].reshape(given.shape)
 
     def inject(self, periods: _Pair, sizes: _Pair, count: int = 1000, *, star: str = "", circular: bool = False,
