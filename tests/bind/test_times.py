@@ -158,7 +158,7 @@ class Dates(unittest.TestCase):
                     (periodogram.push_many if numpy.ndim(bad) else periodogram.push)(bad, Y if numpy.ndim(bad) else 1)
             with refused(TypeError, "t"):
                 periodogram.push_many(TimeDelta(DAYS, format="jd"), Y)
-            with refused(units.UnitConversionError, "'m'"):
+            with refused(units.UnitConversionError, "t"):
                 periodogram.push_many(DAYS * units.m, Y)
             self.assertEqual(len(periodogram), 0)
         for text, why in (("2028-02-30", "text"), ("1950-01-01", "text"), ("\0", "time")):

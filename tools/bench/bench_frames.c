@@ -19,7 +19,7 @@ static double wall_s(void) {
 static double *frames_of(const toliman_sim *sim, int count) {
     double *const frames = malloc((size_t)count * 256 * 256 * sizeof *frames);
     assert_non_null(frames);
-    assert_ok(toliman_sim_frame(sim, NULL, 1, 0, count, frames));
+    assert_ok(toliman_sim_frame(sim, NULL, 1, 0, (size_t)count, frames));
     return frames;
 }
 

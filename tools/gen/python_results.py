@@ -73,11 +73,22 @@ RESULTS = {
     "toliman_sky_hypothesis": "Hypothesis",
     "toliman_series_info": None,
     "toliman_track_outcome": "Outcome",
-    "toliman_track_record": None,
+    "toliman_track_record": "Record",
     "toliman_track_column": None,
     "toliman_track_info": "TrackInfo",
     "toliman_track_goodness": "FolderGoodness",
     "toliman_track_stream": "Stream",
+}
+
+# What Python has in place of other names in comments.
+NAMES_IN_PYTHON = {
+    "toliman_cae_reconstruct": "CAE.reconstruct()",
+    "toliman_frame": "Frame",
+    "toliman_measure_data": "Measurements.of()",
+    "toliman_period_query_fit": "fit()",
+    "toliman_period_suggest": "suited_grid()",
+    "toliman_series_info": "toliman/series.h",
+    "toliman_sky_create": "Sky()",
 }
 
 # Members that hold a constant, which Python shows as a word: the enumeration of each.
@@ -148,6 +159,35 @@ def filled(model):
     return [item for item in structs if RESULTS[item.name] is not None]
 
 
+def word_of(constant):
+    """Returns the last part of a constant's name: TOLIMAN_PERIOD_AT_EDGE gives AT_EDGE."""
+    return constant.split("_", 2)[2]
+
+
+def flag_doc(model, item, constant):
+    """Returns the comment of a flag: its line in the comment above its group, or its own."""
+    bit = model.by_name[constant]
+    for heading in (bit.heading, *(model.by_name[one].heading for one in FLAGS[item.name])):
+        line = re.search(rf"^ +{word_of(constant)} +(.+)$", heading, re.M)
+        if line:
+            return line.group(1)
+    return re.sub("^Flags?: ", "", bit.doc or bit.heading)
+
+
+def constants_of(model):
+    """Returns the constants that are words, or names of bool members, in Python, each with what Python writes."""
+    spaced = ("TOLIMAN_GOODNESS_", "TOLIMAN_PERIOD_INTERVAL_")
+    prefixes = {f"{name}_" for name in [*WORDS.values(), "TOLIMAN_CAE_MODE"]}
+    found = {}
+    for item in model.all(Constant):
+        prefix = next((one for one in prefixes if item.name.startswith(one)), None)
+        if prefix:
+            word = item.name.removeprefix(prefix)
+            found[word] = f'"{word.lower().replace("_", " " if prefix in spaced else "_")}"'
+    found.update({word_of(flag): word_of(flag).lower() for flags in FLAGS.values() for flag in flags})
+    return found
+
+
 def members(model, item, field):
     """Yields (name, type, comment, further arguments of member()) for each Python member of a C field."""
     name, kind = field.name, field.type
@@ -156,13 +196,13 @@ def members(model, item, field):
     if name == "flags":
         for constant in FLAGS.get(item.name, ()):
             bit = model.by_name[constant]
-            yield constant.split("_", 2)[2].lower(), "bool", bit.doc or bit.heading, f", flag={bit.value}"
+            yield word_of(constant).lower(), "bool", flag_doc(model, item, constant), f", flag={bit.value}"
     elif name in WORDS and kind.base == "int32_t":
         words = WORDS.get(f"{item.name}.{name}", WORDS[name])
-        doc = re.sub(r"\w+, \.\.\.|\w*_?\.\.\.", f"{words}_... as a word", field.doc)
+        doc = re.sub(r"\w+, \.\.\.|\w*_?\.\.\.", f"{words}_...", field.doc)
         yield name, "str", doc, f', words="{words}"'
     elif name in SWITCHES or f"{item.name}.{name}" in SWITCHES:
-        yield name, "bool", field.doc.removeprefix("1: "), ""
+        yield name, "bool", re.sub("^1(?:: | if )", "", field.doc), ""
     elif name in NAMES:
         yield name, "tuple[str, ...]", NAMES[name], ""
     elif kind.base == "char":
@@ -176,10 +216,18 @@ def members(model, item, field):
         yield name, "float" if kind.base == "double" else "int", field.doc, ""
 
 
-def one_line(text):
-    """Returns a comment on one line, with the names of C replaced by those of Python."""
+def one_line(text, constants):
+    """Returns a comment on one line, as in_python()."""
     text = " ".join(text.split()).replace("flag: ", "")
-    text = re.sub(r"^Flag of (?:toliman_\w+: )?", "", text)
+    return in_python(re.sub(r"^Flag of (?:toliman_\w+: )?", "", text), constants)
+
+
+def in_python(text, constants):
+    """Returns a comment with the names of C replaced by those of Python. constants: of constants_of()."""
+    text = re.sub(r"\s*\(promise: [\w-]+\)", "", text)
+    text = re.sub(r"(?<![\w\"])[A-Z][A-Z_]+(?![\w\"])", lambda match: constants.get(match[0], match[0]), text)
+    names = {**RESULTS, **NAMES_IN_PYTHON}
+    text = re.sub(r"\btoliman_\w+", lambda match: names.get(match[0]) or match[0], text)
     text = re.sub(rf"TOLIMAN_(?:{ENUMERATIONS}|[A-Z]+)_(\.\.\.|[A-Z_0-9]+)", lambda match: match.group(1).lower(), text)
     text = text.replace("toliman_period_query_fap of log10_residual, SEQUENTIAL", 'log10_fap(log10_residual, "sequential")')
     text = re.sub(r"\b(?:toliman_period_)?query_(\w+)", r"\1", text)
@@ -188,11 +236,12 @@ def one_line(text):
 
 def dataclass(model, item):
     """Returns the class of one struct."""
-    doc = item.doc or f"Members of {item.name}."
+    constants = constants_of(model)
+    doc = in_python(item.doc, constants) or f"Members of {item.name}."
     text = f"\n\n@result\nclass {RESULTS[item.name]}(Result):\n    {quoted(doc, 4)}\n\n"
     for field in sorted(item.fields, key=lambda field: field.name == "flags"):  # these last
         for name, kind, comment, more in members(model, item, field):
-            comment = one_line(comment)
+            comment = one_line(comment, constants)
             value = f" = member({json.dumps(comment)}{more})" if comment or more else ""
             text += f"    {name}: {kind}{value}\n"
     return text
@@ -204,4 +253,7 @@ def write(model):
         for constant in constants:
             if not isinstance(model.by_name.get(constant), Constant):
                 raise SystemExit(f"tools/gen/python_results.py: FLAGS names {constant}, which no header defines")
-    return HEAD + "".join(dataclass(model, item) for item in filled(model))
+    structs = filled(model)
+    rows = "".join(f'    "{item.name}": {RESULTS[item.name]},\n' for item in structs)
+    of_structs = f"\n\n# The class of each struct.\nOF_STRUCTS: dict[str, type] = {{\n{rows}}}\n"
+    return HEAD + "".join(dataclass(model, item) for item in structs) + of_structs

@@ -26,12 +26,19 @@ Dates and units
     Days (MJD) of TAI, in days, which resolve 0.6 us. A datetime without time zone is taken as UTC. A Quantity of astropy
     becomes days. astropy.time.Time(mjd, format="mjd", scale="tai") converts back. datetime and datetime64 have no leap
     seconds: the second 23:59:60 equals the second after it.
+    Numbers whose name ends in a unit (exposure_s), periods of a series in days and angles may be a Quantity, which is
+    converted; all others refuse one.
     Values may be a Quantity, then their sigma too. period() and batch() compute in the unit of the values, a Periodogram in
     that of its first sample, in which results are. Frequencies are cycles per day then.
 
 Plots
     plot() of a Peak, a Periodogram, Measurements and others draws with matplotlib: in a new figure of pyplot, or with
     plot(ax=axes) on axes of yours, in your style. They return the Axes; those that make several, the Figure.
+
+Tables
+    to_table() gives an astropy Table with units and descriptions, to_pandas() a DataFrame, of series, periodograms,
+    calibrations, planets, trackers, results, and of the arrays and lists of results that methods return. table.write()
+    then writes ECSV or FITS. Rows(results) makes such a list of your own. Measurements.of_table() reads tables.
 
 Errors
     A failed library call raises a subclass of toliman.Error with the library's message. Each is also a Python
@@ -67,4 +74,4 @@ def __getattr__(name: str) -> typing.Any:
 
 
 def __dir__() -> list[str]:
-    return [*globals(), *__getattr__("__all__")]
+    return list(__getattr__("__all__"))

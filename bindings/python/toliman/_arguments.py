@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._library import check, check_asked, library
+from ._units import unit_of_name
 
 Doubles = NDArray[numpy.float64]
 doubles = ctypes.POINTER(ctypes.c_double)
@@ -43,10 +44,29 @@ def whole_float(name: str, value: float) -> int:
                  else value)  # type: ignore[arg-type]
 
 
-def real(name: str, value: typing.Any) -> float:
-    """Returns one number as a float; TypeError for an array or for a quantity with a unit."""
-    _refuse_unit(name, value)
-    if not isinstance(value, (int, float, numpy.integer, numpy.floating)):
+def in_unit(name: str, value: typing.Any, unit: str) -> typing.Any:
+    """Returns a Quantity of astropy, also one in a list, as numbers in a unit, anything else as it is. "", or pix: the
+    argument has no unit, or takes plain numbers only: TypeError. UnitConversionError of astropy for another unit."""
+    if isinstance(value, (list, tuple)):
+        return [in_unit(name, one, unit) for one in value]
+    given = getattr(value, "unit", None)
+    if given is None:
+        return value
+    if unit in ("", "pix"):
+        _refuse_unit(name, value)
+    if not hasattr(value, "to_value"):  # a column of a table, or a masked quantity of an old version
+        value = value.quantity
+    try:
+        return value.to_value(unit)
+    except ValueError as error:  # UnitConversionError of astropy
+        raise type(error)(f"{name} is in {given}: must be in {unit}, or a plain number") from None
+
+
+def real(name: str, value: typing.Any, unit: str | None = None) -> float:
+    """Returns one number as a float; TypeError for an array. A Quantity is converted to the unit, None: that of the
+    name, as of exposure_s; without one, TypeError."""
+    value = in_unit(name, value, unit_of_name(name) if unit is None else unit)
+    if not isinstance(value, (int, float, numpy.integer, numpy.floating)) or isinstance(value, numpy.timedelta64):
         array = numpy.asarray(value)
         if array.ndim != 0 or array.dtype.kind not in "biuf":
             raise TypeError(f"{name} is a {type(value).__name__}: give one number")
@@ -72,6 +92,12 @@ def _refuse_unit(name: str, values: object) -> None:
         raise TypeError(f"{name} is in {unit}: give plain numbers, for example {name}.to_value(...)")
 
 
+def _without_unit(name: str, values: typing.Any, unit: str) -> typing.Any:
+    """Returns in_unit(), also of lists, which are examined only if they are not of plain numbers."""
+    is_list = isinstance(values, (list, tuple)) and not all(isinstance(one, (int, float)) for one in values)
+    return in_unit(name, values, unit) if is_list or hasattr(values, "unit") else values
+
+
 def refuse_lost(name: str, values: object) -> None:
     """Raises for values whose mask or unit the conversion would drop, also inside lists."""
     if numpy.ma.is_masked(values):
@@ -83,8 +109,10 @@ def refuse_lost(name: str, values: object) -> None:
                 refuse_lost(name, value)
 
 
-def plain(name: str, values: ArrayLike) -> Doubles:
-    """Returns a float64 array in C order and native byte order; raises where a mask, a unit or digits would be lost."""
+def plain(name: str, values: ArrayLike, unit: str | None = None) -> Doubles:
+    """Returns a float64 array in C order and native byte order; raises where a mask, a unit or digits would be lost. A
+    Quantity is converted as by real()."""
+    values = _without_unit(name, values, unit_of_name(name) if unit is None else unit)
     refuse_lost(name, values)
     try:
         array = numpy.asarray(values)
@@ -108,9 +136,9 @@ def pointer(array: NDArray | None) -> typing.Any:
     return None if array is None else array.ctypes.data_as(doubles)
 
 
-def shaped(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Doubles:
+def shaped(name: str, values: ArrayLike, shape: tuple[int, ...], unit: str | None = None) -> Doubles:
     """Returns plain(values) and requires the given shape, in which -1 means any length."""
-    array = plain(name, values)
+    array = plain(name, values, unit)
     has_shape(name, values, shape)
     return array
 

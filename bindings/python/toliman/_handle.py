@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import html
 import typing
 import weakref
 
@@ -94,15 +95,24 @@ class Handle:
         """Destroys the object and frees its memory; later calls raise ValueError. Closing twice is allowed."""
         self._pointer = None
 
+    @property
+    def _is_open(self) -> bool:
+        try:
+            return self._c is not None
+        except ValueError:
+            return False
+
     def _summary(self) -> str:
         """Text of repr() for an open object."""
         return type(self).__name__
 
     def __repr__(self) -> str:
-        try:
-            return f"<{self._summary()}>"
-        except ValueError:
-            return f"<closed {type(self).__name__}>"
+        return f"<{self._summary()}>" if self._is_open else f"<closed {type(self).__name__}>"
+
+    def _repr_html_(self) -> str:
+        """The properties of an open object; a notebook shows them."""
+        info = getattr(self, "info", None) if self._is_open else None
+        return f"<p>{html.escape(repr(self))}</p>" + (info._repr_html_() if isinstance(info, Result) else "")
 
     def __bool__(self) -> bool:
         return True

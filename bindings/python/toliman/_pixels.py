@@ -124,6 +124,7 @@ def _windows_of(windows: ArrayLike | None, count: int) -> NDArray | None:
     """Returns the places [frame][2] of the frames' windows as the library takes them; None: unknown places."""
     if windows is None:
         return None
+    refuse_lost("windows", windows)
     places = numpy.asarray(windows)
     if places.dtype.kind not in "iu":
         raise ValueError(f"windows: dtype {places.dtype}: must be integers")

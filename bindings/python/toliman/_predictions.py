@@ -5,12 +5,14 @@ import ctypes
 import typing
 
 import numpy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import _raw
 from ._arguments import array_of, has_shape, plain, real, shaped
 from ._pixels import length_of
+from ._results import OF_STRUCTS
 from ._spread import Spread
+from ._table import Records, Units, records_of
 
 # The numbers of a prediction: numpy has no type for its pointer.
 _MEMBERS = ("time_days", "x_px", "y_px", "separation_px", "position_angle_deg")
@@ -24,7 +26,7 @@ def prediction_of(time_days: float, shift: tuple[float, float], separation: floa
     x, y = shaped("shift", shift, (2,))
     made = _raw.toliman_fit_prediction(time_days=real("time_days", time_days), x_px=x, y_px=y,
                                        separation_px=real("separation", separation),
-                                       position_angle_deg=real("position_angle", position_angle))
+                                       position_angle_deg=real("position_angle", position_angle, "deg"))
     if spread is not None:
         made.spread = ctypes.pointer(spread.struct())
     return made
@@ -35,9 +37,10 @@ def predictions_of(count: int, times_days: ArrayLike, shifts: ArrayLike, separat
     """An array of structs from one number per frame, or one for all; spreads: one per frame, or None."""
     made = array_of(_raw.toliman_fit_prediction, count)
     rows = numpy.frombuffer(made, _NUMBERS, count)
-    for member, name, values in (("time_days", "times_days", times_days), ("separation_px", "separations", separations),
-                                 ("position_angle_deg", "position_angles", position_angles)):
-        numbers = plain(name, values)
+    for member, name, values, unit in (("time_days", "times_days", times_days, "d"),
+                                       ("separation_px", "separations", separations, ""),
+                                       ("position_angle_deg", "position_angles", position_angles, "deg")):
+        numbers = plain(name, values, unit)
         has_shape(name, numbers, (count,) if numbers.ndim else ())
         rows[member] = numbers
     pairs = plain("shifts", shifts)
@@ -71,17 +74,17 @@ class Predictions:
         return ctypes.byref(structs[place])
 
 
-def structured(structs: typing.Any) -> NDArray:
-    """The members of an array of structs, without struct_size and reserved ones."""
+def structured(structs: typing.Any, units: Units = {}) -> Records:
+    """The members of an array of structs, without struct_size and reserved ones. units: as of column_of()."""
     given = numpy.ctypeslib.as_array(structs)
     names = [name for name in given.dtype.names or () if name not in ("struct_size", "reserved")]
     made = numpy.empty(len(given), [(name, given.dtype[name]) for name in names])
     for name in names:
         made[name] = given[name]
-    return made
+    return records_of(made, OF_STRUCTS.get(structs._type_.__name__), units)
 
 
-def joined(blocks: typing.Sequence[typing.Any], kind: type) -> NDArray:
+def joined(blocks: typing.Sequence[typing.Any], kind: type) -> Records:
     """The members of the structs of blocks, pairs of an array of structs and their number, in one array."""
-    parts = [structured(structs)[:count] for structs, count in blocks]
-    return numpy.concatenate(parts) if parts else structured(array_of(kind, 0))[:0]
+    parts = [structured(structs)[:count] for structs, count in blocks] or [structured(array_of(kind, 0))[:0]]
+    return records_of(numpy.concatenate(parts), OF_STRUCTS.get(kind.__name__), {})

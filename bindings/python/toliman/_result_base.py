@@ -2,9 +2,10 @@
 from __future__ import annotations
 
 import dataclasses
-import html
 import typing
 
+from ._shown import brief_repr, html_table
+from ._table import Column, Rows, Tabular, text_of
 from ._words import words as words_of
 
 
@@ -12,7 +13,8 @@ def member(doc: str, *, words: str = "", flag: int = 0) -> typing.Any:
     """Declares a documented member. words: prefix of the enumeration whose constants the member holds as words; flag:
     the bit of the struct's `flags` that a bool member reports."""
     if words:
-        doc = doc.replace("...", ", ".join(words_of(words).values()))
+        known = ", ".join(words_of(words).values())
+        doc = doc.replace("...", known) if "..." in doc else f"{known}; {doc}" if doc else known
     return dataclasses.field(metadata={"doc": doc, "words": words, "flag": flag})
 
 
@@ -25,12 +27,11 @@ def result(kind: type) -> type:
     return kind
 
 
-def _text(value: typing.Any) -> str:
-    return f"{value:.9g}" if isinstance(value, float) else str(value)
+class Result(Tabular):
+    """Base class of results. In a table, a result is one row."""
 
-
-class Result:
-    """Base class of results."""
+    def _columns(self) -> dict[str, Column]:
+        return Rows([self])._columns()
 
     @classmethod
     def _of(cls, struct: typing.Any):
@@ -51,17 +52,13 @@ class Result:
         return value if field.type in ("int", "float") else tuple(value)
 
     def __repr__(self) -> str:
-        members = (f"{field.name}={getattr(self, field.name)!r}" for field in dataclasses.fields(self))
-        return f"{type(self).__name__}({', '.join(members)})"
+        return brief_repr(self)
 
     def __str__(self) -> str:
         fields = dataclasses.fields(self)
         width = max(len(field.name) for field in fields)
-        return "\n".join(f"{field.name:<{width}}  {_text(getattr(self, field.name))}" for field in fields)
+        return "\n".join(f"{field.name:<{width}}  {text_of(getattr(self, field.name))}" for field in fields)
 
     def _repr_html_(self) -> str:
-        left = "style='text-align:left'"
-        rows = "".join(f"<tr><th {left}>{field.name}</th><td>{html.escape(_text(getattr(self, field.name)))}</td>"
-                       f"<td {left}>{html.escape(field.metadata.get('doc', ''))}</td></tr>"
-                       for field in dataclasses.fields(self))
-        return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"
+        return html_table(type(self).__name__, ((field.name, text_of(getattr(self, field.name)),
+                                                 field.metadata.get("doc", "")) for field in dataclasses.fields(self)))

@@ -6,12 +6,13 @@ import typing
 
 from . import _raw
 from ._arguments import real, shaped
+from ._shown import Shown
 
 CUMULANTS = _raw.TOLIMAN_SPREAD_CUMULANTS
 
 
-@dataclasses.dataclass(frozen=True)
-class Spread:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Spread(Shown):
     """Number of the short frames of a sum, and distribution of the stars' places in them: the known jitter of a fit.
 
     frames: number of frames; a long exposure with known pointing jitter is 1 frame.

@@ -7,7 +7,7 @@ import functools
 import os
 import typing
 
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import _raw
 from ._arguments import array_of, file_name, load_options, of_kind, options_of, real, saved, whole
@@ -18,6 +18,7 @@ from ._pixels import Frames, frame_of
 from ._predictions import Predictions, joined, prediction_of, structured
 from ._progress import Progress, Watch
 from ._results import BankInfo, BankNetwork, BankPlan, BankResult, FitResult
+from ._table import Records, Rows
 from ._words import number
 from .cae import layout_number
 from .fit import Fit
@@ -79,9 +80,9 @@ class Bank(Handle):
         return self._read(library.toliman_bank_get_info, _raw.toliman_bank_info, BankInfo)
 
     @property
-    def networks(self) -> list[BankNetwork]:
+    def networks(self) -> Rows[BankNetwork]:
         """The networks by date, then place along y, then place along x."""
-        found = []
+        found: Rows[BankNetwork] = Rows()
         for index in range(self.info.networks):
             network = _raw.toliman_bank_network()
             check(library.toliman_bank_get_network(self._c, index, ctypes.byref(network)))
@@ -125,7 +126,7 @@ class Bank(Handle):
 
     def encode(self, frames: ArrayLike, *, times_days: ArrayLike = 0, shifts: ArrayLike = (0, 0),
                separations: ArrayLike = 0, position_angles: ArrayLike = 0, windows: ArrayLike | None = None,
-               progress: Progress | bool | None = None) -> tuple[NDArray, NDArray]:
+               progress: Progress | bool | None = None) -> tuple[Records, Records]:
         """Encodes frames [frame][row][column] of any pixel type, with windows as in CAE.encode. The predictions are one number (shifts: one pair) for
         all frames, or one per frame. Returns two structured arrays: a field for each member of toliman_bank_result, whose
         `flags` are the bits TOLIMAN_BANK_..., and the results of the fits, as Fit.frames()."""
@@ -195,9 +196,6 @@ class Bank(Handle):
         info = self.info
         return (f"Bank of {info.networks} networks of layout {info.layout} for {info.rows}x{info.cols} frames, "
                 f"{info.trained_networks} trained")
-
-    def _repr_html_(self) -> str:
-        return self.info._repr_html_()
 
 
 def _options(layout: str | None, first_days: float, last_days: float, spacing_px: float, places: int, steps: int,

@@ -10,22 +10,38 @@ from . import _raw
 from ._arguments import Doubles, listed, options_of, pointer, real, whole
 from ._library import check, library
 from ._plots import Axes, plots
+from ._shown import documented
+from ._table import Column, Rows, Tabular
 from ._results import BudgetRow, BudgetStep, BudgetSummary
 
 
-class Budget(typing.NamedTuple):
-    """Error budget of a scene: summary, bounds with more and more parameters free, one row per parameter, and the
-    correlations of the separation and the free parameters, [free + 1][free + 1]."""
-
+class _Budget(typing.NamedTuple):
     summary: BudgetSummary
-    steps: list[BudgetStep]
-    rows: list[BudgetRow]
+    steps: Rows[BudgetStep]
+    rows: Rows[BudgetRow]
     correlations: Doubles
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draws the bound of one frame with more and more parameters free, and the displacement by an Earth, if it is
         known. ax: Axes to draw into, in their style; None: a new figure of pyplot."""
         return plots().budget(self, ax)
+
+
+@documented(summary="bounds and the displacement due to an Earth", steps="bounds with more and more parameters free",
+            rows="one per parameter", correlations="of the separation and the free parameters, [free + 1][free + 1]")
+class Budget(_Budget, Tabular):
+    """Error budget of a scene: summary, bounds with more and more parameters free, one row per parameter, and the
+    correlations of the separation and the free parameters, [free + 1][free + 1]. In a table: the rows."""
+
+    def _columns(self) -> dict[str, Column]:
+        return Rows(self.rows)._columns()
+
+    def _facts(self) -> dict[str, typing.Any]:
+        return {"crb_px": self.summary.crb_px, "earth_px": self.summary.earth_px, "free": self.summary.free_count}
+
+    def __repr__(self) -> str:
+        summary = self.summary
+        return f"<Budget of {len(self.rows)} parameters: bound {summary.crb_px:.3g} px, {summary.free_count} free>"
 
 
 def budget_of(sim: typing.Any, free: typing.Sequence[str] | None, frames: int, earth_px: float) -> Budget:
@@ -43,5 +59,5 @@ def budget_of(sim: typing.Any, free: typing.Sequence[str] | None, frames: int, e
     correlations = numpy.empty((side, side))
     rows = listed(_raw.toliman_sim_budget_row, library.toliman_sim_get_budget_rows, sim, ctypes.byref(options),
                   pointer(correlations), side, capacity=summary.rows)
-    return Budget(BudgetSummary._of(summary), [BudgetStep._of(step) for step in steps],
-                  [BudgetRow._of(row) for row in rows], correlations)
+    return Budget(BudgetSummary._of(summary), Rows(map(BudgetStep._of, steps)), Rows(map(BudgetRow._of, rows)),
+                  correlations)

@@ -18,6 +18,7 @@ from ._handle import Handle
 from ._log import log
 from ._progress import Progress, Watch
 from ._results import NetworkInfo, Training
+from ._shown import brief_repr, documented, members_html
 from ._words import number
 from .sim import Scene, Simulator, simulator_of
 
@@ -25,6 +26,8 @@ from .sim import Scene, Simulator, simulator_of
 Frames = typing.Union[ArrayLike, typing.Callable[[int, int], ArrayLike]]
 
 
+@documented(image="[side][side] in counts", mmse="mean squared error", mssim="mean structural similarity",
+            photon_floor="mmse that noise alone causes")
 class Reconstruction(typing.NamedTuple):
     """The network's reconstruction of a frame and its quality.
 
@@ -37,6 +40,12 @@ class Reconstruction(typing.NamedTuple):
     mmse: float
     mssim: float
     photon_floor: float
+
+    def __repr__(self) -> str:
+        return brief_repr(self)
+
+    def _repr_html_(self) -> str:
+        return members_html(self)
 
 
 class CAE(Handle):
@@ -118,6 +127,7 @@ class CAE(Handle):
         """
         if mode == "tied" and (frames is not None or count is not None or epoch is not None):
             raise ValueError("frames, count, epoch: allowed for mode = 'unsupervised' only")
+        steps, epochs = whole("steps", steps, 2**32), whole("epochs", epochs, 2**32)
         if mode == "unsupervised" and steps or mode == "tied" and epochs:
             raise ValueError("steps: for mode = 'tied'; epochs: for mode = 'unsupervised'")
         if any(tracker._pointer is not None for tracker in self._trackers):
@@ -126,7 +136,7 @@ class CAE(Handle):
             source, count = _source(watch, frames, count, self.info)
             options = options_of(
                 _raw.toliman_cae_train_options,
-                mode=number("mode", mode, "TOLIMAN_CAE_MODE"), steps=whole("steps", steps, 2**32) or whole("epochs", epochs, 2**32),
+                mode=number("mode", mode, "TOLIMAN_CAE_MODE"), steps=steps or epochs,
                 learning_rate=real("learning_rate", learning_rate),
                 progress=watch.callback,
                 frames=source, frame_count=count, validation=whole("validation", validation),
@@ -228,9 +238,6 @@ class CAE(Handle):
         info = self.info
         state = f"trained, cosine {info.cosine:.4f}" if info.trained else "not trained"
         return f"CAE of layout {info.layout} for {info.rows}x{info.cols} frames, {state}"
-
-    def _repr_html_(self) -> str:
-        return self.info._repr_html_()
 
 
 def layout_number(layout: str | None) -> int:

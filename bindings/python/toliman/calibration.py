@@ -6,7 +6,7 @@ import os
 import typing
 
 import numpy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import _raw
 from ._arguments import Doubles, array_of, file_name, of_kind, options_of, pointer, real, text, whole
@@ -18,13 +18,14 @@ from ._predictions import predictions_of, structured
 from ._progress import Progress, Watch
 from ._results import CalibrationAttempt, CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow
 from ._spread import Spread
+from ._table import Column, Records, Rows, Tabular
 from .sim import Scene, Simulator, simulator_of
 
 # Called after each iteration with the state so far, which is closed afterwards, and the iteration. A true value cancels.
 Step = typing.Callable[["Calibration", CalibrationStep], typing.Any]
 
 
-class Calibration(Handle):
+class Calibration(Handle, Tabular):
     """Result of calibrate(): parameters of the telescope, and the places of the stars in each frame.
 
         print(calibration.verdict)
@@ -95,9 +96,9 @@ class Calibration(Handle):
         return "; ".join([_state_of(self.info), *self._undetermined()])
 
     @property
-    def windows(self) -> list[CalibrationWindow]:
+    def windows(self) -> Rows[CalibrationWindow]:
         """The windows: first day, number of frames, goodness of fit."""
-        found = []
+        found: Rows[CalibrationWindow] = Rows()
         for number in range(self.info.windows):
             window = _raw.toliman_calibration_window()
             check(library.toliman_calibration_get_window(self._c, number, ctypes.byref(window)))
@@ -105,7 +106,7 @@ class Calibration(Handle):
         return found
 
     @property
-    def frames(self) -> NDArray:
+    def frames(self) -> Records:
         """The parameters of each frame as a structured array with the fields of Fit.frames(); the standard deviations
         include the uncertainty of the instrument."""
         count = self.info.frames
@@ -139,6 +140,20 @@ class Calibration(Handle):
             check(library.toliman_calibration_get_value(self._c, window, index, ctypes.byref(value)))
             found[value.name.decode()] = CalibrationValue._of(value)
         return found
+
+    def _columns(self) -> dict[str, Column]:
+        """Returns the parameters of all windows, one per row."""
+        windows = [(window, self.values(number)) for number, window in enumerate(self.windows)]
+        rows = Rows(value for _, values in windows for value in values.values())
+        counts = [len(values) for _, values in windows]
+        numbers = numpy.repeat(numpy.arange(len(windows)), counts)
+        firsts = numpy.repeat([window.first_days for window, _ in windows], counts)
+        return {"window": Column(numbers), "first_days": Column(firsts, "d", "start of the window"), **rows._columns()}
+
+    def _facts(self) -> dict[str, typing.Any]:
+        info = self.info
+        return {"frames": info.frames, "chi2": info.chi_square, "chi2_err": info.chi_square_sigma,
+                "goodness": info.goodness, "flags": " ".join(self.flags)}
 
     def covariance(self, window: int = 0) -> Doubles:
         """Returns the covariance of the parameters [n][n], in the order of values(), with those of the frames free."""
@@ -209,9 +224,6 @@ class Calibration(Handle):
     def _summary(self) -> str:
         info = self.info
         return f"Calibration of {info.parameters} parameters with {info.frames} frames: {self.verdict}"
-
-    def _repr_html_(self) -> str:
-        return self.info._repr_html_()
 
 
 class _SoFar(Calibration):

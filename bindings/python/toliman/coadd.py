@@ -9,16 +9,19 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import INT64, of_kind, options_of, real, saved, shaped, whole, within
+from ._arguments import INT64, of_kind, options_of, real, refuse_lost, saved, shaped, whole, within
 from ._handle import Handle
 from ._library import check, library
 from ._predictions import prediction_of
 from ._progress import Progress, Watch
 from ._results import CoaddInfo, CoaddOutcome, CoaddSum
+from ._shown import brief_repr, documented, members_html
 from ._spread import Spread
 from .fit import Fit
 
 
+@documented(counts="[row][column]", left_out="number of frames in which each pixel was left out [row][column]",
+            spread="of the places of the stars", sum="other properties")
 class Taken(typing.NamedTuple):
     """A sum: counts [row][column], number of frames in which each pixel was left out [row][column], spread of the
     places, and the other properties."""
@@ -27,6 +30,12 @@ class Taken(typing.NamedTuple):
     left_out: NDArray[numpy.uint32]
     spread: Spread
     sum: CoaddSum
+
+    def __repr__(self) -> str:
+        return brief_repr(self)
+
+    def _repr_html_(self) -> str:
+        return members_html(self)
 
 
 class Coadd(Handle):
@@ -74,6 +83,7 @@ class Coadd(Handle):
             roi: str = "roi", dropped: int = 0) -> CoaddOutcome:
         """Registers, tests and adds one frame [row][column] of unsigned integers. camera_ns: middle of its exposure.
         With the verdict "next", the frame was not added: take() the sum, then add it again."""
+        refuse_lost("frame", frame)
         counts = numpy.asarray(frame)
         if counts.dtype.kind != "u":
             raise TypeError(f"frame is of {counts.dtype}: must be of unsigned integers")

@@ -5,7 +5,7 @@ import ctypes
 import typing
 
 import numpy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import _raw
 from ._arguments import Doubles, array_of, listed, of_kind, options_of, pointer, real, shaped, text, whole
@@ -17,6 +17,7 @@ from ._predictions import Predictions, joined, prediction_of, structured
 from ._progress import Progress, Watch
 from ._results import FitInfo, FitResult, Parameter
 from ._spread import Spread
+from ._table import Records, Rows
 from .sim import Scene, Simulator, simulator_of
 
 class Fit(Handle):
@@ -79,10 +80,10 @@ class Fit(Handle):
         return self._read(library.toliman_fit_get_info, _raw.toliman_fit_info, FitInfo)
 
     @property
-    def parameters(self) -> list[Parameter]:
+    def parameters(self) -> Rows[Parameter]:
         """The parameters of a frame, in the order of values and covariances."""
-        return [Parameter._of(one) for one in listed(_raw.toliman_sim_parameter, library.toliman_fit_get_parameters,
-                                                     self._c)]
+        return Rows(Parameter._of(one) for one in listed(_raw.toliman_sim_parameter, library.toliman_fit_get_parameters,
+                                                         self._c))
 
     def frame(self, frame: ArrayLike, *, time_days: float = 0, shift: tuple[float, float] = (0, 0),
               separation: float = 0, position_angle: float = 0, spread: Spread | None = None,
@@ -100,7 +101,7 @@ class Fit(Handle):
 
     def frames(self, frames: ArrayLike, *, times_days: ArrayLike = 0, shifts: ArrayLike = (0, 0),
                separations: ArrayLike = 0, position_angles: ArrayLike = 0, spreads: typing.Sequence[Spread] | None = None,
-               windows: ArrayLike | None = None, progress: Progress | bool | None = None) -> NDArray:
+               windows: ArrayLike | None = None, progress: Progress | bool | None = None) -> Records:
         """Fits frames [frame][row][column] of any pixel type, with windows as in CAE.encode. The predictions are one number
         (shifts: one pair) for all frames, or one per frame; spreads: one per frame where frames are sums. Returns a
         structured array with a field for each member of toliman_fit_result; `flags`

@@ -12,10 +12,11 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import INT64, file_name, of_kind, options_of, real, text, whole, within
+from ._arguments import INT64, file_name, of_kind, options_of, real, refuse_lost, text, whole, within
 from ._handle import Handle
 from ._library import check, library
 from ._results import PairInfo
+from ._shown import Shown
 from ._words import number, words
 from .tracker import Frame
 
@@ -26,8 +27,8 @@ _EVENTS = words("TOLIMAN_INGEST_EVENT")
 _REASONS = words("TOLIMAN_INGEST_REASON")
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class PairEvent:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class PairEvent(Shown):
     """An event of a Pair.
 
     kind: "frame", "damage" (a frame that cannot be read) or "warning" (a suspicious time stamp, whose frame follows, or
@@ -141,6 +142,7 @@ class Pair(Handle):
         set_shift; None if it is not found elsewhere. Let a chi-square confirm it."""
         info = _raw.toliman_ingest_info()
         check(library.toliman_ingest_get_info(self._c, ctypes.byref(info)))
+        refuse_lost("reference", reference)
         given = numpy.ascontiguousarray(reference, _TYPES.get(info.pixel))
         if given.ndim != 2:
             raise ValueError(f"reference: has {given.ndim} dimensions: must have 2")

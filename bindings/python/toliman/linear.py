@@ -146,6 +146,3 @@ class Components(Handle):
     def _summary(self) -> str:
         info = self.info
         return f"Components of {info.frames} frames, {info.components} trained"
-
-    def _repr_html_(self) -> str:
-        return self.info._repr_html_()

@@ -16,10 +16,14 @@ from ._library import check, library
 from ._plots import Axes, plots
 from ._progress import Progress, Watch
 from ._results import MaskInfo
+from ._shown import brief_repr, documented, members_html
+from ._table import Rows
 from ._words import number
 from .sim import Scene, Simulator, simulator_of
 
 
+@documented(cells="[row][column] of the pupil: 1 where the mask steps", mask="telescope.mask of a scene",
+            places="scores at each place of the stars", descent="bound of the sketch in each iteration, px")
 class DesignedMask(typing.NamedTuple):
     """Result of design_mask.
 
@@ -30,12 +34,18 @@ class DesignedMask(typing.NamedTuple):
 
     cells: NDArray[numpy.uint8]
     mask: dict[str, typing.Any]
-    places: list[MaskInfo]
+    places: Rows[MaskInfo]
     descent: NDArray[numpy.float64]
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draws the cells. ax: Axes to draw into, in their style; None: a new figure of pyplot."""
         return plots().mask(self, ax)
+
+    def __repr__(self) -> str:
+        return brief_repr(self)
+
+    def _repr_html_(self) -> str:
+        return members_html(self)
 
 
 class _Mask(Handle):
@@ -44,8 +54,8 @@ class _Mask(Handle):
     def designed(self, side: int, places: int) -> DesignedMask:
         cells = numpy.empty((side, side))
         check(library.toliman_mask_get_cells(self._c, side, pointer(cells)))
-        infos = [self._read(functools.partial(_get_place, place), _raw.toliman_mask_info, MaskInfo)
-                 for place in range(places)]
+        infos = Rows(self._read(functools.partial(_get_place, place), _raw.toliman_mask_info, MaskInfo)
+                     for place in range(places))
         descent = numpy.empty(infos[0].iterations)
         check(library.toliman_mask_get_descent(self._c, len(descent), pointer(descent)))
         return DesignedMask(cells.astype(numpy.uint8), json.loads(library.toliman_mask_get_json(self._c)), infos, descent)
@@ -83,8 +93,8 @@ def design_mask(simulator: Simulator | Scene, *, free: typing.Iterable[str] | No
     raises KeyboardInterrupt.
     """
     simulator = simulator_of("simulator", simulator)
-    lists = {name: None if values is None else shaped(name, values, (-1,))
-             for name, values in (("dates", dates), ("position_angles", position_angles))}
+    lists = {name: None if values is None else shaped(name, values, (-1,), unit)
+             for name, values, unit in (("dates", dates, ""), ("position_angles", position_angles, "deg"))}
     counts = {name: 0 if values is None else len(values) for name, values in lists.items()}
     with Watch(progress) as watch:
         options = options_of(

@@ -9,12 +9,16 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import INT64, Doubles, file_name, listed, options_of, plain, pointer, real, shaped, text, whole
+from ._arguments import (INT64, Doubles, file_name, listed, options_of, plain, pointer, real, refuse_lost, shaped, text,
+                         whole)
 from ._handle import Handle
 from ._library import check, library
 from ._log import log
 from ._plots import Axes, plots
 from ._results import Instrument, MeasureFunction, MeasureInfo
+from ._series_table import (columns_of_series, factor_of, facts_of_series, series_of_table, table_at, units_of,
+                            value_unit_of)
+from ._table import Column, Rows, Tabular, Units
 from ._words import words
 from .times import plain_times, plain_values, unit_of
 
@@ -29,6 +33,7 @@ _size = ctypes.POINTER(ctypes.c_size_t)
 
 def nanoseconds(name: str, values: ArrayLike) -> NDArray[numpy.int64]:
     """Returns times as int64. Dates and days are refused: numpy would truncate them."""
+    refuse_lost(name, values)
     array = numpy.asarray(values)
     if array.dtype.kind not in "iu" and array.size > 0:
         raise TypeError(f"{name} is an array of {array.dtype}: must be integers, nanoseconds of TAI (parse_time)")
@@ -43,6 +48,7 @@ class Exposures:
     on_target: whether they are on-target intervals. None: only if each measurement has an array [intervals][2]."""
 
     def __init__(self, tai_ns: typing.Any, on_target: bool | None):
+        refuse_lost("tai_ns", tai_ns)
         given = tai_ns if isinstance(tai_ns, (list, tuple)) else numpy.asarray(tai_ns)
         are_lists = {numpy.ndim(one) > 1 for one in given}
         if on_target is None and len(are_lists) > 1:
@@ -64,14 +70,15 @@ def _word(name: str, value: str, words: typing.Iterable[str]) -> str:
     return value
 
 
-class Measurements(Handle):
+class Measurements(Handle, Tabular):
     """A series of separations, or of other values, from the frames to the planets.
 
         measured = Measurements("state", kind="separation")     # a state folder of `toliman track`, or a text file
         better, fit = Sky("alpha-cen", "spacecraft.oem").refit(measured)
         found = planets(Measurements("state"))                  # its reduced separations, with the errors of the orbit
 
-    source: path of a file, a table or JSON or .npy, or of a state folder; bytes: the content of such a file.
+    source: path of a file, a table or JSON or .npy, or of a state folder; bytes: the content of such a file. astropy
+        reads .fits, and .ecsv that to_table().write() of a series made, as of_table().
     kind: "value", "separation" (as they were measured), "reduced" (to the orbit) or "velocity"; "": of a state folder,
         "reduced" where its frames are; otherwise "velocity" if the file states such a unit, or "value".
     columns: names, or numbers from 1, of two or three columns of a file; time_format: "iso", "mjd", "jd" or "days"; time_scale: "utc", "tai",
@@ -89,6 +96,14 @@ class Measurements(Handle):
     def __init__(self, source: str | os.PathLike[str] | bytes, *, kind: str = "", columns: str = "", time_format: str = "",
                  time_scale: str = "", unit: float = 0, exposure_s: float = 0, instrument: str = "",
                  functions: str | os.PathLike[str] = ""):
+        table = table_at(source)
+        if table is not None:
+            if functions:
+                raise ValueError("functions: must not be given with a table of astropy: use add_column()")
+            made = series_of_table(type(self), table, columns, kind, unit, exposure_s, instrument, time_format,
+                                   time_scale)
+            super().__init__(made._c)
+            return
         options = options_of(
             _raw.toliman_measure_options, kind=_number_of(kind),
             columns=text("columns", columns) if columns else None,
@@ -125,6 +140,7 @@ class Measurements(Handle):
         times = None if t is None else plain("t", plain_t)
         count = len(times) if times is not None else given.count if given is not None else 0
         value_unit = unit_of(y)
+        unit = factor_of("y", value_unit, real("unit", unit), kind)
         values, sigmas = (None if one is None else numpy.ascontiguousarray(
             numpy.broadcast_to(plain(name, plain_values(name, one, value_unit)), count)) for name, one in
             (("y", y), ("sigma", sigma)))
@@ -143,6 +159,23 @@ class Measurements(Handle):
         made._value_unit = value_unit
         return made
 
+    @classmethod
+    def of_table(cls, table: typing.Any, *, columns: str = "", kind: str = "", unit: float = 0, exposure_s: float = 0,
+                 instrument: str = "") -> Measurements:
+        """A series of a Table of astropy or a DataFrame of pandas.
+
+        columns: names of two or three columns: times, values, sigmas; "": "t,y,sigma", or "t,y" without that. Sigmas
+            are converted to the unit of the values. Columns of Time and of datetime64 (UTC) are dates, which become
+            Modified Julian Days of TAI; other times are plain numbers, of a column with a unit in days.
+        kind: as of Measurements(); "": that of a table made by to_table(), or "velocity" for a unit of velocity,
+            otherwise "value".
+        unit: arcsec (velocities: m/s) per unit of the values, if the column has no unit; 0: not known.
+        exposure_s: length of each exposure, whose middle is its date; 0: not known.
+        instrument: name of the column of instruments.
+        Functions are those of a table made by to_table(). TypeError for units of anything else; ValueError for columns
+        that are missing or have masked or missing values."""
+        return series_of_table(cls, table, columns, kind, unit, exposure_s, instrument)
+
     @property
     def info(self) -> MeasureInfo:
         """Kind, number of samples and functions, unit, and what is known of the system."""
@@ -157,9 +190,9 @@ class Measurements(Handle):
         return self.info.n
 
     @property
-    def functions(self) -> list[MeasureFunction]:
+    def functions(self) -> Rows[MeasureFunction]:
         """The functions that are fitted with the mean: those of a trend, then columns."""
-        found = []
+        found: Rows[MeasureFunction] = Rows()
         for index in range(self.info.functions):
             function = _raw.toliman_measure_function()
             check(library.toliman_measure_get_function(self._c, index, ctypes.byref(function)))
@@ -220,10 +253,11 @@ class Measurements(Handle):
         return self
 
     @property
-    def instruments(self) -> list[Instrument]:
+    def instruments(self) -> Rows[Instrument]:
         """Offset, jitter and chi_square of each instrument in a fit of mean and functions without a planet."""
-        return [Instrument._of(one) for one in listed(_raw.toliman_measure_instrument,
-                                                      library.toliman_measure_query_instruments, self._c)]
+        return Rows((Instrument._of(one) for one in listed(_raw.toliman_measure_instrument,
+                                                           library.toliman_measure_query_instruments, self._c)),
+                    self._units)
 
     def set_prior(self, function: int, sigma: float) -> Measurements:
         """Sets the standard deviation of the prior of the coefficient of a function; 0: none."""
@@ -254,8 +288,20 @@ class Measurements(Handle):
         names = {1: "m/s", 1e3: "km/s"} if self.kind == "velocity" else {1: "arcsec", 1e-3: "mas", 1e-6: "µas"}
         return names.get(info.unit, f"units of {info.unit:g} {names[1]}")
 
+    @property
+    def _units(self) -> Units:
+        return units_of(self.info)
+
+    def _columns(self) -> dict[str, Column]:
+        return columns_of_series(self)
+
+    def _facts(self) -> dict[str, typing.Any]:
+        return facts_of_series(self)
+
     def _summary(self) -> str:
-        return f"Measurements: {len(self)} of kind {self.kind}"
+        unit, functions = value_unit_of(self.info), self.info.functions
+        return (f"Measurements: {len(self)} of kind {self.kind}" + (f" in {unit}" if unit else "")
+                + (f", {functions} functions" if functions else ""))
 
 
 def _number_of(kind: str) -> int:
@@ -265,7 +311,7 @@ def _number_of(kind: str) -> int:
 def with_functions(series: Measurements, trend: int, span: typing.Any, rows: ArrayLike | None,
                    priors: ArrayLike | None) -> Measurements:
     """Adds a trend and columns; priors: standard deviations of the mean, the trend and the columns, infinity for none."""
-    if trend:
+    if whole("trend", trend, 2**31):
         series.set_trend(trend, span)
     if rows is not None:
         for place, column in enumerate(shaped("rows", rows, (len(series), -1)).T):

@@ -35,7 +35,7 @@ def _measured(t: Measurements | ArrayLike, y: ArrayLike | None, sigma: ArrayLike
         return t
     times, values, sigmas = _series(t, y, sigma, unit_of(y))  # type: ignore[arg-type]
     series = Measurements.of(times, values, sigmas)
-    matrix = numpy.empty((len(times), 0)) if functions is None else numpy.ascontiguousarray(functions, dtype=numpy.float64)
+    matrix = numpy.empty((len(times), 0)) if functions is None else plain("functions", functions)
     if matrix.ndim == 1:
         matrix = matrix[:, None]
     if matrix.ndim != 2 or len(matrix) != len(times):

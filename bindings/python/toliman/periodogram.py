@@ -20,6 +20,8 @@ from ._plots import Axes, plots
 from ._progress import Progress, Watch
 from ._results import Alias, Model, PeriodogramInfo, Sampling
 from ._result_base import result
+from ._shown import documented, members_html
+from ._table import Column, Rows, Tabular, Units, column_of
 from ._words import number
 from .times import name_of_unit, plain_times, plain_values, unit_of
 
@@ -132,16 +134,21 @@ AccuracyWarning.__module__ = "toliman"
 def warn_if_inaccurate(inaccurate: bool) -> None:
     """Issues an AccuracyWarning at the line of the user's call, two frames up."""
     if inaccurate:
-        warnings.warn("the power may be wrong by more than 1e-3 at frequencies where the samples cover a small part of "
-                      "a cycle: set double_limb=True, or omit frequencies far below 1/T", AccuracyWarning, stacklevel=3)
+        warnings.warn("the power may be wrong by more than 1e-3 at frequencies at which the samples do not tell a sine from "
+                      "a cosine or the mean, far below 1/T or at half the sampling rate: set double_limb=True, if it is not, "
+                      "or leave these frequencies out", AccuracyWarning, stacklevel=3)
 
 
+@documented(f0="first frequency", df="step", nf="number of frequencies")
 class Grid(typing.NamedTuple):
     """Frequency grid f0 + k df for k = 0 ... nf - 1, in cycles per unit of time."""
 
     f0: float
     df: float
     nf: int
+
+    def _repr_html_(self) -> str:
+        return members_html(self)
 
 
 def suited_grid(t: ArrayLike, mission_span: float = 0.0) -> Grid:
@@ -225,7 +232,7 @@ def batch(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, f0: flo
     return power
 
 
-class View(Handle):
+class View(Handle, Tabular):
     """Queries of a periodogram. Tracker.period is a View: its samples come from the tracker alone.
 
     value_unit: unit of the values, to which quantities are converted; None: plain numbers.
@@ -254,6 +261,24 @@ class View(Handle):
         return self._read(library.toliman_period_get_info, _raw.toliman_period_info, PeriodogramInfo)
 
     @property
+    def _units(self) -> Units:
+        epoch = getattr(self, "_epoch", None)
+        has_days = epoch is not None and plain_times("time_offset", epoch) is not epoch
+        return {"t": "d" if has_days else "", "y": str(self.value_unit or "")}
+
+    def _columns(self) -> dict[str, Column]:
+        frequency, units = self.frequency, self._units
+        with numpy.errstate(divide="ignore"):
+            periods = 1 / frequency
+        return {"frequency": column_of("frequency", frequency, "", units),
+                "period": column_of("period", periods, "", units),
+                "power": Column(self.power(), "", 'normalisation "standard", 0 to 1')}
+
+    def _facts(self) -> dict[str, typing.Any]:
+        info = self.info
+        return {"samples": info.count, "f0": info.f0, "df": info.df, "unit": self._units["y"]}
+
+    @property
     def frequency(self) -> Doubles:
         """Frequencies of the grid, f0 + k df, in cycles per unit of time."""
         info = self.info
@@ -280,22 +305,22 @@ class View(Handle):
         warn_if_inaccurate(peak.inaccurate)
         return peak
 
-    def peaks(self, most: int = 10) -> list[Peak]:
+    def peaks(self, most: int = 10) -> Rows[Peak]:
         """Returns peak() and the other local maxima, highest first, up to `most` <= 64. `alias` marks peaks that the sampling could produce
         from a higher one. Power and FAP of each peak assume that it is the only signal."""
         found, count = array_of(_raw.toliman_period_peak, whole("most", most, 65)), ctypes.c_size_t()
         check(library.toliman_period_query_peaks(self._c, found, len(found), ctypes.byref(count)))
-        peaks = [Peak._of(peak) for peak in found[:count.value]]
+        peaks = Rows((Peak._of(peak) for peak in found[:count.value]), self._units)
         warn_if_inaccurate(any(peak.inaccurate for peak in peaks))
         return peaks
 
-    def aliases(self, frequency: float) -> list[Alias]:
+    def aliases(self, frequency: float) -> Rows[Alias]:
         """Returns the aliases of a peak at `frequency`: the frequencies at which the sampling repeats it, with interval
         and power. `equal` marks those that the samples do not tell from the peak."""
         found, count = array_of(_raw.toliman_period_alias, 16), ctypes.c_size_t()
         check(library.toliman_period_query_aliases(self._c, real("frequency", frequency), found, len(found),
                                                    ctypes.byref(count)))
-        return [Alias._of(alias) for alias in found[:count.value]]
+        return Rows((Alias._of(alias) for alias in found[:count.value]), self._units)
 
     def model(self, k: int) -> Model:
         """Returns the least-squares sinusoid at frequency f0 + k df: amplitude, phase (rad) and offset with standard
@@ -413,10 +438,7 @@ class View(Handle):
 
     def _summary(self) -> str:
         info = self.info
-        return f"{type(self).__name__} of {info.count} samples at f = {info.f0:g} + k {info.df:g}, k < {info.nf}"
-
-    def _repr_html_(self) -> str:
-        return self.info._repr_html_()
+        return f"Periodogram of {info.count} samples at f = {info.f0:g} + k {info.df:g}, k < {info.nf}"
 
 
 class Periodogram(View):

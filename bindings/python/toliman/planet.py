@@ -22,6 +22,9 @@ from ._result_base import result
 from ._results import Instrument, PlanetInfo
 from .measure import Measurements, with_functions
 from .periodogram import _series
+from ._series_table import factor_of, units_of
+from ._shown import brief
+from ._table import Column, Records, Rows, Tabular, Units, records_of
 from .times import plain_times, unit_of
 from .tracker import Tracker
 
@@ -37,8 +40,8 @@ def _handle_of(name: str, series: Measurements | None) -> typing.Any:
     return None if series is None else of_kind(name, series, Measurements)._c
 
 
-def _pair(name: str, values: ArrayLike) -> Doubles:
-    return shaped(name, values, (2,))
+def _pair(name: str, values: ArrayLike, unit: str = "") -> Doubles:
+    return shaped(name, values, (2,), unit)
 
 
 @result
@@ -49,6 +52,11 @@ class Planet(_results.Planet):
     def verdict(self) -> str:
         """"planet", or "candidate" if there are reasons against one."""
         return "candidate" if self.reasons else "planet"
+
+    def __repr__(self) -> str:
+        medians = (f"{name}={brief(getattr(self, name)[1])}" for name in
+                   ("period", "amplitude", "eccentricity", "mass_a", "mass_b"))
+        return f"Planet({self.verdict}, {', '.join(medians)}, log10_bayes={brief(self.log10_bayes)})"
 
     @classmethod
     def _of(cls, struct: typing.Any) -> Planet:
@@ -70,13 +78,14 @@ class Given(typing.NamedTuple):
     time_unit_days: float
 
 
-class Planets(Handle):
+class Planets(Handle, Tabular):
     """Result of planets(). Several threads may use it at the same time."""
 
     _kind, _destroy = _raw.toliman_planet, "toliman_planet_destroy"
     _n: int
     _samples: int
     _given: Given
+    _units: Units  # of the series
 
     @property
     def info(self) -> PlanetInfo:
@@ -84,21 +93,22 @@ class Planets(Handle):
         return self._read(library.toliman_planet_get_info, _raw.toliman_planet_info, PlanetInfo)
 
     @property
-    def candidates(self) -> list[Planet]:
+    def candidates(self) -> Rows[Planet]:
         """All candidates in the order in which they were found: those whose Bayes factor reaches the threshold and, at
         most, one more. `verdict` and `reasons` tell which of them are planets."""
-        return [self._candidate(index) for index in range(self.info.candidates)]
+        return Rows(map(self._candidate, range(self.info.candidates)), self._units)
 
     @property
-    def planets(self) -> list[Planet]:
+    def planets(self) -> Rows[Planet]:
         """The candidates without a reason against a planet."""
-        return [candidate for candidate in self.candidates if not candidate.reasons]
+        return Rows((candidate for candidate in self.candidates if not candidate.reasons), self._units)
 
     @property
-    def instruments(self) -> list[Instrument]:
+    def instruments(self) -> Rows[Instrument]:
         """The instruments of the series, then those of the velocities: offset, jitter and chi_square of each."""
-        return [Instrument._of(one) for one in listed(_raw.toliman_measure_instrument,
-                                                      library.toliman_planet_get_instruments, self._c)]
+        return Rows((Instrument._of(one) for one in listed(_raw.toliman_measure_instrument,
+                                                           library.toliman_planet_get_instruments, self._c)),
+                    self._units)
 
     @property
     def outliers(self) -> NDArray:
@@ -113,14 +123,14 @@ class Planets(Handle):
         check(library.toliman_planet_get_candidate(self._c, index, ctypes.byref(found)))
         return Planet._of(found)
 
-    def samples(self, index: int = 0, count: int | None = None) -> NDArray:
+    def samples(self, index: int = 0, count: int | None = None) -> Records:
         """Returns samples of the posterior of a candidate, of equal weight and in random order: a structured array with
         the fields period, eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b and jitter.
 
         count: number of samples; None: all, the `samples` of planets()."""
         made = numpy.empty(self._samples if count is None else whole("count", count), _SAMPLE)
         check(library.toliman_planet_get_samples(self._c, whole("index", index), len(made), pointer(made)))
-        return made
+        return records_of(made, Planet, self._units)
 
     def signal(self, index: int, t: ArrayLike, position_angle_deg: ArrayLike | None = None) -> Doubles:
         """Returns the signal of a candidate at times t, as the header defines it.
@@ -141,13 +151,13 @@ class Planets(Handle):
         return residuals
 
     def limits(self, periods: ArrayLike, probability: float = 0.95, *,
-               progress: Progress | bool | None = None) -> NDArray:
+               progress: Progress | bool | None = None) -> Records:
         """Returns limits of one planet more, on circular orbits: a structured array of the shape of `periods` with the
         members of PlanetLimit.
 
         probability: that a planet of the amplitude `upper` is not excluded, and that a search calls one of the amplitude
             `detectable` a planet. progress: as for Simulator; Ctrl-C cancels, too."""
-        given, level = plain("periods", periods), real("probability", probability)
+        given, level = plain("periods", periods, self._units["t"]), real("probability", probability)
         made = array_of(_raw.toliman_planet_limit, given.size)
         with Watch(progress) as watch:
             for first in range(0, given.size, _PERIODS_PER_CALL):
@@ -156,7 +166,7 @@ class Planets(Handle):
                 watch.check(library.toliman_planet_get_limits(self._c, pointer(given.ravel()[first:]), count, level,
                                                               ctypes.byref(made[first])))
                 watch.step("limits", (first + count) / given.size)
-        return structured(made)[:given.size].reshape(given.shape)
+        return structured(made, self._units)[:given.size].reshape(given.shape)
 
     def inject(self, periods: _Pair, sizes: _Pair, count: int = 1000, *, star: str = "", circular: bool = False,
                seed: int = 0) -> int:
@@ -167,7 +177,7 @@ class Planets(Handle):
         circular: eccentricity 0; else it is drawn from its prior."""
         if star not in _STARS:
             raise ValueError(f"star = {star!r}: must be one of 'a', 'b', ''")
-        (shortest, longest), (smallest, largest) = _pair("periods", periods), _pair("sizes", sizes)
+        (shortest, longest), (smallest, largest) = _pair("periods", periods, self._units["t"]), _pair("sizes", sizes)
         cell = _raw.toliman_planet_cell(
             star=_STARS[star], period_min=shortest, period_max=longest, size_min=smallest, size_max=largest,
             is_circular=int(circular), count=whole("count", count, 2**32), seed=whole("seed", seed, 2**64))
@@ -199,12 +209,30 @@ class Planets(Handle):
     def __len__(self) -> int:
         return self.info.planets
 
+    def _columns(self) -> dict[str, Column]:
+        """Returns all candidates, one per row."""
+        verdicts = numpy.array([candidate.verdict for candidate in self.candidates], str)
+        return {"verdict": Column(verdicts, "", '"planet" or "candidate"'), **self.candidates._columns()}
+
+    def _facts(self) -> dict[str, typing.Any]:
+        info = self.info
+        return {"planets": info.planets, "unit": self._units["y"], "rms": info.rms, "chi2": info.chi_square,
+                "goodness": info.goodness, "outliers": info.outliers, "per_min": info.period_min,
+                "per_max": info.period_max}
+
     def _summary(self) -> str:
         periods = [f"{planet.period[1]:.6g}" for planet in self.planets]
         return f"Planets: {len(periods)} found" + (f", periods {', '.join(periods)}" if periods else "")
 
     def _repr_html_(self) -> str:
-        return self.info._repr_html_() + "".join(candidate._repr_html_() for candidate in self.candidates)
+        candidates = list(self.candidates) if self._is_open else []
+        return super()._repr_html_() + "".join(candidate._repr_html_() for candidate in candidates)
+
+
+def _refuse_dates_of_other_unit(t: typing.Any, time_unit_days: float) -> None:
+    """Raises ValueError for dates and quantities, which are in days, with another unit of time."""
+    if time_unit_days != 1 and plain_times("t", t) is not t:
+        raise ValueError(f"time_unit_days = {time_unit_days}: must be 1 for dates and quantities, which are in days")
 
 
 def planets(t: Measurements | Tracker | str | os.PathLike[str] | ArrayLike, y: ArrayLike | None = None, sigma: ArrayLike | None = None, *,
@@ -266,11 +294,15 @@ def planets(t: Measurements | Tracker | str | os.PathLike[str] | ArrayLike, y: A
             raise TypeError(f"{given[0]}: must not be given with a series")
         series = t
     else:
+        kind = "velocity" if velocity else "value"
+        _refuse_dates_of_other_unit(t, time_unit_days)
         times, values, sigmas = _series(t, y, sigma, unit_of(y))  # type: ignore[arg-type]
         series = with_functions(Measurements.of(
-            times, values, sigmas, kind="velocity" if velocity else "value", position_angle_deg=position_angle_deg,
-            unit=0 if unit is None else unit, time_unit_days=time_unit_days, frame_chi_square=frame_chi_square),
+            times, values, sigmas, kind=kind, position_angle_deg=position_angle_deg,
+            unit=factor_of("y", unit_of(y), 0 if unit is None else real("unit", unit), kind),
+            time_unit_days=time_unit_days, frame_chi_square=frame_chi_square),
             trend, span, rows, priors)
+    units = units_of(series.info)
     with Watch(progress) as watch:
         options = options_of(
             _raw.toliman_planet_options,
@@ -279,13 +311,15 @@ def planets(t: Measurements | Tracker | str | os.PathLike[str] | ArrayLike, y: A
             parallax_arcsec=real("parallax_arcsec", 0 if parallax_arcsec is None else parallax_arcsec),
             star_mass=tuple(_pair("star_masses", (0, 0) if star_masses is None else star_masses)),
             samples=whole("samples", samples, 2**32), seed=whole("seed", seed, 2**64), progress=watch.callback,
-            prior={name: real(name, value) for name, value in (
-                ("period_min", period_min), ("period_max", period_max), ("eccentricity_max", eccentricity_max),
-                ("amplitude_min", amplitude_min), ("amplitude_max", amplitude_max), ("jitter_max", jitter_max))},
+            prior={name: real(name, value, unit) for name, value, unit in (
+                ("period_min", period_min, units["t"]), ("period_max", period_max, units["t"]),
+                ("eccentricity_max", eccentricity_max, ""), ("amplitude_min", amplitude_min, units["y"]),
+                ("amplitude_max", amplitude_max, units["y"]), ("jitter_max", jitter_max, units["y"]))},
             velocity_a=_handle_of("velocities", velocities), velocity_b=_handle_of("velocities_b", velocities_b),
             threshold=real("threshold", threshold), detection_fap=real("detection_fap", detection_fap))
         made = Planets._adopt(Planets._create(library.toliman_planet_create, series._c, ctypes.byref(options),
                                               check=watch.check))
+    made._units = units
     made._n = sum(len(one) for one in (series, velocities, velocities_b) if one is not None)
     made._samples = whole("samples", samples, 2**32) or 4096
     made._given = _given_of(series, has_angles=not math.isnan(made.info.axis_deg), value_unit=unit_of(y))

@@ -15,13 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._library import NotFoundError, above, check, library, library_path
-from ._arguments import Doubles, file_name, listed, of_kind, options_of, pointer, real, shaped, text, whole
+from ._arguments import Doubles, file_name, listed, of_kind, options_of, plain, pointer, real, shaped, text, whole
 from ._handle import Handle
 from ._log import log
 from ._pixels import FRAMES_PER_CALL
 from ._plots import Axes, plots
 from ._progress import Progress, Watch
 from ._results import Bounds, Parameter, Plan, SceneInfo
+from ._shown import documented
+from ._table import Column, Rows, Tabular
 from ._words import number
 from .budget import Budget, budget_of
 from .machine import warn_of_slow_blas
@@ -39,12 +41,41 @@ class Simulated(typing.NamedTuple):
     frames: Doubles
 
 
-class Spectrum(typing.NamedTuple):
-    """The sampled spectrum: wavelengths (m) and, for stars A and B, photons per frame at each wavelength."""
-
+class _Spectrum(typing.NamedTuple):
     wavelength_m: Doubles
     weight_a: Doubles
     weight_b: Doubles
+
+
+@documented(wavelength_m="wavelengths, m", weight_a="photons per frame of star A",
+            weight_b="photons per frame of star B")
+class Spectrum(_Spectrum, Tabular):
+    """The sampled spectrum: wavelengths (m) and, for stars A and B, photons per frame at each wavelength."""
+
+    def _columns(self) -> dict[str, Column]:
+        return {"wavelength_m": Column(self.wavelength_m, "m"),
+                "weight_a": Column(self.weight_a, "photon", "of star A in a frame, before cropping"),
+                "weight_b": Column(self.weight_b, "photon", "of star B in a frame, before cropping")}
+
+    def __repr__(self) -> str:
+        return f"<Spectrum of {len(self.wavelength_m)} wavelengths>"
+
+
+class _Series(typing.NamedTuple):
+    times_days: Doubles
+    displacements_px: Doubles
+
+
+@documented(times_days="times, days since time 0 of the scene", displacements_px="true displacements, px")
+class Series(_Series, Tabular):
+    """Times (days) and true displacements (px) of frames."""
+
+    def _columns(self) -> dict[str, Column]:
+        return {"times_days": Column(self.times_days, "d", "since time 0 of the scene"),
+                "displacements_px": Column(self.displacements_px, "pix", "true displacement")}
+
+    def __repr__(self) -> str:
+        return f"<Series of {len(self.times_days)} frames>"
 
 
 def shipped_scenes() -> list[pathlib.Path]:
@@ -130,10 +161,10 @@ def plan(scene: Scene, *, folder: str | os.PathLike[str] | None = None, engine: 
     return _plan_of(found)
 
 
-def parameters() -> list[Parameter]:
+def parameters() -> Rows[Parameter]:
     """Returns the parameters of the forward model, whose names Simulator.derivative() takes. What a unit change of each
     does: include/toliman/sim_derivative.h."""
-    return [Parameter._of(one) for one in listed(_raw.toliman_sim_parameter, library.toliman_sim_get_parameters)]
+    return Rows(Parameter._of(one) for one in listed(_raw.toliman_sim_parameter, library.toliman_sim_get_parameters))
 
 
 class Simulator(Handle):
@@ -217,13 +248,13 @@ class Simulator(Handle):
         """Names of the modelled stages: "photon noise", ..."""
         return list(self.plan.stages)
 
-    def series(self, first: int = 0, count: int | None = None) -> tuple[Doubles, Doubles]:
+    def series(self, first: int = 0, count: int | None = None) -> Series:
         """Returns the times (days) and true displacements (px) of frames first ... first + count - 1, by default of all
         from `first`. Raises InputError outside the scene's cadence."""
         first, count = self._range(first, count)
         times, displacements = numpy.empty(count), numpy.empty(count)
         check(library.toliman_sim_get_series(self._c, first, count, pointer(times), pointer(displacements)))
-        return times, displacements
+        return Series(times, displacements)
 
     def image(self, kind: str = "both") -> Doubles:
         """Returns an expected image or derivative, [row][column], in the frame's unit.
@@ -318,7 +349,8 @@ class Simulator(Handle):
         """Adds noise and detector to expected images, [frame][row][column] or [row][column], as to frames first,
         first + 1, ...; Fit.predict() gives such images of moved stars. seed: as above."""
         one = numpy.ndim(expected) == 2
-        given = shaped("expected", numpy.asarray(expected)[None] if one else expected, (-1, *self.shape))
+        images_given = plain("expected", expected)
+        given = shaped("expected", images_given[None] if one else images_given, (-1, *self.shape))
         images = numpy.empty(given.shape)
         check(library.toliman_sim_expose(self._c, pointer(given), self._seed(seed), whole("first", first), len(given),
                                          pointer(images)))
@@ -349,10 +381,6 @@ class Simulator(Handle):
 
     def _summary(self) -> str:
         return f"Simulator of {self.name!r}: {self.info.frames} frames of {self.info.rows}x{self.info.cols}"
-
-    def _repr_html_(self) -> str:
-        return self.info._repr_html_()
-
 
 def simulator_of(name: str, scene: Simulator | Scene) -> Simulator:
     """Returns the argument `name`, a Simulator, or makes that of a scene."""

@@ -6,15 +6,17 @@ import os
 import typing
 
 import numpy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import _raw
-from ._arguments import file_name, options_of, real
+from ._arguments import file_name, in_unit, options_of, real
 from ._handle import Handle
 from ._library import check, library
 from ._log import log
 from ._predictions import structured
 from ._results import Diagnosis, Hypothesis, Refit, SkyInfo, SkyPrediction
+from ._table import Column, Records, Tabular
+from ._units import unit_of_name
 from .measure import Exposures, Measurements, nanoseconds
 from .sim import Scene, Simulator, simulator_of
 
@@ -32,10 +34,12 @@ def _measured(measured: Measurements | ArrayLike, separations: ArrayLike | None,
         return measured
     if separations is None:
         raise TypeError("separations_arcsec: must be given with exposures")
-    return Measurements.of(None, separations, sigmas, kind="separation", exposures=measured, on_target=on_target, unit=1)
+    values, deviations = (in_unit(name, one, "arcsec") for name, one in (("separations_arcsec", separations),
+                                                                         ("sigmas_arcsec", sigmas)))
+    return Measurements.of(None, values, deviations, kind="separation", exposures=measured, on_target=on_target, unit=1)
 
 
-class Sky(Handle):
+class Sky(Handle, Tabular):
     """Predicts the separation of a binary as an observer sees it.
 
         sky = Sky("alpha-cen", "spacecraft.oem")
@@ -74,7 +78,7 @@ class Sky(Handle):
         options = options_of(_raw.toliman_sky_options, scene=simulator._c, log=log)
         return cls._adopt(cls._create(library.toliman_sky_create, None, ctypes.byref(options)))
 
-    def predict(self, tai_ns: ArrayLike) -> NDArray:
+    def predict(self, tai_ns: ArrayLike) -> Records:
         """Returns what the observer sees at each time: a structured array of the times' shape, with the members of
         SkyPrediction."""
         times = nanoseconds("tai_ns", tai_ns)
@@ -96,7 +100,7 @@ class Sky(Handle):
                                                ctypes.byref(made)))
         return SkyPrediction._of(made)
 
-    def predict_exposures(self, tai_ns: ArrayLike, on_target: bool | None = None) -> NDArray:
+    def predict_exposures(self, tai_ns: ArrayLike, on_target: bool | None = None) -> Records:
         """Returns the means over exposures: a structured array as that of predict, with NaN where the observer file has
         no state.
 
@@ -201,6 +205,22 @@ class Sky(Handle):
             check(library.toliman_sky_get_element(self._c, element, ctypes.byref(value), ctypes.byref(sigma)))
             found[library.toliman_constant_name(element).decode()] = (value.value, sigma.value)
         return found
+
+    def _columns(self) -> dict[str, Column]:
+        """Returns the elements of the orbit, one per row."""
+        elements = self.elements
+        values, sigmas = zip(*elements.values())
+        return {"name": Column(list(elements)), "unit": Column([unit_of_name(name) for name in elements]),
+                "value": Column(numpy.array(values)),
+                "sigma": Column(numpy.array(sigmas), "", "standard deviation; 0: not known")}
+
+    def _facts(self) -> dict[str, typing.Any]:
+        info = self.info
+        return {"system": info.name, "observer": info.observer, "parallax": info.parallax_arcsec or None}
+
+    def _summary(self) -> str:
+        info = self.info
+        return f"Sky of {info.name or 'a system'}, observer {info.observer}, parallax {info.parallax_arcsec:.6g} arcsec"
 
     @property
     def info(self) -> SkyInfo:

@@ -13,7 +13,7 @@ import numpy
 from numpy.typing import NDArray
 
 from . import _raw
-from ._arguments import file_name, plain, refuse_lost, text
+from ._arguments import file_name, in_unit, plain, refuse_lost, text
 from ._library import check, check_asked, library
 from ._log import log
 from ._results import HeaderTime
@@ -39,13 +39,16 @@ def parse_time(time: typing.Any, format: str = "iso", scale: str = "utc") -> typ
 
         Tracker(..., time_offset_ns=toliman.parse_time("2028-03-01"))
 
-    time: text, datetime or datetime64. The last two are UTC: a datetime without time zone is taken as UTC, as numpy does,
-    and one with a time zone is converted.
+    time: text, datetime, datetime64, or Time of astropy in any scale. datetime and datetime64 are UTC: a datetime
+    without time zone is taken as UTC, as numpy does, and one with a time zone is converted.
     format: of text, "iso" (2028-03-01T12:00:00, 2028-061 12:00:00+00:00), "mjd" or "jd". scale: "utc", "tai", "tt",
     "tdb" or "gps".
     """
     if isinstance(time, (str, bytes)):
         return _parse_text(time, format, scale)
+    if _is_time(time):
+        tai = tai_ns_of_time(time)
+        return tai if tai.ndim else int(tai)
     dates = _datetimes(time)
     if dates is not None:
         if scale != "utc" or format != "iso":
@@ -54,7 +57,8 @@ def parse_time(time: typing.Any, format: str = "iso", scale: str = "utc") -> typ
         tai = _tai_of_utc("time", dates)
         return tai if tai.ndim else int(tai)
     if not isinstance(time, (list, tuple, numpy.ndarray)):
-        raise TypeError(f"time is a {type(time).__name__}: must be text, datetime or datetime64, or a list of them")
+        raise TypeError(f"time is a {type(time).__name__}: must be text, datetime, datetime64 or Time, or a "
+                        "list of them")
     return numpy.array([parse_time(one, format, scale) for one in time], numpy.int64)
 
 
@@ -105,26 +109,46 @@ def read_on_target(path: str | os.PathLike[str]) -> NDArray[numpy.int64]:
 def plain_times(name: str, times: typing.Any) -> typing.Any:
     """Returns times without date or unit: datetime, numpy's datetime64 (both UTC) and astropy's Time as Modified Julian
     Days of TAI, a Quantity in days, anything else as it is."""
-    if hasattr(times, "jd1") and hasattr(times, "mjd"):
+    if _is_time(times):
         return times.tai.mjd
     if hasattr(times, "unit") and hasattr(times, "to_value"):
-        return times.to_value("d")
+        return in_unit(name, times, "d")
     dates = _datetimes(times)
     if dates is None:
         return times
+    return mjd_of_utc(name, times)[0]
+
+
+def mjd_of_utc(name: str, times: typing.Any) -> tuple[typing.Any, NDArray[numpy.int64]]:
+    """Returns datetimes as Modified Julian Days of TAI and as TAI nanoseconds. TypeError for anything else."""
+    dates = _datetimes(times)
+    if dates is None:
+        raise TypeError(f"{name} is an array of {numpy.asarray(times).dtype}: must be numbers or dates")
     refuse_lost(name, times)
     tai = _tai_of_utc(name, dates)
-    return _MJD_1970 + tai // _DAY + tai % _DAY / _DAY
+    return _MJD_1970 + tai // _DAY + tai % _DAY / _DAY, tai
+
+
+def _is_time(times: typing.Any) -> bool:
+    """Whether an object is a Time of astropy."""
+    return hasattr(times, "jd1") and hasattr(times, "mjd")
+
+
+def tai_ns_of_time(times: typing.Any) -> NDArray[numpy.int64]:
+    """Returns a Time of astropy as TAI nanoseconds, exact to its digits. ValueError for masked times."""
+    if numpy.any(times.mask):
+        raise ValueError("time has masked values: fill or remove them first")
+    tai = times.tai
+    halves = numpy.rint(2 * (tai.jd1 - _JD_1970)).astype(numpy.int64)  # jd1 is a whole number of half days
+    rest = (tai.jd1 - _JD_1970 - halves / 2) + tai.jd2
+    return halves * (_DAY // 2) + numpy.rint(rest * _DAY).astype(numpy.int64)
 
 
 def tai_ns_of(name: str, times: typing.Any, zero_ns: int) -> NDArray[numpy.int64]:
     """Returns times as TAI nanoseconds: datetime, datetime64, astropy's Time; plain numbers and a Quantity are the time
     since zero_ns, numbers in days. ValueError for days beyond 10^6, which are rather nanoseconds."""
-    if hasattr(times, "jd1") and hasattr(times, "mjd"):
-        tai = times.tai
-        halves = numpy.rint(2 * (tai.jd1 - _JD_1970)).astype(numpy.int64)  # exact: jd1 is a whole number of half days
-        rest_days = (tai.jd1 - _JD_1970 - halves / 2) + tai.jd2
-        return halves * (_DAY // 2) + numpy.rint(rest_days * _DAY).astype(numpy.int64)
+    if _is_time(times):
+        return tai_ns_of_time(times)
     dates = None if unit_of(times) is not None else _datetimes(times)
     if dates is not None:
         refuse_lost(name, times)

@@ -8,6 +8,7 @@ import warnings
 import numpy
 from numpy.typing import ArrayLike
 
+from ._arguments import whole
 from ._library import UnsupportedError
 from ._progress import Progress
 from ._results import Outcome
@@ -51,7 +52,7 @@ def track(scene: Simulator | Scene, frames: ArrayLike | typing.Iterable[Frame] |
     """
     simulator = simulator_of("scene", scene)
     tracker = _tracker_of(simulator, folder)
-    given = _frames_of(frames, times, simulator.info.time_zero_ns, session, first_id)
+    given = _frames_of(frames, times, simulator.info.time_zero_ns, session, whole("first_id", first_id))
     outcomes = tracker.push_many(given, progress=progress)
     if folder is not None:
         tracker.save()

@@ -21,7 +21,9 @@ from ._handle import Handle
 from ._log import log
 from ._pixels import PIXELS
 from ._progress import Progress, Watch
-from ._results import FolderGoodness, Outcome, Stream, TrackInfo
+from ._results import FolderGoodness, Outcome, Record, Stream, TrackInfo
+from ._shown import Shown
+from ._table import Column, Records, Rows, Tabular, Units, records_of
 from ._words import number, words
 from .bank import Bank
 from .cae import CAE
@@ -33,8 +35,8 @@ from .sky import Sky
 from .times import name_of_unit
 
 
-@dataclasses.dataclass(frozen=True)
-class Estimate:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Estimate(Shown):
     """Result of a user-supplied estimator that returns more than one number. All members are stored in the ledger.
 
     value: the estimate, pushed to the periodogram. further: additional values, in the order of the tracker's `values`.
@@ -57,8 +59,8 @@ VERDICTS = words("TOLIMAN_TRACK_VERDICT")
 REASONS = words("TOLIMAN_TRACK_REASON")
 
 
-@dataclasses.dataclass(eq=False)
-class Frame:
+@dataclasses.dataclass(eq=False, repr=False)
+class Frame(Shown):
     """A frame as received.
 
     pixels: [row][column] of uint8, uint16, uint32, int16, int32, float32 or float64; read in place if rows are
@@ -98,7 +100,7 @@ class _RunningCall:
         self.watch = Watch(None)
 
 
-class Tracker(Handle):
+class Tracker(Handle, Tabular):
     """Maintains the periodogram of all valid frames, received in any order, duplicated or damaged.
 
         with Tracker(template, f0, df, nf, folder="mission") as tracker:
@@ -228,7 +230,7 @@ class Tracker(Handle):
         """Processes one frame and returns its outcome. A rejected frame does not raise; see outcome.verdict."""
         return self.push_many([frame])[0]
 
-    def push_many(self, frames: typing.Iterable[Frame], *, progress: Progress | bool | None = None) -> list[Outcome]:
+    def push_many(self, frames: typing.Iterable[Frame], *, progress: Progress | bool | None = None) -> Rows[Outcome]:
         """Processes frames, in parallel if the tracker has several threads, and returns their outcomes.
 
         If the call raises, the exception's attribute `outcomes` has the outcomes of the frames already processed. An
@@ -240,7 +242,7 @@ class Tracker(Handle):
         self._c  # not closed
         count = len(frames) if isinstance(frames, typing.Sized) else 0  # 0: unknown
         remaining = iter(frames)
-        outcomes: list[Outcome] = []
+        outcomes: Rows[Outcome] = Rows()
         try:
             with Watch(progress) as watch:
                 self._running.watch = watch
@@ -252,7 +254,7 @@ class Tracker(Handle):
             raise
         return outcomes
 
-    def _push(self, frames: list[Frame], processed: list[Outcome]) -> None:
+    def _push(self, frames: list[Frame], processed: Rows[Outcome]) -> None:
         pixels = [_pixels_of(frame) for frame in frames]
         intervals = [_intervals_of(frame) for frame in frames]
         given = (_raw.toliman_frame * len(frames))(*map(_struct_of, frames, pixels, intervals))
@@ -343,7 +345,7 @@ class Tracker(Handle):
         unit: arcsec per px; 0: that of the reduction."""
         return Measurements._of_tracker(self._c, kind, unit)
 
-    def records(self, first: int = 0, count: int | None = None) -> NDArray:
+    def records(self, first: int = 0, count: int | None = None) -> Records:
         """Returns ledger records in the order of arrival, by default all from index `first`.
 
         The structured array has a field for each member of toliman_track_record and each column of the ledger. verdict
@@ -356,7 +358,7 @@ class Tracker(Handle):
         check(library.toliman_track_get_records(self._c, first, count, found, ctypes.byref(done)))
         fixed = numpy.ctypeslib.as_array(found)[:done.value]
         names = [name for name in fixed.dtype.names or () if name != "struct_size"]
-        columns = [(name, kind) for name, kind in self._columns() if name not in names]
+        columns = [(name, kind) for name, kind in self._ledger_columns() if name not in names]
         records = numpy.empty(len(fixed), [(name, fixed.dtype[name]) for name in names] + columns)
         for name in names:
             records[name] = fixed[name]
@@ -365,7 +367,7 @@ class Tracker(Handle):
             check(library.toliman_track_get_column(self._c, name.encode(), first, len(records), pointer(numbers),
                                                    ctypes.byref(done)))
             records[name] = numbers
-        return records
+        return records_of(records, Record, self._units)
 
     def intervals(self, record: int) -> NDArray[numpy.float64]:
         """Returns the on-target intervals with which the frame of a record came, [n][2] in s from the start of the exposure by
@@ -377,15 +379,29 @@ class Tracker(Handle):
             check(library.toliman_track_get_intervals(self._c, record, pointer(found), count, ctypes.byref(count)))
         return found
 
-    def _columns(self) -> list[tuple[str, type]]:
+    def _ledger_columns(self) -> list[tuple[str, type]]:
         """Returns names and types of the ledger's columns."""
         return [(column.name.decode(), numpy.int64 if column.type == _raw.TOLIMAN_TRACK_COLUMN_I64 else numpy.float64)
                 for column in listed(_raw.toliman_track_column, library.toliman_track_get_columns, self._c)]
 
-    def streams(self) -> list[Stream]:
+    def _columns(self) -> dict[str, Column]:
+        return self.records()._columns()
+
+    def _facts(self) -> dict[str, typing.Any]:
+        info, options = self.info, self.options
+        return {"accepted": info.accepted, "received": info.received, "system": info.system,
+                "folder": os.path.basename(options["folder"] or ""), "sigma": info.sigma,
+                "scale": info.plate_scale_arcsec or None, "chi2max": info.chi_limit,
+                "time0_ns": options["time_offset_ns"]}
+
+    @property
+    def _units(self) -> Units:
+        return {"t": _unit_of_grid(self.options["unit_ns"]), "y": "pix" if self.info.plate_scale_arcsec > 0 else ""}
+
+    def streams(self) -> Rows[Stream]:
         """Returns the sessions and regions, sorted by name, each with its range of frame ids and the number missing."""
-        return [Stream._of(stream) for stream in listed(_raw.toliman_track_stream, library.toliman_track_get_streams,
-                                                        self._c)]
+        return Rows(Stream._of(stream) for stream in listed(_raw.toliman_track_stream,
+                                                            library.toliman_track_get_streams, self._c))
 
     def clock(self) -> NDArray[numpy.int64]:
         """Returns the clock pairs [n][2] of camera and TAI nanoseconds; empty if camera times are TAI."""
@@ -397,9 +413,6 @@ class Tracker(Handle):
     def _summary(self) -> str:
         info = self.info
         return f"Tracker of {info.accepted} frames, {info.received - info.accepted} others"
-
-    def _repr_html_(self) -> str:
-        return self.info._repr_html_()
 
 
 class _TrackerView(View):
@@ -416,6 +429,15 @@ class _TrackerView(View):
     def _c(self) -> typing.Any:
         tracker = self._tracker._c
         return self._create(library.toliman_track_get_period, tracker, keep=tracker)
+
+    @property
+    def _units(self) -> Units:
+        return self._tracker._units
+
+
+def _unit_of_grid(unit_ns: float) -> str:
+    """Returns the unit of the times of a grid; "": none that has a name."""
+    return {86400e9: "d", 3600e9: "h", 60e9: "min", 1e9: "s"}.get(unit_ns, "")
 
 
 # Options whose names in Python are not those of the members of C.
@@ -498,11 +520,12 @@ def _names(values: typing.Sequence[str]) -> bytes:
 
 def _intervals_of(frame: Frame) -> NDArray | None:
     """Returns the intervals as an array [n][2], or None."""
-    return None if frame.intervals is None else shaped("intervals", frame.intervals, (-1, 2))
+    return None if frame.intervals is None else shaped("intervals", frame.intervals, (-1, 2), "s")
 
 
 def _clock_of(clock: ArrayLike) -> tuple[typing.Any, int]:
     """Returns the clock pairs as a C array, and their number."""
+    refuse_lost("clock", clock)
     pairs = numpy.asarray(clock)
     if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype.kind not in "iuO":
         raise ValueError(f"clock has the shape {pairs.shape} and type {pairs.dtype}: must be integers (any, 2)")
