@@ -53,8 +53,8 @@ $(CAMPAIGNS):
 
 abi: check-deps ## record additions to the binary interface in tests/abi, refuse what breaks callers
 	@tools/check/abi --record
-docs: check-deps ## generate the reference of the C interface: build/docs/html/index.html
-	@tools/docs/make $(BUILD)/docs
+docs: all check-deps ## generate the reference of the C interface and the gallery in Python: build/docs/html, build/docs/python
+	@tools/docs/make $(BUILD)/docs $(BUILD)
 install: all ## install below PREFIX, by default /usr/local; prepend DESTDIR
 	@cmake --install $(BUILD) --prefix $(PREFIX)
 package: all check-deps ## build Debian packages in build/packages
