@@ -137,6 +137,44 @@ class Written(unittest.TestCase):
             masked[1] = numpy.ma.masked
             toliman.parse_time(masked)
 
+    def test_dates_of_orbits(self):
+        """Passages through periastron are dates if the times of the series are."""
+        series = Measurements.of(None, Y, 1e-6, kind="reduced", unit=1, exposures=TAI_NS)
+        found = toliman.planets(series, samples=100, threads=1)
+        for thing, values in ((found, [one.epoch for one in found.candidates]),
+                              (found.samples(), found.samples()["epoch"]), (found.candidates[:1], [found.candidates[0].epoch])):
+            table = thing.to_table()
+            numpy.testing.assert_array_equal(table["epoch"].mjd, values)
+            for extension in ("ecsv", "fits"):
+                again = self.read(table, extension)
+                self.assertTrue((again["epoch"].jd1 == table["epoch"].jd1).all())
+                self.assertTrue((again["epoch"].jd2 == table["epoch"].jd2).all())
+        self.assertEqual(objects()["samples"].to_table()["epoch"].unit, "d")
+
+    def test_state_folders(self):
+        """Separations of frames are in px, and so are the columns of the ledger; the partial derivatives are not."""
+        sky = objects()["sky"]
+        seen = sky.predict(TAI_NS)["separation_arcsec"] / 0.375
+        with tempfile.TemporaryDirectory() as folder, toliman.Tracker(
+                lambda image: toliman.Estimate(0.0, further=(float(image[0, 0]),)), 0.001, 0.001, 50, folder=folder,
+                estimator_id=7, sigma=1e-3, rows=8, cols=6, image_shape=(8, 6), values=["separation_px"], sky=sky,
+                plate_scale_arcsec=0.375, exposure_s=60, time_offset_ns=START_NS) as tracker:
+            tracker.push_many([toliman.Frame(numpy.full((8, 6), seen[k]), k, int(TAI_NS[k]), exposure_s=60)
+                               for k in range(40)])
+            tracker.save()
+            table, series = tracker.to_table(), (tracker.measurements(), Measurements(folder))
+        self.assertEqual((len(table), table.meta["system"]), (40, "alpha Centauri AB"))
+        for name, unit in (("separation_px", "pix"), ("value", "pix"), ("d_period_years", "arcsec / yr"),
+                           ("d_node_deg", "arcsec / deg"), ("d_epoch", None), ("cov_value_separation_px", None)):
+            self.assertEqual(table[name].unit, unit and units.Unit(unit), name)
+        for one in series:
+            table = one.to_table()
+            self.assertEqual((table["y"].unit, table["t"].scale), ("pix", "tai"))
+            again = Measurements.of_table(table)
+            self.assertEqual((again.kind, again.info.unit), ("reduced", 0.375))
+            self.assertEqual([(f.name, f.sigma) for f in again.functions], [(f.name, f.sigma) for f in one.functions])
+            numpy.testing.assert_array_equal(again.values("position_angle_deg"), one.values("position_angle_deg"))
+
     def test_mixed_rows(self):
         with self.assertRaisesRegex(TypeError, "Machine, Peak"):
             toliman.Rows([toliman.machine(), objects()["peak"]]).to_table()

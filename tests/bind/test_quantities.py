@@ -236,8 +236,12 @@ class Converted(unittest.TestCase):
                                     amplitude_max=1e-4, samples=100, threads=1)
             self.assertAlmostEqual(found.info.period_min, 70, delta=1e-9)
             self.assertAlmostEqual(found.info.amplitude_min, 1e-7, delta=1e-18)
-        with self.assertRaisesRegex(ValueError, "^time_unit_days = 365"):
-            toliman.planets(T * units.d, Y, 1e-6, time_unit_days=365)
+        hours = toliman.Measurements.of(24 * T, Y, 1e-6, time_unit_days=1 / 24)
+        for name, call in (("t", lambda: toliman.planets(T * units.d, Y, 1e-6, time_unit_days=1 / 24)),
+                           ("t", lambda: toliman.Measurements.of(T * units.d, Y, 1e-6, time_unit_days=1 / 24)),
+                           ("span", lambda: hours.set_trend(1, (0 * units.d, 2000 * units.d)))):
+            with self.assertRaisesRegex(ValueError, f"^{name}: must be plain numbers in units of 0.0416667 days"):
+                call()
 
 
 if __name__ == "__main__":

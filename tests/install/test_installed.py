@@ -193,7 +193,8 @@ class Installed(unittest.TestCase):
     def test_files(self):
         names = {str(path.relative_to(self.prefix)) for path in self.prefix.rglob("*") if not path.is_dir()}
         for name in ("share/man/man1/toliman.1.gz", "share/man/man1/toliman-run.1.gz", "share/man/man3/libtoliman.3.gz",
-                     "share/bash-completion/completions/toliman", "share/toliman/scenes/chapter.json",
+                     "share/bash-completion/completions/toliman", "share/zsh/site-functions/_toliman",
+                     "share/fish/vendor_completions.d/toliman.fish", "share/toliman/scenes/chapter.json",
                      "share/toliman/scenes/g2v.csv", "share/toliman/schema/toliman-scene-1.schema.json", FORMATS):
             self.assertIn(name, names)
         headers = {f"include/toliman/{path.name}" for path in (ROOT / "include/toliman").glob("*.h*")}

@@ -1,9 +1,11 @@
-"""Tests man pages against --help and the headers, and completion in bash. TOLIMAN_BUILD is the build folder."""
+"""Tests man pages against --help and the headers, and completion in bash, zsh and fish. TOLIMAN_BUILD is the build
+folder."""
 import functools
 import gzip
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
 import tempfile
@@ -106,19 +108,25 @@ class Library(unittest.TestCase):
             self.assertAlmostEqual(float(done.stdout.split()[1]), 10, delta=0.05)  # a square wave of period 10
 
 
-class Completion(unittest.TestCase):
-    def complete(self, *words):
-        """Bash's completions of the last of these words, as after Tab; = and , are parts of words."""
-        typed = [part for word in words for part in (re.split("(=)", word) if "=" in word else [word])]
-        while "" in typed[:-1]:
-            typed.remove("")
-        typed[0] = str(PROGRAM)
-        script = ('. "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); "$(complete -p toliman | '
-                  'sed \'s/.*-F \\([^ ]*\\).*/\\1/\')" "$1"; printf "%s\\n" "${COMPREPLY[@]}"')
-        done = subprocess.run(["bash", "--norc", "-euc", script, "bash", SHARE / "bash-completion/completions/toliman",
-                               *typed], capture_output=True, text=True, check=True)
+class Completion:
+    """What each shell completes; complete() returns the completions of the last word, of which = and , are ends."""
+
+    @staticmethod
+    def checked():
+        """Commands whose options and values are compared, of shells that start slowly."""
+        return ["encode", "period", "predict"]
+
+    def run_shell(self, *command):
+        done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=True, timeout=60,
+                              cwd=self.folder, env={**os.environ, "HOME": str(self.folder), "TERM": "dumb"})
         self.assertEqual(done.stderr, "")
-        return sorted(done.stdout.split())
+        return done.stdout
+
+    @classmethod
+    def setUpClass(cls):
+        kept = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(kept.cleanup)
+        cls.folder = pathlib.Path(kept.name)
 
     def test_subcommands(self):
         self.assertLessEqual({*commands(), "help", "--version", "--progress"}, set(self.complete("toliman", "")))
@@ -127,13 +135,13 @@ class Completion(unittest.TestCase):
         self.assertEqual(self.complete("toliman", "help", "tra"), ["track", "train"])
 
     def test_options_of_every_command(self):
-        for name in commands():
+        for name in self.checked():
             self.assertEqual(set(OPTION.findall(" ".join(self.complete("toliman", name, "--")))),
                              listed(help_of(name)) | {"--progress"}, name)
         self.assertEqual(self.complete("toliman", "run", "chapter.json", "--se"), ["--seed"])
 
     def test_fixed_values(self):
-        for name in commands():
+        for name in self.checked():
             for option, values in re.findall(r"(--[a-z-]+) [^ \n{]*:\{([^}]*)\}", help_of(name)):
                 self.assertEqual(self.complete("toliman", name, option, ""), sorted(values.split(",")), (name, option))
         self.assertEqual(self.complete("toliman", "period", "--fap", "ba"), ["baluev"])
@@ -142,12 +150,66 @@ class Completion(unittest.TestCase):
         self.assertEqual(self.complete("toliman", "predict", "--without", "parallax,l"), ["parallax,light_time"])
         self.assertEqual(self.complete("toliman", "--progress", ""), ["auto", "json", "none"])
 
-    def test_files_are_left_to_bash(self):
+    def test_files_are_left_to_the_shell(self):
         for words in (("run", ""), ("run", "cha"), ("run", "--out", ""), ("encode", "--weights=")):
             self.assertEqual(self.complete("toliman", *words), [])
+
+
+class Bash(Completion, unittest.TestCase):
+    checked = staticmethod(commands)
+
+    def complete(self, *words):
+        typed = [part for word in words for part in (re.split("(=)", word) if "=" in word else [word])]
+        while "" in typed[:-1]:
+            typed.remove("")
+        typed[0] = str(PROGRAM)
+        script = ('. "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); "$(complete -p toliman | '
+                  'sed \'s/.*-F \\([^ ]*\\).*/\\1/\')" "$1"; printf "%s\\n" "${COMPREPLY[@]}"')
+        return sorted(self.run_shell("bash", "--norc", "-euc", script, "bash",
+                                     SHARE / "bash-completion/completions/toliman", *typed).split())
+
+    def test_default(self):
         shown = subprocess.run(["bash", "--norc", "-c", '. "$1"; complete -p toliman', "bash",
                                 SHARE / "bash-completion/completions/toliman"], capture_output=True, text=True, check=True)
         self.assertIn("-o default", shown.stdout)
+
+
+@unittest.skipUnless(shutil.which("zsh"), "needs zsh")
+class Zsh(Completion, unittest.TestCase):
+    # A terminal in which Tab prints the matches; $1: the folder of _toliman, $2: the line.
+    SCRIPT = r'''
+        zmodload zsh/zpty
+        zpty z zsh -f -i
+        zpty -w z "PS1= PS2=; stty -echo; fpath=(${(q)1} \$fpath); autoload -Uz _toliman"
+        zpty -w z 'zle -C probe complete-word _toliman; bindkey "^I" probe; _files() { }'
+        zpty -w z 'compadd() { local -a hits; builtin compadd -O hits "$@"; print -r -- "" "HIT $hits" }'
+        zpty -w z 'finish() { print -l "" DONE }; zle -N finish; bindkey "^T" finish; print READY'
+        while zpty -r z text; do [[ $text == *READY* ]] && break; done
+        zpty -w -n z "$2"$'\t\x14'
+        while zpty -r z text && [[ $text != *DONE* ]]; do
+            [[ $text == *HIT* ]] && print -r -- ${${text##*HIT}%%$'\r'*}
+        done
+        true'''
+
+    def complete(self, *words):
+        line = " ".join(map(shlex.quote, [str(PROGRAM), *words[1:-1]])) + f" {words[-1]}"
+        shown = self.run_shell("zsh", "-fc", self.SCRIPT, "zsh", SHARE / "zsh/site-functions", line)
+        head = words[-1][words[-1].find("=") + 1:words[-1].rfind(",") + 1]  # of a list
+        return sorted(head + word for word in shown.split())
+
+
+@unittest.skipUnless(shutil.which("fish"), "needs fish")
+class Fish(Completion, unittest.TestCase):
+    def shown(self, line):
+        script = f"source {SHARE}/fish/vendor_completions.d/toliman.fish; complete -C {shlex.quote(line)}"
+        return self.run_shell("fish", "-N", "-c", script)
+
+    def complete(self, *words):
+        shown = self.shown(" ".join(map(shlex.quote, [str(PROGRAM), *words[1:-1]])) + f" {words[-1]}")
+        return sorted(row.split("\t")[0].split("=")[-1] for row in shown.splitlines())
+
+    def test_descriptions(self):
+        self.assertRegex(self.shown(f"{PROGRAM} merg"), r"^merge\tMerge saved sums")
 
 
 if __name__ == "__main__":

@@ -88,6 +88,12 @@ class Packages(unittest.TestCase):
         self.assertIn(f"libtoliman {VERSION.rsplit('.', 1)[0]} {RUNTIME}", (self.top / RUNTIME / "shlibs").read_text())
         self.assertIn("ldconfig", (self.top / RUNTIME / "postinst").read_text())
 
+    def test_completion(self):
+        """Where the shells of Debian search."""
+        for name in ("bash-completion/completions/toliman", "zsh/vendor-completions/_toliman",
+                     "fish/vendor_completions.d/toliman.fish"):
+            self.assertTrue((self.usr / "share" / name).is_file(), name)
+
     def test_stripped(self):
         for path in (*self.usr.glob("bin/*"), self.usr / "lib" / f"libtoliman.so.{VERSION.rsplit('.', 1)[0]}"):
             self.assertIn(", stripped", run("file", "-L", path))

@@ -28,7 +28,8 @@ install(TARGETS toliman_cli RUNTIME DESTINATION bin COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/scenes DESTINATION share/toliman COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/schema DESTINATION share/toliman COMPONENT program
         FILES_MATCHING PATTERN *.json)
-install(DIRECTORY ${PROJECT_BINARY_DIR}/share/bash-completion DESTINATION share COMPONENT program)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/share/bash-completion ${PROJECT_BINARY_DIR}/share/zsh
+        ${PROJECT_BINARY_DIR}/share/fish DESTINATION share COMPONENT program)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/share/man/man1 DESTINATION share/man COMPONENT program
         PATTERN toliman-mpi.1.gz EXCLUDE)
 if(TARGET toliman_mpi)

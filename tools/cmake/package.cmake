@@ -33,6 +33,9 @@ toliman_package(runtime ${runtime} libs "" "period of a planet from frames of th
 toliman_package(development libtoliman-dev libdevel "${same}" "headers and static library of libtoliman, Fortran source")
 toliman_package(program toliman science "${same}, libcfitsio10" "period of a planet from frames of the TOLIMAN space telescope")
 toliman_package(python python3-toliman python "${same}, python3, python3-numpy" "libtoliman for Python 3")
+# Debian's zsh searches this folder below /usr instead of site-functions.
+install(FILES ${PROJECT_SOURCE_DIR}/tools/man/completion.zsh DESTINATION share/zsh/vendor-completions RENAME _toliman
+        COMPONENT program EXCLUDE_FROM_ALL)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS # static
     "libfftw3-dev, libopenblas-dev, libcjson-dev, zlib1g-dev, liberfa-dev, libexpat1-dev")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)

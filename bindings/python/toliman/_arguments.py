@@ -65,7 +65,8 @@ def in_unit(name: str, value: typing.Any, unit: str) -> typing.Any:
 def real(name: str, value: typing.Any, unit: str | None = None) -> float:
     """Returns one number as a float; TypeError for an array. A Quantity is converted to the unit, None: that of the
     name, as of exposure_s; without one, TypeError."""
-    value = in_unit(name, value, unit_of_name(name) if unit is None else unit)
+    if not isinstance(value, (int, float)):
+        value = in_unit(name, value, unit_of_name(name) if unit is None else unit)
     if not isinstance(value, (int, float, numpy.integer, numpy.floating)) or isinstance(value, numpy.timedelta64):
         array = numpy.asarray(value)
         if array.ndim != 0 or array.dtype.kind not in "biuf":

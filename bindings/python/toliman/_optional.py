@@ -11,7 +11,7 @@ def optional(module: str, use: str) -> types.ModuleType:
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
-        if error.name != name:  # it is there, but lacks another one
+        if (error.name or "").partition(".")[0] != name:  # it is there, but lacks another one
             raise
-        raise ImportError(f"{name} is needed for {use}: install it (Debian: python3-{name}, pip: {name})",
+        raise ImportError(f"{name} is needed for {use}: install it (Debian: python3-{name.lower()}, pip: {name})",
                           name=name) from None

@@ -27,26 +27,26 @@ _COLUMNS = {"position_angle_deg": "of B from A", "separation_arcsec": "as measur
 _OF_FITS = (".fits", ".fit", ".fits.gz")
 
 
-def value_unit_of(info: MeasureInfo) -> str:
-    """Returns the unit of y in the notation of astropy, "" if unknown."""
+def value_unit_of(info: MeasureInfo, of_frames: bool = False) -> str:
+    """Returns the unit of y in the notation of astropy, "" if it has no name. of_frames: separations are in pixels."""
     if info.unit_name:
         return _UNITS.get(info.unit_name, info.unit_name)
     if info.kind == _raw.TOLIMAN_MEASURE_VELOCITY:
         return _SPEEDS.get(info.unit, "")
     is_separation = info.kind in (_raw.TOLIMAN_MEASURE_SEPARATION, _raw.TOLIMAN_MEASURE_REDUCED)
-    return _ANGLES.get(info.unit, "pix" if info.unit > 0 and is_separation else "")
+    return "pix" if of_frames and is_separation else _ANGLES.get(info.unit, "")
 
 
-def units_of(info: MeasureInfo) -> Units:
+def units_of(info: MeasureInfo, of_frames: bool = False) -> Units:
     """Returns the units of times and values, and the scale of dates."""
     scale = words("TOLIMAN_INGEST_SCALE").get(info.time_scale, "")
-    return {"t": "d" if info.time_unit_days == 1 else "", "y": value_unit_of(info),
+    return {"t": "d" if info.time_unit_days == 1 else "", "y": value_unit_of(info, of_frames),
             "date": "tai" if scale == "utc" else scale}
 
 
 def columns_of_series(series: Measurements) -> dict[str, Column]:
     """Returns times, values, sigmas, what is known of the samples, and the functions."""
-    info, units = series.info, units_of(series.info)
+    info, units = series.info, series._units
     found = {"t": column_of("t", series.t, "", units), "y": column_of("y", series.y, "", units)}
     if info.is_weighted:
         found["sigma"] = column_of("sigma", series.sigma, "standard deviation of y", units)

@@ -185,6 +185,16 @@ class Rows(typing.List[T], Tabular):
         super().__init__(results)
         self._units = units
 
+    @typing.overload
+    def __getitem__(self, key: typing.SupportsIndex) -> T: ...
+
+    @typing.overload
+    def __getitem__(self, key: slice) -> Rows[T]: ...
+
+    def __getitem__(self, key: typing.Any) -> typing.Any:
+        found = super().__getitem__(key)
+        return Rows(found, self._units) if isinstance(key, slice) else found
+
     def _columns(self) -> dict[str, Column]:
         kinds = {type(one) for one in self}
         if len(kinds) > 1 or not all(dataclasses.is_dataclass(kind) for kind in kinds):

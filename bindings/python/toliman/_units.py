@@ -5,6 +5,7 @@ its values, and "date" is a time on its axis.
 """
 from __future__ import annotations
 
+import functools
 import re
 
 _SUFFIXES = {"px": "pix", "px2": "pix2", "deg": "deg", "arcsec": "arcsec", "mas": "mas", "uas": "uarcsec", "days": "d",
@@ -20,8 +21,14 @@ _NAMES = {"t": "date", "epoch": "date", "time_reference": "date", "time_offset":
           "upper": "y", "detectable": "y", "phase": "rad"}
 
 
+@functools.lru_cache(maxsize=None)
 def unit_of_name(name: str) -> str:
-    """Returns the unit at the end of a name; "": there is none."""
+    """Returns the unit at the end of a name; "": there is none, or as of covariances several."""
+    if name.startswith("cov_"):
+        return ""
+    if name.startswith("d_"):  # a derivative of the separation by an element
+        below = unit_of_name(name[2:])
+        return f"arcsec / {below}" if below not in ("", "arcsec") else ""
     rate = _RATE.fullmatch(name)
     if rate:
         above, below = unit_of_name(rate[1]), _SUFFIXES.get(rate[2], "")

@@ -16,11 +16,10 @@ from ._library import check, library
 from ._log import log
 from ._plots import Axes, plots
 from ._results import Instrument, MeasureFunction, MeasureInfo
-from ._series_table import (columns_of_series, factor_of, facts_of_series, series_of_table, table_at, units_of,
-                            value_unit_of)
+from ._series_table import columns_of_series, factor_of, facts_of_series, series_of_table, table_at, units_of
 from ._table import Column, Rows, Tabular, Units
 from ._words import words
-from .times import plain_times, plain_values, unit_of
+from .times import plain_values, times_of_series, unit_of
 
 KINDS = ("value", "separation", "reduced", "velocity")
 _FORMATS = {"": 0, "iso": _raw.TOLIMAN_INGEST_FORMAT_ISO, "mjd": _raw.TOLIMAN_INGEST_FORMAT_MJD,
@@ -92,6 +91,7 @@ class Measurements(Handle, Tabular):
 
     _kind, _destroy = _raw.toliman_measure, "toliman_measure_destroy"
     _has_dates, _value_unit = False, None  # of arrays, as they were given
+    _of_frames = False  # separations are in pixels
 
     def __init__(self, source: str | os.PathLike[str] | bytes, *, kind: str = "", columns: str = "", time_format: str = "",
                  time_scale: str = "", unit: float = 0, exposure_s: float = 0, instrument: str = "",
@@ -117,12 +117,15 @@ class Measurements(Handle, Tabular):
             super().__init__(self._create(library.toliman_measure_load, source, len(source), None, ctypes.byref(options)))
         else:
             super().__init__(self._create(library.toliman_measure_load_file, file_name(source), ctypes.byref(options)))
+            self._of_frames = os.path.isdir(source)
 
     @classmethod
     def _of_tracker(cls, tracker: typing.Any, kind: str, unit: float) -> Measurements:
         options = options_of(_raw.toliman_measure_options, kind=_number_of(kind),
                              unit=real("unit", unit), log=log)
-        return cls._adopt(cls._create(library.toliman_track_get_measure, tracker, ctypes.byref(options)))
+        made = cls._adopt(cls._create(library.toliman_track_get_measure, tracker, ctypes.byref(options)))
+        made._of_frames = True
+        return made
 
     @classmethod
     def of(cls, t: ArrayLike | None, y: ArrayLike, sigma: ArrayLike | None = None, *, kind: str = "value",
@@ -136,7 +139,7 @@ class Measurements(Handle, Tabular):
             in all of them; None: True for arrays [intervals][2].
         """
         given = None if exposures is None else Exposures(exposures, on_target)
-        plain_t = plain_times("t", t)
+        plain_t = None if t is None else times_of_series("t", t, time_unit_days)
         times = None if t is None else plain("t", plain_t)
         count = len(times) if times is not None else given.count if given is not None else 0
         value_unit = unit_of(y)
@@ -230,7 +233,8 @@ class Measurements(Handle, Tabular):
 
     def set_trend(self, order: int, span: tuple[typing.Any, typing.Any] | None = None) -> Measurements:
         """Fits the polynomials T_1 ... T_order of the time with the mean. span: None is that of the times."""
-        start, end = (0.0, 0.0) if span is None else (real("span", plain_times("span", one)) for one in span)
+        start, end = (0.0, 0.0) if span is None else (
+            real("span", times_of_series("span", one, self.info.time_unit_days)) for one in span)
         check(library.toliman_measure_set_trend(self._c, whole("order", order, 2**31), start, end))
         return self
 
@@ -290,7 +294,7 @@ class Measurements(Handle, Tabular):
 
     @property
     def _units(self) -> Units:
-        return units_of(self.info)
+        return units_of(self.info, self._of_frames)
 
     def _columns(self) -> dict[str, Column]:
         return columns_of_series(self)
@@ -299,7 +303,7 @@ class Measurements(Handle, Tabular):
         return facts_of_series(self)
 
     def _summary(self) -> str:
-        unit, functions = value_unit_of(self.info), self.info.functions
+        unit, functions = self._units["y"], self.info.functions
         return (f"Measurements: {len(self)} of kind {self.kind}" + (f" in {unit}" if unit else "")
                 + (f", {functions} functions" if functions else ""))
 

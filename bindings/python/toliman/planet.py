@@ -22,10 +22,10 @@ from ._result_base import result
 from ._results import Instrument, PlanetInfo
 from .measure import Measurements, with_functions
 from .periodogram import _series
-from ._series_table import factor_of, units_of
+from ._series_table import factor_of
 from ._shown import brief
 from ._table import Column, Records, Rows, Tabular, Units, records_of
-from .times import plain_times, unit_of
+from .times import times_of_series, unit_of
 from .tracker import Tracker
 
 _SAMPLE = numpy.dtype([(name, numpy.float64) for name in (
@@ -86,6 +86,7 @@ class Planets(Handle, Tabular):
     _samples: int
     _given: Given
     _units: Units  # of the series
+    _time_unit_days: float
 
     @property
     def info(self) -> PlanetInfo:
@@ -136,7 +137,7 @@ class Planets(Handle, Tabular):
         """Returns the signal of a candidate at times t, as the header defines it.
 
         position_angle_deg: position angles of B from A at these times; None: the mean axis."""
-        times = plain("t", plain_times("t", t))
+        times = plain("t", times_of_series("t", t, self._time_unit_days))
         angles = None if position_angle_deg is None else shaped("position_angle_deg", position_angle_deg, times.shape)
         signal = numpy.empty(times.shape)
         check(library.toliman_planet_get_signal(self._c, whole("index", index), pointer(times), pointer(angles),
@@ -229,12 +230,6 @@ class Planets(Handle, Tabular):
         return super()._repr_html_() + "".join(candidate._repr_html_() for candidate in candidates)
 
 
-def _refuse_dates_of_other_unit(t: typing.Any, time_unit_days: float) -> None:
-    """Raises ValueError for dates and quantities, which are in days, with another unit of time."""
-    if time_unit_days != 1 and plain_times("t", t) is not t:
-        raise ValueError(f"time_unit_days = {time_unit_days}: must be 1 for dates and quantities, which are in days")
-
-
 def planets(t: Measurements | Tracker | str | os.PathLike[str] | ArrayLike, y: ArrayLike | None = None, sigma: ArrayLike | None = None, *,
             rows: ArrayLike | None = None, priors: ArrayLike | None = None, position_angle_deg: ArrayLike | None = None,
             trend: int = 0, span: tuple[typing.Any, typing.Any] | None = None, velocity: bool = False, jitter: bool = True,
@@ -295,14 +290,14 @@ def planets(t: Measurements | Tracker | str | os.PathLike[str] | ArrayLike, y: A
         series = t
     else:
         kind = "velocity" if velocity else "value"
-        _refuse_dates_of_other_unit(t, time_unit_days)
+        t = times_of_series("t", t, time_unit_days)
         times, values, sigmas = _series(t, y, sigma, unit_of(y))  # type: ignore[arg-type]
         series = with_functions(Measurements.of(
             times, values, sigmas, kind=kind, position_angle_deg=position_angle_deg,
             unit=factor_of("y", unit_of(y), 0 if unit is None else real("unit", unit), kind),
             time_unit_days=time_unit_days, frame_chi_square=frame_chi_square),
             trend, span, rows, priors)
-    units = units_of(series.info)
+    units = series._units
     with Watch(progress) as watch:
         options = options_of(
             _raw.toliman_planet_options,
@@ -319,7 +314,7 @@ def planets(t: Measurements | Tracker | str | os.PathLike[str] | ArrayLike, y: A
             threshold=real("threshold", threshold), detection_fap=real("detection_fap", detection_fap))
         made = Planets._adopt(Planets._create(library.toliman_planet_create, series._c, ctypes.byref(options),
                                               check=watch.check))
-    made._units = units
+    made._units, made._time_unit_days = units, series.info.time_unit_days
     made._n = sum(len(one) for one in (series, velocities, velocities_b) if one is not None)
     made._samples = whole("samples", samples, 2**32) or 4096
     made._given = _given_of(series, has_angles=not math.isnan(made.info.axis_deg), value_unit=unit_of(y))

@@ -22,7 +22,7 @@ from ._pixels import FRAMES_PER_CALL
 from ._plots import Axes, plots
 from ._progress import Progress, Watch
 from ._results import Bounds, Parameter, Plan, SceneInfo
-from ._shown import documented
+from ._shown import brief_repr, documented, members_html
 from ._table import Column, Rows, Tabular
 from ._words import number
 from .budget import Budget, budget_of
@@ -32,13 +32,20 @@ Scene = typing.Union[str, "os.PathLike[str]", "dict[str, typing.Any]"]
 
 
 
+@documented(times_days="days since time 0 of the scene", displacements_px="true displacements",
+            frames="[frame][row][column], in the unit of the scene")
 class Simulated(typing.NamedTuple):
-    """Frames of simulate(): times in days since time 0 of the scene, true displacements in px, and the frames
-    [frame][row][column]."""
+    """Frames of simulate(), with their times and true displacements."""
 
     times_days: Doubles
     displacements_px: Doubles
     frames: Doubles
+
+    def __repr__(self) -> str:
+        return brief_repr(self)
+
+    def _repr_html_(self) -> str:
+        return members_html(self)
 
 
 class _Spectrum(typing.NamedTuple):

@@ -119,6 +119,14 @@ def plain_times(name: str, times: typing.Any) -> typing.Any:
     return mjd_of_utc(name, times)[0]
 
 
+def times_of_series(name: str, times: typing.Any, time_unit_days: float) -> typing.Any:
+    """Returns plain_times(); ValueError for dates and quantities, which are in days, if the times of a series are not."""
+    made = plain_times(name, times)
+    if time_unit_days != 1 and made is not times:
+        raise ValueError(f"{name}: must be plain numbers in units of {time_unit_days:g} days, not dates or quantities")
+    return made
+
+
 def mjd_of_utc(name: str, times: typing.Any) -> tuple[typing.Any, NDArray[numpy.int64]]:
     """Returns datetimes as Modified Julian Days of TAI and as TAI nanoseconds. TypeError for anything else."""
     dates = _datetimes(times)

@@ -7,6 +7,7 @@ from __future__ import annotations
 import ctypes
 import dataclasses
 import itertools
+import json
 import os
 import typing
 
@@ -389,7 +390,7 @@ class Tracker(Handle, Tabular):
 
     def _facts(self) -> dict[str, typing.Any]:
         info, options = self.info, self.options
-        return {"accepted": info.accepted, "received": info.received, "system": info.system,
+        return {"accepted": info.accepted, "received": info.received, "system": json.loads(info.system).get("name") if info.system else "",
                 "folder": os.path.basename(options["folder"] or ""), "sigma": info.sigma,
                 "scale": info.plate_scale_arcsec or None, "chi2max": info.chi_limit,
                 "time0_ns": options["time_offset_ns"]}
