@@ -1,6 +1,9 @@
 """Frames as arrays in any memory order, memory maps, datasets, lists and iterators: the bits of one array."""
 import itertools
+import os
 import pathlib
+import subprocess
+import sys
 import tempfile
 import tracemalloc
 import unittest
@@ -78,6 +81,43 @@ class Sources(unittest.TestCase):
             components.train()
             made.append(components.series()[0])
         numpy.testing.assert_array_equal(*made)
+
+    def test_components_are_all_or_none(self):
+        bad = numpy.array(self.frames)
+        bad[66, 3, 3] = numpy.nan
+        for frames, capacity in (self.frames, 65), (iter(self.frames), 65), (bad, FRAMES), (iter(bad), FRAMES):
+            components = toliman.Components(self.simulator, capacity=capacity)
+            with self.assertRaises(toliman.Error):
+                components.push(frames)
+            self.assertEqual(len(components), 0)
+
+    def test_frames_of_a_downlink(self):
+        sent = [toliman.Frame(frame, k, k) for k, frame in enumerate(self.frames[:3])]
+        expected = self.template.encode(self.frames[:3])
+        for frames in sent, iter(sent):
+            numpy.testing.assert_array_equal(self.template.encode(frames), expected)
+        masked = toliman.Frame(numpy.ma.masked_greater(self.frames[0], 3), 0, 0)
+        for call in (self.template.encode, lambda frame: self.template.encode([frame]), self.fit.frame):
+            with self.assertRaisesRegex(ValueError, "masked"):
+                call(masked)
+
+    def test_no_frames(self):
+        for none in [], (), iter([]), self.frames[:0]:
+            self.assertEqual(len(self.fit.frames(none)), 0)
+
+    def test_ctrl_c_stops_a_source_that_waits(self):
+        code = ("import os, signal, sys, threading, time, toliman\n"
+                "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+                f"template = toliman.Template(toliman.Simulator({str(SCENE)!r}))\n"
+                "def source():\n"
+                "    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
+                "    time.sleep(60)\n    yield 0\n"
+                "for call in (template.encode, toliman.Tracker(template, 0.01, 0.01, 9).push_many):\n"
+                "    try:\n        call(source())\n"
+                "    except KeyboardInterrupt:\n        print('stopped')\n")
+        done = subprocess.run([sys.executable, "-c", code], timeout=50, capture_output=True, text=True,
+                              env={**os.environ, "PYTHONPATH": str(pathlib.Path(toliman.__file__).parents[1])})
+        self.assertEqual(done.stdout, "stopped\nstopped\n", done.stderr)
 
     def test_without_predictions_an_iterator_may_have_any_length(self):
         for count in 0, 1, 64, 65:

@@ -22,9 +22,9 @@ FOUND = {
     "plot_05_moving": (lambda of: of["peak"].period, 16.9, 17.1, 1),
     "plot_06_sky": (lambda of: 1e6 * of["reduced"].y.mean(), 2.49, 2.51, 1),
     "plot_07_calibration": (lambda of: of["calibration"].values()["focus"].value, 4.9, 5.1, 1),
-    "plot_08_track": (lambda of: len(of["table"]), 100, 100, 2),
+    "plot_08_track": (lambda of: of["peak"].period if len(of["table"]) == 100 else 0, 16.9, 17.1, 2),
     "plot_09_planets": (lambda of: of["planet"].period[1], 195, 205, 4),
-    "plot_10_budget": (lambda of: len(of["table"]), 5, 100, 1),
+    "plot_10_budget": (lambda of: of["budget"].summary.crb_px / of["simulator"].bounds.crb_flux_shift_px, 0.999, 1.001, 1),
 }
 
 

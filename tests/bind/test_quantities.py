@@ -201,6 +201,21 @@ class Refused(unittest.TestCase):
                 with self.assertRaisesRegex((TypeError, ValueError), r"\bkg\b"):
                     toliman.Pair(pathlib.Path(folder) / "x", **more)
 
+    def test_masks_of_columns_with_a_unit(self):
+        """Which their conversion would drop."""
+        from astropy.table import MaskedColumn
+        from astropy.utils.masked import Masked
+        have = objects()
+        for unit, call in (
+                ("arcsec", lambda values: have["sky"].reduce(EXPOSURES[:3], values, [1e-6] * 3)),
+                ("deg", lambda values: toliman.Measurements.of([1, 2, 3], [1, 2, 3], position_angle_deg=values)),
+                ("d", lambda values: have["fit"].frames(have["simulator"].frames(0, 3), times_days=values))):
+            with self.assertRaisesRegex(ValueError, "masked"):
+                call(MaskedColumn([1.0, 2.0, 3.0], mask=[False, True, False], unit=unit))
+        for one in Masked(3 * units.s, mask=True), numpy.ma.masked:
+            with self.assertRaisesRegex(ValueError, "masked"):
+                _arguments.real("exposure_s", one)
+
     def test_durations_are_no_numbers(self):
         with self.assertRaisesRegex(TypeError, "^exposure_s is a timedelta64"):
             toliman.Measurements(b"1 2\n", exposure_s=numpy.timedelta64(60, "s"))

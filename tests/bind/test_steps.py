@@ -65,6 +65,46 @@ class Tracking(unittest.TestCase):
                 numpy.testing.assert_array_equal(*(record[column] for record in records), err_msg=f"{name}: {column}")
             numpy.testing.assert_array_equal(found.period.power(), expected.period.power())
 
+    def test_a_folder_of_another_bit_depth_is_continued(self):
+        state = self.folder / "mission"
+        scene = {**SCENE, "detector": {**SCENE["detector"], "bit_depth": 24}}
+        with toliman.track(scene, self.frames[:9], self.times[:9], folder=state):
+            pass
+        with toliman.track(scene, self.frames[9:], self.times[9:], folder=state, first_id=9) as tracker:
+            self.assertEqual(tracker.info.accepted, FRAMES)
+
+    def test_a_failure_keeps_what_was_accepted(self):
+        def source():
+            yield from self.frames[:9]
+            raise ConnectionError("the link is down")
+        folder = self.folder / "mission"
+        kept = []
+        for failing in (lambda: toliman.track(SCENE, source(), self.times, folder=folder),
+                        lambda: toliman.track(SCENE, source(), self.times)):
+            try:
+                failing()
+            except ConnectionError as error:
+                kept.append(error)
+        self.assertEqual([len(error.outcomes) for error in kept], [9, 9])
+        self.assertEqual(kept[1].tracker.info.accepted, 9)
+        with toliman.track(SCENE, self.frames, self.times, folder=folder) as tracker:  # the folder is not locked
+            self.assertEqual((tracker.info.accepted, tracker.info.repeated), (FRAMES, 9))
+        with self.assertRaises(ValueError):
+            toliman.track(SCENE, self.frames, self.times[1:], folder=self.folder / "never")
+        self.assertFalse((self.folder / "never").exists())
+
+    def test_frames_before_a_bad_one_are_pushed(self):
+        good = [toliman.Frame(image, k, k * DAY) for k, image in enumerate(self.frames[:3])]
+        with toliman.Tracker(toliman.Template(toliman.Simulator(SCENE)), 0.01, 0.01, 9) as tracker:
+            with self.assertRaises(TypeError) as caught:
+                tracker.push_many([*good, toliman.Frame(self.frames[0][0], 3, 3 * DAY)])
+            self.assertEqual((len(caught.exception.outcomes), tracker.info.received), (3, 3))
+
+    def test_progress(self):
+        seen = []
+        toliman.track(SCENE, self.frames, self.times, progress=lambda stage, share: seen.append((stage, share)))
+        self.assertEqual(seen[-1], ("frames", 1))
+
     def test_a_folder_is_continued(self):
         folder = self.folder / "mission"
         for part in slice(0, 25), slice(25, None):
@@ -104,7 +144,8 @@ class Tracking(unittest.TestCase):
         frames, times = self.frames[:3], self.times[:3]
         cases = (
             (TypeError, "scene", lambda: toliman.track(3, frames, times)),
-            (TypeError, "frame", lambda: toliman.track(SCENE, frames)),
+            (TypeError, "times", lambda: toliman.track(SCENE, frames)),
+            (TypeError, "frame", lambda: toliman.track(SCENE, list(frames))),
             (ValueError, "times", lambda: toliman.track(SCENE, frames, times[:2])),
             (ValueError, "times", lambda: toliman.track(SCENE, iter(frames), times[:2])),
             (ValueError, "times", lambda: toliman.track(SCENE, iter(frames), [*times, 9])),

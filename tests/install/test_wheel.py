@@ -13,7 +13,9 @@ USE = """
 import math, toliman
 assert toliman.library_path() == str(toliman._library.above(0) / toliman._library.SONAME), toliman.library_path()
 t = range(100)
-print(round(toliman.period(t, [math.sin(2 * math.pi * i / 10) for i in t]).period, 6), toliman.library_path())
+assert all(toliman.plan(scene.name).stages for scene in toliman.shipped_scenes())
+print(round(toliman.period(t, [math.sin(2 * math.pi * i / 10) for i in t]).period, 6), toliman.library_path(),
+      *(scene.name for scene in toliman.shipped_scenes()))
 """
 
 
@@ -40,8 +42,8 @@ class Wheel(unittest.TestCase):
 
         run(sys.executable, "-m", "venv", "--system-site-packages", "venv")
         run("venv/bin/pip", "install", "--no-index", wheel)
-        period, path = run("venv/bin/python", "-c", USE).split()
-        self.assertEqual(period, "10.0")
+        period, path, *scenes = run("venv/bin/python", "-c", USE).split()
+        self.assertEqual((period, scenes), ("10.0", ["chapter.json", "mission.json", "sky.json"]))
         self.assertTrue(path.startswith(f"{folder}/venv/lib/"), path)
 
 

@@ -46,9 +46,11 @@ def whole_float(name: str, value: float) -> int:
 
 def in_unit(name: str, value: typing.Any, unit: str) -> typing.Any:
     """Returns a Quantity of astropy, also one in a list, as numbers in a unit, anything else as it is. "", or pix: the
-    argument has no unit, or takes plain numbers only: TypeError. UnitConversionError of astropy for another unit."""
+    argument has no unit, or takes plain numbers only: TypeError. UnitConversionError of astropy for another unit. ValueError
+    for masked values."""
     if isinstance(value, (list, tuple)):
         return [in_unit(name, one, unit) for one in value]
+    _refuse_mask(name, value)
     given = getattr(value, "unit", None)
     if given is None:
         return value
@@ -65,7 +67,7 @@ def in_unit(name: str, value: typing.Any, unit: str) -> typing.Any:
 def real(name: str, value: typing.Any, unit: str | None = None) -> float:
     """Returns one number as a float; TypeError for an array. A Quantity is converted to the unit, None: that of the
     name, as of exposure_s; without one, TypeError."""
-    if not isinstance(value, (int, float)):
+    if type(value) not in (int, float):
         value = in_unit(name, value, unit_of_name(name) if unit is None else unit)
     if not isinstance(value, (int, float, numpy.integer, numpy.floating)) or isinstance(value, numpy.timedelta64):
         array = numpy.asarray(value)
@@ -101,13 +103,19 @@ def _without_unit(name: str, values: typing.Any, unit: str) -> typing.Any:
 
 def refuse_lost(name: str, values: object) -> None:
     """Raises for values whose mask or unit the conversion would drop, also inside lists."""
-    if numpy.ma.is_masked(values):
-        raise ValueError(f"{name} has masked values: fill or remove them first")
+    _refuse_mask(name, values)
     _refuse_unit(name, values)
     if isinstance(values, (list, tuple)):
         for value in values:
             if not isinstance(value, (int, float)):
                 refuse_lost(name, value)
+
+
+def _refuse_mask(name: str, values: object) -> None:
+    """Of numpy, of a column of a table, or of a Quantity or Time of astropy."""
+    mask = getattr(values, "mask", False)
+    if numpy.ma.is_masked(values) or (isinstance(mask, (bool, numpy.bool_, numpy.ndarray)) and numpy.any(mask)):
+        raise ValueError(f"{name} has masked values: fill or remove them first")
 
 
 def plain(name: str, values: ArrayLike, unit: str | None = None) -> Doubles:

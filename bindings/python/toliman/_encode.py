@@ -25,7 +25,7 @@ def encode(function: typing.Any, handle: typing.Any, frames: ArrayLike | typing.
     source = Frames(frames, shape, windows=windows, takes_one=True)
     parts, blocks = [numpy.empty(0)], []
     with Watch(progress) as watch:
-        for first, image, count in source.images():
+        for first, image, count in source.images(watch):
             values, fits = numpy.empty(count), array_of(_raw.toliman_frame_goodness, count)
             watch.check(function(handle, image, count, pointer(values), fits))
             parts.append(values)

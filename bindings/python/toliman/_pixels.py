@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import ctypes
-import itertools
 import typing
 
 import numpy
@@ -10,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._arguments import has_shape, plain, refuse_lost, shaped
+from ._progress import Watch
 from ._words import words
 
 
@@ -48,9 +48,10 @@ class Frames:
         self.is_one = False
         self._iterator: typing.Iterator[typing.Any] | None = None
         self._array: typing.Any = None
+        frames = pixels_of(frames)
         is_array = hasattr(frames, "shape") and hasattr(frames, "__getitem__")
         if isinstance(frames, (list, tuple)):
-            has_frames = len(frames) > 0 and numpy.ndim(frames[0]) == 2
+            has_frames = len(frames) == 0 or numpy.ndim(frames[0]) == 2
         else:
             has_frames = (hasattr(frames, "__iter__") and not isinstance(frames, (str, bytes))
                           and not is_array and not hasattr(frames, "__array__"))
@@ -68,16 +69,16 @@ class Frames:
         self._array = _addressed(frames)[None] if self.is_one else frames
         self.count = len(self._array)
 
-    def images(self) -> typing.Iterator[tuple[int, typing.Any, int]]:
+    def images(self, watch: Watch) -> typing.Iterator[tuple[int, typing.Any, int]]:
         """Yields the index of the first frame of each block, a pointer to the toliman_image, and the number of frames."""
-        for first, block in self._blocks():
+        for first, block in self._blocks(watch):
             places = _windows_of(self._windows, len(block)) if self._places is None else self._places[first:]
             image, array = image_of(block, places)  # the array is in use until the next block
             yield first, ctypes.byref(image), len(array)
 
-    def _blocks(self) -> typing.Iterator[tuple[int, NDArray]]:
+    def _blocks(self, watch: Watch) -> typing.Iterator[tuple[int, NDArray]]:
         if self._iterator is not None:
-            yield from self._iterated(self._iterator)
+            yield from self._iterated(self._iterator, watch)
         else:
             for first in range(0, self.count or 0, FRAMES_PER_CALL):
                 yield first, _addressed(self._array[first:first + FRAMES_PER_CALL])
@@ -86,18 +87,24 @@ class Frames:
         """Returns all frames in one array."""
         if isinstance(self._array, numpy.ndarray):
             return _addressed(self._array)
-        blocks = [block for _, block in self._blocks()]
+        blocks = [block for _, block in self._blocks(Watch(None))]
         return numpy.concatenate(blocks) if blocks else numpy.empty((0, *self.shape))
 
-    def _iterated(self, frames: typing.Iterator[typing.Any]) -> typing.Iterator[tuple[int, NDArray]]:
+    def _iterated(self, frames: typing.Iterator[typing.Any], watch: Watch) -> typing.Iterator[tuple[int, NDArray]]:
         first = 0
-        while block := list(itertools.islice(frames, FRAMES_PER_CALL)):
+        while True:
+            block, raised = watch.take(frames, FRAMES_PER_CALL)
+            if raised is not None:
+                raise raised
+            if not block:
+                break
             if self.count is not None and first + len(block) > self.count:
                 raise ValueError(f"frames: are more than {self.count}, the length of other arguments")
-            for k, frame in enumerate(block):
-                refuse_lost("frames", frame)
-                has_shape(f"frame {first + k}", numpy.asarray(frame), self.shape)
-            yield first, _addressed(numpy.stack([numpy.asarray(frame) for frame in block]))
+            images = [pixels_of(frame) for frame in block]
+            for k, image in enumerate(images):
+                refuse_lost("frames", image)
+                has_shape(f"frame {first + k}", numpy.asarray(image), self.shape)
+            yield first, _addressed(numpy.stack([numpy.asarray(image) for image in images]))
             first += len(block)
         if self.count is not None and first < self.count:
             raise ValueError(f"frames: are {first}: must be {self.count}, the length of other arguments")
@@ -110,6 +117,11 @@ class Frames:
 def length_of(values: typing.Any, dimensions: int) -> int | None:
     """Returns the length of an argument that has a member per frame, an array of these dimensions; None of others."""
     return len(values) if values is not None and numpy.ndim(values) == dimensions else None
+
+
+def pixels_of(frame: typing.Any) -> typing.Any:
+    """Returns the pixels of a Frame, with their mask and unit; anything else as it is."""
+    return getattr(frame, "pixels", frame)
 
 
 def _addressed(frames: typing.Any) -> NDArray:
@@ -134,7 +146,7 @@ def _windows_of(windows: ArrayLike | None, count: int) -> NDArray | None:
 
 def frame_of(name: str, frame: ArrayLike, shape: tuple[int, int], window: ArrayLike | None) -> tuple[typing.Any, NDArray]:
     """Returns the toliman_image struct for one frame, and the array that it points into."""
-    return image_of(shaped(name, frame, shape)[None], _windows_of(window, 1))
+    return image_of(shaped(name, pixels_of(frame), shape)[None], _windows_of(window, 1))
 
 
 def image_of(images: NDArray, windows: NDArray | None = None) -> tuple[typing.Any, NDArray]:

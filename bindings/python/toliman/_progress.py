@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import html
+import itertools
 import os
 import signal
 import sys
@@ -175,6 +176,20 @@ class Watch:
             return _raw.TOLIMAN_E_CANCELLED
         finally:
             self._outside = False
+
+    def take(self, items: typing.Iterator[typing.Any], most: int) -> tuple[list[typing.Any], BaseException | None]:
+        """Returns up to `most` items of the user's iterator, which Ctrl-C interrupts at once, and the exception that it
+        raised after them."""
+        taken: list[typing.Any] = []
+        try:
+            self._outside = True
+            for item in itertools.islice(items, most):
+                taken.append(item)
+        except BaseException as raised:
+            return taken, raised
+        finally:
+            self._outside = False
+        return taken, None
 
     def step(self, stage: str, fraction: float) -> None:
         """Reports progress between the C calls of work that Python splits; raises Cancelled if progress asks to

@@ -29,7 +29,7 @@ from .sim import Series, Simulated, Simulator, Spectrum, parameters, plan, shipp
 from .sky import Sky
 from .times import parse_time, read_clock, read_header, read_on_target
 from .tracker import REASONS, VERDICTS, Estimate, Frame, Tracker
-from .track import FrameWarning, track
+from ._track import FrameWarning, track
 
 
 __version__ = version()

@@ -136,7 +136,7 @@ class Bank(Handle):
         blocks: list[tuple[typing.Any, int]] = []
         of_fits: list[tuple[typing.Any, int]] = []
         with Watch(progress) as watch:
-            for first, image, count in source.images():
+            for first, image, count in source.images(watch):
                 results, fits = array_of(_raw.toliman_bank_result, count), array_of(_raw.toliman_fit_result, count)
                 watch.check(library.toliman_bank_encode(self._c, self.fit._c, image, count, predictions.block(first, count),
                                                         results, fits))

@@ -319,7 +319,7 @@ class _Iterations:
 
     def on_part(self, stage: bytes, fraction: float, _: object) -> int:
         """The stage of the progress names the last iteration."""
-        return int(self._watch.interrupted or self._watch.show(f"{self._last}; {stage.decode()}", fraction))
+        return int(self._watch.interrupted or self._watch.show(f"{self._last}; {stage.decode()}", min(fraction, 0.99)))
 
 
 def _names(free: str | typing.Iterable[str] | None) -> bytes | None:

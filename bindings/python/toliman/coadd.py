@@ -9,7 +9,7 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import INT64, of_kind, options_of, real, refuse_lost, saved, shaped, whole, within
+from ._arguments import INT64, of_kind, options_of, real, refuse_lost, saved, whole, within
 from ._handle import Handle
 from ._library import check, library
 from ._predictions import prediction_of

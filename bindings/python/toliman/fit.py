@@ -110,7 +110,7 @@ class Fit(Handle):
         source = Frames(frames, self.shape, *Predictions.lengths(*given), windows=windows)
         predictions, blocks = Predictions(source.count, *given), []
         with Watch(progress) as watch:
-            for first, image, count in source.images():
+            for first, image, count in source.images(watch):
                 results = array_of(_raw.toliman_fit_result, count)
                 watch.check(library.toliman_fit_frame(self._c, image, count, predictions.block(first, count), results, None,
                                                       None))

@@ -16,7 +16,7 @@ from ._arguments import Doubles, options_of, pointer, real, whole
 from ._encode import Fits, Values, encode
 from ._handle import Handle
 from ._log import log
-from ._pixels import Frames
+from ._pixels import Frames, image_of
 from ._progress import Progress, Watch
 from ._results import ComponentsInfo, ComponentsTraining
 from ._words import number
@@ -103,8 +103,8 @@ class Components(Handle):
     def push(self, frames: ArrayLike) -> None:
         """Adds one frame [row][column] or frames [frame][row][column], and discards the trained components. Raises
         CapacityError when the collection is full."""
-        for _, image, count in Frames(frames, self.shape, takes_one=True).images():
-            check(library.toliman_components_push(self._c, image, count))
+        image, array = image_of(Frames(frames, self.shape, takes_one=True).whole())
+        check(library.toliman_components_push(self._c, ctypes.byref(image), len(array)))
 
     def train(self, method: str = "pca", components: int = 1, *, iterations: int = 0, sparsity: float = 0,
               seed: int = 0, threads: int = 0, progress: Progress | bool | None = None) -> ComponentsTraining:

@@ -140,7 +140,7 @@ class Measurements(Handle, Tabular):
         """
         given = None if exposures is None else Exposures(exposures, on_target)
         plain_t = None if t is None else times_of_series("t", t, time_unit_days)
-        times = None if t is None else plain("t", plain_t)
+        times = None if plain_t is None else plain("t", plain_t)
         count = len(times) if times is not None else given.count if given is not None else 0
         value_unit = unit_of(y)
         unit = factor_of("y", value_unit, real("unit", unit), kind)

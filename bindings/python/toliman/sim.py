@@ -89,7 +89,7 @@ def shipped_scenes() -> list[pathlib.Path]:
     """Returns the paths of the scenes shipped with the library. Simulator and plan() also accept their file names."""
     shared = pathlib.Path("share", "toliman", "scenes")
     library_prefix = pathlib.Path(library_path()).resolve().parent.parent
-    folders = [above(4) / shared, above(2) / shared, library_prefix / shared, "/usr" / shared,
+    folders = [above(0) / "scenes", above(4) / shared, above(2) / shared, library_prefix / shared, "/usr" / shared,
                "/usr/local" / shared]
     return next((sorted(folder.glob("*.json")) for folder in folders if folder.is_dir()), [])
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import ctypes
 import dataclasses
-import itertools
 import json
 import os
 import typing
@@ -20,7 +19,7 @@ from ._arguments import (INT64, array_of, file_name, listed, of_kind, options_of
                          whole, whole_float, within)
 from ._handle import Handle
 from ._log import log
-from ._pixels import PIXELS
+from ._pixels import FRAMES_PER_CALL, PIXELS
 from ._progress import Progress, Watch
 from ._results import FolderGoodness, Outcome, Record, Stream, TrackInfo
 from ._shown import Shown
@@ -91,7 +90,8 @@ class Frame(Shown):
 
     def __array__(self, dtype: typing.Any = None, copy: bool | None = None) -> NDArray:
         """The pixels, so that an estimator encodes a frame as it is."""
-        return numpy.array(self.pixels, dtype, copy=bool(copy))
+        made = numpy.asarray(self.pixels, dtype)
+        return made.copy() if copy else made
 
 
 class _RunningCall:
@@ -163,7 +163,7 @@ class Tracker(Handle, Tabular):
     """
 
     _kind, _destroy = _raw.toliman_track, "toliman_track_destroy"
-    _frames_per_call = 64  # progress and Ctrl-C are checked after each call
+    _frames_per_call = FRAMES_PER_CALL
 
     def __init__(self, estimator: Estimator | None, f0: float = 0.0, df: float = 0.0, nf: int = 0, *,
                  folder: str | os.PathLike[str] | None = None, capacity: int = 2**20, sigma: float = 0.0,
@@ -218,8 +218,7 @@ class Tracker(Handle, Tabular):
     @classmethod
     def open(cls, folder: str | os.PathLike[str]) -> Tracker:
         """Opens a folder read-only for queries; a writer may be active."""
-        options, name = _raw.toliman_track_options(), file_name(folder)
-        check(library.toliman_track_load_options(name, ctypes.byref(options)))
+        options, name = options_of_folder(folder), file_name(folder)
         options.folder = name
         options.flags, options.log = options.flags | _raw.TOLIMAN_TRACK_READ_ONLY, log
         self = cls.__new__(cls)
@@ -240,15 +239,23 @@ class Tracker(Handle, Tabular):
         Raises InputError for an impossible frame, CapacityError, WriteError if the ledger cannot be written, LostError
         if another program changed the ledger.
         """
+        return self._push_all(iter(frames), len(frames) if isinstance(frames, typing.Sized) else 0, progress)
+
+    def _push_all(self, frames: typing.Iterator[Frame], count: int, progress: Progress | bool | None) -> Rows[Outcome]:
+        """As push_many; count: of the frames, 0 if unknown."""
         self._c  # not closed
-        count = len(frames) if isinstance(frames, typing.Sized) else 0  # 0: unknown
-        remaining = iter(frames)
         outcomes: Rows[Outcome] = Rows()
         try:
             with Watch(progress) as watch:
                 self._running.watch = watch
-                while part := list(itertools.islice(remaining, self._frames_per_call)):
-                    self._push(part, outcomes)
+                at_end = False
+                while not at_end:
+                    part, raised = watch.take(frames, self._frames_per_call)
+                    at_end = len(part) < self._frames_per_call
+                    if part:
+                        self._push(part, outcomes)
+                    if raised is not None:
+                        raise raised
                     watch.step("frames", len(outcomes) / count if count else 0)
         except BaseException as error:
             error.outcomes = outcomes  # type: ignore[attr-defined]
@@ -256,13 +263,22 @@ class Tracker(Handle, Tabular):
         return outcomes
 
     def _push(self, frames: list[Frame], processed: Rows[Outcome]) -> None:
-        pixels = [_pixels_of(frame) for frame in frames]
-        intervals = [_intervals_of(frame) for frame in frames]
-        given = (_raw.toliman_frame * len(frames))(*map(_struct_of, frames, pixels, intervals))
-        outcomes, done = array_of(_raw.toliman_track_outcome, len(frames)), ctypes.c_size_t()
-        status = library.toliman_track_push(self._c, given, len(frames), outcomes, ctypes.byref(done))
+        kept, structs, refused = [], [], None
+        for frame in frames:
+            try:
+                pixels, intervals = _pixels_of(frame), _intervals_of(frame)
+                structs.append(_struct_of(frame, pixels, intervals))
+            except (TypeError, ValueError) as error:  # after the frames before it
+                refused = error
+                break
+            kept.append((pixels, intervals))  # what the structs point to
+        given = (_raw.toliman_frame * len(structs))(*structs)
+        outcomes, done = array_of(_raw.toliman_track_outcome, len(structs)), ctypes.c_size_t()
+        status = library.toliman_track_push(self._c, given, len(structs), outcomes, ctypes.byref(done))
         processed += [Outcome._of(outcome) for outcome in outcomes[:done.value]]
         self._running.watch.check(status)
+        if refused is not None:
+            raise refused
 
     def commit(self) -> None:
         """Makes all ledger records durable with fsync: all frames pushed so far are then acknowledged."""
@@ -414,6 +430,13 @@ class Tracker(Handle, Tabular):
     def _summary(self) -> str:
         info = self.info
         return f"Tracker of {info.accepted} frames, {info.received - info.accepted} others"
+
+
+def options_of_folder(folder: str | os.PathLike[str]) -> typing.Any:
+    """Returns the options with which a folder was made, as a C struct. NotFoundError if there is none."""
+    options = _raw.toliman_track_options()
+    check(library.toliman_track_load_options(file_name(folder), ctypes.byref(options)))
+    return options
 
 
 class _TrackerView(View):

@@ -129,8 +129,8 @@ def _with_palette(match: re.Match[bytes]) -> bytes:
 
 def background(axes: Axes) -> typing.Any:
     """Returns the colour behind the axes: they may be transparent in the style of a user."""
-    face = axes.get_facecolor()
-    return face if face[3] > 0 else axes.figure.get_facecolor()
+    colours = (axes.get_facecolor(), axes.figure.get_facecolor())
+    return next((colour for colour in colours if colour[3] > 0), "white")
 
 
 def dark(axes: Axes) -> str:

@@ -6,7 +6,7 @@ import typing
 import warnings
 
 import numpy
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ._arguments import whole
 from ._library import UnsupportedError
@@ -17,7 +17,7 @@ from .periodogram import grid_of_days
 from .sim import Scene, Simulator, simulator_of
 from .sky import Sky
 from .times import tai_ns_of
-from .tracker import Frame, Tracker
+from .tracker import Frame, Tracker, options_of_folder
 
 _LEAST_DAYS = 4.0  # of a grid
 _TREND = 4  # of stars that move without a reference orbit
@@ -48,14 +48,24 @@ def track(scene: Simulator | Scene, frames: ArrayLike | typing.Iterable[Frame] |
     session, first_id: of images: frame k has the id first_id + k of the session, by which it is recognised. Images with
         the ids of other frames are quarantined, with a FrameWarning.
 
-    Returns the Tracker. Issues a FrameWarning if frames were not accepted. Other estimators and options: Tracker.
+    Returns the Tracker. Issues a FrameWarning if frames were not accepted. If the call raises, the folder is closed with
+    the frames so far; without a folder, the exception's attribute `tracker` has them. Other estimators and options:
+    Tracker.
     """
     simulator = simulator_of("scene", scene)
-    tracker = _tracker_of(simulator, folder)
     given = _frames_of(frames, times, simulator.info.time_zero_ns, session, whole("first_id", first_id))
-    outcomes = tracker.push_many(given, progress=progress)
-    if folder is not None:
-        tracker.save()
+    count = len(frames) if isinstance(frames, typing.Sized) else 0
+    tracker = _tracker_of(simulator, folder)
+    try:
+        outcomes = tracker._push_all(given, count, progress)
+        if folder is not None:
+            tracker.save()
+    except BaseException as error:
+        if folder is None:
+            error.tracker = tracker  # type: ignore[attr-defined]
+        else:
+            tracker.close()
+        raise
     _warn_of(outcomes)
     return tracker
 
@@ -68,7 +78,7 @@ def _tracker_of(simulator: Simulator, folder: str | os.PathLike[str] | None) -> 
     except UnsupportedError:  # the scene has no observer
         sky = None
     if folder is not None and os.path.exists(os.path.join(folder, "setup.tlms")):
-        return Tracker(fit, folder=folder, sky=sky)
+        return Tracker(fit, folder=folder, sky=sky, bit_depth=options_of_folder(folder).frames.bit_depth)
     grid = grid_of_days(max(_LEAST_DAYS, _span_days(simulator)))
     has_trend = sky is None and "moving stars" in simulator.stages
     return Tracker(fit, *grid, folder=folder, sky=sky, time_offset_ns=info.time_zero_ns, exposure_s=info.exposure_s,
@@ -84,21 +94,26 @@ def _span_days(simulator: Simulator) -> float:
 
 def _frames_of(frames: typing.Any, times: typing.Any, zero_ns: int, session: str,
                first_id: int) -> typing.Iterator[Frame]:
-    """Yields Frames; those of images and times, unless times is None."""
+    """Returns an iterator of Frames; of those of images and times, unless times is None."""
     if times is None:
-        yield from frames
-        return
+        if hasattr(frames, "dtype"):
+            raise TypeError("times: must be given with images")
+        return iter(frames)
     given = numpy.atleast_1d(tai_ns_of("times", times, zero_ns))
-    counted, remaining = 0, iter(frames)
     if isinstance(frames, typing.Sized) and len(frames) != len(given):
         raise ValueError(f"times: are {len(given)}: must be {len(frames)}, one for each frame")
-    for time, image in zip(given, remaining):
+    return _with_times(iter(frames), given, session, first_id)
+
+
+def _with_times(images: typing.Iterator[typing.Any], times: NDArray[numpy.int64], session: str,
+                first_id: int) -> typing.Iterator[Frame]:
+    number = -1
+    for number, (time, image) in enumerate(zip(times, images)):
         if isinstance(image, Frame):
             raise TypeError("times: must not be given with Frames, which have their own")
-        yield Frame(image, frame_id=first_id + counted, camera_ns=int(time), session=session)
-        counted += 1
-    if counted < len(given) or next(remaining, None) is not None:
-        raise ValueError(f"times: are {len(given)}: must be one for each frame")
+        yield Frame(image, frame_id=first_id + number, camera_ns=int(time), session=session)
+    if number + 1 < len(times) or next(images, None) is not None:
+        raise ValueError(f"times: are {len(times)}: must be one for each frame")
 
 
 def _warn_of(outcomes: list[Outcome]) -> None:
