@@ -1,11 +1,14 @@
 /* Measures many frames in calls from C: the network of examples/scenes/chapter.json and the fit of sky.json on all
  * processors, and prints one JSON object per line. python.py runs this program, makes the same calls from Python, and
  * prints the table. Times are medians of wall time of REPEATS calls for all frames. Usage: bench_frames FRAMES */
+#include <stdio.h>
+#include <stdlib.h>
+
 #include <toliman/cae.h>
 #include <toliman/fit.h>
 
+#include "assert_close.h"
 #include "images.h"
-#include "shipped_scene.h"
 #include "timing.h"
 
 enum { REPEATS = 5 };
@@ -14,6 +17,12 @@ static double wall_s(void) {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static toliman_sim *sim_of_file(const char *path) {
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create_file(path, NULL, &sim));
+    return sim;
 }
 
 static double *frames_of(const toliman_sim *sim, int count) {
@@ -30,7 +39,7 @@ static void report(const char *part, double *times, int frames, double last) {
 }
 
 static void measure_network(int count) {
-    toliman_sim *const sim = sim_of(shipped_scene("chapter"));
+    toliman_sim *const sim = sim_of_file("examples/scenes/chapter.json");
     toliman_cae *cae = NULL;
     assert_ok(toliman_cae_create(sim, 1, NULL, &cae));
     double *const frames = frames_of(sim, count), *const latents = calloc((size_t)count, sizeof *latents);
@@ -48,7 +57,7 @@ static void measure_network(int count) {
 }
 
 static void measure_fit(int count) {
-    toliman_sim *const sim = sim_of(shipped_scene("sky"));
+    toliman_sim *const sim = sim_of_file("examples/scenes/sky.json");
     toliman_fit *fit = NULL;
     assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, NULL, &fit));
     double *const frames = frames_of(sim, count);
