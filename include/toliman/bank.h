@@ -52,14 +52,14 @@ typedef struct toliman_bank_plan_info {
 } toliman_bank_plan_info;
 #define TOLIMAN_BANK_PLAN_INFO_INIT TOLIMAN_INIT(toliman_bank_plan_info)
 
-/* Gets the plan of a bank. Errors: as toliman_bank_create, but dates outside the model images are not detected;
- * TOLIMAN_E_UNSUPPORTED for a single star. */
+/* Gets the plan of a bank. It does not check that the model images cover the dates; other errors as
+ * toliman_bank_create; TOLIMAN_E_UNSUPPORTED for a single star. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_plan(const toliman_sim *sim,
                                                                 const toliman_bank_options *options,
                                                                 toliman_bank_plan_info *out) TOLIMAN_NOEXCEPT;
 
-/* Creates a bank of untrained networks for the scene and the free parameters of a fit of one scene. Untrained, it is a
- * control, of an efficiency of about 0.01.
+/* Creates a bank of untrained networks for the scene and the free parameters of a fit of one scene. An untrained bank
+ * is a control: its efficiency is about 0.01.
  * Errors: TOLIMAN_E_ARGUMENT for dates at which the stars leave the model images (toliman_fit_create), more than 1024
  * networks; TOLIMAN_E_UNSUPPORTED for frames smaller than the crop of the layout or larger than 4096 x 4096 px. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_create(const toliman_fit *fit,
@@ -134,8 +134,8 @@ typedef struct toliman_bank_result {
     double separation_px;
     double sigma_px;     /* of both, due to the noise of the frame */
     double efficiency;   /* Cramer-Rao bound with the parameters of the fit free / sigma_px */
-    double distance_px;  /* between the stars' places in the frame and those of the network: B relative to A, and
-                            sub-pixel shift */
+    double distance_px;  /* from the network's places: root of the sum of squares of the differences in B relative to
+                            A and in the sub-pixel shift */
     int64_t network;     /* that of the smallest distance_px */
     int32_t goodness;    /* of the fit */
     uint32_t bad_pixels; /* of fit and network */

@@ -6,8 +6,8 @@
  *                  get_budget_steps         bounds with more and more parameters free
  *                  get_budget_rows          each parameter: its bias, or what the fit leaves of it; correlations
  *
- * A budget is that of a least-squares estimate of the separation from one frame, with some parameters
- * (sim_derivative.h) free: fitted together with it. Its standard deviation is the Cramer-Rao bound
+ * A budget is that of a least-squares estimate of the separation from one frame. Free parameters (sim_derivative.h) are
+ * fitted together with the separation. Its standard deviation is the Cramer-Rao bound
  * (promise: budgets-match-fisher-matrix). How to read it: budget.md. */
 #ifndef TOLIMAN_BUDGET_H
 #define TOLIMAN_BUDGET_H

@@ -60,8 +60,8 @@ typedef struct toliman_cae_options {
  * Errors: TOLIMAN_E_UNSUPPORTED for frames smaller than the crop, preprocess.project with another input than WHITENED,
  * CENTRE_IMAGE with frames of the crop's size; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal.
  *
- * Of preprocess.project, an image is dropped if less than 1e-10 of its norm remains after the projection of those
- * before it. The log warns of it, and of one of which less than 1e-2 remains after that of the others. */
+ * An image of preprocess.project is dropped if less than 1e-10 of its norm remains after the projection of those before
+ * it. The log warns of it, and of an image whose norm falls below 1e-2 by the projection of all others. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed,
                                                                  const toliman_cae_options *options,
                                                                  toliman_cae **out) TOLIMAN_NOEXCEPT;

@@ -35,7 +35,7 @@ TOLIMAN_BEGIN_DECLS
 /* Result of a calibration. */
 typedef struct toliman_calibration toliman_calibration;
 
-/* Flag of options: then fit the OPD of each pupil cell, too. Takes minutes. */
+/* Flag of options: after the parameters, fit the OPD of each pupil cell. Takes minutes. */
 #define TOLIMAN_CALIBRATION_MAP 1u
 
 /* Flag of options: while the model is incomplete, calibrate again with TOLIMAN_CALIBRATION_CHANGE_..., in their order,
@@ -44,10 +44,10 @@ typedef struct toliman_calibration toliman_calibration;
 #define TOLIMAN_CALIBRATION_IMPROVE 2u
 
 /* Flag of options: the default parameters include transfer_smear, interpixel_capacitance and, for frames that are no
- * sums, nonlinearity and brighter_fatter. Then fit the relative response of each pixel, too, which all frames have in
- * common: stars move by pixels from frame to frame, so that it differs from the optics. From hundreds of frames it is
- * known so well that separations are as good as with a known detector (promise: detectors-are-calibrated). Fluxes are
- * free: the mean response is 1 by its prior, and a gradient of the response remains at the prior. */
+ * sums, nonlinearity and brighter_fatter. The relative response of each pixel is also fitted, the same in all frames.
+ * It differs from the optics because stars move by pixels from frame to frame. With hundreds of frames, separations are
+ * as good as with a known detector (promise: detectors-are-calibrated). As fluxes are free, only the prior determines
+ * the mean response, 1, and its gradient. */
 #define TOLIMAN_CALIBRATION_DETECTOR 4u
 
 /* Changes of a model.
@@ -255,7 +255,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_frame(cons
 typedef struct toliman_calibration_window {
     uint32_t struct_size;
     int32_t goodness;  /* of chi_square */
-    int64_t frames;    /* without any, the other members are those of the window before */
+    int64_t frames;    /* without frames, the other members are those of the window before */
     double first_days; /* start, days of scene time, where its parameters hold */
     double chi_square;
     double chi_square_sigma, largest_residual;

@@ -10,7 +10,7 @@
  * Parameters of a frame, in this order (sim_derivative.h, except that position_angle is in degrees):
  *
  *   separation         px       distance from A to B
- *   position_angle     deg      of B from A on the sky, north through east, -180 to 180, for a detector without roll
+ *   position_angle     deg      of B from A on the sky (sim.h, "Angle"), -180 to 180, for a detector without roll
  *   shift_x, shift_y   px       of the scene's centre from its place in the scene; to higher columns, rows
  *   flux_a, flux_b              relative change of the photons of a star
  *   background         photons  per pixel
@@ -101,15 +101,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_info(const toliman
 typedef struct toliman_fit_prediction {
     uint32_t struct_size;
     uint32_t flags;
-    double time_days;             /* time of the frame, for the place of a moving binary on the scene's orbit, or,
-                                     with binary.observer, as the observer sees it, mean over the scene's exposure */
+    double time_days;             /* time of the frame, at which the scene's orbit gives the places of moving stars;
+                                     with binary.observer, apparent places, averaged over the scene's exposure */
     double x_px, y_px;            /* shift of both stars from their places in the scene */
     double separation_px;         /* 0 = that of the scene at this time */
     double position_angle_deg;    /* with separation_px */
     const toliman_spread *spread; /* of a sum of frames; NULL = one frame of the scene. Banks and calibrations:
                                      TOLIMAN_E_UNSUPPORTED. Fluxes are relative to those of all frames, background is
-                                     per pixel of the sum. The model images are wrong within about 6 standard
-                                     deviations of the spread, 2 px for 0.3 px, from capture_px */
+                                     per pixel of the sum. Model images need a margin of about 6 standard deviations of
+                                     the spread to capture_px: 2 px for 0.3 px */
 } toliman_fit_prediction;
 #define TOLIMAN_FIT_PREDICTION_INIT TOLIMAN_INIT(toliman_fit_prediction)
 
@@ -135,8 +135,8 @@ typedef struct toliman_fit_result {
     double background;                         /* photons per pixel */
     double chi_square;                         /* goodness.h: without the bad pixels */
     int32_t iterations;                        /* Gauss-Newton */
-    int32_t excluded;                          /* saturated pixels, or expected within 5 standard deviations of
-                                                  saturation */
+    int32_t excluded;                          /* pixels that are saturated, or expected within 5 standard deviations
+                                                  of saturation */
     double chi_square_sigma;
     double largest_residual;
     int32_t goodness;    /* TOLIMAN_GOODNESS_...; UNKNOWN with NOT_CONVERGED */

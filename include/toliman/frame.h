@@ -17,10 +17,10 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_FRAME_STAMP_END 603
 
 /* Downlinked frame. As an input, its pixels and intervals are not needed after the call; as an output of
- * toliman_ingest_next, they belong to the reader. Its key is session, restarts, roi and frame_id. A second valid frame
+ * toliman_ingest_next, they belong to the reader. Its key is session, restarts, roi and frame_id. Its content is its
+ * pixels, their type and shape, camera_ns, dropped, sigma, exposure_s, intervals, window, spread. A second valid frame
  * with the same key is a duplicate if its content is the same, otherwise both are quarantined
- * (promise: conflicting-frames-are-quarantined): pixels, their type and shape, camera_ns, dropped, sigma, exposure_s,
- * intervals, window, spread. */
+ * (promise: conflicting-frames-are-quarantined). */
 typedef struct toliman_frame {
     uint32_t struct_size;
     int32_t pixel;       /* TOLIMAN_PIXEL_..., without a default */

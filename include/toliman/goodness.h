@@ -30,8 +30,8 @@ TOLIMAN_BEGIN_DECLS
 
 /* Goodness of fit of one frame against the linear model of a template or network (linear.h, cae.h).
  *
- * Bad pixels are cosmic rays, hot and dead pixels: residuals above 6 standard deviations, more in the tail of few
- * photons; one in 8,000 undamaged frames of 256x256. A value is estimated from the other pixels alone
+ * Bad pixels are cosmic rays, hot and dead pixels: residuals above 6 standard deviations, more for few photons. One in
+ * 8,000 undamaged frames of 256x256 has one. A value is estimated from the other pixels alone
  * (promise: bad-pixels-are-left-out). If more than 30 pixels exceed the limit, all are used, bad_pixels is 0, and
  * goodness is POOR (promise: wrong-models-are-not-cleaned). */
 typedef struct toliman_frame_goodness {

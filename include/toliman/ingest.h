@@ -131,8 +131,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_next(toliman_ingest
  * before it.
  *   offset     of the frame's FRAME event
  *   reference  an undamaged frame of the same scene, shape and pixel type
- *   pixels     [rows][cols], receives the frame from where it looks most like the reference; let the estimator confirm
- *              it
+ *   pixels     [rows][cols], receives the frame at the place where it is most similar to the reference; let the
+ *              estimator confirm it
  *   size       of pixels, in bytes; TOLIMAN_E_CAPACITY if too small
  *   shift      receives the bytes from the frame's place to there; 0 if not found, always with GROWING and in a batch:
  *              pixels is unchanged */

@@ -17,8 +17,8 @@
  * Correlation  Restricted maximum likelihood, in [0, 0.999], without a sinusoid unless it is significant (FAP below
  *              1e-4 to 1e-8).
  * FAP          Baluev's bound with n - K degrees of freedom, K as in period_nuisance.h, for one query. Of series of
- *              AR(1) noise, about 1 % have a FAP of 0.01 (promise: correlated-alarms-are-rare); with white noise
- *              assumed 52 % for rho = 0.5 and n = 200. 1/f noise is not AR(1): up to 28 % (benchmarks.md);
+ *              AR(1) noise, about 1 % have a FAP of 0.01 (promise: correlated-alarms-are-rare); if white noise is
+ *              assumed, 52 % have, for rho = 0.5 and n = 200. 1/f noise is not AR(1): up to 28 % have (benchmarks.md);
  *              log10_p_white is then below -3.
  * Samples      In any order, at different times.
  * Accuracy     The power with correlated noise has an error of 1e-10 (promise: noise-power-has-ten-digits), if the

@@ -16,11 +16,11 @@
  *              and R_H. Sigmas must then be absolute.
  * FAP          N - K degrees of freedom; K counts the mean and the functions in use without a prior. Queries of peaks,
  *              models and FAPs need K + 4 samples.
- * Exactness    With functions, too, any order gives the same bits, and merges of equal digests and retractions are
- *              exact (promise: functions-keep-exactness). Merges of other digests return TOLIMAN_E_MISMATCH.
+ * Exactness    With functions, too, any order gives the same bits; retractions, and merges of equal digests, are exact
+ *              (promise: functions-keep-exactness). Merges of other digests return TOLIMAN_E_MISMATCH.
  * Accuracy     The power with a trend has an error of 1e-12 if the samples cover its span
- *              (promise: trend-power-has-twelve-digits) and 0.3 cycles (K up to 8), or a tenth of the span (K up to 6);
- *              1e-9 for 3 % of the span.
+ *              (promise: trend-power-has-twelve-digits) and 0.3 cycles, for K up to 8. It is also 1e-12 if they cover a
+ *              tenth of the span, for K up to 6, and 1e-9 if they cover 3 %.
  * In use       A function that the samples do not determine (the others leave less than 2^-40 of it) is left out until
  *              they do, the highest order of the trend first: see toliman_period_info.functions. */
 #ifndef TOLIMAN_PERIOD_NUISANCE_H

@@ -19,8 +19,8 @@
  *              motion, from the projection of the axis on the orbital plane to the planet's periastron, if it orbits A;
  *              for B add 180 deg.
  *              Velocity: amplitude (cos(nu + periastron) + e cos(periastron)); periastron of the star.
- * Axis         With position angles, that of the date, with two more amplitudes across the mean axis; without, fixed:
- *              periods of face-on orbits are then wrong by its rotation.
+ * Axis         With position angles, that of the date, with two more amplitudes across the mean axis. Without, it is
+ *              fixed: its rotation then changes the period of a face-on orbit.
  * Velocities   Of one star or both, fitted together with separations: two more amplitudes, along the line of sight.
  *              Inclination, node and true masses follow, except for the mirror image of the orbit in the plane of axis
  *              and line of sight.
@@ -160,8 +160,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
 #define TOLIMAN_PLANET_REASON_SAMPLES 33554432u
 #define TOLIMAN_PLANET_REASON_EVIDENCE 67108864u
 
-/* A candidate, in the order in which they were found. Three numbers: 16, 50 and 84 % points of the posterior; angles
- * and epochs are within half a turn or period of best. */
+/* A candidate, in the order in which they were found. Members [3] are the 16, 50 and 84 % points of the posterior.
+ * Angles are within half a turn of those in `best`, epochs within half a period. */
 typedef struct toliman_planet_candidate {
     uint32_t struct_size;
     uint32_t flags;
@@ -239,9 +239,10 @@ typedef struct toliman_planet_limit {
  *   periods      [count], within the prior
  *   probability  in (0, 1), for example 0.95
  *   limits       [count]
- * upper       With `probability`, a sinusoid reduces chi-square more than in this series (at least the 16 % point of
- *             noise) for planets of this amplitude and random phase. A planet that is there is excluded with a
- *             probability of 1 - probability, at all periods (promise: upper-limits-hold).
+ * upper       For planets of this amplitude and random phase, a sinusoid reduces chi-square by more than in this
+ *             series, with `probability`. The reduction in this series counts as at least the 16 % point of noise. A
+ *             planet that is there is excluded with a probability of 1 - probability, at all periods
+ *             (promise: upper-limits-hold).
  * detectable  From 400 simulated series, within 5 %. Detected: log10_bayes of circular orbits reaches the threshold,
  *             log10_fap that of detection_fap, and the posterior is not at the edges of the prior; the period may
  *             differ. It agrees with toliman_planet_inject within 0.03 in probability
@@ -265,9 +266,9 @@ typedef struct toliman_planet_cell {
 #define TOLIMAN_PLANET_CELL_INIT TOLIMAN_INIT(toliman_planet_cell)
 
 /* Counts the detections (toliman_planet_get_limits) among planets injected into white noise of the sigmas and the
- * jitter of the series, with random coefficients of the functions that have a prior, planets included. Periastron and
- * epoch are uniform; the amplitude across the mean axis is 0. The same `planets` and `cell` give the same number. Keeps
- * 16 n bytes (32 n if the axis rotates) per step 1/(10 T) of frequency.
+ * jitter of the series. Each injection also draws the coefficients of the functions that have a prior, planets
+ * included. Periastron and epoch are uniform; the amplitude across the mean axis is 0. The same `planets` and `cell`
+ * give the same number. Keeps 16 n bytes (32 n if the axis rotates) per step 1/(10 T) of frequency.
  * Errors: TOLIMAN_E_ARGUMENT masses without a known unit, parallax or mass of the star. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_inject(const toliman_planet *planets,
                                                                     const toliman_planet_cell *cell,

@@ -86,15 +86,15 @@ typedef struct toliman_sky_prediction {
     uint32_t struct_size;
     uint32_t reserved;
     double separation_arcsec;
-    double position_angle_deg;   /* apparent, of B from A, north through east, -180 to 180, ICRS */
+    double position_angle_deg;   /* apparent, of B from A (sim.h, "Angle"), -180 to 180, ICRS */
     double geometric_arcsec;     /* on the orbit */
     double geometric_angle_deg;  /* on the orbit */
     double factor;               /* separation_arcsec/geometric_arcsec */
     double barycentric_offset_s; /* TDB when light of the system's barycentre arrives at that of the solar system,
                                     minus TAI */
-    double approach_m_s;         /* velocity of the observer towards the system, of the effects in use */
+    double approach_m_s;         /* velocity of the observer towards the system, by the motions not left out */
     double sun_angle_deg;        /* between system and Sun */
-    double partials[7];          /* of separation_arcsec by the elements, over factor; arcsec per unit */
+    double partials[7];          /* derivatives of separation_arcsec by the elements, over factor; arcsec per unit */
 } toliman_sky_prediction;
 #define TOLIMAN_SKY_PREDICTION_INIT TOLIMAN_INIT(toliman_sky_prediction)
 
@@ -193,7 +193,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toli
  * column with partials[element] of each sample's prediction per element with a standard deviation, its prior. Sigmas
  * must be absolute.
  *   unit_arcsec  arcsec per unit of the values: 1, or the plate scale for px
- *   scale_sigma  as toliman_sky_reduce_options; increases that of the semi-major axis
+ *   scale_sigma  as toliman_sky_reduce_options; increases the standard deviation of the semi-major axis
  *   options      receives columns, column_bound and, after mean and trend, prior_precision
  *   elements     [7], index in partials of each column; -1 after the last one */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_set_columns(const toliman_sky *sky, double unit_arcsec,

@@ -17,8 +17,8 @@ TOLIMAN_BEGIN_DECLS
  * about their mean, weighted by the light of the frames, in addition to the scene's jitter within a short frame. A
  * long exposure with known pointing jitter is 1 frame with a spread. With cumulants, the expected sum is exact to
  * order 6: to 1e-6 of its peak for jitter of 0.3 px rms with a normal distribution, and to 1e-3 for any other.
- * Without (all 0), a normal distribution is assumed, from which even 10^5 places drawn from it differ by more than
- * their photon noise. */
+ * Without (all 0), a normal distribution is assumed. Even 10^5 places drawn from a normal distribution differ from it
+ * by more than their photon noise. */
 typedef struct toliman_spread {
     uint32_t struct_size;
     uint32_t reserved;

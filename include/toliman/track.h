@@ -34,9 +34,9 @@
  *   value = separation_px / factor - geometric_arcsec / plate_scale_arcsec
  *
  * Factor and geometric separation are means over the on-target intervals (good-time intervals) or, without these, the
- * exposure. An observer in orbit needs intervals for exposures above 600 s. System and plate scale are fixed for a
- * folder; the observer file may change. A rebuild with `sky` reduces all frames again. A rebuilt periodogram has the
- * bits of a folder that had these settings from the start (promise: rebuilds-equal-new-folders).
+ * exposure; toliman_sky_reduce says which exposures are refused. System and plate scale are fixed for a folder; the
+ * observer file may change. A rebuild with `sky` reduces all frames again. A rebuilt periodogram has the bits of a
+ * folder that had these settings from the start (promise: rebuilds-equal-new-folders).
  *
  * The periodogram has the same bits for any order of arrival (promise: arrival-order-changes-no-bit), if all values are
  * computed with one instruction set.

@@ -17,15 +17,15 @@
 TOLIMAN_BEGIN_DECLS
 
 #define TOLIMAN_TRACK_READ_ONLY 1u /* also while another tracker writes to the folder */
-/* Rebuilds the accumulators from the ledger with the grid and clock table of these options, with `sky` also reduces all
- * frames again; those that its observer file does not cover become unreduced, unless system and clock table are
+/* Rebuilds the accumulators from the ledger with the grid and clock table of these options. With `sky`, all frames are
+ * reduced again: those that its observer file does not cover become unreduced, unless system and clock table are
  * unchanged. Another plate scale alone needs no `sky`. Frames rejected for their time must be pushed again. A tracker
  * that merged the folder before counts its frames as repeated. */
 #define TOLIMAN_TRACK_REBUILD 2u
 #define TOLIMAN_TRACK_SALVAGE 4u         /* of toliman_track_merge: skips damaged records */
 #define TOLIMAN_TRACK_ALLOW_ZERO_RUNS 8u /* rejects no frame for zero pixels */
 
-/* Factor of TOLIMAN_BANK_... in the column `flags`. */
+/* The column `flags` of a bank is TOLIMAN_FIT_... + TOLIMAN_TRACK_BANK_FLAGS * TOLIMAN_BANK_.... */
 #define TOLIMAN_TRACK_BANK_FLAGS 256u
 
 /* Durability of records. A frame is acknowledged once its record has been fsync'ed, and survives power cuts

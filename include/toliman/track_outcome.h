@@ -1,4 +1,4 @@
-/* libtoliman, tracking: what became of a pushed frame.
+/* libtoliman, tracking: outcome of a pushed frame.
  *
  * Data flow
  *
@@ -34,8 +34,7 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_TRACK_REASON_ESTIMATE 517 /* estimator failed, or gave a non-finite value or a sigma out of range */
 
 #define TOLIMAN_TRACK_REASON_NO_ORBIT 518 /* no state in the observer file */
-/* An observer in orbit, and the exposure unknown, or above 600 s without on-target intervals; or an interval shorter
- * than 1 ns or longer than 400 days. */
+/* An exposure that toliman_sky_reduce refuses, or an interval shorter than 1 ns or longer than 400 days. */
 #define TOLIMAN_TRACK_REASON_NO_INTERVALS 519
 
 /* Outcome of a pushed frame. */
@@ -46,8 +45,8 @@ typedef struct toliman_track_outcome {
     int32_t reserved;
     int64_t row, col; /* first pixel over range, not finite, or completing a zero run; SHAPE: the shape */
     double pixel;
-    double value; /* reduced, if the folder has a system; unreduced: the estimate. From here on: accepted, outlier,
-                     misfit, unreduced */
+    double value; /* the estimate, reduced if the folder has a system, except of an unreduced frame. Only accepted,
+                     outlier, misfit and unreduced frames have this member and those below */
     int64_t tai_ns;
     /* See goodness.h; NaN and UNKNOWN without a model. */
     double chi_square, chi_square_sigma, largest_residual;

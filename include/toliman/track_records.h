@@ -1,4 +1,4 @@
-/* libtoliman, records of a tracker: what became of each frame.
+/* libtoliman, records of a tracker: verdict and value of each frame.
  *
  * Data flow (toliman_track_...)
  *
