@@ -134,8 +134,8 @@ typedef struct toliman_bank_result {
     double separation_px;
     double sigma_px;     /* of both, due to the noise of the frame */
     double efficiency;   /* Cramer-Rao bound with the parameters of the fit free / sigma_px */
-    double distance_px;  /* from the network's places: root of the sum of squares of the differences in B relative to
-                            A and in the sub-pixel shift */
+    double distance_px;  /* of the stars' places from those of the network: B relative to A and sub-pixel shift, in
+                            quadrature */
     int64_t network;     /* that of the smallest distance_px */
     int32_t goodness;    /* of the fit */
     uint32_t bad_pixels; /* of fit and network */

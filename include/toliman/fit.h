@@ -135,8 +135,8 @@ typedef struct toliman_fit_result {
     double background;                         /* photons per pixel */
     double chi_square;                         /* goodness.h: without the bad pixels */
     int32_t iterations;                        /* Gauss-Newton */
-    int32_t excluded;                          /* pixels that are saturated, or expected within 5 standard deviations
-                                                  of saturation */
+    int32_t excluded;                          /* pixels saturated, or expected within 5 standard deviations of
+                                                  saturation */
     double chi_square_sigma;
     double largest_residual;
     int32_t goodness;    /* TOLIMAN_GOODNESS_...; UNKNOWN with NOT_CONVERGED */
