@@ -1,17 +1,22 @@
 """Python bindings of libtoliman: simulate TOLIMAN frames, estimate the separation, search for the planet's period.
 
-Data flow: scene -> frames -> one number per frame -> periodogram.
+Data flow: scene -> frames -> separations -> period -> planets. One call for each step, with the defaults of the program:
 
-    from toliman import CAE, Periodogram, Simulator, suited_grid
+    import toliman
 
-    simulator = Simulator("chapter.json", progress=True)       # a shipped scene, a path or a dict
-    network = CAE(simulator)
+    times, _, frames = toliman.simulate("sky.json", count=100)     # a shipped scene, a path or a dict
+    toliman.calibrate("sky.json", frames[:20], times_days=times[:20]).save("fitted.json")
+    tracker = toliman.track("fitted.json", frames, times, folder="mission")
+    found = toliman.planets("mission")
+
+Stars at rest are measured by a network; any series has a period:
+
+    simulator = toliman.Simulator("chapter.json", progress=True)
+    network = toliman.CAE(simulator)
     network.train()
-    times, _ = simulator.series()                              # days
-    with Periodogram(*suited_grid(times)) as periodogram:
-        for k, t in enumerate(times):
-            periodogram.push(t, network.encode(simulator.frame(k)))
-        print(periodogram.peak())
+    times, _ = simulator.series()                                  # days
+    latents = network.encode(simulator.frame(k) for k in range(len(times)))
+    toliman.period(times, latents).plot()
 
 Conventions
     Images are numpy arrays [row][column] of float64; row 0 and column 0 are the most negative coordinates. Separations
