@@ -21,7 +21,7 @@ _toliman() {
     else
         words=$commands
     fi
-    options=$(sed -n 's/^ *\(-[a-z],\)\{0,1\}\(--[a-z]\)/\2/p' <<< "$options")
+    options=$(sed -n '/^Options:/,$s/^ *\(-[a-z],\)\{0,1\}\(--[a-z]\)/\2/p' <<< "$options")
     line=$(grep -e "^$before [A-Z][A-Z,.]" <<< "$options") || : # of an option with a value
     if [[ $line == *:{*}* ]]; then
         words=${line#*:\{} words=${words%%\}*}
