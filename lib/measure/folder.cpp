@@ -67,12 +67,19 @@ sky::Exposure exposure_of(const track::OnTarget &on_target) {
 
 namespace {
 
-// The trend of the sums, which is of dates.
+// The trend of the sums, which is of dates. Polynomials without priors are the same over any span: over that of the
+// samples they are independent, over that of a long mission, of which these are a small part, they are nearly alike.
 void add_trend(const period::Grid &grid, Series &series) {
+    const auto priors = grid.basis.precision.begin() + 1;
+    const bool is_free = std::all_of(priors, priors + grid.basis.trend, [](double prior) { return prior == 0; });
     const auto date = [&](double t) {
         return mjd_of(grid.time_offset_ns) + t * (static_cast<double>(grid.unit_ns) / kNsPerDay);
     };
     const auto [first, last] = std::minmax_element(series.t.begin(), series.t.end());
+    if (is_free && *first < *last) {
+        series.set_trend(grid.basis.trend, 0, 0);
+        return;
+    }
     const auto rounded = [](double end, double t) { return std::fabs(end - t) < kRounding ? t : end; };
     series.set_trend(grid.basis.trend, rounded(date(grid.basis.start), *first), rounded(date(grid.basis.end), *last));
 }

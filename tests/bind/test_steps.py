@@ -140,6 +140,17 @@ class Tracking(unittest.TestCase):
         for other in found[1:]:
             self.assertEqual(other.samples().tobytes(), found[0].samples().tobytes())
 
+    def test_planets_in_the_first_days_of_a_mission(self):
+        """The trend of the folder has the span of the mission; that of the search, of the samples."""
+        long = {**SCENE, "cadence": {**SCENE["cadence"], "frames": 2000}}
+        options = {"period_min": 5, "period_max": 30, "samples": 100}
+        with toliman.track(long, self.frames, self.times) as tracker:
+            series = tracker.measurements()
+            found = toliman.planets(series, **options)
+        expected = toliman.planets(series.t, series.y, series.sigma, trend=series.info.trend, frame_chi_square=1, **options)
+        self.assertEqual(series.info.trend, 4)
+        self.assertEqual(found.candidates[0].period, expected.candidates[0].period)
+
     def test_mistakes(self):
         frames, times = self.frames[:3], self.times[:3]
         cases = (
