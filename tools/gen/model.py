@@ -323,7 +323,7 @@ class Reader:
         self.take(";")
 
     def fields(self):
-        """Parses fields up to the closing brace, each with the comment above it or on its line."""
+        """Parses fields up to the closing brace, each with the comment on its line, otherwise that above it."""
         found, above = [], ""
         while not self.taken("}"):
             token = self.tokens[self.place]
@@ -344,8 +344,7 @@ class Reader:
             doc = above
             if after.kind == "comment" and after.line == last:
                 self.place += 1
-                own = plain_comment(after.text)
-                doc = f"{above}:\n{own}" if above and above[-1] not in ".:;," else "\n".join(filter(None, (above, own)))
+                doc = plain_comment(after.text)  # that above is of the group whose first member this is
             for field in found[first:]:
                 field.doc = doc
             above = ""
