@@ -7,7 +7,12 @@ import unittest
 import numpy
 
 from package import toliman
-from shown_objects import objects
+from shown_objects import estimate, objects
+
+try:
+    from astropy.table import Table
+except ImportError:
+    Table = None
 
 LONGEST = 160
 
@@ -74,9 +79,18 @@ class Shown(unittest.TestCase):
         simulator = toliman.Simulator("chapter.json")
         self.assertEqual(simulator.info.rows, 256)  # which is kept
         simulator.close()
-        for thing in (periodogram, simulator):
-            self.assertEqual(repr(thing), f"<closed {type(thing).__name__}>")
+        calibration = toliman.calibration._SoFar._adopt(None)  # as progress functions get it
+        tracker = toliman.Tracker(estimate, 0.001, 0.001, 100, estimator_id=7, sigma=1.0, rows=8, cols=6,
+                                  image_shape=(8, 6))
+        view = tracker.period
+        self.assertEqual(view.to_table().meta["object"] if Table else "View", "View")
+        tracker.close()
+        for thing, name in ((periodogram, "Periodogram"), (simulator, "Simulator"), (calibration, "Calibration"),
+                            (view, "View")):
+            self.assertEqual(repr(thing), f"<closed {name}>")
             self.assertEqual(Balanced(thing._repr_html_()).text, repr(thing))
+        with self.assertRaisesRegex(ValueError, "^this Calibration is closed"):
+            calibration.values()
 
 
 class Help(unittest.TestCase):
@@ -111,6 +125,10 @@ class Help(unittest.TestCase):
         self.assertIn("verdict (str): accepted, duplicate,", toliman.Outcome.__doc__)
         self.assertIn('"tied": squared distance', toliman.Training.__doc__)
         self.assertIn("first frequency", toliman.Grid.f0.__doc__)
+        for kind, line in ((toliman.Plan, "open_area_m2 (float): of the pupil\n"),
+                           (toliman.SkyInfo, "altitude_km (tuple[float, ...]): lowest and highest of all states")):
+            self.assertIn(f"    {line}", kind.__doc__)  # without the comment of their group
+        self.assertIn("inclination_deg", toliman.Planets.samples.__doc__)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from . import _raw
 from ._library import check, library
 from ._lock import ReadWriteLock
 from ._result_base import Result
+from ._shown import public_name
 
 
 def _free(destroy: str, kind: type, address: int, keep: object) -> None:
@@ -68,10 +69,14 @@ class Handle:
         return pointer
 
     @property
+    def _name(self) -> str:
+        return public_name(type(self))
+
+    @property
     def _c(self) -> typing.Any:
         """The C pointer; ValueError once the object is closed."""
         if self._pointer is None:
-            raise ValueError(f"this {type(self).__name__} is closed")
+            raise ValueError(f"this {self._name} is closed")
         return self._pointer
 
     def _read(self, function: typing.Any, struct: type, result: type[Result], *arguments: typing.Any) -> typing.Any:
@@ -84,7 +89,7 @@ class Handle:
     def _exclusive(self) -> typing.Iterator[None]:
         """Raises RuntimeError if a callback of this work starts the same work again."""
         if self._busy:
-            raise RuntimeError(f"this {type(self).__name__} is being trained")
+            raise RuntimeError(f"this {self._name} is being trained")
         self._busy = True
         try:
             yield
@@ -104,10 +109,10 @@ class Handle:
 
     def _summary(self) -> str:
         """Text of repr() for an open object."""
-        return type(self).__name__
+        return self._name
 
     def __repr__(self) -> str:
-        return f"<{self._summary()}>" if self._is_open else f"<closed {type(self).__name__}>"
+        return f"<{self._summary()}>" if self._is_open else f"<closed {self._name}>"
 
     def _repr_html_(self) -> str:
         """The properties of an open object; a notebook shows them."""
@@ -124,4 +129,4 @@ class Handle:
         self.close()
 
     def __reduce__(self) -> typing.Any:
-        raise TypeError(f"a {type(self).__name__} cannot be pickled: create it in each process")
+        raise TypeError(f"a {self._name} cannot be pickled: create it in each process")

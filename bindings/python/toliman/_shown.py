@@ -10,6 +10,11 @@ import numpy
 LONGEST = 120  # characters of a line
 
 
+def public_name(kind: type) -> str:
+    """Returns the name of a class, of a private one that of its public base."""
+    return next(one.__name__ for one in kind.__mro__ if not one.__name__.startswith("_"))
+
+
 def brief(value: typing.Any) -> str:
     """Returns a value in a few characters: of an array, its shape and type."""
     if isinstance(value, numpy.ndarray):

@@ -9,6 +9,7 @@ import numpy
 from numpy.typing import NDArray
 
 from ._optional import optional
+from ._shown import public_name
 from ._units import unit_of_member
 from ._words import words as words_of
 
@@ -40,7 +41,7 @@ class Tabular:
 
     def _meta(self) -> dict[str, typing.Any]:
         from ._library import version
-        facts = {"object": type(self).__name__, "toliman": version(), **self._facts()}
+        facts = {"object": public_name(type(self)), "toliman": version(), **self._facts()}
         return {name: value for name, value in facts.items() if value is not None and value != "" and value == value}
 
     def to_table(self) -> typing.Any:
