@@ -111,6 +111,12 @@ def column_of(name: str, values: typing.Any, doc: str, units: Units) -> Column:
     return Column(values, known.get(unit, unit), doc)
 
 
+def common(units: typing.Iterable[Units]) -> Units:
+    """Returns the units that all have."""
+    first, *others = [dict(one) for one in units] or [{}]
+    return {name: unit for name, unit in first.items() if all(one.get(name) == unit for one in others)}
+
+
 def _members_of(kind: type | None) -> dict[str, dataclasses.Field]:
     fields = () if kind is None else dataclasses.fields(kind)  # type: ignore[arg-type]
     return {field.name: field for field in fields}
@@ -118,7 +124,7 @@ def _members_of(kind: type | None) -> dict[str, dataclasses.Field]:
 
 class Records(numpy.ndarray, Tabular):
     """A structured array of results: array["name"] is a plain array. In tables, constants are words, and each of the
-    `flags` is a column."""
+    `flags` that the class of the results has is a column."""
 
     _kind: type | None
     _units: Units
@@ -130,6 +136,21 @@ class Records(numpy.ndarray, Tabular):
         found = super().__getitem__(key)
         return found.view(numpy.ndarray) if isinstance(found, Records) and found.dtype.names is None else found
 
+    def __array_function__(self, function: typing.Any, types: typing.Any, arguments: typing.Any,
+                           options: typing.Any) -> typing.Any:
+        made = super().__array_function__(function, types, arguments, options)
+        if function is not numpy.concatenate or made is NotImplemented or made.dtype.names is None:
+            return made
+        parts = [one for one in arguments[0] if isinstance(one, Records)]
+        kinds = {one._kind for one in parts}
+        return records_of(made, self._kind if len(kinds) == 1 else None, common(one._units for one in parts))
+
+    def __eq__(self, other: typing.Any) -> typing.Any:
+        return self.view(numpy.ndarray) == other
+
+    def __ne__(self, other: typing.Any) -> typing.Any:
+        return self.view(numpy.ndarray) != other
+
     def __reduce__(self) -> typing.Any:
         rebuild, arguments, state = super().__reduce__()  # type: ignore[misc]
         return rebuild, arguments, (*state, self._kind, self._units)
@@ -140,9 +161,10 @@ class Records(numpy.ndarray, Tabular):
 
     def _columns(self) -> dict[str, Column]:
         rows, members, found = self.ravel(), _members_of(self._kind), {}
+        flags = {name: field.metadata for name, field in members.items() if field.metadata.get("flag")}
         for name in self.dtype.names or ():
             metadata = members[name].metadata if name in members else {}
-            if name == "flags":
+            if name == "flags" and flags:
                 continue
             values = rows[name]
             if metadata.get("words"):
@@ -151,9 +173,8 @@ class Records(numpy.ndarray, Tabular):
             elif name in members and members[name].type == "bool":
                 values = values.astype(bool)
             found[name] = column_of(name, values, metadata.get("doc", ""), self._units)
-        for name, field in members.items():
-            if field.metadata.get("flag") and "flags" in (self.dtype.names or ()):
-                found[name] = Column(rows["flags"] & field.metadata["flag"] != 0, "", field.metadata["doc"])
+        for name, metadata in flags.items() if "flags" in (self.dtype.names or ()) else ():
+            found[name] = Column(rows["flags"] & metadata["flag"] != 0, "", metadata["doc"])
         return found
 
     def _facts(self) -> dict[str, typing.Any]:
