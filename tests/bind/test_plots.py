@@ -89,12 +89,18 @@ class Periods(PlotTest):
 
     def test_units_of_times(self):
         plain = toliman.Periodogram(0.01, 0.01, 20)
-        for push, unit in ((lambda p: p.push_many(dates_of(self.t), self.y), "days"),
-                           (lambda p: p.push(datetime.datetime(2028, 1, 1), 5), "days"),
-                           (lambda p: p.push(10**9, 5, ns=True), "s"), (lambda p: p.push(1, 5), "units of t")):
+        for push, unit in ((lambda p, t, y: p.push_many(dates_of(t), y), "days"),
+                           (lambda p, t, y: p.push(datetime.datetime(2028, 1, 1) + datetime.timedelta(t[0]), y[0]), "days"),
+                           (lambda p, t, y: p.push(int(1e9 * t[0]), y[0], ns=True), "s"),
+                           (lambda p, t, y: p.push(t[0], y[0]), "units of t")):
             with plain.copy() as periodogram:
-                push(periodogram)
-                self.assertEqual(periodogram.copy()._name_of_time_unit(), unit)
+                for k in range(8):
+                    push(periodogram, self.t[k:k + 1], self.y[k:k + 1])
+                for one in (periodogram.copy(), pickle.loads(pickle.dumps(periodogram))):
+                    axes = one.plot(pyplot.figure().add_subplot())
+                    self.assertEqual(axes.child_axes[0].get_xlabel(), f"period, {unit}")
+                    self.assertEqual(labels(axes)[0], f"frequency, 1/{'day' if unit == 'days' else unit}")
+                    pyplot.close(axes.figure)
 
     def test_tracker(self):
         with toliman.Tracker(lambda image: float(image[0, 0]), 0.02, 0.001, 100, estimator_id=7, sigma=1.0, rows=4,
@@ -132,7 +138,7 @@ class Periods(PlotTest):
             given = self.t * units.day, self.y * units.km / units.s, SIGMA * units.km / units.s
             periodogram.push_many(*given)
             axes = periodogram.fit(*given).plot()
-        self.assertEqual(labels(axes)[1], "value less its mean, km / s")
+        self.assertEqual(labels(axes)[1], "value less its mean, km/s")
         self.assertIn(" days, ", axes.get_title("left"))
 
     def test_folded_without_nuisance_functions(self):
@@ -188,17 +194,38 @@ class Series(PlotTest):
 
     @unittest.skipIf(units is None, "needs astropy")
     def test_units(self):
-        measured = toliman.Measurements.of(self.t * units.day, self.y * units.uas)
-        self.assertEqual(labels(measured.plot()), ("time, days", "value, uas"))
+        """Labels and columns of tables have one unit."""
+        for t, y, more, shown, unit in (
+                (self.t, self.y * units.uas, {}, ("days", "value, µas"), "uas"),
+                (self.t * units.h, self.y * units.K, {}, ("days", "value, K"), "K"),
+                (self.t, self.y * units.km / units.s, {}, ("days", "value, km/s"), "km / s"),
+                (dates_of(self.t), self.y, {}, ("MJD (TAI)", "value, units of y"), None),
+                (self.t, self.y, {"unit": 3600}, ("days", "value, deg"), "deg"),
+                (self.t, self.y, {"unit": 1e-6}, ("days", "value, µas"), "uas"),
+                (self.t, self.y, {"unit": 0.01, "kind": "velocity"}, ("days", "velocity, cm/s"), "cm / s"),
+                (self.t, self.y, {"unit": 0.375}, ("days", "value, units of 0.375 arcsec"), None)):
+            measured = toliman.Measurements.of(t, y, **more)
+            for one in (measured, toliman.Measurements.of_table(measured.to_table())):
+                axes = one.plot(pyplot.figure().add_subplot())
+                self.assertEqual(labels(axes), (f"time, {shown[0]}", shown[1]))
+                self.assertEqual(one.to_table()["y"].unit, unit and units.Unit(unit))
+                pyplot.close(axes.figure)
+
+    def test_an_empty_series(self):
+        with refused(ValueError, "these"):
+            toliman.Measurements.of([], []).plot()
 
     def test_instruments(self):
         measured = toliman.Measurements.of(self.t, self.y)
-        names = numpy.array(["one", "two"])[(numpy.arange(len(self.t)) % 3 == 1).astype(int)]
+        names = numpy.array(["one", "two_b"])[(numpy.arange(len(self.t)) % 3 == 1).astype(int)]
         measured.set_instruments(list(names))
         axes = measured.plot()
-        for name in ("one", "two"):
+        for name in ("one", "two_b"):
             numpy.testing.assert_array_equal(lines(axes)[name], [self.t[names == name], self.y[names == name]])
-        self.assertEqual([text.get_text() for text in axes.get_legend().texts], ["one", "two"])
+        self.assertEqual([text.get_text() for text in axes.get_legend().texts], ["one", "two_b"])
+        of_file = toliman.Measurements(b'mjd,y,who\n61000,1,"HARPS N"\n61001,2,ESPRESSO\n', instrument="who")
+        legend = of_file.plot().get_legend()
+        self.assertEqual([text.get_text() for text in legend.texts], ["HARPS N", "ESPRESSO"])
 
     def test_long_series(self):
         measured = toliman.Measurements.of(numpy.arange(7000.0), numpy.ones(7000))
@@ -321,6 +348,13 @@ class Searches(PlotTest):
         self.assertEqual(star, [planet.period[1], planet.mass_a[1]])
         self.assertIn("Earth", [note.get_text() for note in axes.texts])
         self.assertEqual(labels(axes), ("period, days", "mass on A, Earths"))
+
+    @unittest.skipIf(units is None, "needs astropy")
+    def test_periods_with_a_unit(self):
+        axes, plain = self.found.plot_limits([0.5, 1] * units.yr), self.found.plot_limits([182.625, 365.25])
+        numpy.testing.assert_allclose(lines(axes)["upper limit"], lines(plain)["upper limit"], rtol=1e-9)
+        with self.assertRaisesRegex(ValueError, "^periods is in m"):
+            self.found.plot_limits([1, 2] * units.m)
 
     def test_other_units(self):
         """Times in years, values without a known unit; velocities."""
@@ -455,7 +489,7 @@ class AxesOfTheUser(PlotTest):
                     self.assertEqual(one.texts[0].get_bbox_patch().get_facecolor()[:3], (0, 0, 0))
         for wrong in (pyplot.figure(), pyplot.subplots(2)[1], "ax"):
             for plot in self.plots.values():
-                with refused(TypeError, "ax"):
+                with self.assertRaisesRegex(TypeError, "^ax is a (Figure|ndarray|str): must be one Axes of matplotlib"):
                     plot(ax=wrong)
 
     def test_a_failure_leaves_no_figure(self):

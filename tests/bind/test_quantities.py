@@ -251,6 +251,11 @@ class Converted(unittest.TestCase):
                                     amplitude_max=1e-4, samples=100, threads=1)
             self.assertAlmostEqual(found.info.period_min, 70, delta=1e-9)
             self.assertAlmostEqual(found.info.amplitude_min, 1e-7, delta=1e-18)
+        grid = toliman.suited_grid(T, 4000)
+        for t, mission_span in ((T * units.d, 4000 * units.d), (T * units.d, 4000), (24 * T * units.h, 96000 * units.h)):
+            numpy.testing.assert_allclose(toliman.suited_grid(t, mission_span), grid, rtol=1e-9)
+        with self.assertRaisesRegex(TypeError, "^mission_span is in d: give plain numbers"):
+            toliman.suited_grid(T, 4000 * units.d)
         hours = toliman.Measurements.of(24 * T, Y, 1e-6, time_unit_days=1 / 24)
         for name, call in (("t", lambda: toliman.planets(T * units.d, Y, 1e-6, time_unit_days=1 / 24)),
                            ("t", lambda: toliman.Measurements.of(T * units.d, Y, 1e-6, time_unit_days=1 / 24)),

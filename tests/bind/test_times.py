@@ -205,7 +205,8 @@ class Quantities(unittest.TestCase):
                 plain.push(3, 4 * units.pix)
             self.assertEqual(periodogram.copy().value_unit, units.pix)
             periodogram.retract(1, 3 * units.pix, 2 * units.pix)
-            loaded = pickle.loads(pickle.dumps(periodogram))
+            self.assertEqual(pickle.loads(pickle.dumps(periodogram)).value_unit, units.pix)
+            loaded = toliman.Periodogram.from_bytes(periodogram.to_bytes())
             with refused(TypeError, "y"):
                 loaded.push(3, 4 * units.pix)
             loaded.value_unit = units.mpix

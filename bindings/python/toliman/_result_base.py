@@ -5,7 +5,7 @@ import dataclasses
 import typing
 
 from ._shown import brief_repr, html_table
-from ._table import Column, Rows, Tabular, text_of
+from ._table import Column, Rows, Tabular, Units, text_of
 from ._words import words as words_of
 
 
@@ -30,13 +30,18 @@ def result(kind: type) -> type:
 class Result(Tabular):
     """Base class of results. In a table, a result is one row."""
 
+    _units: typing.ClassVar[Units] = {}  # of the series of the result, as of column_of()
+
     def _columns(self) -> dict[str, Column]:
         return Rows([self])._columns()
 
     @classmethod
-    def _of(cls, struct: typing.Any):
-        """Converts a C struct with members of the same names."""
-        return cls(*(cls._member(field, struct) for field in dataclasses.fields(cls)))
+    def _of(cls, struct: typing.Any, units: Units = {}):
+        """Converts a C struct with members of the same names. units: of the series of the result."""
+        made = cls(*(cls._member(field, struct) for field in dataclasses.fields(cls)))
+        if any(units.values()):
+            object.__setattr__(made, "_units", units)
+        return made
 
     @staticmethod
     def _member(field: dataclasses.Field, struct: typing.Any) -> typing.Any:

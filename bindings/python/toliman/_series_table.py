@@ -12,6 +12,7 @@ from ._arguments import Doubles, plain, real
 from ._library import NotFoundError
 from ._optional import optional
 from ._table import Column, Units, column_of
+from ._units import label_of
 from ._words import words
 from .times import mjd_of_utc, tai_ns_of_time
 
@@ -27,21 +28,31 @@ _COLUMNS = {"position_angle_deg": "of B from A", "separation_arcsec": "as measur
 _OF_FITS = (".fits", ".fit", ".fits.gz")
 
 
-def value_unit_of(info: MeasureInfo, of_frames: bool = False) -> str:
-    """Returns the unit of y in the notation of astropy, "" if it has no name. of_frames: separations are in pixels."""
-    if info.unit_name:
-        return _UNITS.get(info.unit_name, info.unit_name)
+def _value_unit_of(series: Measurements, info: MeasureInfo) -> str:
+    """Returns the unit of y in the notation of astropy, "" if it has no name."""
+    if info.unit_name or series._value_unit is not None:
+        return _UNITS.get(info.unit_name, info.unit_name) or str(series._value_unit)
     if info.kind == _raw.TOLIMAN_MEASURE_VELOCITY:
         return _SPEEDS.get(info.unit, "")
     is_separation = info.kind in (_raw.TOLIMAN_MEASURE_SEPARATION, _raw.TOLIMAN_MEASURE_REDUCED)
-    return "pix" if of_frames and is_separation else _ANGLES.get(info.unit, "")
+    return "pix" if series._of_frames and is_separation else _ANGLES.get(info.unit, "")
 
 
-def units_of(info: MeasureInfo, of_frames: bool = False) -> Units:
-    """Returns the units of times and values, and the scale of dates."""
-    scale = words("TOLIMAN_INGEST_SCALE").get(info.time_scale, "")
-    return {"t": "d" if info.time_unit_days == 1 else "", "y": value_unit_of(info, of_frames),
+def units_of(series: Measurements) -> Units:
+    """Returns the units of times and values, "" if they have no name, and the scale of dates."""
+    info = series.info
+    scale = "tai" if series._has_dates else words("TOLIMAN_INGEST_SCALE").get(info.time_scale, "")
+    return {"t": "d" if info.time_unit_days == 1 else "", "y": _value_unit_of(series, info),
             "date": "tai" if scale == "utc" else scale}
+
+
+def labels_of(series: Measurements) -> tuple[str, str]:
+    """Returns the units of times and values for plots."""
+    info, units = series.info, units_of(series)
+    base = "m/s" if info.kind == _raw.TOLIMAN_MEASURE_VELOCITY else "arcsec"
+    times = f"MJD ({units['date'].upper()})" if units["date"] else label_of(
+        units["t"], f"units of {info.time_unit_days:g} days")
+    return times, label_of(units["y"], f"units of {info.unit:g} {base}" if info.unit else "units of y")
 
 
 def columns_of_series(series: Measurements) -> dict[str, Column]:
@@ -197,7 +208,7 @@ def series_of_table(cls: type[Measurements], table: typing.Any, columns: str, ki
     made = cls.of(t if tai_ns is None else None, y, sigma, kind=kind, position_angle_deg=angles,
                   exposures=None if tai_ns is None else numpy.stack([tai_ns - half, tai_ns + half], 1),
                   unit=factor or given.facts.get("unit", 0), time_unit_days=given.facts.get("unit_d", 1),
-                  frame_chi_square=given.facts.get("chi2", 0))
+                  frame_chi_square=given.facts.get("chi2", 0))._knows(False, value_unit)
     return _with_functions(made, given, instrument or ("instrument" if "instrument" in given.names and
                                                       "fn1" in given.facts else ""))
 

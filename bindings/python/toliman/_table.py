@@ -195,17 +195,18 @@ def records_of(array: NDArray, kind: type | None, units: Units = {}) -> Records:
     return made
 
 
+def _array_of(name: str, values: list[typing.Any]) -> NDArray:
+    lengths = sorted({len(value) for value in values if isinstance(value, tuple)})
+    if len(lengths) > 1:
+        raise ValueError(f"{name} has {', '.join(map(str, lengths))} values: must have one number of them in all rows")
+    return numpy.array(values)
+
+
 T = typing.TypeVar("T")
 
 
 class Rows(typing.List[T], Tabular):
-    """A list of results of one class, also of your own: Rows(outcomes).to_table().
-
-    units: units of the times "t" and values "y" of their series, and time scale "date"; {}: not known."""
-
-    def __init__(self, results: typing.Iterable[T] = (), units: Units = {}):
-        super().__init__(results)
-        self._units = units
+    """A list of results of one class, also of your own: Rows(outcomes).to_table()."""
 
     @typing.overload
     def __getitem__(self, key: typing.SupportsIndex) -> T: ...
@@ -215,19 +216,26 @@ class Rows(typing.List[T], Tabular):
 
     def __getitem__(self, key: typing.Any) -> typing.Any:
         found = super().__getitem__(key)
-        return Rows(found, self._units) if isinstance(key, slice) else found
+        return Rows(found) if isinstance(key, slice) else found
+
+    def __add__(self, others: typing.Any) -> typing.Any:
+        return Rows(super().__add__(others))
+
+    def copy(self) -> Rows[T]:
+        """Returns a list of the same results."""
+        return Rows(self)
 
     def _columns(self) -> dict[str, Column]:
         kinds = {type(one) for one in self}
         if len(kinds) > 1 or not all(dataclasses.is_dataclass(kind) for kind in kinds):
             names = ", ".join(sorted(kind.__name__ for kind in kinds))
             raise TypeError(f"the rows are {names}: must be results of one class")
-        found = {}
+        found, units = {}, common(getattr(one, "_units", {}) for one in self)
         for name, field in _members_of(next(iter(kinds), None)).items():
             values = [getattr(one, name) for one in self]
             if field.type == "tuple[str, ...]":
                 values = [", ".join(value) for value in values]
-            found[name] = column_of(name, numpy.array(values), field.metadata.get("doc", ""), self._units)
+            found[name] = column_of(name, _array_of(name, values), field.metadata.get("doc", ""), units)
         return found
 
     def _facts(self) -> dict[str, typing.Any]:

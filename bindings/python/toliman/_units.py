@@ -21,6 +21,14 @@ _NAMES = {"t": "date", "epoch": "date", "time_reference": "date", "time_offset":
           "upper": "y", "detectable": "y", "phase": "rad"}
 
 
+_LABELS = {"d": "days", "h": "hours", "min": "minutes", "uarcsec": "µas", "uas": "µas", "pix": "px"}
+
+
+def label_of(unit: str, otherwise: str) -> str:
+    """Returns a unit as plots name it. otherwise: name of the unit "", which is not known."""
+    return _LABELS.get(unit, unit.replace(" / ", "/")) or otherwise
+
+
 @functools.lru_cache(maxsize=None)
 def unit_of_name(name: str) -> str:
     """Returns the unit at the end of a name; "": there is none, or as of covariances several."""

@@ -16,9 +16,9 @@ from ._library import check, library
 from ._log import log
 from ._plots import Axes, plots
 from ._results import Instrument, MeasureFunction, MeasureInfo
-from ._series_table import columns_of_series, factor_of, facts_of_series, series_of_table, table_at, units_of
+from ._series_table import (columns_of_series, factor_of, facts_of_series, labels_of, series_of_table, table_at,
+                            units_of)
 from ._table import Column, Rows, Tabular, Units
-from ._words import words
 from .times import plain_values, times_of_series, unit_of
 
 KINDS = ("value", "separation", "reduced", "velocity")
@@ -158,9 +158,13 @@ class Measurements(Handle, Tabular):
             time_unit_days=real("time_unit_days", time_unit_days),
             frame_chi_square=real("frame_chi_square", frame_chi_square))
         made = cls._adopt(cls._create(library.toliman_measure_create, ctypes.byref(data)))
-        made._has_dates = plain_t is not t and unit_of(t) is None
-        made._value_unit = value_unit
-        return made
+        return made._knows(plain_t is not t and unit_of(t) is None, value_unit)
+
+    def _knows(self, has_dates: bool, value_unit: typing.Any) -> Measurements:
+        """Sets what the library does not keep of arrays: whether the times are dates, and the unit of the values, which
+        may be None."""
+        self._has_dates, self._value_unit = has_dates, value_unit
+        return self
 
     @classmethod
     def of_table(cls, table: typing.Any, *, columns: str = "", kind: str = "", unit: float = 0, exposure_s: float = 0,
@@ -207,6 +211,8 @@ class Measurements(Handle, Tabular):
         reduced separations "separation_arcsec", "factor" and "geometric_arcsec". Raises NotFoundError for others."""
         values = numpy.empty(len(self))
         check(library.toliman_measure_get_values(self._c, text("name", name), pointer(values), len(values)))
+        if values.size == 0 and name in ("t", "y"):  # of which the library has none
+            return values
         return values
 
     @property
@@ -259,9 +265,9 @@ class Measurements(Handle, Tabular):
     @property
     def instruments(self) -> Rows[Instrument]:
         """Offset, jitter and chi_square of each instrument in a fit of mean and functions without a planet."""
-        return Rows((Instrument._of(one) for one in listed(_raw.toliman_measure_instrument,
-                                                           library.toliman_measure_query_instruments, self._c)),
-                    self._units)
+        units = self._units
+        return Rows(Instrument._of(one, units) for one in listed(_raw.toliman_measure_instrument,
+                                                                 library.toliman_measure_query_instruments, self._c))
 
     def set_prior(self, function: int, sigma: float) -> Measurements:
         """Sets the standard deviation of the prior of the coefficient of a function; 0: none."""
@@ -277,24 +283,15 @@ class Measurements(Handle, Tabular):
 
     def _time_label(self) -> str:
         """Unit of the times, for labels."""
-        info = self.info
-        if info.time_scale or self._has_dates:
-            return f"MJD ({words('TOLIMAN_INGEST_SCALE').get(info.time_scale, 'tai').upper()})"
-        return "days" if info.time_unit_days in (0, 1) else f"units of {info.time_unit_days:g} days"
+        return labels_of(self)[0]
 
     def _value_label(self) -> str:
         """Unit of the values, for labels."""
-        info = self.info
-        if info.unit_name or self._value_unit is not None:
-            return info.unit_name or str(self._value_unit)
-        if info.unit == 0:
-            return "units of y"
-        names = {1: "m/s", 1e3: "km/s"} if self.kind == "velocity" else {1: "arcsec", 1e-3: "mas", 1e-6: "µas"}
-        return names.get(info.unit, f"units of {info.unit:g} {names[1]}")
+        return labels_of(self)[1]
 
     @property
     def _units(self) -> Units:
-        return units_of(self.info, self._of_frames)
+        return units_of(self)
 
     def _columns(self) -> dict[str, Column]:
         return columns_of_series(self)

@@ -14,7 +14,7 @@ from ._result_base import result
 from ._results import NoisePeak
 from .measure import Measurements
 from .periodogram import Grid, _series, suited_grid
-from .times import unit_of
+from .times import plain_times, unit_of
 
 
 @result
@@ -33,8 +33,9 @@ def _measured(t: Measurements | ArrayLike, y: ArrayLike | None, sigma: ArrayLike
         if any(one is not None for one in (y, sigma, functions, precision)):
             raise TypeError("t is a series: y, sigma, functions and precision must not be given")
         return t
-    times, values, sigmas = _series(t, y, sigma, unit_of(y))  # type: ignore[arg-type]
-    series = Measurements.of(times, values, sigmas)
+    plain_t = plain_times("t", t)
+    times, values, sigmas = _series(plain_t, y, sigma, unit_of(y))  # type: ignore[arg-type]
+    series = Measurements.of(times, values, sigmas)._knows(plain_t is not t and unit_of(t) is None, unit_of(y))
     matrix = numpy.empty((len(times), 0)) if functions is None else plain("functions", functions)
     if matrix.ndim == 1:
         matrix = matrix[:, None]
@@ -74,7 +75,7 @@ def search_correlated(t: Measurements | ArrayLike, y: ArrayLike | None = None, s
         watch.check(library.toliman_measure_query_noise(
             series._c, real("f0", f0), real("df", df), len(power), ctypes.byref(options), pointer(power),
             pointer(coefficients), pointer(errors), ctypes.byref(found)))
-    return NoiseSearch._of(found), power, coefficients, errors
+    return NoiseSearch._of(found, series._units), power, coefficients, errors
 
 
 def bootstrap_correlated(t: Measurements | ArrayLike, y: ArrayLike | None = None, sigma: ArrayLike | None = None, *, rho: float, grid: Grid | None = None,

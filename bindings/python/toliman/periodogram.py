@@ -22,19 +22,20 @@ from ._results import Alias, Model, PeriodogramInfo, Sampling
 from ._result_base import result
 from ._shown import documented, members_html
 from ._table import Column, Rows, Tabular, Units, column_of
+from ._units import label_of
 from ._words import number
-from .times import name_of_unit, plain_times, plain_values, unit_of
+from .times import name_of_unit, plain_times, plain_values, unit_of, unit_of_ns
 
 
 class Samples(typing.NamedTuple):
-    """The series of a Peak: times and values less nuisance functions, the time to which phases refer, the unit of the
-    times as text, and that of the values; None: plain numbers."""
+    """The series of a Peak: times and values less nuisance functions, the time to which phases refer, and the units of
+    times and values for labels."""
 
     t: Doubles
     y: Doubles
     time_offset: float
-    time_unit: str
-    value_unit: typing.Any
+    time_label: str
+    value_label: str
 
 
 @result
@@ -160,11 +161,12 @@ def suited_grid(t: ArrayLike, mission_span: float = 0.0) -> Grid:
     The grid runs from 1.5/T in steps of 0.1/T, where T is the time span plus one median step. The differences of the
     times give its end: 1/(2 s) if they are multiples of a step s, otherwise 5/(2 s), where 5 % of them are below s. It
     has at most 131,072 frequencies, and at most 2^32 divided by the number of samples. mission_span: the final T, in
-    units of t, if more samples are to come; 0: t is complete.
+    units of t (a Quantity if t are dates or one), if more samples are to come; 0: t is complete.
 
     Raises StateError if all times are equal.
     """
-    return _suggested(plain("t", plain_times("t", t)), None, None, plain_times("mission_span", mission_span))[0]
+    plain_t = plain_times("t", t)
+    return _suggested(plain("t", plain_t), None, None, real("mission_span", mission_span, "" if plain_t is t else "d"))[0]
 
 
 def grid_of_days(days: float) -> Grid:
@@ -177,9 +179,8 @@ def _suggested(t: Doubles, y: Doubles | None, sigma: Doubles | None,
     """Returns the grid and options suggested for samples."""
     f0, df, nf = ctypes.c_double(), ctypes.c_double(), ctypes.c_int64()
     options = _raw.toliman_period_options()
-    check(library.toliman_period_suggest(pointer(t), pointer(y), pointer(sigma), t.size,
-                                         real("mission_span", mission_span), ctypes.byref(f0), ctypes.byref(df),
-                                         ctypes.byref(nf), ctypes.byref(options)))
+    check(library.toliman_period_suggest(pointer(t), pointer(y), pointer(sigma), t.size, mission_span, ctypes.byref(f0),
+                                         ctypes.byref(df), ctypes.byref(nf), ctypes.byref(options)))
     return Grid(f0.value, df.value, nf.value), options
 
 
@@ -193,16 +194,13 @@ def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None, *, grid: Gri
     standard errors, and the false alarm probability, in the units of t and y, in days for dates and quantities of time.
     Of periods that the samples do not tell apart, this is the longest: Periodogram.aliases.
     """
-    plain_t = plain_times("t", t)
-    times, values, sigmas = _series(plain_t, y, dy, unit_of(y))
+    times, values, sigmas = _series(t, y, dy, unit_of(y))
     suited, options = _suggested(times, values, sigmas, 0.0)
     with Periodogram(*(grid or suited), time_offset=options.time_offset, value_offset=options.value_offset,
                      value_bound=options.value_bound, sigma_floor=options.sigma_floor,
                      sigma_ceiling=options.sigma_ceiling, double_limb=True, unit_ns=86400e9) as periodogram:
-        periodogram.push_many(times, values, sigmas)
-        peak = periodogram.fit(times, values, sigmas)
-    return peak._of_samples(Samples(times, values, options.time_offset, "days" if plain_t is not t else "units of t",
-                                    unit_of(y)))
+        periodogram.push_many(t, y, dy)
+        return periodogram.fit(t, y, dy)
 
 
 def batch(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, f0: float, df: float, nf: int,
@@ -241,9 +239,18 @@ class View(Handle, Tabular):
     _kind = _raw.toliman_period
     value_unit: typing.Any = None
 
-    def _name_of_time_unit(self) -> str:
+    @property
+    def _time_unit_ns(self) -> float:
+        """Nanoseconds per unit of the times; 0: not known."""
+        return self.info.unit_ns  # a tracker has dates
+
+    def _time_label(self) -> str:
         """Unit of the times, for labels."""
-        return "units of t"
+        return name_of_unit(self._time_unit_ns)
+
+    def _value_label(self) -> str:
+        """Unit of the values, for labels."""
+        return label_of(self._units["y"], "units of y")
 
     def _unit_for(self, y: typing.Any) -> typing.Any:
         """Returns the unit of the values, which the first sample determines."""
@@ -262,9 +269,7 @@ class View(Handle, Tabular):
 
     @property
     def _units(self) -> Units:
-        epoch = getattr(self, "_epoch", None)
-        has_days = epoch is not None and plain_times("time_offset", epoch) is not epoch
-        return {"t": "d" if has_days else "", "y": str(self.value_unit or "")}
+        return {"t": unit_of_ns(self._time_unit_ns), "y": "" if self.value_unit is None else str(self.value_unit)}
 
     def _columns(self) -> dict[str, Column]:
         frequency, units = self.frequency, self._units
@@ -301,16 +306,18 @@ class View(Handle, Tabular):
         """Returns the highest peak of the grid, or that of the longest period that the sampling does not tell from it.
         The frequency is refined by a parabola; power and FAP are those of the grid point. Raises StateError with fewer
         than five samples or constant values."""
-        peak = self._read(library.toliman_period_query_peak, _raw.toliman_period_peak, Peak)
-        warn_if_inaccurate(peak.inaccurate)
-        return peak
+        found = _raw.toliman_period_peak()
+        check(library.toliman_period_query_peak(self._c, ctypes.byref(found)))
+        warn_if_inaccurate(found.flags & _raw.TOLIMAN_PERIOD_INACCURATE != 0)
+        return Peak._of(found, self._units)
 
     def peaks(self, most: int = 10) -> Rows[Peak]:
         """Returns peak() and the other local maxima, highest first, up to `most` <= 64. `alias` marks peaks that the sampling could produce
         from a higher one. Power and FAP of each peak assume that it is the only signal."""
         found, count = array_of(_raw.toliman_period_peak, whole("most", most, 65)), ctypes.c_size_t()
         check(library.toliman_period_query_peaks(self._c, found, len(found), ctypes.byref(count)))
-        peaks = Rows((Peak._of(peak) for peak in found[:count.value]), self._units)
+        units = self._units
+        peaks = Rows(Peak._of(peak, units) for peak in found[:count.value])
         warn_if_inaccurate(any(peak.inaccurate for peak in peaks))
         return peaks
 
@@ -320,7 +327,8 @@ class View(Handle, Tabular):
         found, count = array_of(_raw.toliman_period_alias, 16), ctypes.c_size_t()
         check(library.toliman_period_query_aliases(self._c, real("frequency", frequency), found, len(found),
                                                    ctypes.byref(count)))
-        return Rows((Alias._of(alias) for alias in found[:count.value]), self._units)
+        units = self._units
+        return Rows(Alias._of(alias, units) for alias in found[:count.value])
 
     def model(self, k: int) -> Model:
         """Returns the least-squares sinusoid at frequency f0 + k df: amplitude, phase (rad) and offset with standard
@@ -328,7 +336,7 @@ class View(Handle, Tabular):
         found = _raw.toliman_period_model()
         check(library.toliman_period_query_model(self._c, whole("k", k), ctypes.byref(found)))
         warn_if_inaccurate(found.flags & _raw.TOLIMAN_PERIOD_INACCURATE != 0)
-        return Model._of(found)
+        return Model._of(found, self._units)
 
     def coefficients(self, k: int) -> tuple[Doubles, Doubles]:
         """Returns the coefficients of mean, trend T_1, T_2 ... and columns, fitted with the sinusoid at frequency
@@ -343,17 +351,17 @@ class View(Handle, Tabular):
             rows: ArrayLike | None = None) -> Peak:
         """Refines the highest peak by least squares against t, y, sigma and rows, which must be the samples pushed;
         only their number is checked. Returns period, amplitude and phase with standard errors."""
-        plain_t, value_unit = plain_times("t", t), self._unit_for(y)
-        times, values, sigmas = _series(plain_t, y, sigma, value_unit)
+        plain_t = plain_times("t", t)
+        times, values, sigmas = _series(plain_t, y, sigma, self._unit_for(y))
         peak = _raw.toliman_period_peak()
         check(library.toliman_period_query_fit(
             self._c, pointer(times), pointer(values), pointer(sigmas), pointer(_rows(self, rows, len(times))),
             len(times), ctypes.byref(peak)))
         warn_if_inaccurate(peak.flags & _raw.TOLIMAN_PERIOD_INACCURATE != 0)
-        found = Peak._of(peak)
-        return found._of_samples(Samples(
-            times, values - self._functions_at(found.frequency, times, rows), self.info.time_offset,
-            "days" if plain_t is not t else self._name_of_time_unit(), value_unit))
+        unit_ns = self._time_unit_ns if plain_t is t else 86400e9
+        found = Peak._of(peak, {**self._units, "t": unit_of_ns(unit_ns)})
+        return found._of_samples(Samples(times, values - self._functions_at(found.frequency, times, rows),
+                                         self.info.time_offset, name_of_unit(unit_ns), self._value_label()))
 
     def _functions_at(self, frequency: float, t: Doubles, rows: ArrayLike | None) -> Doubles | float:
         """Returns the nuisance functions without the mean, fitted at the grid point next to a frequency, at times t."""
@@ -419,7 +427,7 @@ class View(Handle, Tabular):
         found = _raw.toliman_period_sampling()
         check(library.toliman_period_query_sampling(self._c, pointer(times), 0 if times is None else times.size,
                                                     ctypes.byref(found)))
-        return Sampling._of(found)
+        return Sampling._of(found, self._units)
 
     def to_bytes(self) -> bytes:
         """Returns the state as bytes. The same samples give the same bytes, regardless of order."""
@@ -428,10 +436,13 @@ class View(Handle, Tabular):
     def copy(self) -> Periodogram:
         """Returns an independent periodogram with the same grid, options and samples."""
         copy = Periodogram._adopt(self._create(library.toliman_period_copy, self._c))
-        copy.value_unit, copy._time_unit = self.value_unit, self._name_of_time_unit()
-        if hasattr(self, "_epoch"):
-            copy._epoch = self._epoch
+        vars(copy).update(self._not_saved())
         return copy
+
+    def _not_saved(self) -> dict[str, typing.Any]:
+        """Returns the attributes that the library does not keep."""
+        epoch = {"_epoch": self._epoch} if hasattr(self, "_epoch") else {}
+        return {"value_unit": self.value_unit, "_time_unit_ns": self._time_unit_ns, **epoch}
 
     def __len__(self) -> int:
         return self.info.count
@@ -472,16 +483,14 @@ class Periodogram(View):
 
     Times may also be dates, and values quantities; see "Dates and units" in help(toliman). The bounds are plain numbers in
     the unit of the values. Attributes: epoch is the time_offset as it was given, to which phases refer; value_unit is the
-    unit of the values, taken from the first quantity. Neither is saved.
+    unit of the values, taken from the first quantity. Neither is saved by save() and to_bytes(); copies and pickles have
+    them.
 
     Raises InputError for an invalid grid or options.
     """
 
     _destroy = "toliman_period_destroy"
-    _time_unit = "units of t"  # until a date or an integer of nanoseconds is pushed
-
-    def _name_of_time_unit(self) -> str:
-        return self._time_unit
+    _time_unit_ns = 0.0  # until a date, a quantity or an integer of nanoseconds is given
 
     def __init__(self, f0: float, df: float, nf: int, *, fit_mean: bool = True, time_offset: typing.Any = 0.0,
                  value_offset: float = 0.0, value_bound: float = 2.0**20, sigma_floor: float = 1.0,
@@ -490,9 +499,10 @@ class Periodogram(View):
                  column_bounds: ArrayLike | None = None, priors: ArrayLike | None = None):
         flags = ((0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
                  | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0))
+        plain_offset = plain_times("time_offset", time_offset)
         options = options_of(
             _raw.toliman_period_options, flags=flags,
-            time_offset=real("time_offset", plain_times("time_offset", time_offset)), value_offset=real("value_offset", value_offset),
+            time_offset=real("time_offset", plain_offset), value_offset=real("value_offset", value_offset),
             value_bound=real("value_bound", value_bound), sigma_floor=real("sigma_floor", sigma_floor),
             sigma_ceiling=real("sigma_ceiling", sigma_ceiling),
             time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64), unit_ns=real("unit_ns", unit_ns),
@@ -503,6 +513,8 @@ class Periodogram(View):
         super().__init__(self._create(library.toliman_period_create, real("f0", f0), real("df", df),
                                       whole_float("nf", nf), ctypes.byref(options)))
         self._epoch = time_offset
+        if plain_offset is not time_offset:  # a date or a quantity
+            self._time_unit_ns = 86400e9
 
     @property
     def epoch(self) -> typing.Any:
@@ -526,7 +538,7 @@ class Periodogram(View):
         check(library.toliman_period_push_samples(self._c, sample, pointer(row), 1))
         self.value_unit = unit
         if ns or plain_t is not t:
-            self._time_unit = name_of_unit(self.info.unit_ns) if ns else "days"
+            self._time_unit_ns = self.info.unit_ns if ns else 86400e9
 
     def push_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,
                   rows: ArrayLike | None = None) -> None:
@@ -542,7 +554,7 @@ class Periodogram(View):
                                                       len(times)))
         self.value_unit = unit
         if plain_t is not t:
-            self._time_unit = "days"
+            self._time_unit_ns = 86400e9
 
     def retract(self, t: float, y: float, sigma: float | None = None, *, rows: ArrayLike | None = None,
                 t_low: float = 0.0, ns: bool = False) -> None:
@@ -582,4 +594,4 @@ class Periodogram(View):
         return cls._adopt(cls._create(library.toliman_period_load, content, len(content), None))
 
     def __reduce__(self):
-        return type(self).from_bytes, (self.to_bytes(),)
+        return type(self).from_bytes, (self.to_bytes(),), self._not_saved()

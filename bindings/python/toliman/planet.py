@@ -59,11 +59,11 @@ class Planet(_results.Planet):
         return f"Planet({self.verdict}, {', '.join(medians)}, log10_bayes={brief(self.log10_bayes)})"
 
     @classmethod
-    def _of(cls, struct: typing.Any) -> Planet:
+    def _of(cls, struct: typing.Any, units: Units = {}) -> Planet:
         members = {name: getattr(struct, name) for name, *_ in struct._fields_}
         members["reasons"] = [library.toliman_constant_name(1 << bit).decode() for bit in range(32)
                               if struct.reasons >> bit & 1]
-        return super()._of(types.SimpleNamespace(**members))
+        return super()._of(types.SimpleNamespace(**members), units)
 
 
 class Given(typing.NamedTuple):
@@ -97,19 +97,18 @@ class Planets(Handle, Tabular):
     def candidates(self) -> Rows[Planet]:
         """All candidates in the order in which they were found: those whose Bayes factor reaches the threshold and, at
         most, one more. `verdict` and `reasons` tell which of them are planets."""
-        return Rows(map(self._candidate, range(self.info.candidates)), self._units)
+        return Rows(map(self._candidate, range(self.info.candidates)))
 
     @property
     def planets(self) -> Rows[Planet]:
         """The candidates without a reason against a planet."""
-        return Rows((candidate for candidate in self.candidates if not candidate.reasons), self._units)
+        return Rows(candidate for candidate in self.candidates if not candidate.reasons)
 
     @property
     def instruments(self) -> Rows[Instrument]:
         """The instruments of the series, then those of the velocities: offset, jitter and chi_square of each."""
-        return Rows((Instrument._of(one) for one in listed(_raw.toliman_measure_instrument,
-                                                           library.toliman_planet_get_instruments, self._c)),
-                    self._units)
+        return Rows(Instrument._of(one, self._units) for one in listed(
+            _raw.toliman_measure_instrument, library.toliman_planet_get_instruments, self._c))
 
     @property
     def outliers(self) -> NDArray:
@@ -122,11 +121,12 @@ class Planets(Handle, Tabular):
     def _candidate(self, index: int) -> Planet:
         found = _raw.toliman_planet_candidate()
         check(library.toliman_planet_get_candidate(self._c, index, ctypes.byref(found)))
-        return Planet._of(found)
+        return Planet._of(found, self._units)
 
     def samples(self, index: int = 0, count: int | None = None) -> Records:
         """Returns samples of the posterior of a candidate, of equal weight and in random order: a structured array with
-        the fields period, eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b and jitter.
+        the fields period, eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b, jitter, inclination_deg and
+        node_deg.
 
         count: number of samples; None: all, the `samples` of planets()."""
         made = numpy.empty(self._samples if count is None else whole("count", count), _SAMPLE)
@@ -290,13 +290,13 @@ def planets(t: Measurements | Tracker | str | os.PathLike[str] | ArrayLike, y: A
         series = t
     else:
         kind = "velocity" if velocity else "value"
-        t = times_of_series("t", t, time_unit_days)
-        times, values, sigmas = _series(t, y, sigma, unit_of(y))  # type: ignore[arg-type]
+        plain_t = times_of_series("t", t, time_unit_days)
+        times, values, sigmas = _series(plain_t, y, sigma, unit_of(y))  # type: ignore[arg-type]
         series = with_functions(Measurements.of(
             times, values, sigmas, kind=kind, position_angle_deg=position_angle_deg,
             unit=factor_of("y", unit_of(y), 0 if unit is None else real("unit", unit), kind),
-            time_unit_days=time_unit_days, frame_chi_square=frame_chi_square),
-            trend, span, rows, priors)
+            time_unit_days=time_unit_days, frame_chi_square=frame_chi_square)._knows(
+                plain_t is not t and unit_of(t) is None, unit_of(y)), trend, span, rows, priors)
     units = series._units
     with Watch(progress) as watch:
         options = options_of(
@@ -317,12 +317,12 @@ def planets(t: Measurements | Tracker | str | os.PathLike[str] | ArrayLike, y: A
     made._units, made._time_unit_days = units, series.info.time_unit_days
     made._n = sum(len(one) for one in (series, velocities, velocities_b) if one is not None)
     made._samples = whole("samples", samples, 2**32) or 4096
-    made._given = _given_of(series, has_angles=not math.isnan(made.info.axis_deg), value_unit=unit_of(y))
+    made._given = _given_of(series, has_angles=not math.isnan(made.info.axis_deg))
     return made
 
 
-def _given_of(series: Measurements, has_angles: bool, value_unit: typing.Any) -> Given:
+def _given_of(series: Measurements, has_angles: bool) -> Given:
     info, is_velocity = series.info, series.kind == "velocity"
     angles = series.values("position_angle_deg") if has_angles else None
-    unit = series._value_label() if value_unit is None else str(value_unit)
-    return Given(series.t, angles, 0 if is_velocity else info.unit, unit, is_velocity, info.time_unit_days or 1)
+    return Given(series.t, angles, 0 if is_velocity else info.unit, series._value_label(), is_velocity,
+                 info.time_unit_days)

@@ -17,6 +17,7 @@ from ._arguments import file_name, in_unit, plain, refuse_lost, text
 from ._library import check, check_asked, library
 from ._log import log
 from ._results import HeaderTime
+from ._units import label_of
 from ._words import number
 
 _DAY = 86400 * 10**9  # ns
@@ -208,9 +209,14 @@ def _tai_of_utc(name: str, times: NDArray[numpy.datetime64]) -> NDArray[numpy.in
     return tai
 
 
+def unit_of_ns(unit_ns: float) -> str:
+    """Returns a unit of time in the notation of astropy, "" if it has no name."""
+    return {86400e9: "d", 3600e9: "h", 60e9: "min", 1e9: "s"}.get(unit_ns, "")
+
+
 def name_of_unit(unit_ns: float) -> str:
-    """Returns the name of a unit of time, for labels."""
-    return {86400e9: "days", 1e9: "s"}.get(unit_ns, f"units of {unit_ns / 1e9:g} s")
+    """Returns the name of a unit of time, for labels; 0: not known."""
+    return label_of(unit_of_ns(unit_ns), f"units of {unit_ns / 1e9:g} s" if unit_ns else "units of t")
 
 
 def unit_of(values: typing.Any) -> typing.Any:

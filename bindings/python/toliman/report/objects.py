@@ -41,7 +41,9 @@ def _new(height: float, rows: int = 1, columns: int = 1, width: float = style.WI
 def _axes_of(ax: Axes | None, height: float, width: float = style.WIDTH) -> typing.Iterator[Axes]:
     """The axes of the user, or those of a new figure."""
     if ax is not None:
-        yield _arguments.of_kind("ax", ax, Axes)
+        if not isinstance(ax, Axes):
+            raise TypeError(f"ax is a {type(ax).__name__}: must be one Axes of matplotlib")
+        yield ax
         return
     with _new(height, width=width) as (axes,):
         yield axes
@@ -61,8 +63,8 @@ def periodogram(view: periodograms.View, ax: Axes | None) -> Axes:
     frequency = view.frequency
     above = frequency[frequency > 0]
     if len(above) < 2:
-        raise ValueError(f"this {type(view).__name__} has a grid with {len(above)} frequencies above 0: a plot needs 2")
-    peak, unit = view.peak(), view._name_of_time_unit()
+        raise ValueError(f"this {view._name} has a grid with {len(above)} frequencies above 0: a plot needs 2")
+    peak, unit = view.peak(), view._time_label()
     level = -math.expm1(math.log(10) * view.threshold(-3))
     curve = figures.Power("power", frequency, view.power(), peak.frequency, level=level,
                           fwhm=peak.fwhm if math.isfinite(peak.fwhm) else math.nan,
@@ -81,13 +83,12 @@ def peak(found: periodograms.Peak, ax: Axes | None) -> Axes:
         raise ValueError("this Peak has no series: call plot() of a Peak that toliman.period(t, y, dy) or "
                          "Periodogram.fit(t, y, sigma) returned")
     wave = figures.Sinusoid(found.amplitude, found.period, found.phase, found.offset, samples.time_offset)
-    unit = "units of y" if samples.value_unit is None else str(samples.value_unit)
-    factor, unit = short_unit([found.amplitude, float(samples.y.std())], unit)
+    factor, unit = short_unit([found.amplitude, float(samples.y.std())], samples.value_label)
     with _axes_of(ax, 4.0) as axes:
         height = figures.draw_folded(axes, samples.t, samples.y, found.period, factor, fit=wave, each="each sample")
         axes.set_ylim(-2 * height or -1, 2.5 * height or 1)
         axes.set_ylabel(style.plain(_label("value less its mean", unit)))
-        axes.set_title(f"period {with_error(found.period, found.period_error)} {samples.time_unit}, {LOG_FAP} "
+        axes.set_title(f"period {with_error(found.period, found.period_error)} {samples.time_label}, {LOG_FAP} "
                        f"{fixed(found.log10_fap, 1)}", loc="left")
         axes.legend(loc="upper left", ncol=3)
     return axes
@@ -96,7 +97,9 @@ def peak(found: periodograms.Peak, ax: Axes | None) -> Axes:
 def measurements(series: measure.Measurements, ax: Axes | None) -> Axes:
     """Measurements.plot()"""
     t, y, sigma, info = series.t, series.y, series.sigma, series.info
-    names = info.instrument_names.replace(",", " ").split() if info.instruments > 1 else [""]
+    if len(t) == 0:
+        raise ValueError("these Measurements are empty")
+    names = info.instrument_names.strip(",").split(",") if info.instruments > 1 else [""]
     number = series.values("instrument") if info.instruments > 1 else numpy.zeros(len(t))
     step, unit = figures.thinned(len(t)), series._value_label()
     with _axes_of(ax, 3.6) as axes:
@@ -243,7 +246,7 @@ def limits(found: searches.Planets, periods: typing.Any, ax: Axes | None) -> Axe
     info = found.info
     if periods is None:
         periods = numpy.geomspace(info.period_min, info.period_max, _LIMITS)
-    chosen = numpy.unique(_arguments.plain("periods", periods))
+    chosen = numpy.unique(_arguments.plain("periods", periods, found._units["t"]))
     if len(chosen) < 2:
         raise ValueError(f"periods: {len(chosen)} different ones: must be at least 2")
     values = found.limits(chosen)
