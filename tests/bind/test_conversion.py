@@ -1,4 +1,7 @@
 """Tables of everything that has rows, written and read by astropy and pandas, and series of tables."""
+import copy
+import dataclasses
+import functools
 import io
 import pathlib
 import pickle
@@ -27,6 +30,16 @@ except ImportError:
 
 NOT_TABLES = {"simulator", "fit", "template", "frame", "estimate", "spread", "grid"}
 MJD = 40587 + TAI_NS // (86400 * 10**9) + TAI_NS % (86400 * 10**9) / 86400e9
+
+
+def ignored_warnings(test):
+    """Ignores those of leap seconds in the future."""
+    @functools.wraps(test)
+    def run(self):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            test(self)
+    return run
 
 
 def tables():
@@ -123,6 +136,66 @@ class Written(unittest.TestCase):
         self.assertEqual(set(changed.to_table()["goodness"]), {"good"})
         self.assertIs(type(array["flags"]), numpy.ndarray)
         self.assertEqual(pickle.loads(pickle.dumps(array)).to_table()["x_px"].unit, "pix")
+        records = objects()["records"].copy()
+        records["flags"][1] = 6  # of the estimator, which have no names
+        self.assertEqual(list(records.to_table()["flags"])[:3], [0, 6, 0])
+
+    def test_arrays_of_records(self):
+        """Joined records know their class and units, those that differ apart; comparisons are plain arrays."""
+        fits, samples, limits = (objects()[name] for name in ("fits", "samples", "limits"))
+        joined = numpy.concatenate([fits, fits[:1]])
+        self.assertEqual((repr(joined), joined.to_table()["x_px"].unit), ("<5 records of FitResult>", units.pix))
+        numpy.testing.assert_array_equal(numpy.concatenate([fits["x_px"], fits["x_px"]]), [*fits["x_px"]] * 2)
+        other = toliman.planets(T * 24, Y, 1e-6, time_unit_days=1 / 24, samples=100, threads=1).samples()
+        table = numpy.concatenate([samples, other]).to_table()
+        self.assertEqual((len(table), table["period"].unit, table["node_deg"].unit), (200, None, units.deg))
+        self.assertEqual(numpy.concatenate([limits, limits]).to_table()["period"].unit, units.d)
+        for found, expected in ((fits == fits, [True] * 4), (fits != fits, [False] * 4),
+                                (fits == fits.view(numpy.ndarray), [True] * 4)):
+            self.assertEqual((type(found), list(found)), (numpy.ndarray, expected))
+
+    def test_lists_of_results(self):
+        rows = objects()["candidates"]
+        for made, count in ((rows.copy(), 1), (rows + rows, 2), (rows + [rows[0]], 2), (rows[:1], 1)):
+            self.assertEqual((type(made), len(made)), (toliman.Rows, count))
+            self.assertEqual(made.to_table()["period"].unit, units.d)
+        plain_times = dataclasses.replace(rows[0])  # whose units are not known
+        table = (rows + [plain_times]).to_table()
+        self.assertEqual((table["period"].unit, table["node_deg"].unit), (None, units.deg))
+        sky = objects()["sky"].info
+        with self.assertRaisesRegex(ValueError, "^altitude_km has 1, 2 values: must have one number"):
+            toliman.Rows([sky, dataclasses.replace(sky, altitude_km=(600.0,))]).to_table()
+
+    @ignored_warnings
+    def test_units_of_periodograms(self):
+        """Of dates and quantities, also in copies and results."""
+        days = Time(MJD, format="mjd", scale="tai")
+        plain_units = None, None
+        for t, y, (time, value) in ((T, Y, plain_units), (days, Y * units.uas, (units.d, units.uas)),
+                                    (T * 24 * units.h, Y, (units.d, None)),
+                                    (TAI_NS.view("M8[ns]"), Y * units.K, (units.d, units.K))):
+            made = toliman.Periodogram(*toliman.suited_grid(t), sigma_floor=1e-6, value_bound=1)
+            made.push_many(t, y)
+            peaks = [toliman.period(t, y), made.fit(t, y), pickle.loads(pickle.dumps(toliman.period(t, y)))]
+            for one in (made, made.copy(), pickle.loads(pickle.dumps(made)), copy.copy(made)):
+                self.assertEqual(one.to_table()["period"].unit, time)
+                self.assertEqual(one.to_table()["frequency"].unit, time and 1 / time)
+                peaks += [one.peak(), one.peaks(), one.peaks()[0], one.model(3)]
+                self.assertEqual(one.aliases(0.01).to_table()["frequency"].unit, time and 1 / time)
+                self.assertEqual(one.sampling().to_table()["baseline"].unit, time)
+            for peak in peaks:
+                table = peak.to_table()
+                self.assertEqual(table["amplitude"].unit, value)
+                if "period" in table.colnames:
+                    self.assertEqual((table["period"].unit, table["frequency"].unit), (time, time and 1 / time))
+        by_ns = toliman.Periodogram(0.01, 0.01, 20, unit_ns=3600e9)
+        by_ns.push(10**9, 5, ns=True)
+        by_epoch = toliman.Periodogram(0.01, 0.01, 20, time_offset=0 * units.d)
+        by_epoch.push(1, 5)
+        for one, unit in ((by_ns, units.h), (by_epoch, units.d)):
+            self.assertEqual(one.to_table()["period"].unit, unit)
+        found, *_ = toliman.search_correlated(days, Y * units.uas, 1e-6 * units.uas)
+        self.assertEqual((found.to_table()["period"].unit, found.to_table()["amplitude"].unit), (units.d, units.uas))
 
     def test_dates(self):
         table = objects()["velocities"].to_table()
@@ -137,6 +210,7 @@ class Written(unittest.TestCase):
             masked[1] = numpy.ma.masked
             toliman.parse_time(masked)
 
+    @ignored_warnings
     def test_dates_of_orbits(self):
         """Passages through periastron are dates if the times of the series are."""
         series = Measurements.of(None, Y, 1e-6, kind="reduced", unit=1, exposures=TAI_NS)
@@ -150,6 +224,12 @@ class Written(unittest.TestCase):
                 self.assertTrue((again["epoch"].jd1 == table["epoch"].jd1).all())
                 self.assertTrue((again["epoch"].jd2 == table["epoch"].jd2).all())
         self.assertEqual(objects()["samples"].to_table()["epoch"].unit, "d")
+        days = Time(MJD, format="mjd", scale="tai")
+        for t in (days, days.tt, list(days.utc.datetime)):
+            table = Measurements.of(t, Y, 1e-6).to_table()
+            self.assertEqual((type(table["t"]), table["t"].scale), (Time, "tai"))
+            numpy.testing.assert_allclose((table["t"] - days).sec, 0, atol=1e-5)
+        self.assertEqual(type(toliman.planets(days, Y, 1e-6, samples=100, threads=1).to_table()["epoch"]), Time)
 
     def test_state_folders(self):
         """Separations of frames are in px, and so are the columns of the ledger; the partial derivatives are not."""
@@ -189,6 +269,67 @@ class Written(unittest.TestCase):
 
 @unittest.skipIf(Table is None, "needs astropy")
 class Read(unittest.TestCase):
+    def test_values_of_any_unit(self):
+        for y in (Y * units.K, Y * units.s, Y * units.uas, Y * units.km / units.s):
+            for made in (Measurements.of(T, y), Measurements.of_table(Table({"t": T, "y": y}))):
+                for table in (made.to_table(), Measurements.of_table(made.to_table()).to_table()):
+                    self.assertEqual(table["y"].unit, y.unit)
+
+    @ignored_warnings
+    def test_the_span_of_a_trend(self):
+        """It is that of the times, whose scale becomes TAI."""
+        text = "".join(f"{day:.17g} {value:.17g}\n" for day, value in zip(MJD, Y)).encode()
+        for scale, seconds in (("tai", 0), ("tt", 32.184), ("gps", -19), ("tdb", 32.184)):
+            series = Measurements(text, time_format="mjd", time_scale=scale).set_trend(2)
+            in_tt = series.to_table()
+            in_tt["t"] = in_tt["t"].tt
+            for table in (series.to_table(), in_tt) + ((series.to_pandas(),) if pandas else ()):
+                made = Measurements.of_table(table)
+                self.assertEqual((made.info.trend_start, made.info.trend_end), (made.t[0], made.t[-1]))
+                self.assertLess(abs(made.t - MJD + seconds / 86400).max() * 86400, 0.002 if scale == "tdb" else 1e-5)
+
+    def test_facts_of_other_tables(self):
+        for key, value in (("UNIT", "arcsec"), ("kind", "RV"), ("TREND", "none"), ("chi2", 1.3), ("unit_d", "d"),
+                           ("refitted", "no"), ("fn1", "f"), ("units", "m/s"), ("scales", 3)):
+            for table in [Table({"t": T, "y": Y}, meta={key: value})] + ([pandas.DataFrame({"t": T, "y": Y})]
+                                                                         if pandas else []):
+                if not isinstance(table, Table):
+                    table.attrs = {key: value}
+                info = Measurements.of_table(table).info
+                self.assertEqual((info.unit, info.trend, info.frame_chi_square, info.time_unit_days), (0, 0, 0, 1))
+
+    def test_format_and_scale_of_columns(self):
+        """A column of dates has both, and without a format, numbers are no dates."""
+        for t, why, more in (
+                (Time(MJD, format="mjd", scale="tt"), None, {}),
+                (Time(MJD, format="mjd", scale="tt"), "^time_format = 'mjd': must not be given, as t has dates in TT",
+                 {"time_format": "mjd", "time_scale": "gps"}),
+                (Time(MJD, format="mjd", scale="tai"), "^time_scale = 'tdb': must not", {"time_scale": "tdb"}),
+                (MJD, "^time_scale = 'tdb': must be given with time_format", {"time_scale": "tdb"}),
+                (MJD, "^time_scale = 'tai': must be given with", {"time_format": "days", "time_scale": "tai"}),
+                (MJD, "^time_format = 'julian': must be one of", {"time_format": "julian"}), (MJD, None, {}),
+                (MJD, None, {"time_format": "days"}), (MJD, None, {"time_format": "mjd", "time_scale": "gps"})):
+            with tempfile.TemporaryDirectory() as folder, self.subTest(why, **more):
+                Table({"t": t, "y": Y}).write(f"{folder}/q.fits")
+                if why is None:
+                    self.assertEqual(len(Measurements(f"{folder}/q.fits", **more)), 40)
+                    continue
+                with self.assertRaisesRegex(ValueError, why):
+                    Measurements(f"{folder}/q.fits", **more)
+
+    def test_an_empty_series(self):
+        for made in (Measurements.of([], []), Measurements.of(None, [], exposures=[])):
+            table = made.to_table()
+            self.assertEqual((len(table), table.colnames[:2], len(made.t)), (0, ["t", "y"], 0))
+            self.assertEqual(len(Measurements.of_table(table)), 0)
+            with self.assertRaises(toliman.NotFoundError):
+                made.values("position_angle_deg")
+
+    def test_names_of_instruments(self):
+        for wrong in ("HARPS N", "", " C", "C,D", "C\t"):
+            with self.assertRaisesRegex(ValueError, "^names: .*: must not be empty or have spaces or commas"):
+                Measurements.of(T, Y).set_instruments(["B"] * 39 + [wrong])
+
     def test_a_series_comes_back(self):
         for name in ("measurements", "velocities"):
             series, wanted = objects()[name], series_of(objects()[name])
@@ -248,6 +389,13 @@ class Read(unittest.TestCase):
         frame.loc[2, "y"] = numpy.nan
         with self.assertRaisesRegex(ValueError, "^y has 1 missing or masked values"):
             Measurements.of_table(frame)
+        numbers = pandas.DataFrame({"t": pandas.array([1, 2, 3], "Int64"), "y": pandas.array([1.5, 2, 4], "Float64")})
+        numpy.testing.assert_array_equal(Measurements.of_table(numbers).y, [1.5, 2, 4])
+        for name in ("t", "y"):
+            missing = numbers.copy()
+            missing.loc[1, name] = pandas.NA
+            with self.assertRaisesRegex(ValueError, f"^{name} has 1 missing or masked values"):
+                Measurements.of_table(missing)
 
     def test_refused(self):
         good = {"t": T, "y": Y, "sigma": numpy.ones(40)}
@@ -261,9 +409,10 @@ class Read(unittest.TestCase):
                 (TypeError, "^sigma is in m: must be in a unit of mas",
                  {**good, "y": Y * units.mas, "sigma": T * units.m}, {}),
                 (TypeError, "^y has no unit", {**good, "sigma": T * units.mas}, {}),
-                (TypeError, "^y is in km / s: must be an angle", {**good, "y": Y * units.km / units.s},
+                (TypeError, "^sigma has no unit: must have one, as y is in mas", {**good, "y": Y * units.mas}, {}),
+                (TypeError, "^y is in km / s: must be an angle", {"t": T, "y": Y * units.km / units.s},
                  {"kind": "reduced"}),
-                (ValueError, "^unit = 1.0: must not be given", {**good, "y": Y * units.mas}, {"unit": 1.0}),
+                (ValueError, "^unit = 1.0: must not be given", {"t": T, "y": Y * units.mas}, {"unit": 1.0}),
                 (TypeError, "^t is an array of", {**good, "t": numpy.full(40, "2030-01-01")}, {}),
                 (ValueError, "^exposure_s = 60: must not be given", good, {"exposure_s": 60}),
                 (ValueError, "^columns = 't'", good, {"columns": "t"})):

@@ -75,7 +75,7 @@ def columns_of_series(series: Measurements) -> dict[str, Column]:
 
 
 def facts_of_series(series: Measurements) -> dict[str, typing.Any]:
-    """Returns what a table needs to become the series again."""
+    """Returns what a table needs to become the series again. t_scale: that of t_first and t_last, if they are dates."""
     info = series.info
     facts: dict[str, typing.Any] = {"kind": series.kind, "unit": info.unit or None, "source": info.name}
     if info.time_unit_days != 1:
@@ -85,7 +85,7 @@ def facts_of_series(series: Measurements) -> dict[str, typing.Any]:
     if info.is_refitted:
         facts["refitted"] = True
     if info.trend > 0:
-        facts.update(trend=info.trend, t_first=info.trend_start, t_last=info.trend_end)
+        facts.update(trend=info.trend, t_first=info.trend_start, t_last=info.trend_end, t_scale=series._units["date"])
     for place, function in enumerate(series.functions, 1):
         facts.update({f"fn{place}": function.name, f"prior{place}": function.sigma})
     return facts
@@ -100,8 +100,10 @@ class SeriesTable:
             raise TypeError(f"table is a {type(table).__name__}: must be a Table of astropy or a DataFrame of pandas")
         self._table, self._is_frame = table, is_frame
         self.names = [str(name) for name in (table.columns if is_frame else table.colnames)]
-        attributes = table.attrs if is_frame else table.meta
-        self.facts = {str(name).lower(): value for name, value in attributes.items()}
+        facts = {str(name).lower(): value for name, value in (table.attrs if is_frame else table.meta).items()}
+        units = facts.get("units") if is_frame else None
+        self._units = units if isinstance(units, dict) else {}
+        self.facts = facts if facts.get("object") == "Measurements" else {}  # others have names of their own
 
     def _given(self, name: str) -> typing.Any:
         if name not in self.names:
@@ -114,7 +116,7 @@ class SeriesTable:
         given = self._given(name)
         missing = given.isna() if self._is_frame else getattr(given, "mask", numpy.zeros(0, bool))
         if self._is_frame:
-            given = given.to_numpy()
+            given = _array_of_pandas(given, bool(numpy.any(missing)))
         elif not hasattr(given, "jd1"):
             given = numpy.asarray(numpy.ma.getdata(given))
         if not hasattr(given, "jd1") and numpy.asarray(given).dtype.kind == "f":
@@ -126,7 +128,7 @@ class SeriesTable:
     def unit(self, name: str) -> typing.Any:
         """Returns the unit of a column, None without one."""
         given = self._given(name)
-        stated = self.facts.get("units", {}).get(name) if self._is_frame else getattr(given, "unit", None)
+        stated = self._units.get(name) if self._is_frame else getattr(given, "unit", None)
         return optional("astropy.units", "units of tables").Unit(stated) if stated else None
 
     def times(self, name: str, time_format: str, time_scale: str) -> tuple[Doubles, typing.Any]:
@@ -134,12 +136,9 @@ class SeriesTable:
         values, unit = self.column(name), self.unit(name)
         scale = self.facts.get("scales", {}).get(name, "") if self._is_frame else ""
         kind = numpy.asarray(values).dtype.kind if not hasattr(values, "jd1") else ""
+        _check_dates(name, values, time_format, time_scale)
         if (scale and not time_format) or time_format in ("mjd", "jd", "iso"):
-            times = optional("astropy.time", "dates of tables")
-            given_scale = time_scale or scale or "utc"
-            made = times.Time(values, format=None if time_format == "iso" else time_format or "mjd",
-                              scale="tai" if given_scale == "gps" else given_scale)
-            values = made + times.TimeDelta(19, format="sec") if given_scale == "gps" else made
+            values = _dates(values, time_format or "mjd", time_scale or scale or "utc")
         elif kind in ("M", "O"):
             values = mjd_of_utc(name, values)
             return plain(name, values[0]), values[1]
@@ -154,11 +153,35 @@ class SeriesTable:
         unit, sigmas = self.unit(name), None
         if sigma:
             sigmas, other = self.column(sigma), self.unit(sigma)
-            if other is not None and unit is None:
-                raise TypeError(f"{name} has no unit: must have one, as {sigma} is in {other}")
+            if (other is None) != (unit is None):
+                without, one, given = (sigma, name, unit) if other is None else (name, sigma, other)
+                raise TypeError(f"{without} has no unit: must have one, as {one} is in {given}")
             if other is not None:
                 sigmas = _converted(sigma, sigmas, other, unit)
         return plain(name, self.column(name)), None if sigmas is None else plain(sigma, sigmas), unit
+
+
+def _dates(values: typing.Any, time_format: str, scale: str) -> typing.Any:
+    """Returns times in a format and scale of the library as Time."""
+    times = optional("astropy.time", "dates of tables")
+    made = times.Time(values, format=None if time_format == "iso" else time_format, scale="tai" if scale == "gps" else scale)
+    return made + times.TimeDelta(19, format="sec") if scale == "gps" else made
+
+
+def _array_of_pandas(column: typing.Any, has_missing: bool) -> typing.Any:
+    """Returns an array of a column, also of numbers of the types of pandas that may be missing."""
+    is_own = getattr(column.dtype, "kind", "") in ("b", "i", "u", "f") and not isinstance(column.dtype, numpy.dtype)
+    return column.to_numpy() if has_missing or not is_own else column.to_numpy(column.dtype.numpy_dtype)
+
+
+def _check_dates(name: str, values: typing.Any, time_format: str, time_scale: str) -> None:
+    """Raises ValueError for a format or scale that contradicts a column or would not be used."""
+    given = f"time_format = {time_format!r}" if time_format else f"time_scale = {time_scale!r}"
+    if hasattr(values, "jd1") and (time_format or time_scale):
+        raise ValueError(f"{given}: must not be given, as {name} has dates in {values.scale.upper()}")
+    if time_scale and time_format in ("", "days"):
+        raise ValueError(f'time_scale = {time_scale!r}: must be given with time_format "iso", "mjd" or "jd", as the '
+                         f"column {name} does not say that it has dates")
 
 
 def is_velocity(unit: typing.Any) -> bool:
@@ -220,7 +243,9 @@ def _with_functions(made: Measurements, given: SeriesTable, instrument: str) -> 
         made.set_instruments([name.decode() if isinstance(name, bytes) else str(name)  # FITS has bytes
                               for name in given.column(instrument)])
     if facts.get("trend"):
-        made.set_trend(int(facts["trend"]), (facts["t_first"], facts["t_last"]))
+        ends = numpy.array([facts["t_first"], facts["t_last"]], float)
+        first, last = _dates(ends, "mjd", facts["t_scale"]).tai.mjd if "t_scale" in facts else ends
+        made.set_trend(int(facts["trend"]), (first, last))
     known = [function.name for function in made.functions]
     place = 1
     while f"fn{place}" in facts:

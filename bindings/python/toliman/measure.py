@@ -81,7 +81,8 @@ class Measurements(Handle, Tabular):
     kind: "value", "separation" (as they were measured), "reduced" (to the orbit) or "velocity"; "": of a state folder,
         "reduced" where its frames are; otherwise "velocity" if the file states such a unit, or "value".
     columns: names, or numbers from 1, of two or three columns of a file; time_format: "iso", "mjd", "jd" or "days"; time_scale: "utc", "tai",
-        "tt", "tdb" or "gps"; "": as series.h says.
+        "tt", "tdb" or "gps"; "": as series.h says. Columns of dates of a table of astropy have both; its other
+        columns are dates only with a time_format.
     unit: arcsec (velocities: m/s) per unit of the values; 0: that which a file states, and the plate scale of a state
         folder; otherwise unknown, but 1 for separations.
     exposure_s: length of each exposure of a file, whose middle is its time; 0: not known.
@@ -96,6 +97,7 @@ class Measurements(Handle, Tabular):
     def __init__(self, source: str | os.PathLike[str] | bytes, *, kind: str = "", columns: str = "", time_format: str = "",
                  time_scale: str = "", unit: float = 0, exposure_s: float = 0, instrument: str = "",
                  functions: str | os.PathLike[str] = ""):
+        format_of, scale_of = (_word("time_format", time_format, _FORMATS), _word("time_scale", time_scale, _SCALES))
         table = table_at(source)
         if table is not None:
             if functions:
@@ -109,8 +111,7 @@ class Measurements(Handle, Tabular):
             columns=text("columns", columns) if columns else None,
             instrument=text("instrument", instrument) if instrument else None,
             functions=file_name(functions) if functions else None,
-            time_format=_FORMATS[_word("time_format", time_format, _FORMATS)],
-            time_scale=_SCALES[_word("time_scale", time_scale, _SCALES)],
+            time_format=_FORMATS[format_of], time_scale=_SCALES[scale_of],
             flags=_raw.TOLIMAN_SERIES_PLAIN_TIMES if time_format == "days" else 0, unit=real("unit", unit),
             exposure_s=real("exposure_s", exposure_s), log=log)
         if isinstance(source, bytes):
@@ -172,7 +173,7 @@ class Measurements(Handle, Tabular):
         """A series of a Table of astropy or a DataFrame of pandas.
 
         columns: names of two or three columns: times, values, sigmas; "": "t,y,sigma", or "t,y" without that. Sigmas
-            are converted to the unit of the values. Columns of Time and of datetime64 (UTC) are dates, which become
+            have a unit if the values have one, to which they are converted. Columns of Time and of datetime64 (UTC) are dates, which become
             Modified Julian Days of TAI; other times are plain numbers, of a column with a unit in days.
         kind: as of Measurements(); "": that of a table made by to_table(), or "velocity" for a unit of velocity,
             otherwise "value".
@@ -210,9 +211,9 @@ class Measurements(Handle, Tabular):
         """Returns one number for each sample: "t", "y", "sigma", "position_angle_deg", "instrument", a function, and of
         reduced separations "separation_arcsec", "factor" and "geometric_arcsec". Raises NotFoundError for others."""
         values = numpy.empty(len(self))
-        check(library.toliman_measure_get_values(self._c, text("name", name), pointer(values), len(values)))
         if values.size == 0 and name in ("t", "y"):  # of which the library has none
             return values
+        check(library.toliman_measure_get_values(self._c, text("name", name), pointer(values), len(values)))
         return values
 
     @property
@@ -255,8 +256,9 @@ class Measurements(Handle, Tabular):
     def set_instruments(self, names: typing.Sequence[str]) -> Measurements:
         """Sets the instrument of each sample by its name: each has an offset, and a jitter in searches for planets."""
         known = list(dict.fromkeys(names))
-        if any("," in name or not name for name in known):
-            raise ValueError("names: must not be empty, without commas")
+        wrong = [name for name in known if not name or "," in name or len(name.split()) > 1 or name != name.strip()]
+        if wrong:
+            raise ValueError(f"names: {wrong[0]!r}: must not be empty or have spaces or commas")
         indices = (ctypes.c_int64 * len(names))(*(known.index(name) for name in names))
         check(library.toliman_measure_set_instruments(self._c, text("names", ",".join(known) + ","), indices,
                                                       len(names)))
