@@ -89,11 +89,14 @@ class Periods(PlotTest):
 
     def test_units_of_times(self):
         plain = toliman.Periodogram(0.01, 0.01, 20)
-        for push, unit in ((lambda p, t, y: p.push_many(dates_of(t), y), "days"),
-                           (lambda p, t, y: p.push(datetime.datetime(2028, 1, 1) + datetime.timedelta(t[0]), y[0]), "days"),
-                           (lambda p, t, y: p.push(int(1e9 * t[0]), y[0], ns=True), "s"),
-                           (lambda p, t, y: p.push(t[0], y[0]), "units of t")):
-            with plain.copy() as periodogram:
+        in_hours = toliman.Periodogram(0.01, 0.01, 20, unit_ns=3600e9)
+        for made, push, unit in (
+                (plain, lambda p, t, y: p.push_many(dates_of(t), y), "days"),
+                (plain, lambda p, t, y: p.push(datetime.datetime(2028, 1, 1) + datetime.timedelta(t[0]), y[0]), "days"),
+                (plain, lambda p, t, y: p.push(int(1e9 * t[0]), y[0], ns=True), "s"),
+                (in_hours, lambda p, t, y: p.push(int(36e11 * t[0]), y[0], ns=True), "h"),
+                (plain, lambda p, t, y: p.push(t[0], y[0]), "units of t")):
+            with made.copy() as periodogram:
                 for k in range(8):
                     push(periodogram, self.t[k:k + 1], self.y[k:k + 1])
                 for one in (periodogram.copy(), pickle.loads(pickle.dumps(periodogram))):

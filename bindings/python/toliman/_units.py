@@ -21,7 +21,7 @@ _NAMES = {"t": "date", "epoch": "date", "time_reference": "date", "time_offset":
           "upper": "y", "detectable": "y", "phase": "rad"}
 
 
-_LABELS = {"d": "days", "h": "hours", "min": "minutes", "uarcsec": "µas", "uas": "µas", "pix": "px"}
+_LABELS = {"d": "days", "uarcsec": "µas", "uas": "µas", "pix": "px"}
 
 
 def label_of(unit: str, otherwise: str) -> str:
