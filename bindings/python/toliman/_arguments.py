@@ -13,7 +13,7 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._library import check, check_asked, library
+from ._library import check, check_asked
 from ._units import unit_of_name
 
 Doubles = NDArray[numpy.float64]

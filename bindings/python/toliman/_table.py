@@ -245,4 +245,4 @@ class Rows(typing.List[T], Tabular):
         return f"<{len(self)} rows{f' of {type(self[0]).__name__}' if self else ''}>"
 
     def __str__(self) -> str:
-        return "\n".join(map(repr, self))
+        return "\n".join(map(repr, self)) or repr(self)

@@ -32,7 +32,7 @@ from .linear import Template
 from .measure import Measurements
 from .periodogram import Peak, View, warn_if_inaccurate
 from .sky import Sky
-from .times import name_of_unit
+from .times import unit_of_ns
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -352,7 +352,9 @@ class Tracker(Handle, Tabular):
     def fit(self) -> Peak:
         """Refines the highest peak by least squares against the accepted values. Returns period, amplitude and phase
         with standard errors."""
-        peak = self._read(library.toliman_track_query_fit, _raw.toliman_period_peak, Peak)
+        found = _raw.toliman_period_peak()
+        check(library.toliman_track_query_fit(self._c, ctypes.byref(found)))
+        peak = Peak._of(found, self._units)
         warn_if_inaccurate(peak.inaccurate)
         return peak
 
@@ -413,7 +415,7 @@ class Tracker(Handle, Tabular):
 
     @property
     def _units(self) -> Units:
-        return {"t": _unit_of_grid(self.options["unit_ns"]), "y": "pix" if self.info.plate_scale_arcsec > 0 else ""}
+        return {"t": unit_of_ns(self.options["unit_ns"]), "y": "pix" if self.info.plate_scale_arcsec > 0 else ""}
 
     def streams(self) -> Rows[Stream]:
         """Returns the sessions and regions, sorted by name, each with its range of frame ids and the number missing."""
@@ -446,9 +448,6 @@ class _TrackerView(View):
         super().__init__(None)
         self._tracker = tracker
 
-    def _name_of_time_unit(self) -> str:
-        return name_of_unit(self.info.unit_ns)
-
     @property
     def _c(self) -> typing.Any:
         tracker = self._tracker._c
@@ -457,11 +456,6 @@ class _TrackerView(View):
     @property
     def _units(self) -> Units:
         return self._tracker._units
-
-
-def _unit_of_grid(unit_ns: float) -> str:
-    """Returns the unit of the times of a grid; "": none that has a name."""
-    return {86400e9: "d", 3600e9: "h", 60e9: "min", 1e9: "s"}.get(unit_ns, "")
 
 
 # Options whose names in Python are not those of the members of C.
