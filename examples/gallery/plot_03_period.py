@@ -2,8 +2,8 @@
 The period of any time series
 =============================
 
-:func:`toliman.period` finds the period of times, values and errors, here radial velocities of nu Ophiuchi (Sato et al.
-2012), which has two companions.
+:func:`toliman.period` finds the period of times, values and errors, here radial velocities of nu Ophiuchi (Quirrenbach
+et al. 2019), which has two companions.
 """
 # %%
 import numpy

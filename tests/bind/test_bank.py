@@ -96,11 +96,11 @@ class Banks(unittest.TestCase):
     def test_more_frames_than_a_call_takes(self):
         stages = []
         images = self.images[numpy.zeros(66, int)]
-        results, fits = self.bank.encode(images, progress=lambda stage, fraction: stages.append((stage, fraction)))
+        results, fits = self.bank.encode(images, times_days=0, progress=lambda stage, fraction: stages.append((stage, fraction)))
         self.assertEqual(stages[-1], ("encode", 1))
         self.assertEqual((len(results), len(fits)), (66, 66))
         self.assertEqual(results["separation_px"][65], results["separation_px"][0])
-        self.assertEqual([len(array) for array in self.bank.encode(images[:0])], [0, 0])
+        self.assertEqual([len(array) for array in self.bank.encode(images[:0], times_days=0)], [0, 0])
 
     def test_training_continues(self):
         bank = toliman.Bank(self.fit, **SMALL)
@@ -111,14 +111,14 @@ class Banks(unittest.TestCase):
         self.assertEqual(bank.to_bytes(), self.bank.to_bytes())
 
     def test_saved_banks(self):
-        expected = self.bank.encode(self.images[:1])[0]
+        expected = self.bank.encode(self.images[:1], times_days=0)[0]
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "bank.tlmb"
             self.bank.save(path)
             loaded = toliman.Bank.load(path, self.fit)
             self.assertEqual(path.read_bytes(), self.bank.to_bytes())
             self.assertEqual(loaded.info, self.bank.info)
-            numpy.testing.assert_array_equal(loaded.encode(self.images[:1])[0], expected)
+            numpy.testing.assert_array_equal(loaded.encode(self.images[:1], times_days=0)[0], expected)
             self.bank.save(path, encoding="fp16")
             small = toliman.Bank.load(path, self.fit)
         self.assertLess(len(small.to_bytes(encoding="fp16")), len(self.bank.to_bytes()))
@@ -131,9 +131,9 @@ class Banks(unittest.TestCase):
         self.assertTrue(self.bank.predict(time_days=60).outside)
 
     def test_a_frame_without_a_fit_is_nan(self):
-        result, fitted = self.bank.encode_frame(numpy.zeros((SIDE, SIDE)))
+        result, fitted = self.bank.encode_frame(numpy.zeros((SIDE, SIDE)), time_days=0)
         self.assertTrue(result.not_fitted and fitted.not_converged and numpy.isnan(result.separation_px))
-        flags = self.bank.encode(numpy.zeros((1, SIDE, SIDE)))[0]["flags"]
+        flags = self.bank.encode(numpy.zeros((1, SIDE, SIDE)), times_days=0)[0]["flags"]
         self.assertEqual(flags[0], _raw.TOLIMAN_BANK_NOT_FITTED)
 
     def test_mistakes(self):
@@ -149,7 +149,7 @@ class Banks(unittest.TestCase):
             (toliman.Error, "", lambda: toliman.Bank.from_bytes(content[:-1], self.fit)),
             (toliman.Error, "bank", lambda: toliman.Bank.from_bytes(content, other).predict()),
             (FileNotFoundError, "none.tlmb", lambda: toliman.Bank.load("none.tlmb", self.fit)),
-            (ValueError, "frames", lambda: self.bank.encode(self.images[0])),
+            (ValueError, "frames", lambda: self.bank.encode(self.images[0], times_days=0)),
             (ValueError, "frame", lambda: self.bank.encode_frame(self.images[0][1:])),
             (ValueError, "times_days", lambda: self.bank.encode(self.images, times_days=[1, 2])),
             (toliman.InputError, "least_efficiency", lambda: self.bank.renewal(2)),

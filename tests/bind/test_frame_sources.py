@@ -103,7 +103,7 @@ class Sources(unittest.TestCase):
 
     def test_no_frames(self):
         for none in [], (), iter([]), self.frames[:0]:
-            self.assertEqual(len(self.fit.frames(none)), 0)
+            self.assertEqual(len(self.fit.frames(none, times_days=0)), 0)
 
     def test_ctrl_c_stops_a_source_that_waits(self):
         code = ("import os, signal, sys, threading, time, toliman\n"
@@ -147,7 +147,9 @@ class Sources(unittest.TestCase):
              lambda: self.template.encode(frame if k < 66 else frame[:, 1:] for k in range(FRAMES))),
             (ValueError, "frames",
              lambda: self.template.encode(numpy.ma.masked_greater(frame, 3) for _ in range(3))),
-            (ValueError, "frames", lambda: self.fit.frames(frame)),
+            (ValueError, "frames", lambda: self.fit.frames(frame, times_days=0)),
+            (ValueError, "times_days", lambda: self.fit.frames(self.frames)),
+            (ValueError, "time_days", lambda: self.fit.frame(frame)),
             (TypeError, "frames", lambda: self.template.encode("frames.npy")),
             (ZeroDivisionError, "division", lambda: self.template.encode(1 / 0 for _ in range(2))),
         )

@@ -118,10 +118,20 @@ class Tracking(unittest.TestCase):
             numpy.testing.assert_array_equal(tracker.period.power(), whole.period.power())
 
     def test_other_frames_with_the_same_ids(self):
-        with toliman.track(SCENE, self.frames[:20], self.times[:20], folder=self.folder / "mission"):
+        """A forgotten first_id would quarantine accepted frames."""
+        folder = self.folder / "mission"
+        with toliman.track(SCENE, self.frames[:20], self.times[:20], folder=folder):
             pass
+        with self.assertRaisesRegex(ValueError, "first_id = 0: .* give 20, the next one"):
+            toliman.track(SCENE, self.frames[20:], self.times[20:], folder=folder)
         with self.assertWarnsRegex(toliman.FrameWarning, "20 of 20 frames were not accepted: 20 quarantined"):
-            toliman.track(SCENE, self.frames[20:], self.times[20:], folder=self.folder / "mission").close()
+            toliman.track(SCENE, self.frames[20:], self.times[:20], folder=folder).close()
+
+    def test_a_folder_that_is_open(self):
+        folder = self.folder / "mission"
+        with toliman.track(SCENE, self.frames[:5], self.times[:5], folder=folder):
+            with self.assertRaisesRegex(toliman.StateError, "must be closed first"):
+                toliman.track(SCENE, self.frames[5:], self.times[5:], folder=folder, first_id=5)
 
     def test_frames_with_times_of_their_own(self):
         zero = toliman.Simulator(SCENE).info.time_zero_ns
@@ -167,6 +177,41 @@ class Tracking(unittest.TestCase):
         for case, (kind, name, call) in enumerate(cases):
             with self.subTest(case), refused(kind, name):
                 call()
+
+
+class Dates(unittest.TestCase):
+    def test_fits_and_skies_take_dates(self):
+        times, _, frames = toliman.simulate(SCENE, 0, 3)
+        fit, zero = toliman.Fit(SCENE), toliman.Simulator(SCENE).info.time_zero_ns
+        tai = zero + numpy.rint(times * DAY).astype("i8")
+        utc = (tai - 37 * 10**9).astype("M8[ns]")
+        expected = fit.frames(frames, times_days=times)
+        numpy.testing.assert_allclose(fit.frames(frames, times_days=utc)["separation_px"], expected["separation_px"], rtol=1e-9)
+        sky = toliman.Sky("alpha-cen", altitude_km=600)
+        numpy.testing.assert_array_equal(sky.predict(utc)["factor"], sky.predict(tai)["factor"])
+
+    def test_dates_of_arrays_stay_dates(self):
+        tai = toliman.parse_time("2027-01-01") + numpy.arange(9) * DAY
+        utc = (tai - 37 * 10**9).astype("M8[ns]")
+        numpy.testing.assert_array_equal(toliman.Measurements.of(utc, numpy.arange(9.0)).tai_ns, tai)
+
+    def test_units_of_values(self):
+        try:
+            from astropy import units
+        except ImportError:
+            self.skipTest("needs astropy")
+        for unit, kind, number in (("mas", "reduced", 1e-3), (units.uas, "reduced", 1e-6), (2 * units.mas, "reduced", 2e-3),
+                                   (units.km / units.s, "velocity", 1e3), (0.5, "reduced", 0.5)):
+            made = toliman.Measurements.of(numpy.arange(9.0), numpy.arange(9.0), kind=kind, unit=unit)
+            self.assertAlmostEqual(made.info.unit / number, 1, delta=1e-12)
+        with refused(ValueError, "unit"):
+            toliman.Measurements.of([1, 2], [1, 2], kind="reduced", unit="kg")
+
+    def test_fits_that_are_lost_are_a_warning(self):
+        times, _, frames = toliman.simulate(SCENE, 0, 4)
+        frames[2:] = 0
+        with self.assertWarnsRegex(toliman.FitWarning, "of 2 did not converge, their values are NaN"):
+            toliman.Fit(SCENE).frames(frames, times_days=times)
 
 
 class Times(unittest.TestCase):

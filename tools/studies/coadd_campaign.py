@@ -69,7 +69,7 @@ def one_sum(coadd, fit, sky, count, options, random):
     for k, place in enumerate(places(options.kind, count, options.jitter, random)):
         coadd.add(draw(sky, place, random), k * 10**7, exposure_s=0.005)
     taken = coadd.take()
-    result, values, covariance = fit.frame(taken.counts.astype(float), shift=(taken.sum.x_px, taken.sum.y_px),
+    result, values, covariance = fit.frame(taken.counts.astype(float), time_days=0, shift=(taken.sum.x_px, taken.sum.y_px),
                                            spread=taken.spread)
     return taken, result
 

@@ -18,8 +18,12 @@ FitWarning.__module__ = "toliman"
 
 def warn_of(fits: NDArray, stacklevel: int) -> None:
     """Warns once if the goodness of some of the fits, which have the members of toliman_frame_goodness, is "poor" or
-    "too good"."""
+    "too good", or if some did not converge."""
     parts = []
+    if "displacement_px" in (fits.dtype.names or ()):
+        lost = int(numpy.isnan(fits["displacement_px"]).sum())
+        if lost > 0:
+            parts.append(f"of {lost} did not converge, their values are NaN: are times, orientation and unit those of the scene?")
     for verdict, text in ((_raw.TOLIMAN_GOODNESS_POOR, "poor: the frames are damaged, or the scene lacks an effect"),
                           (_raw.TOLIMAN_GOODNESS_TOO_GOOD, "too good: are the counts in the unit of the scene?")):
         squares = fits["chi_square"][fits["goodness"] == verdict]

@@ -189,6 +189,17 @@ def is_velocity(unit: typing.Any) -> bool:
     return unit is not None and unit.is_equivalent("m / s")
 
 
+def number_of_unit(unit: typing.Any, kind: str) -> float:
+    """Returns the argument `unit`: a number, or a unit of astropy or its name, as arcsec or m/s per unit."""
+    if not isinstance(unit, str) and not hasattr(unit, "to"):
+        return real("unit", unit)
+    try:
+        given = optional("astropy.units", "a unit that is not a number").Unit(unit)
+        return float(given.to("m / s" if kind == "velocity" else "arcsec"))
+    except ValueError as error:  # UnitConversionError of astropy, too
+        raise ValueError(f"unit = {unit}: must be {'a velocity' if kind == 'velocity' else 'an angle'}, or a number") from error
+
+
 def factor_of(name: str, given: typing.Any, unit: float, kind: str) -> float:
     """Returns the arcsec or m/s per unit of values whose unit is `given`, None: not known; the argument `unit`, 0: not
     given, must agree. TypeError for a unit that no values of this kind have."""
@@ -214,6 +225,7 @@ def series_of_table(cls: type[Measurements], table: typing.Any, columns: str, ki
                     instrument: str, time_format: str = "", time_scale: str = "") -> Measurements:
     """Returns a series of a table; see Measurements.of_table."""
     given = SeriesTable(table)
+    columns = columns if isinstance(columns, str) else ",".join(columns)
     names = [name.strip() for name in columns.split(",")] if columns else [
         "t", "y", *(["sigma"] if "sigma" in given.names else [])]
     if len(names) not in (2, 3):
@@ -221,7 +233,7 @@ def series_of_table(cls: type[Measurements], table: typing.Any, columns: str, ki
     t, tai_ns = given.times(names[0], time_format, time_scale)
     y, sigma, value_unit = given.values(names[1], names[2] if len(names) == 3 else "")
     kind = kind or given.facts.get("kind", "velocity" if is_velocity(value_unit) else "value")
-    factor = factor_of(names[1], value_unit, real("unit", unit), kind)
+    factor = factor_of(names[1], value_unit, number_of_unit(unit, kind), kind)
     if given.facts.get("refitted"):
         raise ValueError("table is of a series whose orbit was refitted to it: it must not be searched for planets")
     half = round(real("exposure_s", exposure_s) * 5e8)

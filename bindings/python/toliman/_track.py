@@ -9,7 +9,7 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from ._arguments import whole
-from ._library import UnsupportedError
+from ._library import StateError, UnsupportedError
 from ._progress import Progress
 from ._results import Outcome
 from .fit import Fit
@@ -45,8 +45,10 @@ def track(scene: Simulator | Scene, frames: ArrayLike | typing.Iterable[Frame] |
     frames: Frames, as of a Pair; or images [frame][row][column], as an array, a list or an iterator, with times.
     times: middle of each exposure: days since time 0 of the scene (Simulator.series), datetime, datetime64, Time.
     folder: state folder, which a later call continues; None keeps everything in memory.
-    session, first_id: of images: frame k has the id first_id + k of the session, by which it is recognised. Images with
-        the ids of other frames are quarantined, with a FrameWarning.
+    session, first_id: of images: frame k has the id first_id + k of the session, by which it is recognised.
+
+    Raises ValueError if the folder has frames with these ids and other times. Values of moving stars without a reference
+    orbit are fitted with a trend of order 4.
 
     Returns the Tracker. Issues a FrameWarning if frames were not accepted. If the call raises, the folder is closed with
     the frames so far; without a folder, the exception's attribute `tracker` has them. Other estimators and options:
@@ -55,8 +57,14 @@ def track(scene: Simulator | Scene, frames: ArrayLike | typing.Iterable[Frame] |
     simulator = simulator_of("scene", scene)
     given = _frames_of(frames, times, simulator.info.time_zero_ns, session, whole("first_id", first_id))
     count = len(frames) if isinstance(frames, typing.Sized) else 0
-    tracker = _tracker_of(simulator, folder)
     try:
+        tracker = _tracker_of(simulator, folder)
+    except StateError as error:
+        raise StateError(error.status, f"{error}; a Tracker of this program that has it open must be closed first",
+                         error.field) from None
+    try:
+        if times is not None:
+            _check_ids(tracker, first_id, tai_ns_of("times", times, simulator.info.time_zero_ns))
         outcomes = tracker._push_all(given, count, progress)
         if folder is not None:
             tracker.save()
@@ -84,6 +92,18 @@ def _tracker_of(simulator: Simulator, folder: str | os.PathLike[str] | None) -> 
     return Tracker(fit, *grid, folder=folder, sky=sky, time_offset_ns=info.time_zero_ns, exposure_s=info.exposure_s,
                    bit_depth=info.bit_depth, double_limb=True, trend=_TREND if has_trend else None,
                    span=(-1 / grid.df, 3 / grid.df) if has_trend else None)
+
+
+def _check_ids(tracker: Tracker, first_id: int, tai_ns: NDArray[numpy.int64]) -> None:
+    """Raises ValueError if a folder of one stream has these ids with other times: both would be quarantined."""
+    streams = tracker.streams()
+    if len(streams) != 1 or streams[0].first_id >= first_id + tai_ns.size or streams[0].last_id < first_id:
+        return
+    known = tracker.records()
+    same = (known["frame_id"] >= first_id) & (known["frame_id"] < first_id + tai_ns.size)
+    if (known["camera_ns"][same] != tai_ns.ravel()[known["frame_id"][same] - first_id]).any():
+        raise ValueError(f"first_id = {first_id}: the folder has frames with these ids and other times: give "
+                         f"{streams[0].last_id + 1}, the next one, or another session")
 
 
 def _span_days(simulator: Simulator) -> float:

@@ -111,26 +111,26 @@ class Bank(Handle):
                                  journal=None if journal is None else file_name(journal))
             watch.check(library.toliman_bank_train(self._c, self.fit._c, ctypes.byref(options)))
 
-    def encode_frame(self, frame: ArrayLike, *, time_days: float = 0, shift: tuple[float, float] = (0, 0),
+    def encode_frame(self, frame: ArrayLike, *, time_days: typing.Any = None, shift: tuple[float, float] = (0, 0),
                      separation: float = 0, position_angle: float = 0,
                      window: ArrayLike | None = None) -> tuple[BankResult, FitResult]:
         """Encodes one frame [row][column]. Returns the result of the network and that of the fit. The prediction is as
         in Fit. Raises InputError if the bank was made for another fit."""
         image, _ = frame_of("frame", frame, self.shape, window)
         result, fitted = _raw.toliman_bank_result(), _raw.toliman_fit_result()
-        prediction = prediction_of(time_days, shift, separation, position_angle)
+        prediction = prediction_of(self.fit._days("time_days", time_days, separation), shift, separation, position_angle)
         check(library.toliman_bank_encode(self._c, self.fit._c, ctypes.byref(image), 1, ctypes.byref(prediction),
                                           ctypes.byref(result), ctypes.byref(fitted)))
         warn_of(structured((_raw.toliman_bank_result * 1)(result)), stacklevel=3)
         return BankResult._of(result), FitResult._of(fitted)
 
-    def encode(self, frames: ArrayLike, *, times_days: ArrayLike = 0, shifts: ArrayLike = (0, 0),
+    def encode(self, frames: ArrayLike, *, times_days: typing.Any = None, shifts: ArrayLike = (0, 0),
                separations: ArrayLike = 0, position_angles: ArrayLike = 0, windows: ArrayLike | None = None,
                progress: Progress | bool | None = None) -> tuple[Records, Records]:
         """Encodes frames [frame][row][column] of any pixel type, with windows as in CAE.encode. The predictions are one number (shifts: one pair) for
         all frames, or one per frame. Returns two structured arrays: a field for each member of toliman_bank_result, whose
         `flags` are the bits TOLIMAN_BANK_..., and the results of the fits, as Fit.frames()."""
-        given = times_days, shifts, separations, position_angles
+        given = self.fit._days("times_days", times_days, separations), shifts, separations, position_angles
         source = Frames(frames, self.shape, *Predictions.lengths(*given), windows=windows)
         predictions = Predictions(source.count, *given)
         blocks: list[tuple[typing.Any, int]] = []

@@ -19,6 +19,7 @@ from ._results import FitInfo, FitResult, Parameter
 from ._spread import Spread
 from ._table import Records, Rows
 from .sim import Scene, Simulator, simulator_of
+from .times import days_of
 
 class Fit(Handle):
     """Fits the forward model of a scene to frames; it follows the stars wherever orbit, pointing and roll move them.
@@ -34,7 +35,8 @@ class Fit(Handle):
     threads: number of worker threads; 0 means one per processor.
     progress: of the preparation of the model images.
 
-    A frame is predicted by its time: a moving binary is at its place on the scene's orbit. Further knowledge of a frame:
+    A frame is predicted by its time, in days since time 0 of the scene, or a date: a moving binary is at its place on the
+    scene's orbit. Further knowledge of a frame:
     shift (x, y) of both stars in px, and the separation in px with its position angle in degrees, both 0 for those of
     the scene.
 
@@ -47,7 +49,18 @@ class Fit(Handle):
                  progress: Progress | bool | None = None):
         simulator = simulator_of("simulator", simulator)
         super().__init__(self._of_scenes([simulator], None, free, capture_px, threads, progress))
-        self.shape = simulator.shape
+        self._know(simulator)
+
+    def _know(self, simulator: Simulator) -> None:
+        self.shape, self._zero_ns = simulator.shape, simulator.info.time_zero_ns
+        self._moves = "moving stars" in simulator.stages
+
+    def _days(self, name: str, times: typing.Any, separations: ArrayLike) -> typing.Any:
+        """Returns times of frames in days since time 0 of the scene; None: 0, of stars that do not move, or whose
+        separations are given."""
+        if times is None and self._moves and not numpy.all(numpy.asarray(separations)):
+            raise ValueError(f"{name}: must be given, as the stars of the scene move")
+        return 0.0 if times is None else days_of(name, times, self._zero_ns)
 
     @classmethod
     def of_windows(cls, simulators: typing.Sequence[Simulator], first_days: ArrayLike, *, free: typing.Iterable[str] = (),
@@ -59,7 +72,7 @@ class Fit(Handle):
             of_kind("simulators", simulator, Simulator)
         starts = shaped("first_days", first_days, (len(sims),))
         made = cls._adopt(cls._of_scenes(sims, starts, free, capture_px, threads, progress))
-        made.shape = sims[0].shape
+        made._know(sims[0])
         return made
 
     @classmethod
@@ -85,7 +98,7 @@ class Fit(Handle):
         return Rows(Parameter._of(one) for one in listed(_raw.toliman_sim_parameter, library.toliman_fit_get_parameters,
                                                          self._c))
 
-    def frame(self, frame: ArrayLike, *, time_days: float = 0, shift: tuple[float, float] = (0, 0),
+    def frame(self, frame: ArrayLike, *, time_days: typing.Any = None, shift: tuple[float, float] = (0, 0),
               separation: float = 0, position_angle: float = 0, spread: Spread | None = None,
               window: ArrayLike | None = None) -> tuple[FitResult, Doubles, Doubles]:
         """Fits one frame [row][column], or with spread a sum of frames. Returns the result, the values of the parameters [n], and their covariance
@@ -93,20 +106,20 @@ class Fit(Handle):
         "too good"."""
         image, _ = frame_of("frame", frame, self.shape, window)
         result, (values, covariance) = _raw.toliman_fit_result(), self._numbers()
-        prediction = prediction_of(time_days, shift, separation, position_angle, spread)
+        prediction = prediction_of(self._days("time_days", time_days, separation), shift, separation, position_angle, spread)
         check(library.toliman_fit_frame(self._c, ctypes.byref(image), 1, ctypes.byref(prediction), ctypes.byref(result),
                                         pointer(values), pointer(covariance)))
         warn_of(structured((_raw.toliman_fit_result * 1)(result)), stacklevel=3)
         return FitResult._of(result), values, covariance
 
-    def frames(self, frames: ArrayLike, *, times_days: ArrayLike = 0, shifts: ArrayLike = (0, 0),
+    def frames(self, frames: ArrayLike, *, times_days: typing.Any = None, shifts: ArrayLike = (0, 0),
                separations: ArrayLike = 0, position_angles: ArrayLike = 0, spreads: typing.Sequence[Spread] | None = None,
                windows: ArrayLike | None = None, progress: Progress | bool | None = None) -> Records:
         """Fits frames [frame][row][column] of any pixel type, with windows as in CAE.encode. The predictions are one number
         (shifts: one pair) for all frames, or one per frame; spreads: one per frame where frames are sums. Returns a
         structured array with a field for each member of toliman_fit_result; `flags`
         are the bits TOLIMAN_FIT_..., `goodness` a number TOLIMAN_GOODNESS_... Issues a FitWarning as frame()."""
-        given = times_days, shifts, separations, position_angles, spreads
+        given = self._days("times_days", times_days, separations), shifts, separations, position_angles, spreads
         source = Frames(frames, self.shape, *Predictions.lengths(*given), windows=windows)
         predictions, blocks = Predictions(source.count, *given), []
         with Watch(progress) as watch:

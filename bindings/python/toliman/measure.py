@@ -16,10 +16,10 @@ from ._library import check, library
 from ._log import log
 from ._plots import Axes, plots
 from ._results import Instrument, MeasureFunction, MeasureInfo
-from ._series_table import (columns_of_series, factor_of, facts_of_series, labels_of, series_of_table, table_at,
-                            units_of)
+from ._series_table import (columns_of_series, factor_of, facts_of_series, labels_of, number_of_unit, series_of_table,
+                            table_at, units_of)
 from ._table import Column, Rows, Tabular, Units
-from .times import plain_values, times_of_series, unit_of
+from .times import plain_values, tai_ns_of, tai_ns_of_dates, times_of_series, unit_of
 
 KINDS = ("value", "separation", "reduced", "velocity")
 _FORMATS = {"": 0, "iso": _raw.TOLIMAN_INGEST_FORMAT_ISO, "mjd": _raw.TOLIMAN_INGEST_FORMAT_MJD,
@@ -31,7 +31,10 @@ _size = ctypes.POINTER(ctypes.c_size_t)
 
 
 def nanoseconds(name: str, values: ArrayLike) -> NDArray[numpy.int64]:
-    """Returns times as int64. Dates and days are refused: numpy would truncate them."""
+    """Returns times as int64, also Time, datetime and datetime64. Days are refused: numpy would truncate them."""
+    dates = tai_ns_of_dates(name, values)
+    if dates is not None:
+        return dates
     refuse_lost(name, values)
     array = numpy.asarray(values)
     if array.dtype.kind not in "iu" and array.size > 0:
@@ -47,6 +50,8 @@ class Exposures:
     on_target: whether they are on-target intervals. None: only if each measurement has an array [intervals][2]."""
 
     def __init__(self, tai_ns: typing.Any, on_target: bool | None):
+        dates = tai_ns_of_dates("tai_ns", tai_ns)
+        tai_ns = tai_ns if dates is None else dates
         refuse_lost("tai_ns", tai_ns)
         given = tai_ns if isinstance(tai_ns, (list, tuple)) else numpy.asarray(tai_ns)
         are_lists = {numpy.ndim(one) > 1 for one in given}
@@ -112,7 +117,7 @@ class Measurements(Handle, Tabular):
             instrument=text("instrument", instrument) if instrument else None,
             functions=file_name(functions) if functions else None,
             time_format=_FORMATS[format_of], time_scale=_SCALES[scale_of],
-            flags=_raw.TOLIMAN_SERIES_PLAIN_TIMES if time_format == "days" else 0, unit=real("unit", unit),
+            flags=_raw.TOLIMAN_SERIES_PLAIN_TIMES if time_format == "days" else 0, unit=number_of_unit(unit, kind),
             exposure_s=real("exposure_s", exposure_s), log=log)
         if isinstance(source, bytes):
             super().__init__(self._create(library.toliman_measure_load, source, len(source), None, ctypes.byref(options)))
@@ -131,20 +136,24 @@ class Measurements(Handle, Tabular):
     @classmethod
     def of(cls, t: ArrayLike | None, y: ArrayLike, sigma: ArrayLike | None = None, *, kind: str = "value",
            exposures: typing.Any = None, on_target: bool | None = None, position_angle_deg: ArrayLike | None = None,
-           unit: float = 0, time_unit_days: float = 1, frame_chi_square: float = 0) -> Measurements:
+           unit: typing.Any = 0, time_unit_days: float = 1, frame_chi_square: float = 0) -> Measurements:
         """A series of arrays of equal length; y and sigma may be one number for all.
 
         t: times; None with exposures: their middles, Modified Julian Days of TAI.
         exposures: TAI ns, start and end of each, [n][2], or its on-target intervals, a sequence of n arrays
             [intervals][2]; times [n] for the Earth's centre only. on_target: whether the telescope pointed at the stars
             in all of them; None: True for arrays [intervals][2].
+        unit: of the values: arcsec (velocities: m/s) per unit, or a unit of astropy; 0: not known.
         """
-        given = None if exposures is None else Exposures(exposures, on_target)
         plain_t = None if t is None else times_of_series("t", t, time_unit_days)
+        has_dates = plain_t is not t and unit_of(t) is None
+        if has_dates and exposures is None:  # instants, which stay dates
+            plain_t, exposures = None, numpy.atleast_1d(tai_ns_of("t", t, 0))
+        given = None if exposures is None else Exposures(exposures, on_target)
         times = None if plain_t is None else plain("t", plain_t)
         count = len(times) if times is not None else given.count if given is not None else 0
         value_unit = unit_of(y)
-        unit = factor_of("y", value_unit, real("unit", unit), kind)
+        unit = factor_of("y", value_unit, number_of_unit(unit, kind), kind)
         values, sigmas = (None if one is None else numpy.ascontiguousarray(
             numpy.broadcast_to(plain(name, plain_values(name, one, value_unit)), count)) for name, one in
             (("y", y), ("sigma", sigma)))
@@ -159,7 +168,7 @@ class Measurements(Handle, Tabular):
             time_unit_days=real("time_unit_days", time_unit_days),
             frame_chi_square=real("frame_chi_square", frame_chi_square))
         made = cls._adopt(cls._create(library.toliman_measure_create, ctypes.byref(data)))
-        return made._knows(plain_t is not t and unit_of(t) is None, value_unit)
+        return made._knows(has_dates, value_unit)
 
     def _knows(self, has_dates: bool, value_unit: typing.Any) -> Measurements:
         """Sets what the library does not keep of arrays: whether the times are dates, and the unit of the values, which

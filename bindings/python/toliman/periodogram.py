@@ -189,6 +189,8 @@ def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None, *, grid: Gri
 
         print(toliman.period(t, y, dy))
 
+    Phases refer to the first time. Measurements: period(series.t, series.y, series.sigma), if it has no functions.
+
     Takes times t, values y and standard errors dy (None: unweighted), searches the grid (None: suited_grid(t)) for the
     highest peak, and refines it by least squares against the samples. Returns the Peak: period, amplitude, their
     standard errors, and the false alarm probability, in the units of t and y, in days for dates and quantities of time.

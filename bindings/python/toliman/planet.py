@@ -22,7 +22,7 @@ from ._result_base import result
 from ._results import Instrument, PlanetInfo
 from .measure import Measurements, with_functions
 from .periodogram import _series
-from ._series_table import factor_of
+from ._series_table import factor_of, number_of_unit
 from ._shown import brief
 from ._table import Column, Records, Rows, Tabular, Units, records_of
 from .times import times_of_series, unit_of
@@ -294,7 +294,7 @@ def planets(t: Measurements | Tracker | str | os.PathLike[str] | ArrayLike, y: A
         times, values, sigmas = _series(plain_t, y, sigma, unit_of(y))  # type: ignore[arg-type]
         series = with_functions(Measurements.of(
             times, values, sigmas, kind=kind, position_angle_deg=position_angle_deg,
-            unit=factor_of("y", unit_of(y), 0 if unit is None else real("unit", unit), kind),
+            unit=factor_of("y", unit_of(y), 0 if unit is None else number_of_unit(unit, kind), kind),
             time_unit_days=time_unit_days, frame_chi_square=frame_chi_square)._knows(
                 plain_t is not t and unit_of(t) is None, unit_of(y)), trend, span, rows, priors)
     units = series._units

@@ -156,16 +156,30 @@ def tai_ns_of_time(times: typing.Any) -> NDArray[numpy.int64]:
 def tai_ns_of(name: str, times: typing.Any, zero_ns: int) -> NDArray[numpy.int64]:
     """Returns times as TAI nanoseconds: datetime, datetime64, astropy's Time; plain numbers and a Quantity are the time
     since zero_ns, numbers in days. ValueError for days beyond 10^6, which are rather nanoseconds."""
-    if _is_time(times):
-        return tai_ns_of_time(times)
-    dates = None if unit_of(times) is not None else _datetimes(times)
+    dates = tai_ns_of_dates(name, times)
     if dates is not None:
-        refuse_lost(name, times)
-        return _tai_of_utc(name, dates)
+        return dates
     days = plain(name, plain_times(name, times))
     if not (numpy.abs(days) < 1e6).all():  # NaN, too
         raise ValueError(f"{name}: must be days since time 0 of the scene, below 10^6, or dates")
     return zero_ns + numpy.rint(days * _DAY).astype(numpy.int64)
+
+
+def tai_ns_of_dates(name: str, times: typing.Any) -> NDArray[numpy.int64] | None:
+    """Returns Time, datetime and datetime64 as TAI nanoseconds; None for anything else."""
+    if _is_time(times):
+        return tai_ns_of_time(times)
+    dates = None if unit_of(times) is not None else _datetimes(times)
+    if dates is None:
+        return None
+    refuse_lost(name, times)
+    return _tai_of_utc(name, dates)
+
+
+def days_of(name: str, times: typing.Any, zero_ns: int) -> typing.Any:
+    """Returns dates as days since zero_ns, anything else as it is."""
+    dates = tai_ns_of_dates(name, times)
+    return times if dates is None else (dates - zero_ns) / _DAY
 
 
 def _datetimes(times: typing.Any) -> NDArray[numpy.datetime64] | None:
