@@ -1,4 +1,6 @@
-"""A program with types, as users write it, which mypy --strict accepts (check/typed_program). It is not run."""
+"""A program with types, as users write it, which mypy accepts with the rules of --strict (check/types). It is not run."""
+# mypy: disallow-untyped-defs, disallow-incomplete-defs, disallow-untyped-calls, disallow-any-generics, disallow-subclassing-any
+# mypy: warn-return-any, warn-unused-ignores, no-implicit-reexport, strict-equality, disallow-untyped-decorators
 import numpy
 import numpy.typing
 
