@@ -150,6 +150,7 @@ class Sources(unittest.TestCase):
             (ValueError, "frames", lambda: self.fit.frames(frame, times_days=0)),
             (ValueError, "times_days", lambda: self.fit.frames(self.frames)),
             (ValueError, "time_days", lambda: self.fit.frame(frame)),
+            (ValueError, "time_days", lambda: toliman.Coadd(self.fit)),
             (TypeError, "frames", lambda: self.template.encode("frames.npy")),
             (ZeroDivisionError, "division", lambda: self.template.encode(1 / 0 for _ in range(2))),
         )

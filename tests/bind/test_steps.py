@@ -127,6 +127,18 @@ class Tracking(unittest.TestCase):
         with self.assertWarnsRegex(toliman.FrameWarning, "20 of 20 frames were not accepted: 20 quarantined"):
             toliman.track(SCENE, self.frames[20:], self.times[:20], folder=folder).close()
 
+    def test_the_same_ids_of_other_sessions(self):
+        """Also of several, with an overlap of the same frames."""
+        folder = self.folder / "mission"
+        parts = (("a", 0, 8, 0), ("b", 8, 12, 0), ("a", 6, 9, 6), ("b", 11, 15, 3))
+        for session, first, end, first_id in parts:
+            with toliman.track(SCENE, self.frames[first:end], self.times[first:end], folder=folder, session=session,
+                               first_id=first_id) as tracker:
+                accepted, repeated = tracker.info.accepted, tracker.info.repeated
+        self.assertEqual((accepted, repeated), (16, 3))
+        with self.assertRaisesRegex(ValueError, "of session 'b' .* give 7, the next one"):
+            toliman.track(SCENE, self.frames[:3], self.times[:3], folder=folder, session="b", first_id=2)
+
     def test_a_folder_that_is_open(self):
         folder = self.folder / "mission"
         with toliman.track(SCENE, self.frames[:5], self.times[:5], folder=folder):

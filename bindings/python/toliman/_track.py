@@ -64,7 +64,8 @@ def track(scene: Simulator | Scene, frames: ArrayLike | typing.Iterable[Frame] |
                          error.field) from None
     try:
         if times is not None:
-            _check_ids(tracker, first_id, tai_ns_of("times", times, simulator.info.time_zero_ns))
+            tai_ns = numpy.atleast_1d(tai_ns_of("times", times, simulator.info.time_zero_ns))
+            _check_ids(tracker, session, first_id, tai_ns)
         outcomes = tracker._push_all(given, count, progress)
         if folder is not None:
             tracker.save()
@@ -94,16 +95,17 @@ def _tracker_of(simulator: Simulator, folder: str | os.PathLike[str] | None) -> 
                    span=(-1 / grid.df, 3 / grid.df) if has_trend else None)
 
 
-def _check_ids(tracker: Tracker, first_id: int, tai_ns: NDArray[numpy.int64]) -> None:
-    """Raises ValueError if a folder of one stream has these ids with other times: both would be quarantined."""
-    streams = tracker.streams()
-    if len(streams) != 1 or streams[0].first_id >= first_id + tai_ns.size or streams[0].last_id < first_id:
-        return
-    known = tracker.records()
-    same = (known["frame_id"] >= first_id) & (known["frame_id"] < first_id + tai_ns.size)
-    if (known["camera_ns"][same] != tai_ns.ravel()[known["frame_id"][same] - first_id]).any():
-        raise ValueError(f"first_id = {first_id}: the folder has frames with these ids and other times: give "
-                         f"{streams[0].last_id + 1}, the next one, or another session")
+def _check_ids(tracker: Tracker, session: str, first_id: int, tai_ns: NDArray[numpy.int64]) -> None:
+    """Raises ValueError if the folder has these ids of the session with other times: both would be quarantined."""
+    for stream in tracker.streams():
+        if stream.session != session or stream.first_id >= first_id + tai_ns.size or stream.last_id < first_id:
+            continue
+        known = tracker.records()
+        known = known[known["stream"] == stream.stream]
+        known = known[(known["frame_id"] >= first_id) & (known["frame_id"] < first_id + tai_ns.size)]
+        if (known["camera_ns"] != tai_ns[known["frame_id"] - first_id]).any():
+            raise ValueError(f"first_id = {first_id}: the folder has frames of session {session!r} with these ids and other "
+                             f"times: give {stream.last_id + 1}, the next one, or another session")
 
 
 def _span_days(simulator: Simulator) -> float:

@@ -41,12 +41,12 @@ class Taken(typing.NamedTuple):
 class Coadd(Handle):
     """Adds short frames, 100 per second, to one frame per hour or day, each registered on the forward model and tested.
 
-        coadd = Coadd(fit, duration_s=3600, aligned=True)
+        coadd = Coadd(fit, time_days=days, duration_s=3600, aligned=True)
         for time_ns, frame in zip(times_ns, frames):
             if coadd.add(frame, time_ns).verdict == "next":
                 sums.append(coadd.take())
                 coadd.add(frame, time_ns)
-        result, values, covariance = fit.frame(sum.counts, shift=(sum.sum.x_px, sum.sum.y_px), spread=sum.spread)
+        result, values, covariance = fit.frame(sum.counts, time_days=days, shift=(sum.sum.x_px, sum.sum.y_px), spread=sum.spread)
 
     fit: Fit of the scene of one short frame; not needed afterwards.
     time_days, shift: predicted time and shift of the stars, as those of Fit.
@@ -57,12 +57,12 @@ class Coadd(Handle):
 
     _kind, _destroy = _raw.toliman_coadd, "toliman_coadd_destroy"
 
-    def __init__(self, fit: Fit, *, time_days: float = 0, shift: tuple[float, float] = (0, 0), range_px: int = 0,
+    def __init__(self, fit: Fit, *, time_days: typing.Any = None, shift: tuple[float, float] = (0, 0), range_px: int = 0,
                  chi_square_max: float = 0, duration_s: float = 0, aligned: bool = False, gap_s: float = 0,
                  motion_px: float = 0, pause_s: float = 0, threads: int = 0,
                  progress: Progress | bool | None = None):
         of_kind("fit", fit, Fit)
-        prediction = prediction_of(time_days, shift, 0, 0)
+        prediction = prediction_of(fit._days("time_days", time_days, 0), shift, 0, 0)
         with Watch(progress) as watch:
             options = options_of(_raw.toliman_coadd_options, flags=_raw.TOLIMAN_COADD_ALIGNED if aligned else 0,
                                  threads=whole("threads", threads, 2**32), range_px=whole("range_px", range_px, 2**32),
