@@ -76,7 +76,12 @@ if(NOT TOLIMAN_SANITIZE)
     set_target_properties(${target} PROPERTIES ENABLE_EXPORTS ON)
     target_link_libraries(${target} PRIVATE toliman_scenarios)
   endforeach()
-  set_target_properties(toliman_scenarios faults conventions PROPERTIES C_STANDARD 11)
+  add_executable(digests same/digests.c fault/failing.c kernel/shim_blas_core.cpp) # with the library's symbols inside
+  target_compile_options(digests PRIVATE $<$<COMPILE_LANGUAGE:C>:-fno-builtin>)
+  target_link_libraries(digests PRIVATE toliman_inside toliman_settings toliman_scenarios)
+  set_target_properties(toliman_scenarios faults conventions digests PROPERTIES C_STANDARD 11)
+  add_test(NAME same/digests COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/same/test_digests.py)
+  set_tests_properties(same/digests PROPERTIES ENVIRONMENT TOLIMAN_DIGESTS=$<TARGET_FILE:digests>)
   add_test(NAME abi/conventions COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_conventions.py)
   set_tests_properties(abi/conventions PROPERTIES ENVIRONMENT
                        "TOLIMAN_CONVENTIONS=$<TARGET_FILE:conventions>;TOLIMAN_LIBRARY=$<TARGET_FILE:toliman>")

@@ -107,6 +107,7 @@ typedef struct toliman_cae_train_options {
     uint32_t struct_size;
     int32_t mode;         /* TOLIMAN_CAE_MODE_..., 0 = TIED */
     uint32_t steps;       /* UNSUPERVISED: epochs in all; 0 = 300 */
+    uint32_t reserved;
     double learning_rate; /* in (0, 1]; 0 = 0.08 (TIED), 1e-3 (UNSUPERVISED). TIED: largest rotation of a weight
                              tensor per step in rad, decreasing linearly to 0. UNSUPERVISED: constant, of Adam */
     toliman_progress_fn progress;

@@ -25,7 +25,7 @@ void must(int holds, const char *what) {
         complain("", what, TOLIMAN_OK);
 }
 
-static _Alignas(64) unsigned char out[THREADS][OUT_CAPACITY], untouched[OUT_CAPACITY], right[OUT_CAPACITY];
+static _Alignas(64) unsigned char out[MOST_THREADS][OUT_CAPACITY], untouched[OUT_CAPACITY], right[OUT_CAPACITY];
 
 /* Fills the outputs of a scenario as they are before the call. */
 static void clear(const scenario *of, unsigned char *to) {
@@ -152,6 +152,12 @@ reference undisturbed_call(enum what what) {
         keep_file(SAVED, &good.saved);
     end(&a);
     return good;
+}
+
+uint64_t digest_of_reference(const reference *good) {
+    uint64_t hash = fnv1a(FNV_START, right, now->size);
+    hash = fnv1a(fnv1a(hash, &good->after, sizeof good->after), &good->made, sizeof good->made);
+    return now->saves ? fnv1a(hash, good->saved.bytes, good->saved.size) : hash;
 }
 
 void end_of_calls(reference *good) {

@@ -5,7 +5,7 @@
 #include "failing.h"
 #include "scenario.h"
 
-enum { THREADS = 2 };
+enum { MOST_THREADS = 8 };
 
 /* The current scenario and failure, for messages. */
 extern const scenario *now;
@@ -22,6 +22,8 @@ typedef struct {
 
 reference undisturbed_call(enum what what);
 void end_of_calls(reference *good);
+/* Of the outputs, objects and file of the last undisturbed call. */
+uint64_t digest_of_reference(const reference *good);
 
 /* Prepares files, object and outputs of a call; begin_in for one of the threads and, unless NULL, a given object. */
 void begin(attempt *a);

@@ -1,7 +1,7 @@
 /* Calls every public function while memory or file calls fail: one call after the other, once or from that call on. The
  * function must return the error or succeed with the usual result. After an error its arguments must be unchanged,
- * nothing may leak, and the next call must succeed. Or calls it from two threads at once, on the same object if it is
- * const: both must get the usual result.
+ * nothing may leak, and the next call must succeed. Or calls it from two threads, with `all` eight, at once, on the same
+ * object if it is const: each must get the usual result.
  *
  *   faults SYMBOLS memory|files|threads [all] [FUNCTION]
  *
@@ -170,28 +170,28 @@ static void *call_together(void *given) {
     return NULL;
 }
 
-static void call_at_once(const reference *good) {
-    caller callers[THREADS];
+static void call_at_once(const reference *good, int threads) {
+    caller callers[MOST_THREADS];
     pthread_barrier_t together;
-    pthread_barrier_init(&together, NULL, THREADS);
-    for (int i = THREADS; i-- > 0;) { /* the object of all, if it is const, is in the first folder */
+    pthread_barrier_init(&together, NULL, (unsigned)threads);
+    for (int i = threads; i-- > 0;) { /* the object of all, if it is const, is in the first folder */
         callers[i].index = i;
         callers[i].together = &together;
         use_folder(i);
         begin_in(&callers[i].a, i, i > 0 && now->is_const ? &together : NULL);
     }
-    for (int i = 1; i < THREADS && now->is_const; i++)
+    for (int i = 1; i < threads && now->is_const; i++)
         callers[i].a.object = callers[0].a.object;
-    for (int i = 0; i < THREADS; i++)
+    for (int i = 0; i < threads; i++)
         require(pthread_create(&callers[i].thread, NULL, call_together, &callers[i]) == 0, "no thread", now->function);
-    for (int i = 0; i < THREADS; i++)
+    for (int i = 0; i < threads; i++)
         pthread_join(callers[i].thread, NULL);
-    for (int i = THREADS; i-- > 0;) {
+    for (int i = threads; i-- > 0;) {
         use_folder(i);
         if (callers[i].status != now->refused)
             complain("", "unexpected status", callers[i].status);
         else
-            compare(&callers[i].a, good, "with two threads, ");
+            compare(&callers[i].a, good, "with other threads, ");
         check_files(&callers[i].a, good, callers[i].status);
         if (i > 0 && now->is_const)
             callers[i].a.object = NULL;
@@ -204,7 +204,7 @@ static void call_at_once(const reference *good) {
 static void run_threads(int all) {
     reference good = undisturbed_call(FAIL_NOTHING);
     for (int round = all ? 20 : now->slow || !now->is_const ? 1 : 3; round > 0; round--)
-        call_at_once(&good);
+        call_at_once(&good, all ? MOST_THREADS : 2);
     end_of_calls(&good);
 }
 
@@ -250,7 +250,7 @@ int main(int count, char **arguments) {
         return 2;
     int chosen = 0;
     const int functions = check_all_have_scenarios(arguments[1]);
-    create_folders(THREADS);
+    create_folders(MOST_THREADS);
     for (size_t i = 0; i < scenario_count; i++) {
         now = scenarios[i];
         if (only != NULL && strcmp(only, now->function) != 0)

@@ -62,7 +62,8 @@ class WithoutStatus(unittest.TestCase):
 
 
 class Initialisers(unittest.TestCase):
-    """Each struct with a struct_size has TOLIMAN_..._INIT in C and sized<...>() in C++, which compile without a
+    """Each struct has no gap between members, whose bytes would be those of the stack. Each with a struct_size has
+    TOLIMAN_..._INIT in C and sized<...>() in C++, which compile without a
     warning."""
 
     def run_program(self, compiler, name, lines):
@@ -81,7 +82,7 @@ class Initialisers(unittest.TestCase):
 
     def test_c(self):
         for standard in ("c99", "c11"):
-            self.run_program(["gcc", "-std=" + standard], "program.c", [
+            self.run_program(["gcc", "-Wpadded", "-std=" + standard], "program.c", [
                 "#include <toliman/toliman.h>", "int main(void) {", "int good = 1;",
                 *(f"{{ {name} made = {name.upper()}_INIT; good &= made.struct_size == sizeof made; }}" for name in STRUCTS),
                 "return !good;", "}", ""])

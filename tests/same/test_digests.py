@@ -1,0 +1,86 @@
+"""Tests that what every public function computes has the same bits in another process and on other instruction sets, OpenBLAS
+kernels and threads, but for the modules that ALLOWED names. Prints how many calls of each module differ. TOLIMAN_DIGESTS is
+the program digests; TOLIMAN_ORDERS tests every choice instead of a few; TOLIMAN_DIGESTS_OF names a file of digests from another
+architecture, which is compared, too, or is written if it does not exist."""
+import collections
+import os
+import subprocess
+import sys
+
+PROGRAM = os.environ["TOLIMAN_DIGESTS"]
+FULL = "TOLIMAN_ORDERS" in os.environ
+OTHER = os.environ.get("TOLIMAN_DIGESTS_OF")
+
+NETWORKS = {"cae", "bank", "track network"}  # float32 with fused multiply-adds
+MATRICES = {"bank", "cae", "calibration", "coadd", "components", "fit", "linear", "mask", "sim", "track network", "track fit",
+            "track template"}
+SUMS = {"period", "measure", "planet", "series", "ingest", "sky", "track", "frame", "base"}  # the same bits everywhere
+ALLOWED = {"process": set(), "avx2": set(), "baseline": NETWORKS, "OpenBLAS kernels": MATRICES, "OpenBLAS threads": {"components"}}
+CORES = ("Prescott", "Nehalem", "Sandybridge", "Haswell", "Zen") if FULL else ()
+
+
+def module(call):
+    """period of "toliman_period_push, NaN"; "track fit" of calls of a tracker with an estimator."""
+    name, _, variant = call.partition(", ")
+    words = name.split("_")
+    if words[1] == "track" and variant in ("network", "template", "fit"):
+        return "track " + variant
+    return words[1] if len(words) > 2 and words[1] not in ("get", "last", "abi", "constant") else "base"
+
+
+def digests(isa, **environment):
+    """Digest of each call, or None if the processor does not support the instruction set."""
+    run = subprocess.run([PROGRAM, str(isa)], capture_output=True, text=True,
+                         env={**os.environ, "OPENBLAS_NUM_THREADS": "1", **environment})
+    if run.returncode == 77:
+        return None
+    if run.returncode:
+        sys.exit(run.stdout + run.stderr)
+    lines = dict(line.split("\t") for line in run.stdout.splitlines())
+    lines.pop("toliman_get_machine")  # names these settings
+    return lines
+
+
+def read(path):
+    with open(path, encoding="utf-8") as stream:
+        return dict(line.rstrip("\n").split("\t") for line in stream)
+
+
+def runs():
+    """Digests of the best instruction set, and of (axis, others)."""
+    best, first = next((isa, found) for isa in (2, 1, 0) if (found := digests(isa)))
+    others = [(name, digests(isa)) for isa, name in enumerate(("baseline", "avx2")) if isa < best and (FULL or isa == 0)]
+    if FULL or not others:
+        others.append(("process", digests(best)))
+    others += [("OpenBLAS kernels", digests(best, OPENBLAS_CORETYPE=core)) for core in CORES]
+    others += [("OpenBLAS threads", digests(best, OPENBLAS_NUM_THREADS="2"))] if FULL else []
+    return first, others
+
+
+# promises: processors-change-little, threads-change-no-bit
+def main():
+    first, others = runs()
+    if OTHER and not os.path.exists(OTHER):
+        with open(OTHER, "w", encoding="utf-8") as stream:
+            stream.writelines(f"{call}\t{digest}\n" for call, digest in first.items())
+    elif OTHER:
+        others.append(("another architecture", read(OTHER)))
+    calls = collections.Counter(map(module, first))
+    differ = {}
+    bad = []
+    for axis, found in others:
+        assert found.keys() == first.keys()
+        changed = [call for call in first if found[call] != first[call]]
+        differ.setdefault(axis, set()).update(changed)
+        bad += [(axis, call) for call in changed if module(call) not in ALLOWED.get(axis, set(calls) - SUMS)]
+    print(f"{'calls that differ':20}" + "".join(f"{axis:>22}" for axis in differ))
+    for name in sorted(calls):
+        cells = [sum(module(call) == name for call in changed) for changed in differ.values()]
+        print(f"{name:14}{calls[name]:6}" + "".join(f"{cell or '=':>22}" for cell in cells))
+    for axis, call in bad:
+        print(f"{axis}: {call} must have the same bits")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
