@@ -105,8 +105,8 @@ typedef int32_t (*toliman_epoch_fn)(const toliman_cae *so_far, const toliman_cae
 /* Options of a training; from `frames` to `threads`, and `epoch`: UNSUPERVISED only. */
 typedef struct toliman_cae_train_options {
     uint32_t struct_size;
-    int32_t mode;         /* TOLIMAN_CAE_MODE_..., 0 = TIED */
-    uint32_t steps;       /* UNSUPERVISED: epochs in all; 0 = 300 */
+    int32_t mode;   /* TOLIMAN_CAE_MODE_..., 0 = TIED */
+    uint32_t steps; /* UNSUPERVISED: epochs in all; 0 = 300 */
     uint32_t reserved;
     double learning_rate; /* in (0, 1]; 0 = 0.08 (TIED), 1e-3 (UNSUPERVISED). TIED: largest rotation of a weight
                              tensor per step in rad, decreasing linearly to 0. UNSUPERVISED: constant, of Adam */

@@ -81,6 +81,7 @@ struct Writer {
     void size(size_t &value) { bytes.u64(value); }
     void flag(bool &value) { bytes.u8(value ? 1 : 0); }
     template <class List> void length(List &list, size_t) { bytes.u64(list.size()); }
+    void expect(size_t) {}
 };
 struct Reader {
     ByteReader bytes;
@@ -97,6 +98,11 @@ struct Reader {
         if (count > bytes.left() / least)
             fail(Status::format, "journal: truncated");
         list.resize(static_cast<size_t>(count));
+    }
+    // That many numbers follow, for which memory is needed.
+    void expect(size_t count) {
+        if (count > bytes.left() / 8)
+            fail(Status::format, "journal: truncated");
     }
 };
 
@@ -149,6 +155,7 @@ template <class Stream> void pass(Stream &stream, Point &point) {
 template <class Stream> void pass(Stream &stream, Block &block) {
     pass_numbers(stream, block.gradient);
     const size_t size = block.gradient.size();
+    stream.expect(size * (size + 1) / 2);
     block.matrix.resize(size * size);
     for (size_t i = 0; i < size; i++)
         for (size_t j = i; j < size; j++) {

@@ -49,9 +49,15 @@ void Intervals::load(ByteReader &in) {
         fail(Status::format, "state of a sum: %llu intervals: at most %zu", static_cast<unsigned long long>(count),
              kMostIntervals);
     count_ = static_cast<size_t>(count);
-    for (Interval &interval : all_) {
+    for (size_t i = 0; i < kMostIntervals; i++) {
+        Interval &interval = all_[i];
         interval.start = in.i64();
         interval.end = in.i64();
+        const bool good = i < count_ ? interval.start < interval.end && (i == 0 || all_[i - 1].end < interval.start)
+                                     : interval.start == 0 && interval.end == 0;
+        if (!good)
+            fail(Status::format, "state of a sum: interval %zu from %lld to %lld ns: must follow those before", i,
+                 static_cast<long long>(interval.start), static_cast<long long>(interval.end));
     }
 }
 

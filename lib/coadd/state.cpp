@@ -1,6 +1,9 @@
 // Format: "TLMA", version, digest of all that determines the sums, shape, number of the sum, totals, arrays, CRC32;
 // every number little-endian (tools/docs/formats.md). Equal sums give equal bytes: recent counts are added to the
 // others.
+#include <algorithm>
+#include <cmath>
+
 #include "backend/zip.hpp"
 #include "base/bytes.hpp"
 #include "coadd/coadd.hpp"
@@ -11,6 +14,8 @@ namespace {
 
 constexpr char kMagic[] = {'T', 'L', 'M', 'A'};
 constexpr uint32_t kVersion = 1;
+constexpr int64_t kMost = int64_t{1} << 60; // of a count, so that sums fit
+constexpr double kFarthest = 1e6;           // px, of a star from the centre
 constexpr char kKind[] = "state of a sum";
 constexpr size_t kBeforeArrays = 4 + 4 + 8 + 4 + 4 + 8, kPixelSize = 4 + 4 + 8, kWideSize = 16;
 constexpr size_t kTotalsSize = 2 * (kMostName + 1) + kWideSize + 4 * 8 + (7 + kVerdicts) * 8 +
@@ -60,8 +65,17 @@ Totals load_totals(ByteReader &in) {
     }
     for_each(
         totals, [&](int64_t &number) { number = in.i64(); }, [&](auto &sum) { sum.load(in); });
+    for (const int64_t count : {totals.frames, totals.photons, totals.cosmic_rays, totals.saturated,
+                                *std::min_element(totals.verdicts, totals.verdicts + kVerdicts),
+                                *std::max_element(totals.verdicts, totals.verdicts + kVerdicts)})
+        if (count < 0 || count > kMost)
+            fail(Status::format, "%s: {count} = %lld: must be in [0, 2^60]", kKind, static_cast<long long>(count));
+    for (const double place :
+         {totals.first_place[0], totals.first_place[1], totals.recent_place[0], totals.recent_place[1]})
+        if (!(std::fabs(place) <= kFarthest))
+            fail(Status::format, "%s: {place} = %g px: impossible", kKind, place);
     const bool has_frames = totals.frames > 0;
-    if (totals.frames < 0 || has_frames != (totals.photons > 0) || has_frames != (totals.intervals.count() > 0))
+    if (totals.dropped < 0 || has_frames != (totals.photons > 0) || has_frames != (totals.intervals.count() > 0))
         fail(Status::format, "%s: {frames} = %lld: impossible", kKind, static_cast<long long>(totals.frames));
     return totals;
 }
@@ -101,6 +115,8 @@ void Coadd::load(const void *bytes, size_t size) {
     if (digest != digest_ || rows_of != rows() || cols_of != cols())
         fail(Status::mismatch, "%s: is that of another scene, prediction or options", kKind);
     const int64_t number = in.i64();
+    if (number < 0 || number > kMost)
+        fail(Status::format, "%s: {number} = %lld: must be in [0, 2^60]", kKind, static_cast<long long>(number));
     const Totals totals = load_totals(in);
     const size_t pixels = counts_.size();
     if (in.left() != pixels * kPixelSize + 4)

@@ -1,7 +1,7 @@
 /* Calls every public function while memory or file calls fail: one call after the other, once or from that call on. The
  * function must return the error or succeed with the usual result. After an error its arguments must be unchanged,
- * nothing may leak, and the next call must succeed. Or calls it from two threads, with `all` eight, at once, on the same
- * object if it is const: each must get the usual result.
+ * nothing may leak, and the next call must succeed. Or calls it from two threads at once, with `all` from eight, on the
+ * same object if it is const: each must get the usual result.
  *
  *   faults SYMBOLS memory|files|threads [all] [FUNCTION]
  *

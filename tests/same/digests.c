@@ -1,5 +1,5 @@
-/* Prints what each call of the table tests/fault/scenarios computes, as one digest of its status, outputs, object and file,
- * so that processors, compilers and settings can be compared. Usage: digests ISA
+/* Prints what each call of the table tests/fault/scenarios computes, as a digest of its outputs, object and file, so
+ * that processors, compilers and settings can be compared. Usage: digests ISA
  *
  *   ISA    0 baseline, 1 avx2, 2 avx512; the program exits with 77 if this processor does not support it */
 #include <stdio.h>

@@ -2,6 +2,7 @@
  * that are left out, verdicts, the ends of sums, and saved sums. */
 #include "asked_memory.h"
 #include "coadd_frames.h"
+#include "crc32.h"
 
 #include <stdlib.h>
 
@@ -332,6 +333,49 @@ TEST(saved_sums_continue) {
     assert_int_equal(toliman_coadd_load(narrow, half, sizes[0]), TOLIMAN_E_MISMATCH);
     free(half), free(one), free(other), free(unchanged);
     toliman_coadd_destroy(whole), toliman_coadd_destroy(second), toliman_coadd_destroy(narrow);
+}
+
+/* Numbers of a saved sum that no sum has, with the right checksum. promise: parsers-are-safe */
+TEST(impossible_sums_are_refused) {
+    toliman_coadd *const coadd = coadd_of(fit, (toliman_coadd_options){0});
+    size_t size, after;
+    for (int k = 0; k < FRAMES; k++)
+        coadd_add(coadd, frames[k], kStart + k * kStep);
+    uint8_t *const good = saved(coadd, &size);
+    const size_t totals = 32, place = totals + 146, counts = place + 32,
+                 intervals = size - 4 - 16 * (size_t)COADD_PIXELS - 64 * 16;
+    const struct {
+        size_t at;
+        uint64_t bits;
+    } cases[] = {
+        {24, UINT64_MAX},            /* number of the sum: -1 */
+        {place, 0x7ff8000000000000}, /* a place: NaN */
+        {place + 24, 0x4202a05f20000000},
+        {counts + 16, UINT64_MAX},     /* frames */
+        {counts + 24, 0},              /* photons */
+        {counts + 32, UINT64_MAX},     /* dropped */
+        {counts + 40, UINT64_MAX - 8}, /* cosmic rays */
+        {counts + 56, UINT64_MAX},     /* of a verdict */
+        {counts + 72, UINT64_MAX >> 1},
+        {intervals + 8, 0},           /* end before its start */
+        {intervals + 63 * 16 + 8, 1}, /* beyond their number */
+        {intervals - 8, 65},          /* their number */
+        {intervals - 8, 2},           /* more than are there */
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        uint8_t *const bytes = malloc(size);
+        memcpy(bytes, good, size);
+        memcpy(bytes + cases[i].at, &cases[i].bits, 8);
+        const uint32_t crc = crc32_of(bytes, size - 4);
+        memcpy(bytes + size - 4, &crc, 4);
+        if (toliman_coadd_load(coadd, bytes, size) != TOLIMAN_E_FORMAT)
+            fail_msg("case %zu is not refused", i);
+        free(bytes);
+    }
+    uint8_t *const unchanged = saved(coadd, &after);
+    assert_memory_equal(good, unchanged, size);
+    free(good), free(unchanged);
+    toliman_coadd_destroy(coadd);
 }
 
 TEST(adding_allocates_nothing) {
