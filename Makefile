@@ -3,8 +3,8 @@ BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 SECONDS ?= 60
-CAMPAIGNS = long soak same science missions sky planets doubt camera cosmic core masks chapter budget faults kills fuzz mutants races asan tsan coverage
-.PHONY: all own deps demo demo-sky check check-deps everything bench record fap noise $(CAMPAIGNS) abi docs install package wheel format lint clean help
+CAMPAIGNS = long soak same science missions sky planets doubt camera cosmic core masks chapter budget faults kills fuzz mutants races asan tsan coverage clang arm64 debian13 reproducible
+.PHONY: all own deps demo demo-sky check check-deps everything bench record fap noise $(CAMPAIGNS) abi docs install package wheel release-files format lint clean help
 
 all: own deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -47,6 +47,10 @@ fuzz: check-deps ## mutate the input of every parser with libFuzzer and sanitize
 mutants: everything ## change lib one line at a time and count the changes that no test sees, 40 per module (1 hour)
 races: check-deps ## run 8 threads with 10,000 objects each under ThreadSanitizer, in a host that plans FFTs (10 minutes)
 asan tsan: check-deps ## run every test under AddressSanitizer and UBSan, or ThreadSanitizer (half an hour)
+clang: check-deps ## build with clang instead of gcc and run the tests (20 minutes)
+arm64: ## cross-compile for arm64 and run the tests in an emulated Debian, as root (4 hours)
+debian13: ## build and run the tests in a Debian 13 of its own, as root (half an hour)
+reproducible: check-deps ## make the files of a release twice, in other folders and settings, and compare their bytes (20 minutes)
 coverage: check-deps ## run the tests and list the lines and branches of lib/ that they do not reach (15 minutes)
 $(CAMPAIGNS):
 	@SECONDS_EACH=$(SECONDS) tests/campaign $@ $(BUILD) $(JOBS)
@@ -61,6 +65,8 @@ package: all check-deps ## build Debian packages in build/packages
 	@cpack --config $(BUILD)/CPackConfig.cmake
 wheel: all check-deps ## build a wheel of the Python package that contains the library, in build
 	@tools/cmake/wheel $(BUILD)/lib/libtoliman.so $(BUILD)/python $(BUILD)
+release-files: all check-deps ## make the files of a release from the commit that is checked out, into build/release
+	@tools/release/files $(BUILD) $(BUILD)/release
 format: check-deps ## format the sources with clang-format
 	@tools/check/format --write
 lint: own check-deps $(BUILD)/build.ninja ## run cppcheck and clang-tidy on the library and the programs

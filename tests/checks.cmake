@@ -26,6 +26,7 @@ add_test(NAME header/bindings COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/hea
 add_test(NAME header/docs COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_docs.py)
 add_test(NAME header/shape COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_shape.py)
 add_test(NAME header/promises COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_promises.py)
+add_test(NAME header/workflows COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_workflows.py)
 add_test(NAME header/types COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_types.py)
 add_test(NAME abi/exports COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_exports.py)
 add_test(NAME abi/interface COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_interface.py)
