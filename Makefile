@@ -42,7 +42,7 @@ masks: everything ## design masks for three scenes; what they tolerate; fresh fr
 chapter: everything ## train the network as the chapter does, 1,000 epochs at three amplitudes; smoothness in time (3 hours)
 budget: everything ## compare the error budget of the mission with finite differences of images (2 minutes)
 faults: everything ## call every public function while each allocation and file operation fails in turn (10 minutes)
-kills: everything ## kill merge, train --bank and calibrate 320 times, coadd 200 times: half results, lost frames, time to finish (1 hour)
+kills: everything ## kill every long command, 950 times in all: half results, lost frames, time to finish (1 hour)
 fuzz: check-deps ## mutate the input of every parser with libFuzzer and sanitizers, SECONDS (60) each
 mutants: everything ## change lib one line at a time and count the changes that no test sees, 40 per module (1 hour)
 races: check-deps ## run 8 threads with 10,000 objects each under ThreadSanitizer, in a host that plans FFTs (10 minutes)

@@ -1,10 +1,11 @@
-"""Commands that are killed (SIGKILL) at random moments: merge, train --bank, calibrate, calibrate --windows and --map.
-After each kill the output is absent or whole; the same command, with --resume where it has that option, then gives the bits of an undisturbed run and leaves no
+"""Commands that are killed (SIGKILL) at random moments: those that take long (JOBS). After each kill the output is absent
+or whole; the same command, with --resume where it has that option, then gives the bits of an undisturbed run and leaves no
 other file. Usage: kills_campaign.py [--scale SHARE_OF_KILLS] [JOB...]; TOLIMAN is the program."""
 # promises: killed-calibrations-resume, killed-trainings-resume, kills-leave-no-half-result
 import argparse
 import dataclasses
 import json
+import math
 import os
 import pathlib
 import random
@@ -149,6 +150,19 @@ def states(folder: FOLDER, frames: int) -> None:
              f"in/n{half}_meta.jsonl")
 
 
+def rapid(folder: FOLDER) -> None:
+    stars = {name: {"spectrum": star["spectrum"], "photons_per_s": 1e7} for name, star in SMALL["stars"].items()}
+    (folder / "s.json").write_text(json.dumps({
+        **{name: part for name, part in SMALL.items() if name != "signal"}, "stars": stars, "cadence": {"frames": 400, "interval_days": 1, "exposure_s": 0.01},
+        "detector": {**SMALL["detector"], "bias_dn": 100, "gain_e_per_dn": 1, "bit_depth": 12}}))
+
+
+def network_scene(folder: FOLDER) -> None:
+    (folder / "s.json").write_text(json.dumps({
+        **SMALL, "binary": {"separation_arcsec": 4, "position_angle_deg": 30},
+        "detector": {"shape": [128, 128], "pixel_scale_arcsec": 0.2}}))
+
+
 def bank_scene(folder: FOLDER) -> None:
     (folder / "s.json").write_text(json.dumps({
         **SMALL, "binary": {"date": 2026, "orbit": "alpha-cen", "moving": True}, "band": {"wavelength_nm": 575},
@@ -191,6 +205,29 @@ def read_calibration(folder: FOLDER) -> object:
         path.read_bytes() for path in arrays]
 
 
+def read_bytes(*paths: str) -> typing.Callable[[FOLDER], object]:
+    """The bytes of files; of results in JSON without what tells when and how they were made."""
+    def read(folder: FOLDER) -> object:
+        texts: list[object] = []
+        for path in paths:
+            content = (folder / path).read_bytes()
+            parts = json.loads(content) if path.endswith("result.json") or path.endswith("pupil.json") else None
+            texts.append({name: value for name, value in parts.items() if name not in ("provenance", "timings")}
+                         if parts is not None else content)
+        return texts
+    return read
+
+
+def small(folder: FOLDER) -> None:
+    (folder / "s.json").write_text(json.dumps({**SMALL, "cadence": {"frames": 400, "interval_days": 1, "peak_photons": 1e5}}))
+
+
+def velocities(folder: FOLDER) -> None:
+    chance = random.Random(1)
+    (folder / "rv.csv").write_text("t,y,sigma\n" + "".join(
+        f"{7 * i + chance.random()},{3 * math.sin(7 * i / 19) + chance.gauss(0, 1)},1\n" for i in range(60)))
+
+
 MERGE = Job(("merge", "state0", "state1", "--out", "merged"), "merged", (), read_state)
 BANK = Job(("train", "s.json", "--bank", "frames", "--spacing", "0.3", "--out", "b.tlmb"), "b.tlmb", ("--resume",), read_bank)
 CALIBRATE = Job(("calibrate", "s.json", "f.npy", "--out", "c.json"), "c.calibration.json", ("--resume",), read_calibration)
@@ -209,6 +246,20 @@ JOBS: dict[str, tuple[Job, typing.Callable[[FOLDER], None], int, int]] = {
                             lambda folder: calibration(folder, TELESCOPE, 12), 20, 5),
     "calibrate --map": (with_options(CALIBRATE, "--map", "--free", "scale zernike_5-8"),
                         lambda folder: calibration(folder, TELESCOPE, 6), 20, 5),
+    "simulate": (Job(("simulate", "s.json", "--out", "f.npy"), "f.npy", (), read_bytes("f.npy")), small, 60, 0),
+    "simulate --session": (Job(("simulate", "s.json", "--session", "n", "--out", "in"), "in/n_meta.jsonl", (),
+                               read_bytes("in/n_frames.bin", "in/n_meta.jsonl")), small, 60, 0),
+    "simulate --rate": (Job(("simulate", "s.json", "--rate", "50", "--duration", "20s", "--session", "n", "--out", "in"),
+                            "in/n_meta.jsonl", (), read_bytes("in/n_frames.bin", "in/n_meta.jsonl", "in/n_truth.csv")), rapid, 60, 0),
+    "train": (Job(("train", "s.json", "--out", "w.tlmw"), "w.tlmw", (), read_bytes("w.tlmw")), network_scene, 20, 0),
+    "run": (Job(("run", "s.json", "--out", "r"), "r/result.json", (),
+                read_bytes("r/result.json", "r/series.csv", "r/periodogram.csv", "r/scene.json")), small, 30, 0),
+    "pupil": (Job(("pupil", "s.json", "--iterations", "60", "--out", "mask"), "mask/pupil.json", (),
+                  read_bytes("mask/mask.npy", "mask/scene.json", "mask/pupil.json")), small, 40, 0),
+    "planet": (Job(("planet", "rv.csv", "--unit", "m/s", "--star-masses", "1", "--out", "p"), "p/result.json", (),
+                   read_bytes("p/result.json", "p/samples_1.npy", "p/series.csv")), velocities, 60, 0),
+    "planet --map": (Job(("planet", "rv.csv", "--unit", "m/s", "--star-masses", "1", "--map", "--map-cells", "6x6", "--map-injections", "50",
+                          "--out", "p"), "p/result.json", (), read_bytes("p/result.json", "p/map.csv")), velocities, 60, 10),
 }
 
 

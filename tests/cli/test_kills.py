@@ -31,6 +31,14 @@ class Kills(unittest.TestCase):
                    lambda folder: campaign.calibration(folder, campaign.TELESCOPE, 4), 3)
 
 
+    # promise: kills-leave-no-half-result
+    def test_others(self):
+        for name, kills in (("simulate --session", 3), ("planet", 3), ("planet --map", 3), ("run", 1)):
+            with self.subTest(name):
+                job, make, _, _ = campaign.JOBS[name]
+                self.check(job, make, kills)
+
+
 class Left(ProgramTest):
     # promise: killed-merges-begin-again
     def test_a_folder_of_a_merge_that_was_killed(self):
