@@ -16,7 +16,7 @@ using namespace toliman::api;
 namespace {
 
 constexpr double kNs = 1e9;
-constexpr double kLongestExposure = 1e6; // s
+constexpr double kLongestShortExposure = 1e6; // s
 constexpr size_t kMostPixels = size_t{1} << 22;
 constexpr Choice<coadd::Verdict> kVerdicts = {TOLIMAN_COADD_VERDICT_ADDED, TOLIMAN_COADD_VERDICT_MISFIT,
                                               "TOLIMAN_COADD_VERDICT_..."};
@@ -111,8 +111,8 @@ void check_members(const toliman_frame &given, size_t rows, size_t cols) {
         refuse("stride", given.stride, "0 or in [cols, 2^31 - 1]");
     if (given.dropped < 0)
         refuse("dropped", given.dropped, "at least 0");
-    if (!(given.exposure_s >= 0 && given.exposure_s <= kLongestExposure))
-        fail(Status::argument, "{frame->exposure_s} = %g: must be in [0, %g]", given.exposure_s, kLongestExposure);
+    if (!(given.exposure_s >= 0 && given.exposure_s <= kLongestShortExposure))
+        fail(Status::argument, "{frame->exposure_s} = %g: must be in [0, %g]", given.exposure_s, kLongestShortExposure);
     constexpr int64_t kFarthest = int64_t{1} << 62;
     if (given.camera_ns < -kFarthest || given.camera_ns > kFarthest)
         refuse("camera_ns", given.camera_ns, "in [-2^62, 2^62]");
@@ -146,7 +146,7 @@ const uint16_t *pixels_of(const toliman_frame &given, size_t stride, toliman_coa
     }
 }
 
-coadd::Frame frame_of(const toliman_frame *frame, toliman_coadd &object) {
+coadd::Frame short_frame_of(const toliman_frame *frame, toliman_coadd &object) {
     const toliman_frame given = copied(&required(frame, "frame"), "frame");
     check_members(given, object.coadd.rows(), object.coadd.cols());
     const DetectorWindow window = {given.window_row, given.window_col};
@@ -169,7 +169,7 @@ coadd::Frame frame_of(const toliman_frame *frame, toliman_coadd &object) {
     return out;
 }
 
-toliman_coadd_outcome public_outcome(const toliman_coadd &object, coadd::End end) {
+toliman_coadd_outcome coadd_outcome(const toliman_coadd &object, coadd::End end) {
     const coadd::Registered &found = object.registered;
     toliman_coadd_outcome out = {};
     out.verdict = kVerdicts.to_constant(found.verdict);
@@ -280,10 +280,10 @@ toliman_status toliman_coadd_add(toliman_coadd *coadd, const toliman_frame *fram
                                  toliman_coadd_outcome *outcome) noexcept {
     return call(coadd, "coadd", [&](toliman_coadd &object) {
         check_struct_size("outcome", required(outcome, "outcome"));
-        const coadd::Frame given = frame_of(frame, object);
+        const coadd::Frame given = short_frame_of(frame, object);
         coadd::End end = coadd::End::none;
         object.coadd.add(given, object.registered, end);
-        deliver(public_outcome(object, end), outcome, "outcome");
+        deliver(coadd_outcome(object, end), outcome, "outcome");
     });
 }
 

@@ -14,9 +14,9 @@ using namespace toliman::api;
 namespace {
 
 period::Fap fap_method(int32_t method) {
-    constexpr Choice<period::Fap> kMethods = {TOLIMAN_PERIOD_FAP_BALUEV, TOLIMAN_PERIOD_FAP_SEQUENTIAL,
-                                              "TOLIMAN_PERIOD_FAP_..."};
-    return kMethods.to_enum(method, "method");
+    constexpr Choice<period::Fap> kFapMethods = {TOLIMAN_PERIOD_FAP_BALUEV, TOLIMAN_PERIOD_FAP_SEQUENTIAL,
+                                                 "TOLIMAN_PERIOD_FAP_..."};
+    return kFapMethods.to_enum(method, "method");
 }
 
 void check_meaningful(const period::Stream &stream) {

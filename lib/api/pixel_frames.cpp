@@ -6,8 +6,6 @@ namespace toliman::api {
 
 namespace {
 
-constexpr int64_t kFarthestWindow = int64_t{1} << 31;
-
 // 0 means the side that the object requires.
 void check_side(int64_t given, size_t wanted, const char *name) {
     if (given != 0 && given != static_cast<int64_t>(wanted))

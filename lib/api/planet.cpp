@@ -34,7 +34,6 @@ struct toliman_planet : Handle<toliman_planet> {
 
 namespace {
 
-constexpr double kDegree = kPi / 180;
 constexpr uint32_t kMostInjections = 1'000'000;
 
 static_assert(planet::kReasonOdds == TOLIMAN_PLANET_REASON_ODDS &&

@@ -14,7 +14,7 @@ using toliman::Status;
 
 namespace {
 
-Parameter parameter_named(const std::string &name) {
+Parameter required_parameter(const std::string &name) {
     if (const auto parameter = toliman::parameter_named(name))
         return *parameter;
     fail(Status::argument, "{name} = \"%s\": must be the name of a parameter%s", name.substr(0, 40).c_str(),
@@ -51,7 +51,7 @@ toliman_status toliman_sim_get_derivative(const toliman_sim *sim, const char *na
         api::required(name, "name");
         const toliman::Detector &detector = simulator.scene().detector;
         api::required_image(image, stride, detector.cols, "image");
-        const Parameter parameter = parameter_named(name);
+        const Parameter parameter = required_parameter(name);
         check_parameter(simulator.scene(), simulator.plan(), parameter);
         const Buffer<double> whole = simulator.detector().in_counts(
             optics::Quantity::derivative, simulator.images().both(), image_of(simulator.images(), parameter));

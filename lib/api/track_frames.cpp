@@ -16,7 +16,7 @@ namespace toliman::api {
 namespace {
 
 constexpr size_t kMostIntervals = 65536;
-constexpr int64_t kFarthestWindow = int64_t{1} << 31, kMostRestarts = int64_t{1} << 31;
+constexpr int64_t kMostRestarts = int64_t{1} << 31;
 
 void required_member(const void *pointer, size_t i, const char *name) {
     if (pointer == nullptr)

@@ -9,7 +9,7 @@ namespace toliman::bank {
 
 namespace {
 
-constexpr size_t kSteps = 4096; // of the path; a year of an orbit of 80 years is smooth over hours
+constexpr size_t kPathSteps = 4096; // of the path; a year of an orbit of 80 years is smooth over hours
 
 // The time at which the path has this length; between steps by proportion.
 double time_at(double length, const std::vector<double> &lengths, double first, double step) {
@@ -22,10 +22,10 @@ double time_at(double length, const std::vector<double> &lengths, double first, 
 } // namespace
 
 std::vector<Date> dates_of(double first, double last, double spacing_px, const Difference &difference) {
-    const double step = (last - first) / static_cast<double>(kSteps);
+    const double step = (last - first) / static_cast<double>(kPathSteps);
     std::vector<double> lengths = {0};
     std::array<double, 2> before = difference(first);
-    for (size_t i = 1; i <= kSteps; i++) {
+    for (size_t i = 1; i <= kPathSteps; i++) {
         const std::array<double, 2> here = difference(first + step * static_cast<double>(i));
         lengths.push_back(lengths.back() + std::hypot(here[0] - before[0], here[1] - before[1]));
         before = here;

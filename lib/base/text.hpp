@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdarg>
 #include <cstddef>
+#include <string>
 
 namespace toliman {
 
@@ -10,6 +11,13 @@ namespace toliman {
 size_t print_text(char *text, size_t size, const char *format, ...) noexcept __attribute__((format(printf, 3, 4)));
 size_t print_text(char *text, size_t size, const char *format, va_list arguments) noexcept
     __attribute__((format(printf, 3, 0)));
+
+// The same as a string of at most 1023 bytes.
+template <class... Values> std::string formatted(const char *format, Values... values) {
+    char text[1024];
+    print_text(text, sizeof text, format, values...);
+    return text;
+}
 
 // A piece of a text: indices [begin, end).
 struct Piece {

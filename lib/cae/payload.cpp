@@ -22,7 +22,6 @@ namespace toliman::cae {
 
 namespace {
 
-constexpr const char *kKind = "weights blob";
 constexpr int kTopExponent = 15;                                               // exponent of the largest fp16
 constexpr int kMinScale = -126 - kTopExponent, kMaxScale = 100 - kTopExponent; // from kMinMagnitude, kMaxMagnitude
 constexpr size_t kScaleBytes = 2;
@@ -59,7 +58,7 @@ void check_values(const Buffer<float> &values, Status status, const char *what) 
     if (bad == 0)
         return;
     const auto i = static_cast<size_t>(std::find_if(values.begin(), values.end(), is_impossible) - values.begin());
-    fail(status, "%s: {%s[%zu]} = %g: must be 0 or of magnitude in [%.3g, %.3g]", kKind, what, i,
+    fail(status, "%s: {%s[%zu]} = %g: must be 0 or of magnitude in [%.3g, %.3g]", kBlob, what, i,
          static_cast<double>(values[i]), kMinMagnitude, kMaxMagnitude);
 }
 
@@ -120,7 +119,7 @@ const uint8_t *read_block(const uint8_t *raw, const Block &block, float *values)
         scale = static_cast<int16_t>(raw[0] | raw[1] << 8);
         raw += kScaleBytes;
         if (scale < kMinScale || scale > kMaxScale)
-            fail(Status::format, "%s: scale of a block = 2^%d: must be in [2^%d, 2^%d]", kKind, scale, kMinScale,
+            fail(Status::format, "%s: scale of a block = 2^%d: must be in [2^%d, 2^%d]", kBlob, scale, kMinScale,
                  kMaxScale);
     }
     const size_t bytes = width(block.encoding), n = block.count;
@@ -160,7 +159,7 @@ std::vector<uint8_t> pack(const Buffer<float> &values, const std::vector<Block> 
 }
 
 Buffer<float> unpack(const uint8_t *packed, size_t packed_size, const std::vector<Block> &blocks, const char *what) {
-    const std::vector<uint8_t> raw = zip::inflate(packed, packed_size, raw_size(blocks), kKind);
+    const std::vector<uint8_t> raw = zip::inflate(packed, packed_size, raw_size(blocks), kBlob);
     Buffer<float> values(count_of(blocks));
     const uint8_t *next = raw.data();
     float *to = values.data();

@@ -13,6 +13,8 @@ namespace toliman::cae {
 enum class Encoding : uint16_t { float32 = 0, bf16 = 1, fp16 = 2 };
 constexpr uint16_t kEncodings = 3;
 
+constexpr char kBlob[] = "weights blob"; // in messages
+
 // Range of the magnitude of a payload's nonzero numbers: no subnormal float32, infinity or NaN.
 constexpr double kMinMagnitude = 0x1p-126, kMaxMagnitude = 0x1p100;
 

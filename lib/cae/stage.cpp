@@ -12,8 +12,6 @@ namespace toliman::cae {
 
 namespace {
 
-constexpr float kZeroBias[kDeepChannels] = {}; // for operators without bias
-
 class MeanStage final : public Stage {
   public:
     using Stage::Stage;

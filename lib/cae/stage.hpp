@@ -11,6 +11,8 @@ namespace toliman::cae {
 
 using kernels::Switch;
 
+constexpr float kZeroBias[kDeepChannels] = {}; // of operators without bias
+
 class Stage {
   public:
     explicit constexpr Stage(const kernels::ConvShape &shape) noexcept : shape_(shape) {}

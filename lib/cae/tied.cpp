@@ -34,11 +34,10 @@ namespace toliman::cae {
 
 namespace {
 
-constexpr float kMean = 0.25f;                 // the 2x2 mean and its adjoint
-constexpr float kZeroBias[kDeepChannels] = {}; // the linear decoder has no biases
-constexpr float kMomentum = 0.8f;              // fraction of the momentum kept per step
+constexpr float kMean = 0.25f;             // the 2x2 mean and its adjoint
+constexpr float kMomentum = 0.8f;          // fraction of the momentum kept per step
 constexpr float kMaxActivation = 0x1p-10f; // of the decoder at 1 px: ELU(x) = x + x^2/2 + ..., so 0.05 % from linear
-constexpr double kInputScale = 1e-3;       // keeps the encoder's activations small, where ELU is nearly linear
+constexpr double kTiedInputScale = 1e-3;   // keeps the encoder's activations small, where ELU is nearly linear
 
 // Random start: convolution kernels with orthonormal rows [coarse][9 fine], Gaussian dense weights of norm
 // sqrt(features), biases 0.
@@ -281,7 +280,7 @@ bool can_be_tied(const Layout &layout, Input input) noexcept {
 Network untrained_network(const Layout &layout, Preprocess preprocess, uint64_t seed) {
     if (!can_be_tied(layout, preprocess.input))
         return Network(std::move(preprocess), initial_weights(layout, seed), seed, false, 0);
-    preprocess.input_scale = kInputScale;
+    preprocess.input_scale = kTiedInputScale;
     Parameters parameters = random_parameters(layout, seed);
     scale_to_pixels(parameters, preprocess);
     return Network(std::move(preprocess), std::move(parameters), seed, false, 0);
@@ -314,7 +313,7 @@ Network train_tied(const Network &network, const TiedOptions &options, Training 
         fail(Status::unsupported,
              "cae: layout = %s, input = %s: tied training requires layout %s or %s and input whitened", layout.name,
              name_of(input), kFlight.name, kCore.name);
-    Preprocess preprocess = network.preprocess().with_input_scale(kInputScale);
+    Preprocess preprocess = network.preprocess().with_input_scale(kTiedInputScale);
     if (state.done == 0)
         state.weights = random_parameters(layout, network.seed());
     fit(preprocess.target, options, state);

@@ -24,7 +24,6 @@ namespace toliman::cae {
 namespace {
 
 constexpr char kMagic[] = "TLMW";
-constexpr const char *kKind = "weights blob";
 // Version 3 differs from 2 in the number of nuisance planes alone: 2 has up to 8, and older libraries read it.
 constexpr uint32_t kVersion = 2, kManyPlanesVersion = 3;
 constexpr size_t kFewPlanes = 8; // of version 2
@@ -68,7 +67,7 @@ const Layout &layout_of(uint32_t id, uint64_t hash) {
                    static_cast<unsigned long long>(layout_hash(*one)));
         known += text;
     }
-    fail(Status::format, "%s: layout = %u, hash = %016llx: must be %s", kKind, id,
+    fail(Status::format, "%s: layout = %u, hash = %016llx: must be %s", kBlob, id,
          static_cast<unsigned long long>(hash), known.c_str());
 }
 
@@ -115,19 +114,19 @@ void set_planes(const Buffer<float> &planes, Preprocess &preprocess) {
     preprocess.nuisance_basis.assign(at(kFixedPlanes), planes.end());
     for (size_t i = 0; i < pixels; i++)
         if (!(preprocess.variance[i] >= 0))
-            fail(Status::format, "%s: {variance[%zu]} = %g: must be positive, or 0 for a bad pixel", kKind, i,
+            fail(Status::format, "%s: {variance[%zu]} = %g: must be positive, or 0 for a bad pixel", kBlob, i,
                  preprocess.variance[i]);
         else if (preprocess.variance[i] == 0)
             preprocess.variance[i] = std::numeric_limits<double>::infinity();
     preprocess.derive();
     if (preprocess.noise.used <= preprocess.projected + 1)
-        fail(Status::format, "%s: {variance}: only %zu pixels are not bad", kKind, preprocess.noise.used);
+        fail(Status::format, "%s: {variance}: only %zu pixels are not bad", kBlob, preprocess.noise.used);
 }
 
 Encoding read_encoding(ByteReader &reader, const char *what) {
     const uint16_t code = reader.u16();
     if (code >= kEncodings)
-        fail(Status::format, "%s: encoding of the %s = %u: must be 0 (float32), 1 (bf16) or 2 (fp16)", kKind, what,
+        fail(Status::format, "%s: encoding of the %s = %u: must be 0 (float32), 1 (bf16) or 2 (fp16)", kBlob, what,
              code);
     return static_cast<Encoding>(code);
 }
@@ -137,7 +136,7 @@ void check_projected(uint32_t version, size_t projected) {
     const bool many = version == kManyPlanesVersion;
     const size_t fewest = many ? kFewPlanes + 1 : 0, most = many ? kMaxProjected : kFewPlanes;
     if (projected < fewest || projected > most)
-        fail(Status::format, "%s: number of nuisance planes = %zu: must be in [%zu, %zu] in version %u", kKind,
+        fail(Status::format, "%s: number of nuisance planes = %zu: must be in [%zu, %zu] in version %u", kBlob,
              projected, fewest, most, version);
 }
 
@@ -145,11 +144,11 @@ void check_projected(uint32_t version, size_t projected) {
 void read_background(ByteReader &reader, Preprocess &preprocess) {
     preprocess.background = reader.f64();
     if (!(std::fabs(preprocess.background) <= kMaxMagnitude))
-        fail(Status::format, "%s: background = %g counts: must be in [%.3g, %.3g]", kKind, preprocess.background,
+        fail(Status::format, "%s: background = %g counts: must be in [%.3g, %.3g]", kBlob, preprocess.background,
              -kMaxMagnitude, kMaxMagnitude);
     const size_t side = preprocess.side;
     if (preprocess.rows == side && preprocess.cols == side)
-        fail(Status::format, "%s: {flags}: a crop that follows the image needs frames above %zu x %zu px", kKind, side,
+        fail(Status::format, "%s: {flags}: a crop that follows the image needs frames above %zu x %zu px", kBlob, side,
              side);
 }
 
@@ -157,7 +156,7 @@ void read_window(ByteReader &reader, DetectorWindow &window) {
     for (int64_t *place : {&window.row, &window.col}) {
         *place = static_cast<int64_t>(reader.u64());
         if (*place < 0 || *place > kMostPlace)
-            fail(Status::format, "%s: window = %lld: must be in [0, 2^31]", kKind, static_cast<long long>(*place));
+            fail(Status::format, "%s: window = %lld: must be in [0, 2^31]", kBlob, static_cast<long long>(*place));
     }
 }
 
@@ -175,7 +174,7 @@ Header read_header(ByteReader &reader, size_t size) {
     const uint32_t input = flags >> kInputShift & kInputMask;
     if ((flags & ~(kTrainedFlag | kInputMask << kInputShift | kTrainingFlag | kFollowFlag | kWindowFlag)) != 0 ||
         input > kLastInput)
-        fail(Status::format, "%s: {flags} = 0x%x: must set bits 0 to 5 only, with bits 1 and 2 in [0, 2]", kKind,
+        fail(Status::format, "%s: {flags} = 0x%x: must set bits 0 to 5 only, with bits 1 and 2 in [0, 2]", kBlob,
              flags);
     header.trained = (flags & kTrainedFlag) != 0;
     header.with_training = (flags & kTrainingFlag) != 0;
@@ -190,14 +189,14 @@ Header read_header(ByteReader &reader, size_t size) {
     const size_t side = preprocess.side;
     for (const size_t extent : {preprocess.rows, preprocess.cols})
         if (extent < side || extent > kLargestFrame)
-            fail(Status::format, "%s: frame shape = [%zu, %zu]: must be in [%zu, %u] px", kKind, preprocess.rows,
+            fail(Status::format, "%s: frame shape = [%zu, %zu]: must be in [%zu, %u] px", kBlob, preprocess.rows,
                  preprocess.cols, side, kLargestFrame);
     if (preprocess.crop_row > preprocess.rows - side || preprocess.crop_col > preprocess.cols - side)
-        fail(Status::format, "%s: crop = [%zu, %zu]: must lie in a frame of %zu x %zu px", kKind, preprocess.crop_row,
+        fail(Status::format, "%s: crop = [%zu, %zu]: must lie in a frame of %zu x %zu px", kBlob, preprocess.crop_row,
              preprocess.crop_col, preprocess.rows, preprocess.cols);
     preprocess.projected = reader.u32();
     if (preprocess.projected > 0 && preprocess.input != Input::whitened)
-        fail(Status::format, "%s: number of nuisance planes = %zu: must be 0 for %s input", kKind, preprocess.projected,
+        fail(Status::format, "%s: number of nuisance planes = %zu: must be 0 for %s input", kBlob, preprocess.projected,
              name_of(preprocess.input));
     check_projected(version, preprocess.projected);
     header.weights = read_encoding(reader, "weights");
@@ -206,10 +205,10 @@ Header read_header(ByteReader &reader, size_t size) {
     preprocess.crb_px = reader.f64();
     header.cosine = reader.f64();
     if (!(preprocess.input_scale >= kMinMagnitude && preprocess.input_scale <= kMaxMagnitude))
-        fail(Status::format, "%s: input scale = %g: must be in [%.3g, %.3g]", kKind, preprocess.input_scale,
+        fail(Status::format, "%s: input scale = %g: must be in [%.3g, %.3g]", kBlob, preprocess.input_scale,
              kMinMagnitude, kMaxMagnitude);
     if (!(preprocess.crb_px >= 0 && preprocess.crb_px <= kMaxMagnitude) || !(header.cosine >= 0 && header.cosine <= 1))
-        fail(Status::format, "%s: bound = %g px, cosine = %g: must be in [0, %.3g] px and [0, 1]", kKind,
+        fail(Status::format, "%s: bound = %g px, cosine = %g: must be in [0, %.3g] px and [0, 1]", kBlob,
              preprocess.crb_px, header.cosine, kMaxMagnitude);
     header.packed_weights = reader.u32();
     header.packed_planes = reader.u32();
@@ -220,7 +219,7 @@ Header read_header(ByteReader &reader, size_t size) {
     if (preprocess.window)
         read_window(reader, *preprocess.window);
     if (header.with_training ? size < header.known() + kTrainingHeaderSize : size != header.known())
-        fail(Status::format, "%s: payload sizes = %zu and %zu bytes: do not match the blob's %zu bytes", kKind,
+        fail(Status::format, "%s: payload sizes = %zu and %zu bytes: do not match the blob's %zu bytes", kBlob,
              header.packed_weights, header.packed_planes, size);
     return header;
 }
@@ -256,7 +255,7 @@ std::vector<uint8_t> pack_training(const Training &training) {
 
 void check_range(const char *name, uint64_t value, uint64_t least, uint64_t most) {
     if (value < least || value > most)
-        fail(Status::format, "%s: training: {%s} = %llu: must be in [%llu, %llu]", kKind, name,
+        fail(Status::format, "%s: training: {%s} = %llu: must be in [%llu, %llu]", kBlob, name,
              static_cast<unsigned long long>(value), static_cast<unsigned long long>(least),
              static_cast<unsigned long long>(most));
 }
@@ -276,10 +275,10 @@ void check_training(const Training &training, const Header &header) {
     const uint64_t steps = training.done * (tied ? 1 : (frames + course.batch - 1) / course.batch);
     check_range("steps of the optimiser", training.steps, steps, steps);
     if (!(course.learning_rate > 0 && course.learning_rate <= 1))
-        fail(Status::format, "%s: training: learning rate = %g: must be in (0, 1]", kKind, course.learning_rate);
+        fail(Status::format, "%s: training: learning rate = %g: must be in (0, 1]", kBlob, course.learning_rate);
     for (const double loss : {training.loss, training.validation_loss})
         if (!(loss >= 0 && loss <= kMaxMagnitude))
-            fail(Status::format, "%s: training: loss = %g: must be in [0, %.3g]", kKind, loss, kMaxMagnitude);
+            fail(Status::format, "%s: training: loss = %g: must be in [0, %.3g]", kBlob, loss, kMaxMagnitude);
 }
 
 Training read_training(ByteReader &reader, size_t size, const Header &header) {
@@ -292,7 +291,7 @@ Training read_training(ByteReader &reader, size_t size, const Header &header) {
     training.course.batch = reader.u32();
     const uint32_t packed = reader.u32();
     if (packed != size - kTrainingHeaderSize)
-        fail(Status::format, "%s: training: payload size = %u bytes: must be %zu", kKind, packed,
+        fail(Status::format, "%s: training: payload size = %u bytes: must be %zu", kBlob, packed,
              size - kTrainingHeaderSize);
     for (double *value : {&training.course.learning_rate, &training.loss, &training.validation_loss})
         *value = reader.f64();
@@ -352,8 +351,8 @@ std::vector<uint8_t> to_blob(const Network &network, const Encodings &encodings,
 }
 
 Blob from_blob(const void *bytes, size_t size) {
-    check_envelope(bytes, size, kKind, kMagic, {kVersion, kManyPlanesVersion}, kHeaderSize);
-    ByteReader reader(bytes, size, kKind);
+    check_envelope(bytes, size, kBlob, kMagic, {kVersion, kManyPlanesVersion}, kHeaderSize);
+    ByteReader reader(bytes, size, kBlob);
     Header header = read_header(reader, size);
     Parameters parameters(*header.layout);
     parameters.values = unpack(reader.raw(header.packed_weights), header.packed_weights,

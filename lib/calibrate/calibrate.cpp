@@ -44,7 +44,7 @@ constexpr double kStale = 0.01;         // of the width of a prior: derivatives 
 constexpr double kFarthest = 10;        // standard deviations of its prior that a parameter may be from 0
 constexpr double kLeastResponse = 0.1, kMostResponse = 3; // relative; beyond it, a pixel is a bad one
 constexpr double kFarStep = 3;                            // px; a longer step of a star leads nowhere
-constexpr double kLeastFlux = -0.9;
+constexpr double kLeastFitFlux = -0.9;
 constexpr double kMostBend = 0.4;    // share of the charge of the brightest pixel
 constexpr double kMostSpread = 0.15; // px^2, of the brightest pixel
 constexpr int kMostHalvings = 3;     // of a step of the map or the response
@@ -135,7 +135,7 @@ bool has_readout(const Detector &detector, double peak_e) noexcept {
 bool Calibrator::is_possible(const Point &trial) const {
     for (size_t frame = 0; frame < trial.own.size(); frame++) {
         const auto &before = point_.own[frame], &after = trial.own[frame];
-        if (!(after[fit::flux_a] > kLeastFlux && after[fit::flux_b] > kLeastFlux))
+        if (!(after[fit::flux_a] > kLeastFitFlux && after[fit::flux_b] > kLeastFitFlux))
             return false;
         for (size_t i = 0; i < fit::flux_a; i++)
             if (!(std::fabs(after[i] - before[i]) < kFarStep))

@@ -45,7 +45,7 @@ std::string missing_modes(const Problem &problem, const std::string &free) {
     std::string names;
     for (const Parameter mode : kModes)
         if (!is_free(problem, mode) && optics::why_no_derivative(problem.nominal, outline.plan, mode) == nullptr)
-            names += before + toliman::name_of(mode);
+            names += before + name_of(mode);
     return names;
 }
 

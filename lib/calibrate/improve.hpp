@@ -4,9 +4,6 @@
 
 namespace toliman::calibrate {
 
-// "mask edges", "pupil samples", "spectral modes", "windows", "map".
-const char *name_of(Lack lack) noexcept;
-
 // What the model of a calibration that is not complete may lack; Lack, or 0.
 uint32_t lacks_of(const Calibration &calibration, const Problem &problem, const Options &options);
 

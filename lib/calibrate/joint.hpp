@@ -7,6 +7,8 @@
 
 namespace toliman::calibrate {
 
+constexpr size_t kChunks = 8; // of frames, each with a sum of its own
+
 // Normal equations of a frame: its own parameters first, then those of the instrument.
 struct Block {
     Buffer<double> matrix;   // [size][size], symmetric; the upper triangle

@@ -12,12 +12,6 @@
 
 namespace toliman::calibrate {
 
-namespace {
-
-constexpr size_t kChunks = 8;
-
-} // namespace
-
 // A frame row by row; of one thread.
 class MapFrames::Rows {
   public:

@@ -18,8 +18,6 @@ namespace toliman::calibrate {
 
 namespace {
 
-constexpr size_t kChunks = 8;
-
 // a += b; a may be empty.
 void add(const Buffer<double> &b, Buffer<double> &a) {
     a.resize(b.size());

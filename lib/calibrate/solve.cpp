@@ -22,16 +22,25 @@
 
 namespace toliman::calibrate {
 
-namespace {
-
-using Kind = Parameter::Kind;
-
 // A frame's own parameters eliminated: A^-1, T = A^-1 B [own][n], A^-1 a.
 struct Eliminated {
     std::array<double, kOwn * kOwn> inverse;
     Buffer<double> gain;
     std::array<double, kOwn> step;
 };
+
+// The instrument's normal equations in all windows.
+struct Reduced {
+    size_t n = 0, size = 0;        // parameters; times starts of windows
+    Buffer<double> matrix, vector; // [size][size], [size]
+    Buffer<double> diagonal;       // of the equations before elimination, [size]
+    std::vector<Eliminated> frames;
+    bool solvable = false;
+};
+
+namespace {
+
+using Kind = Parameter::Kind;
 
 bool eliminate(const Block &block, size_t n, double damping, Eliminated &out) {
     const size_t size = kOwn + n;
@@ -53,15 +62,6 @@ bool eliminate(const Block &block, size_t n, double damping, Eliminated &out) {
     }
     return true;
 }
-
-// The instrument's normal equations in all windows.
-struct Reduced {
-    size_t n = 0, size = 0;        // parameters; times starts of windows
-    Buffer<double> matrix, vector; // [size][size], [size]
-    Buffer<double> diagonal;       // of the equations before elimination, [size]
-    std::vector<Eliminated> frames;
-    bool solvable = false;
-};
 
 void add_frame(const Block &block, const Eliminated &frame, const std::vector<Part> &parts, double weight,
                Reduced &sum) {

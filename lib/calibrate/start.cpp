@@ -29,7 +29,7 @@ namespace {
 
 // Relative change: with wrong optics a star seems fainter than it is, and an exposure of few arcs has half of the
 // light.
-constexpr double kLeastFlux = -0.75;
+constexpr double kLeastStartFlux = -0.75;
 constexpr double kNoMap = 1e-15;   // m
 constexpr double kSymmetry = 1e-3; // of the step of a mask, whose areas are known to 6e-4
 
@@ -61,7 +61,7 @@ Found with_light(const fit::Model &model, ImageView<const double> counts, const 
             found.chi_square -= change * work.gradient[kFirst + i];
         }
     for (const size_t flux : {fit::flux_a, fit::flux_b})
-        if (!(found.values[flux] > kLeastFlux))
+        if (!(found.values[flux] > kLeastStartFlux))
             found.chi_square = std::numeric_limits<double>::infinity(); // no star is there
     return found;
 }

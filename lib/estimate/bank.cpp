@@ -11,8 +11,8 @@ namespace toliman::estimate {
 
 namespace {
 
-constexpr char kValues[] = "separation_px x_px y_px fit_separation_px";
-constexpr size_t kRows[] = {0, 0, 2, 3, 0}; // parameters of the value and of these
+constexpr char kBankValues[] = "separation_px x_px y_px fit_separation_px";
+constexpr size_t kBankRows[] = {0, 0, 2, 3, 0}; // parameters of the value and of these
 
 // At its place. The tracker allows a sigma that is 16 times that of the fit at time 0.
 constexpr double kLeastEfficiency = 0.5;
@@ -37,7 +37,7 @@ void store_bank(const bank::Estimate &estimate, const fit::Result &result, size_
     estimated.sigma = estimate.sigma_px;
     store_goodness(result.goodness, estimated);
     estimated.flags = result.flags + kBankFlags * estimate.flags;
-    FittedValues fitted(result, n, kRows);
+    FittedValues fitted(result, n, kBankRows);
     fitted.values[1] = estimate.separation_px;
     for (size_t i = 0; i < 2; i++) // value and separation_px
         for (size_t j = 0; j < 2; j++)
@@ -55,7 +55,7 @@ track::Source of_bank(const bank::Bank &bank, BankWorks &works, const fit::Windo
             fit.cols(),
             kSigmaShare * fit.sigma_px(),
             bank.digest(), // includes that of the fit
-            kValues,
+            kBankValues,
             [=, &works, &fit_works, &bank, &fit](double *image, const track::Frame &frame, int64_t tai_ns, unsigned,
                                                  track::Estimated &estimated) {
                 FitWorks::Lease fit_work(fit_works);

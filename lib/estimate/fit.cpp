@@ -7,8 +7,8 @@ namespace toliman::estimate {
 
 namespace {
 
-constexpr char kValues[] = "separation_px x_px y_px";
-constexpr size_t kRows[] = {0, 0, 2, 3}; // parameters of value, separation_px, x_px, y_px
+constexpr char kFitValues[] = "separation_px x_px y_px";
+constexpr size_t kFitRows[] = {0, 0, 2, 3}; // parameters of value, separation_px, x_px, y_px
 
 // The value is the separation minus its prediction, so that it has the variance of the separation.
 void store_fit(const fit::Result &result, size_t n, track::Estimated &estimated) {
@@ -18,7 +18,7 @@ void store_fit(const fit::Result &result, size_t n, track::Estimated &estimated)
     estimated.sigma = std::sqrt(result.covariance[0]);
     store_goodness(result.goodness, estimated);
     estimated.flags = result.flags;
-    store_fitted(FittedValues(result, n, kRows), result, n, estimated);
+    store_fitted(FittedValues(result, n, kFitRows), result, n, estimated);
 }
 
 } // namespace
@@ -43,7 +43,7 @@ track::Source of_fit(const fit::Windows &fit, FitWorks &works, int64_t time_offs
             fit.cols(),
             kSigmaShare * fit.first().sigma_px(),
             fit.digest(),
-            kValues,
+            kFitValues,
             [=, &works, &fit](double *image, const track::Frame &frame, int64_t tai_ns, unsigned,
                               track::Estimated &estimated) {
                 FitWorks::Lease work(works);

@@ -36,7 +36,6 @@ constexpr double kNear = 1e-3;      // px; shorter steps may grow while the vari
 constexpr double kLargeStep = 0.1;  // px; larger ones shrink at once where they approach the stars
 constexpr double kFarStep = 0.6;    // px; beyond it steps may lead away
 constexpr double kLeastFlux = -0.9; // relative change; below it the star is lost
-constexpr double kDegree = kPi / 180;
 constexpr Kind kAlways[always] = {Kind::separation, Kind::position_angle, Kind::shift_x,   Kind::shift_y,
                                   Kind::flux_a,     Kind::flux_b,         Kind::background};
 

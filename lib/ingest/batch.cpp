@@ -21,7 +21,7 @@ namespace toliman::ingest {
 namespace {
 
 constexpr std::string_view kSuffix = ".nc";
-constexpr size_t kLargestSide = 65536, kMostPixels = size_t{1} << 25, kMostFrames = 65536;
+constexpr size_t kMostPixels = size_t{1} << 25, kLongestBatch = 65536;
 constexpr int64_t kRestartsPerBatch = 256, kHalfCore = 64;
 constexpr const char *kRegion = "centre";
 
@@ -41,12 +41,6 @@ int64_t number_of_batch(const std::string &path) {
 std::string name_of(const std::string &path) {
     const std::string name = path.substr(path.rfind('/') + 1);
     return name.substr(0, name.size() - kSuffix.size());
-}
-
-template <class... Values> std::string text_of(const char *format, Values... values) {
-    char text[256];
-    print_text(text, sizeof text, format, values...);
-    return text;
 }
 
 } // namespace
@@ -83,9 +77,9 @@ void Batch::find_kind() {
     size_t frames = 1;
     if (file_->has(differences_)) {
         const std::vector<size_t> changes = file_->shape(differences_, true);
-        if (changes.size() != 3 || changes[1] != rows_ || changes[2] != cols_ || changes[0] >= kMostFrames)
+        if (changes.size() != 3 || changes[1] != rows_ || changes[2] != cols_ || changes[0] >= kLongestBatch)
             fail(Status::format, "{%s}: %s: must have 3 dimensions, at most %zu frames of %zux%zu as %s", path_.c_str(),
-                 differences_, kMostFrames - 1, rows_, cols_, reference_);
+                 differences_, kLongestBatch - 1, rows_, cols_, reference_);
         frames += changes[0];
     }
     lines_.resize(frames);
@@ -132,7 +126,7 @@ void Batch::read_attributes() {
         const auto integer = [&](const char *key) {
             const std::string attribute = std::to_string(k) + "_" + key;
             const std::optional<double> number = file_->number(attribute);
-            const std::string text = file_->text(attribute).value_or(number ? text_of("%.0f", *number) : "");
+            const std::string text = file_->text(attribute).value_or(number ? formatted("%.0f", *number) : "");
             int64_t value = 0;
             const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
             if (error != std::errc() || end != text.data() + text.size())

@@ -36,12 +36,6 @@ bool is_late(const SideLine &before, const SideLine &line) noexcept {
            (line.restarts < before.restarts || line.frame_id < before.frame_id);
 }
 
-template <class... Numbers> std::string text_of(const char *format, Numbers... numbers) {
-    char text[256];
-    print_text(text, sizeof text, format, numbers...);
-    return text;
-}
-
 } // namespace
 
 bool advances_alike(double camera_s, double host_s) noexcept {
@@ -71,11 +65,11 @@ std::string ClockChecks::jump(const SideLine &line, int64_t number) const {
         return "";
     const double step = step_ns(last_->line, line), usual = steps_.value();
     if (step < 0)
-        return text_of("timestamp_ns goes back by %g s", -step / 1e9);
+        return formatted("timestamp_ns goes back by %g s", -step / 1e9);
     if (repeats(last_->line, line) && !last_stands_) // reported once
-        return text_of("timestamp_ns is %lld, as in the frame before", static_cast<long long>(line.stamp_ns));
+        return formatted("timestamp_ns is %lld, as in the frame before", static_cast<long long>(line.stamp_ns));
     if (usual > 0 && step > kLargestStep * usual * static_cast<double>(number - last_->number))
-        return text_of("timestamp_ns advances by %g s, the median step is %g s", step / 1e9, usual / 1e9);
+        return formatted("timestamp_ns advances by %g s, the median step is %g s", step / 1e9, usual / 1e9);
     return "";
 }
 
@@ -85,8 +79,8 @@ std::string ClockChecks::drift(const SideLine &line) const {
     const double camera = step_ns(first_->line, line) / 1e9, host = line.host_s - first_->line.host_s;
     if (advances_alike(camera, host))
         return "";
-    return text_of("since line %lld timestamp_ns has advanced by %g s, host_time by %g s",
-                   static_cast<long long>(first_->number), camera, host);
+    return formatted("since line %lld timestamp_ns has advanced by %g s, host_time by %g s",
+                     static_cast<long long>(first_->number), camera, host);
 }
 
 std::string ClockChecks::overlap(const SideLine &line, double exposure_s) const {
@@ -95,10 +89,10 @@ std::string ClockChecks::overlap(const SideLine &line, double exposure_s) const 
     const double step = step_ns(last_->line, line) / 1e9;
     if (!(step > 0 && step < (1 - kSharedTime) * exposure_s))
         return "";
-    return text_of("frames %lld and %lld are %g s apart, and their exposures of %g s overlap: is the length of the "
-                   "exposure in s?",
-                   static_cast<long long>(last_->line.frame_id), static_cast<long long>(line.frame_id), step,
-                   exposure_s);
+    return formatted("frames %lld and %lld are %g s apart, and their exposures of %g s overlap: is the length of the "
+                     "exposure in s?",
+                     static_cast<long long>(last_->line.frame_id), static_cast<long long>(line.frame_id), step,
+                     exposure_s);
 }
 
 void ClockChecks::pass(const SideLine &line, int64_t number) {

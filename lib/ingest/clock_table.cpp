@@ -10,16 +10,17 @@ namespace toliman::ingest {
 
 namespace {
 
-constexpr size_t kLargestFile = size_t{1} << 30;
-constexpr uint64_t kLargestStep = uint64_t{1} << 62; // ns from pair to pair, 146 years: the most that a tracker takes
+constexpr size_t kLargestClockTable = size_t{1} << 30;
+constexpr uint64_t kLargestPairStep = uint64_t{1}
+                                      << 62; // ns from pair to pair, 146 years: the most that a tracker takes
 constexpr double kMostDrift = 0.01;
 
-struct Fields {
+struct TwoFields {
     std::string_view first, second; // trimmed
     bool two;                       // exactly one comma
 };
 
-Fields fields_of(std::string_view line) noexcept {
+TwoFields fields_of(std::string_view line) noexcept {
     const size_t comma = line.find(',');
     if (comma == std::string_view::npos)
         return {line, {}, false};
@@ -28,17 +29,17 @@ Fields fields_of(std::string_view line) noexcept {
             second.find(',') == std::string_view::npos};
 }
 
-bool is_header(const Fields &fields) noexcept {
+bool is_header(const TwoFields &fields) noexcept {
     return fields.first.find_first_of("-0123456789") != 0;
 }
 
-void check_header(const Fields &fields, const TextLines &lines) {
+void check_header(const TwoFields &fields, const TextLines &lines) {
     if (!fields.two || fields.first != "camera_ns" || fields.second != "tai_ns")
         fail(Status::format, "{%s}:%d: the header must be camera_ns,tai_ns, in this order", lines.path(),
              lines.number());
 }
 
-ClockPair pair_of(const Fields &fields, const TextLines &lines) {
+ClockPair pair_of(const TwoFields &fields, const TextLines &lines) {
     const std::optional<int64_t> camera_ns = integer_of(fields.first), tai_ns = integer_of(fields.second);
     if (!fields.two || !camera_ns || !tai_ns)
         fail(Status::format, "{%s}:%d: must be camera_ns,tai_ns, two integers of 64 bits", lines.path(),
@@ -47,7 +48,7 @@ ClockPair pair_of(const Fields &fields, const TextLines &lines) {
 }
 
 bool increases(int64_t before, int64_t after) noexcept {
-    return after > before && static_cast<uint64_t>(after) - static_cast<uint64_t>(before) <= kLargestStep;
+    return after > before && static_cast<uint64_t>(after) - static_cast<uint64_t>(before) <= kLargestPairStep;
 }
 
 void check_increasing(const ClockPair &before, const ClockPair &after, const TextLines &lines) {
@@ -78,14 +79,14 @@ bool warn_of_rate(const ClockPair &before, const ClockPair &after, const TextLin
 } // namespace
 
 std::vector<ClockPair> read_clock_table(const std::string &path, const Log &log) {
-    TextLines lines(path, kLargestFile);
+    TextLines lines(path, kLargestClockTable);
     std::vector<ClockPair> pairs;
     bool begun = false, warned = false;
     for (std::string_view line; lines.next(line);) {
         line = TextLines::trimmed(line.substr(0, line.find('#')));
         if (line.empty())
             continue;
-        const Fields fields = fields_of(line);
+        const TwoFields fields = fields_of(line);
         const bool header = !begun && is_header(fields);
         begun = true;
         if (header) {

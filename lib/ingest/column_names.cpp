@@ -19,7 +19,7 @@ namespace {
 
 using Words = std::initializer_list<const char *>;
 
-constexpr double kReduced = 2400000, kHalf = 2400000.5; // JD - MJD
+constexpr double kHalf = 2400000.5; // JD - MJD
 constexpr double kFirstJd = 2.4e6, kLastJd = 2.5e6, kFewestDays = 1e4, kMostDays = 9e4;
 
 const Words kScaleNames = {"utc", "tai", "tt", "tdb", "gps"}; // in the order of Scale
@@ -80,7 +80,7 @@ void TimeWords::add(std::string word) {
                                "d", "day", "barycentric", "bary", "heliocentric", "helio", "reduced"}))
         known = false;
     if (is_one_of(word, {"rjd", "rbjd", "rhjd", "reduced"}))
-        offset = kReduced;
+        offset = kReducedJd;
     else if (word == "btjd" || word == "bkjd") // of TESS and Kepler
         offset = word == "btjd" ? 2457000 : 2454833;
 }

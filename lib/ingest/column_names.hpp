@@ -11,6 +11,7 @@
 namespace toliman::ingest {
 
 constexpr size_t kNoPlace = SIZE_MAX;
+constexpr int64_t kReducedJd = 2400000; // JD - RJD
 
 // The name without a unit in brackets at its end, and the unit: "rv (m/s)" is "rv" and "m/s".
 struct NameAndUnit {

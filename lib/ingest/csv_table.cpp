@@ -13,7 +13,7 @@ size_t split_fields(std::string_view line, Fields &fields) noexcept {
     size_t count = 0, at = 0;
     while (at <= line.size()) {
         const size_t end = std::min(line.find(',', at), line.size());
-        if (count < kMostColumns)
+        if (count < kMostFields)
             fields[count] = TextLines::trimmed(line.substr(at, end - at));
         count++;
         at = end + 1;

@@ -9,9 +9,9 @@
 
 namespace toliman::ingest {
 
-constexpr size_t kMostColumns = 16, kNoColumn = kMostColumns;
+constexpr size_t kMostFields = 16, kNoColumn = kMostFields;
 
-using Fields = std::array<std::string_view, kMostColumns>;
+using Fields = std::array<std::string_view, kMostFields>;
 
 // The fields of a line without comment; returns their number, of which at most 16 are kept.
 size_t split_fields(std::string_view line, Fields &fields) noexcept;

@@ -11,8 +11,6 @@ namespace toliman::ingest {
 
 namespace {
 
-constexpr int64_t kSecond = 1000000000, kDay = 86400 * kSecond;
-constexpr int64_t kDayOf1970 = 40587;       // MJD
 constexpr int64_t kDaysBefore1970 = 719468; // since 0000-03-01
 constexpr int64_t kDaysOf400Years = 146097;
 

@@ -14,7 +14,6 @@ namespace toliman::ingest {
 
 namespace {
 
-constexpr char kSpace[] = " \t\r\v\f";
 constexpr size_t kNone = std::string_view::npos;
 
 bool is_space(char c) noexcept {

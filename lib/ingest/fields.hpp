@@ -6,6 +6,8 @@
 
 namespace toliman::ingest {
 
+constexpr char kSpace[] = " \t\r\v\f"; // white space within a line
+
 // Separators are ';', ',', '\t', '|', and ' ' for white space of any length.
 const char *separator_name(char separator) noexcept;
 // Of a line of values, or of names: a semicolon, a bar, a tab, a comma, otherwise white space. Those within quotes or

@@ -16,6 +16,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "ingest/side_line.hpp"
 #include "ingest/time_scale.hpp"
 #include "ingest/time_text.hpp"
 
@@ -23,16 +24,15 @@ namespace toliman::ingest {
 
 namespace {
 
-constexpr int64_t kSecond = 1000000000, kDay = 86400 * kSecond, kDayOf1970 = 40587, kLongestExposure = 1000000000;
 constexpr int64_t kRounding = kSecond / 1000; // of numbers that passed through a double
 
 struct NamedScale {
     const char *name;
     Scale scale;
 };
-constexpr NamedScale kScales[] = {{"UTC", Scale::utc}, {"TAI", Scale::tai}, {"IAT", Scale::tai},
-                                  {"TT", Scale::tt},   {"TDT", Scale::tt},  {"ET", Scale::tt},
-                                  {"TDB", Scale::tdb}, {"GPS", Scale::gps}, {"GMT", Scale::utc}};
+constexpr NamedScale kNamedScales[] = {{"UTC", Scale::utc}, {"TAI", Scale::tai}, {"IAT", Scale::tai},
+                                       {"TT", Scale::tt},   {"TDT", Scale::tt},  {"ET", Scale::tt},
+                                       {"TDB", Scale::tdb}, {"GPS", Scale::gps}, {"GMT", Scale::utc}};
 
 enum class Part { middle, start, end };
 struct Suffix {
@@ -74,11 +74,11 @@ std::string upper(std::string text) {
 // The name may be followed by a realisation in brackets, "UTC(NIST)".
 const NamedScale &scale_of(const char *value) {
     if (value == nullptr)
-        return kScales[0];
+        return kNamedScales[0];
     const std::string name = upper(unquoted(value));
     const size_t bracket = name.find('(');
     const bool is_closed = bracket == std::string::npos || name.find(')') == name.size() - 1;
-    for (const NamedScale &scale : kScales)
+    for (const NamedScale &scale : kNamedScales)
         if (is_closed && name.substr(0, bracket) == scale.name)
             return scale;
     fail(Status::format,

@@ -10,7 +10,7 @@ namespace toliman::ingest {
 
 namespace {
 
-constexpr size_t kMostInstruments = 256, kMostTexts = 16, kMostColumns = 64;
+constexpr size_t kMostInstruments = 256, kMostTexts = 16;
 constexpr int64_t kFewestRows = 3; // per text
 
 bool is_flag(const std::string &text) {

@@ -1,5 +1,7 @@
 // The instruments of a series: those of the column that the caller names, or the column that seems to have them.
 #pragma once
+#include <cstddef>
+#include <cstdint>
 #include <set>
 #include <string>
 #include <vector>
@@ -19,6 +21,8 @@ class Instruments {
 // Finds the column of few distinct texts, or of an instrument's name, that was not named.
 class LikelyInstrument {
   public:
+    static constexpr size_t kMostColumns = 64; // that are examined
+
     // name: of the column, or its number. Further texts of a column that cannot be one are ignored.
     void add(const std::string &name, const std::string &text);
     std::string name() const; // of a column with at least two distinct texts; "" if there is none

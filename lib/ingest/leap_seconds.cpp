@@ -13,15 +13,15 @@
 #include "base/error.hpp"
 #include "base/sha1.hpp"
 #include "ingest/text_lines.hpp"
+#include "ingest/time_text.hpp"
 
 namespace toliman::ingest {
 
 namespace {
 
-constexpr int64_t kFirstDay = 41317; // 1972-01-01
 constexpr int32_t kFirstSeconds = 10;
-constexpr int64_t kDay = 86400, kDayOf1900 = 15020;
-constexpr size_t kLargestFile = 1 << 20;
+constexpr int64_t kSecondsPerDay = kDay / kSecond, kDayOf1900 = 15020;
+constexpr size_t kLargestList = 1 << 20;
 
 // Removes the first word of the text; empty unless it is an integer.
 std::optional<int64_t> take_integer(std::string_view &text) noexcept {
@@ -32,10 +32,10 @@ std::optional<int64_t> take_integer(std::string_view &text) noexcept {
 }
 
 int64_t day_of(std::optional<int64_t> seconds, const TextLines &lines) {
-    if (!seconds || *seconds < 0 || *seconds % kDay != 0)
+    if (!seconds || *seconds < 0 || *seconds % kSecondsPerDay != 0)
         fail(Status::format, "{%s}:%d: must begin with the seconds from 1900-01-01 to the beginning of a day",
              lines.path(), lines.number());
-    return *seconds / kDay + kDayOf1900;
+    return *seconds / kSecondsPerDay + kDayOf1900;
 }
 
 erfa::LeapSecond row_of(std::string_view line, const TextLines &lines) {
@@ -110,7 +110,7 @@ void check_against_erfa(const std::string &path, const LeapSecondRows &rows) {
 
 bool may_follow(const LeapSecondRows &rows, const erfa::LeapSecond &next) noexcept {
     if (rows.empty())
-        return next.day == kFirstDay && next.tai_utc == kFirstSeconds;
+        return next.day == kFirstDayOfUtc && next.tai_utc == kFirstSeconds;
     const int64_t step = int64_t{next.tai_utc} - rows.back().tai_utc;
     return next.day > rows.back().day && (step == 1 || step == -1);
 }
@@ -125,11 +125,11 @@ std::optional<int32_t> LeapSeconds::tai_utc(int64_t day) const noexcept {
 
 int64_t LeapSeconds::seconds_of(int64_t day) const noexcept {
     const std::optional<int32_t> today = tai_utc(day), tomorrow = tai_utc(day + 1);
-    return kDay + (today && tomorrow ? *tomorrow - *today : 0);
+    return kSecondsPerDay + (today && tomorrow ? *tomorrow - *today : 0);
 }
 
 erfa::LeapSecondTable read_leap_seconds(const std::string &path) {
-    TextLines lines(path, kLargestFile);
+    TextLines lines(path, kLargestList);
     erfa::LeapSecondTable list = {{}, 0, 0};
     Seal seal;
     for (std::string_view line; lines.next(line);) {

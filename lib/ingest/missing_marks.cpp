@@ -13,7 +13,7 @@ namespace toliman::ingest {
 namespace {
 
 constexpr double kHuge = 1e20, kFar = 3; // ranges of the other values
-constexpr int64_t kFewest = 5;           // other values
+constexpr int64_t kFewestOthers = 5;     // values
 constexpr size_t kMostMarks = 16, kMostLines = 3;
 
 // Whether all digits are nines: at least two before the point, or three.
@@ -65,7 +65,7 @@ std::string MissingMarks::found(const std::string &what, int64_t before) const {
             const double distance = std::max(column.least - mark.value, mark.value - column.largest);
             const double range = column.largest - column.least;
             const bool is_mark = distance > kFar * range || (distance > 0 && mark.count > 1);
-            if (column.count < kFewest || !is_mark)
+            if (column.count < kFewestOthers || !is_mark)
                 continue;
             char number[40];
             print_text(number, sizeof number, "%.10g", mark.value);

@@ -9,14 +9,14 @@ namespace toliman::ingest {
 
 namespace {
 
-struct Scale {
+struct UnitScale {
     double factor;
     const char *unit;
 };
 
 // The unit whose numbers are this many times those in the right unit; "" for none. The factors are apart by more than
 // twice `likeness`.
-const char *unit_of(double factor, const Scale *units, size_t count, double likeness) noexcept {
+const char *unit_of(double factor, const UnitScale *units, size_t count, double likeness) noexcept {
     for (size_t i = 0; i < count; i++)
         if (factor > units[i].factor / likeness && factor < units[i].factor * likeness)
             return units[i].unit;
@@ -34,11 +34,11 @@ void check_nanoseconds(const char *name, const int64_t *times, size_t count) {
         return;
     // Of the years 1971 to 2100.
     constexpr double kNow = 1.8e9;
-    constexpr Scale kUnits[] = {{6.1e4, "days (MJD)"},
-                                {2.46e6, "days (JD)"},
-                                {kNow, "seconds"},
-                                {kNow * 1e3, "milliseconds"},
-                                {kNow * 1e6, "microseconds"}};
+    constexpr UnitScale kUnits[] = {{6.1e4, "days (MJD)"},
+                                    {2.46e6, "days (JD)"},
+                                    {kNow, "seconds"},
+                                    {kNow * 1e3, "milliseconds"},
+                                    {kNow * 1e6, "microseconds"}};
     const char *const unit = unit_of(static_cast<double>(times[0]), kUnits, std::size(kUnits), 3);
     fail(Status::argument,
          "{%s}: %lld ns is near 1970-01-01, as are all times of the call: must be nanoseconds of TAI%s%s%s", name,

@@ -11,7 +11,7 @@ namespace toliman::ingest {
 
 namespace {
 
-constexpr size_t kLargestFile = size_t{1} << 28, kColumns = 2, kShown = 60;
+constexpr size_t kLargestWindowTable = size_t{1} << 28, kColumns = 2, kShown = 60;
 constexpr const char *kAllowed =
     "start_tai_ns and end_tai_ns (integers), or start_utc and end_utc, or the same with tai, "
     "tt, tdb or gps instead of utc (dates)";
@@ -56,7 +56,7 @@ OnTargetWindow window_of(std::string_view line, const Columns &columns, const Le
 } // namespace
 
 std::vector<OnTargetWindow> read_on_target(const std::string &path, const LeapSeconds &leap_seconds) {
-    TextLines lines(path, kLargestFile);
+    TextLines lines(path, kLargestWindowTable);
     std::vector<OnTargetWindow> windows;
     std::optional<Columns> columns;
     for (std::string_view line; lines.next(line);) {

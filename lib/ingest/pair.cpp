@@ -31,12 +31,6 @@ std::string stem_of(const std::string &path) {
     return path;
 }
 
-template <class... Values> std::string text_of(const char *format, Values... values) {
-    char text[kErrorTextSize];
-    print_text(text, sizeof text, format, values...);
-    return text;
-}
-
 const char *type_name(size_t pixel_bytes) noexcept {
     return pixel_bytes == 4 ? "u32le" : "u16le";
 }
@@ -45,10 +39,10 @@ std::string restart_text(const SideLine &line) {
     const std::string clock =
         line.clock_shift_ns == 0
             ? "its clock has continued"
-            : text_of("%g s are added to timestamp_ns from here on, so that it continues as host_time does",
-                      static_cast<double>(line.clock_shift_ns) / 1e9);
-    return text_of("the camera has restarted: frames are counted from %lld again; %s",
-                   static_cast<long long>(line.frame_id), clock.c_str());
+            : formatted("%g s are added to timestamp_ns from here on, so that it continues as host_time does",
+                        static_cast<double>(line.clock_shift_ns) / 1e9);
+    return formatted("the camera has restarted: frames are counted from %lld again; %s",
+                     static_cast<long long>(line.frame_id), clock.c_str());
 }
 
 } // namespace
@@ -125,7 +119,7 @@ void Pair::use_type(SideLine &line) {
         fail(Status::format, "{%s}: dtype is %s in line %lld, but %s was given (--dtype)", side_path_.c_str(), here,
              static_cast<long long>(line.number), known);
     if (line.pixel_bytes != pixel_bytes_)
-        line.error = text_of("dtype must be %s, as before, not %s", known, here);
+        line.error = formatted("dtype must be %s, as before, not %s", known, here);
     is_type_written_ = true;
 }
 
@@ -254,8 +248,8 @@ std::optional<Event> Pair::give_placed(Slot &slot, const Place &place) {
         return damage(slot, Reason::bad_line, line.error);
     if (placement_.bytes(line) != place.bytes)
         return damage(slot, Reason::bad_line,
-                      text_of("n_rows = %u, n_cols = %u: the frames in %s have another shape", line.rows, line.cols,
-                              pixel_path_.c_str()));
+                      formatted("n_rows = %u, n_cols = %u: the frames in %s have another shape", line.rows, line.cols,
+                                pixel_path_.c_str()));
     judge(line);
     if (warnings_.empty())
         return frame(slot, place);
@@ -280,7 +274,7 @@ void Pair::judge(const SideLine &line) {
         return true;
     };
     if (line.unknown_key != nullptr)
-        warn(Reason::unknown_key, text_of("unknown key \"%s\": ignored, in all lines", line.unknown_key));
+        warn(Reason::unknown_key, formatted("unknown key \"%s\": ignored, in all lines", line.unknown_key));
     if (line.is_restart)
         warn(Reason::restart, restart_text(line), true);
     if (!warn(Reason::clock_jump, clock_.jump(line, front_number()), true) &&
@@ -314,16 +308,17 @@ std::optional<Event> Pair::give_rest(Slot &slot) {
             return damage(slot, Reason::bad_line, front().error);
         const bool is_short = rest_reason_ == Reason::short_file;
         return damage(slot, rest_reason_,
-                      text_of(is_short ? "%s ends before this frame"
-                                       : "the position of the frame in %s is unknown: this or an earlier line is "
-                                         "malformed or has another shape",
-                              pixel_path_.c_str()));
+                      formatted(is_short ? "%s ends before this frame"
+                                         : "the position of the frame in %s is unknown: this or an earlier line is "
+                                           "malformed or has another shape",
+                                pixel_path_.c_str()));
     }
     if (extra_bytes_ == 0)
         return std::nullopt;
-    Event event = report(slot, EventKind::warning, Reason::extra_bytes,
-                         text_of("has %llu bytes more than the frames of %s",
-                                 static_cast<unsigned long long>(std::exchange(extra_bytes_, 0)), side_path_.c_str()));
+    Event event =
+        report(slot, EventKind::warning, Reason::extra_bytes,
+               formatted("has %llu bytes more than the frames of %s",
+                         static_cast<unsigned long long>(std::exchange(extra_bytes_, 0)), side_path_.c_str()));
     event.file = &pixel_path_;
     event.number = 0;
     return event;

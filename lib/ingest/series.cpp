@@ -193,8 +193,7 @@ double Series::value_of(const std::string &field, size_t column) const {
 void Series::see_instruments(const std::vector<std::string> &names, const std::vector<std::string> &fields) {
     if (instrument_ != kNoPlace)
         return;
-    constexpr size_t kMostColumns = 64;
-    for (size_t i = 0; i < std::min(fields.size(), kMostColumns); i++)
+    for (size_t i = 0; i < std::min(fields.size(), LikelyInstrument::kMostColumns); i++)
         if (i != places_.t && i != places_.y && i != places_.sigma)
             likely_.add(name_or_number(names[i], i), fields[i]);
 }

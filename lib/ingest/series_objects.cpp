@@ -26,7 +26,7 @@ std::string text_of(const json::Value &value) {
     return value.kind == Kind::number ? digits : value.text;
 }
 
-double number_of(const std::string &name, const json::Value &value, size_t column) {
+double number_in(const std::string &name, const json::Value &value, size_t column) {
     if (value.kind != Kind::number)
         fail(Status::format, "{%s}: must be a number", name.c_str());
     if (const char *const flaw = flaw_of(value.number, column))
@@ -51,8 +51,8 @@ std::optional<Sample> Series::parse_object(const std::string &line) {
     }
     std::string warning;
     const double t = time_of(names_[places_.t], value_at(places_.t), warning);
-    const double y = number_of(names_[places_.y], value_at(places_.y), 1);
-    const double sigma = has_sigma ? number_of(names_[places_.sigma], value_at(places_.sigma), 2) : 0;
+    const double y = number_in(names_[places_.y], value_at(places_.y), 1);
+    const double sigma = has_sigma ? number_in(names_[places_.sigma], value_at(places_.sigma), 2) : 0;
     std::vector<std::string> fields;
     for (const json::Value &value : object.items)
         fields.push_back(text_of(value));
@@ -97,7 +97,7 @@ double Series::time_of(const std::string &name, const json::Value &value, std::s
     warning = times_.use_first(text);
     if (times_.format())
         return times_.day_of(text);
-    return number_of(name, value, 0);
+    return number_in(name, value, 0);
 }
 
 } // namespace toliman::ingest

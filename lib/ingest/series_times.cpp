@@ -12,7 +12,6 @@ namespace toliman::ingest {
 
 namespace {
 
-constexpr int64_t kReduced = 2400000;
 constexpr double kFirstReduced = 36204, kLastReduced = 88069; // 1958 to 2099
 constexpr double kFirstYear = 1900, kLastYear = 2100;
 constexpr const char *kScales[] = {"UTC", "TAI", "TT", "TDB", "GPS"};
@@ -55,7 +54,7 @@ std::string SeriesTimes::use_first(const std::string &time) {
     const bool is_reduced = value >= kFirstReduced && value < kLastReduced;
     const std::string first = " = " + time.substr(0, 40) + ": ";
     if (format_ == TimeFormat::jd && offset_ == 0 && is_reduced) {
-        offset_ = kReduced;
+        offset_ = kReducedJd;
         return (name_.empty() ? "t" : name_) + first + "the times are taken as JD - 2400000";
     }
     const bool is_jd = value >= 1e6;
@@ -73,7 +72,6 @@ std::string SeriesTimes::use_first(const std::string &time) {
 }
 
 double SeriesTimes::day_of(const std::string &text) const {
-    constexpr int64_t kDay = 86400000000000, kDayOf1970 = 40587;
     if (text.find('\0') != std::string::npos)
         fail(Status::format, "{t}: contains a zero byte");
     try {

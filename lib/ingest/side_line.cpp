@@ -17,8 +17,7 @@ using json::Value;
 constexpr const char *kKeys[] = {
     "frame_id",   "timestamp_ns", "host_time",  "nframes_dropped", "roi_label",  "n_rows",       "n_cols",
     "session_id", "on_target_s",  "exposure_s", "frames",          "jitter_px2", "cumulants_px", "dtype"};
-constexpr int64_t kLargestSide = 65536;
-constexpr double kLongestExposure = 1e9, kMostFrames = 1e12, kMostVariance = 4;
+constexpr double kMostFrames = 1e12, kMostVariance = 4; // of a sum of frames
 
 const Value &member(const Value &object, const char *key) {
     const Value *const value = object.find(key);

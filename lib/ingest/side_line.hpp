@@ -12,7 +12,9 @@
 namespace toliman::ingest {
 
 constexpr size_t kLongestLine = 4096;
-constexpr size_t kMostIntervals = 64; // with 17 digits per number they fit in a line
+constexpr uint32_t kLargestSide = 65536;         // pixels
+constexpr int64_t kLongestExposure = 1000000000; // s
+constexpr size_t kMostIntervals = 64;            // with 17 digits per number they fit in a line
 
 struct SideLine {
     int64_t frame_id = 0, stamp_ns = 0, dropped = 0;
@@ -22,7 +24,7 @@ struct SideLine {
     int64_t clock_shift_ns = 0;             // added to stamp_ns, it continues the clock of before the restarts
     int64_t window_row = 0, window_col = 0; // of the first pixel on the detector
     bool is_restart = false;                // first line after a restart
-    uint32_t rows = 0, cols = 0;            // in [1, 65536]
+    uint32_t rows = 0, cols = 0;            // in [1, kLargestSide]
     size_t pixel_bytes = 0;                 // of its key dtype, 2 or 4; 0 without
     std::shared_ptr<const std::vector<double>> on_target_s; // start and end of each interval in turn; empty: unknown
     double exposure_s = 0;                                  // 0: as all frames of the pair

@@ -18,8 +18,7 @@ namespace toliman::ingest {
 
 namespace {
 
-constexpr size_t kFewest = 2, kMostComments = 8, kMostColumns = 4096, kMostEcsv = 1 << 18;
-constexpr char kSpace[] = " \t\r\v\f";
+constexpr size_t kFewestNames = 2, kMostComments = 8, kMostColumns = 4096, kMostEcsv = 1 << 18;
 
 bool begins_with(std::string_view text, char c) noexcept {
     const size_t first = text.find_first_not_of(kSpace);
@@ -32,7 +31,7 @@ bool is_number(const std::string &field) {
 }
 
 bool are_names(const std::vector<std::string> &fields) {
-    return fields.size() >= kFewest && is_name(fields[0]) && is_name(fields[1]) &&
+    return fields.size() >= kFewestNames && is_name(fields[0]) && is_name(fields[1]) &&
            std::none_of(fields.begin(), fields.end(), is_number);
 }
 

@@ -16,9 +16,8 @@ namespace toliman::ingest {
 
 namespace {
 
-constexpr int64_t kSecond = 1000000000, kDay = 86400 * kSecond;
-constexpr int64_t kFirstDay = 36204, kFirstDayOfUtc = 41317, kEndDay = 88069; // 1958-01-01, 1972-01-01, 2100-01-01
-constexpr int64_t kDayOf1970 = 40587, kHalfDayOfJd = 2400001;                 // JD + 0.5 = MJD + 2400001
+constexpr int64_t kFirstDay = 36204, kEndDay = 88069;                         // 1958-01-01 and 2100-01-01
+constexpr int64_t kHalfDayOfJd = 2400001;                                     // JD + 0.5 = MJD + 2400001
 constexpr int64_t kAhead[] = {0, 0, -32184000000, -32184000000, 19000000000}; // TAI - scale, ns; UTC: leap seconds
 
 bool in_range(int64_t day, Scale scale) noexcept {

@@ -17,7 +17,6 @@ constexpr int kDigits = 24; // of a number; further ones are ignored
 constexpr int kPlaces =
     23; // after the point: part_ and scale_, below 2e23, times the length of a day fit into 128 bits
 constexpr int kMostExponent = 9999;
-constexpr int64_t kSecond = 1000000000, kDay = 86400 * kSecond;
 
 bool is_digit(char c) noexcept {
     return c >= '0' && c <= '9';

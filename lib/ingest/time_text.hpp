@@ -6,6 +6,9 @@
 
 namespace toliman::ingest {
 
+constexpr int64_t kSecond = 1000000000, kDay = 86400 * kSecond; // ns
+constexpr int64_t kDayOf1970 = 40587, kFirstDayOfUtc = 41317;   // 1970-01-01 and 1972-01-01, MJD
+
 // Calendar day (MJD) and nanoseconds since its beginning.
 struct DayTime {
     int64_t day, ns;

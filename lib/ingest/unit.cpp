@@ -17,7 +17,7 @@ struct Known {
     double factor;
 };
 
-constexpr double kDay = 86400, kDegree = 3600;
+constexpr double kHours = 24, kArcsecPerDegree = 3600; // of a day; arcsec
 constexpr Known kUnits[] = {
     {"m/s", "m/s ms-1 m/sec msec-1 meter/second metre/second meters/second meter/s metre/s", Quantity::velocity, 1},
     {"km/s", "km/s kms-1 km/sec kmsec-1 kilometer/second kilometre/second kilometers/second", Quantity::velocity, 1e3},
@@ -30,12 +30,12 @@ constexpr Known kUnits[] = {
      "as muas microarcsec uarcsec microarcsecond microarcseconds",
      Quantity::angle, 1e-6}, // with the sign for micro in UTF-8 and in ISO 8859-1
     {"arcsec", "arcsec asec arcsecond arcseconds", Quantity::angle, 1},
-    {"deg", "deg degree degrees", Quantity::angle, kDegree},
+    {"deg", "deg degree degrees", Quantity::angle, kArcsecPerDegree},
     {"px", "px pix pixel pixels", Quantity::pixels, 1},
     {"d", "d day days", Quantity::time, 1},
-    {"h", "h hr hour hours hrs", Quantity::time, 3600 / kDay},
-    {"min", "min minute minutes", Quantity::time, 60 / kDay},
-    {"s", "s sec second seconds", Quantity::time, 1 / kDay},
+    {"h", "h hr hour hours hrs", Quantity::time, 1 / kHours},
+    {"min", "min minute minutes", Quantity::time, 1 / (kHours * 60)},
+    {"s", "s sec second seconds", Quantity::time, 1 / (kHours * 3600)},
     {"yr", "yr year years", Quantity::time, 365.25},
 };
 

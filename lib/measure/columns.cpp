@@ -13,7 +13,7 @@ namespace toliman::measure {
 
 namespace {
 
-constexpr double kLargest = 1e98; // of Series::add_column
+constexpr double kLargestInColumn = 1e98; // of Series::add_column
 
 // How to read times as those of the series, from a column of any name.
 ingest::SeriesOptions options_of_times(const Series &series, ingest::SeriesOptions options) {
@@ -91,7 +91,7 @@ class ColumnReader {
         check_time(fields[0]);
         for (size_t c = 0; c < columns_.size(); c++) {
             double value = 0;
-            if (!ingest::number_of(fields[c + 1], value) || !(std::fabs(value) <= kLargest))
+            if (!ingest::number_of(fields[c + 1], value) || !(std::fabs(value) <= kLargestInColumn))
                 fail(names_[c] + " = " + fields[c + 1] + ": must be a number in [-1e98, 1e98]");
             columns_[c].push_back(value);
         }

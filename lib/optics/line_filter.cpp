@@ -26,7 +26,6 @@ namespace toliman::optics {
 namespace {
 
 constexpr size_t kMaxTaps = 100;                 // of an interpolated filter, from the middle outwards
-constexpr double kSampleRounding = 1e-15;        // relative to the peak
 constexpr double kGiveUpRatio = 100;             // times the best error: longer filters only accumulate rounding
 constexpr size_t kChecks = 1000;                 // frequencies between 0 and the cutoff
 constexpr size_t kStride = 20;                   // of them, of a first look at a filter
@@ -95,9 +94,9 @@ std::vector<double> odd_taps(const TransferFunction &transfer, double cutoff, si
 }
 
 // Frequencies of the band at which filters are compared with a transfer function, which is evaluated once.
-class Band {
+class PassBand {
   public:
-    Band(const TransferFunction &transfer, double cutoff)
+    PassBand(const TransferFunction &transfer, double cutoff)
         : transfer_(&transfer), edge_weight_(transfer.weight(cutoff)) {
         for (size_t i = 0; i <= kChecks; i++) {
             const double frequency = cutoff * static_cast<double>(i) / kChecks;
@@ -154,7 +153,7 @@ class Band {
 // The shortest interpolated filter within the accuracy; else the most accurate one. Only filters that may be within it
 // are compared with the transfer function at all frequencies.
 LineFilter interpolated(const TransferFunction &transfer, double cutoff, double accuracy) {
-    const Band band(transfer, cutoff);
+    const PassBand band(transfer, cutoff);
     LineFilter best;
     for (size_t count = transfer.odd() ? 2 : 1; count <= kMaxTaps; count++) {
         LineFilter line = band.checked<kStride>(transfer.odd() ? odd_taps(transfer, cutoff, count)
@@ -191,7 +190,7 @@ std::vector<double> convolved(const std::vector<double> &first, bool odd, const 
 // pixel, path and window.
 LineFilter sampled(const TransferFunction &transfer, double cutoff, double accuracy) {
     const LineFilter box = interpolated(transfer.without_jitter(), cutoff, kShare * accuracy);
-    const Band band(transfer, cutoff);
+    const PassBand band(transfer, cutoff);
     LineFilter best;
     const double least = std::sqrt(-2 * std::log(std::min(accuracy, kLoosest))) - kCutStep;
     for (double cut = std::min(least, kWidestCut); cut <= kWidestCut; cut += kCutStep) {

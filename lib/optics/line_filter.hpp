@@ -8,6 +8,8 @@
 
 namespace toliman::optics {
 
+constexpr double kSampleRounding = 1e-15; // of the filtered samples, relative to the peak
+
 // What a filter does to point samples.
 struct Blur {
     bool integrated = false; // over the area of a square pixel

@@ -26,12 +26,11 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr double kMaxCutoff = 0.4;        // cycles per sample; filters stay short up to here
-constexpr double kSampleRounding = 1e-15; // relative to the peak
-constexpr size_t kMaxTerms = 256;         // of the expansion in the covariance
-constexpr size_t kSteps = 200;            // of an integral over the band
-constexpr double kTermShare = 0.25;       // of the accuracy, for each filter of the expansion
-constexpr double kPathShare = 0.4;        // of the accuracy, for each of the two sums of a path
+constexpr double kMaxCutoff = 0.4;  // cycles per sample; filters stay short up to here
+constexpr size_t kMaxTerms = 256;   // of the expansion in the covariance
+constexpr size_t kSteps = 200;      // of an integral over the band
+constexpr double kTermShare = 0.25; // of the accuracy, for each filter of the expansion
+constexpr double kSumShare = 0.4;   // of the accuracy, for each of the two sums of a path
 
 // out[i] = sum over k of taps[|k|] in[i step + k stride], with the sign of k for an odd filter.
 void filter_line(const double *in, size_t stride, size_t step, const LineFilter &line, size_t count,
@@ -181,7 +180,7 @@ PixelFilter make_filter(double cutoff, const Blur &blur, double accuracy) {
                         peak_left(blur.path, blur.pixel, cutoff);
     for (const PathPart &part : parts_of(blur.path))
         add_part(fine, blur, part, blur.jitter.xy != 0 ? kTermShare : 1,
-                 (blur.path.nodes.empty() ? 1 : kPathShare) * left * accuracy, filter);
+                 (blur.path.nodes.empty() ? 1 : kSumShare) * left * accuracy, filter);
     filter.error = (filter.error + blur.path.error) / left;
     return filter;
 }

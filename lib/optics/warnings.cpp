@@ -10,16 +10,16 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr size_t kRoughNodes = 6; // wavelengths that give the image to a few per cent
+constexpr size_t kRoughWavelengths = 6; // wavelengths that give the image to a few per cent
 
 // Expected electrons of the reference frame, to a few per cent.
 Buffer<double> rough_frame(const Outline &outline, const DetectorStages &detector, unsigned workers) {
     const Scene &scene = outline.scene;
     Plan plan = outline.plan;
     plan.engine = EngineKind::matrix_dft;
-    if (plan.wavelengths > kRoughNodes && !outline.light.is_dispersed()) {
+    if (plan.wavelengths > kRoughWavelengths && !outline.light.is_dispersed()) {
         plan.nodes = true;
-        plan.wavelengths = kRoughNodes;
+        plan.wavelengths = kRoughWavelengths;
     }
     const Imager imager(scene, outline.pupil, plan, workers);
     Buffer<double> frame(scene.detector.rows * scene.detector.cols);

@@ -25,7 +25,6 @@ constexpr double kSideLobes = 2.5;              // the window function within 2.
 constexpr double kNamed = 0.1;                  // least window function of an alias that is listed
 constexpr double kParabola = 1e-3;              // largest error of a power interpolated between grid points 0.1/T apart
 constexpr double kEvidence = 6.907755278982137; // ln 1000: samples with this likelihood ratio tell two peaks apart
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 double span_of(const Stream &stream) noexcept {
     return cadence_of(stream).span;

@@ -17,7 +17,6 @@ namespace toliman::period {
 
 namespace {
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMinResidual = 1e-15; // 1 - power from the sums carries no more digits
 
 // Distance in grid steps from `top`, whose power is `here`, to where the power falls to `threshold` in `direction`

@@ -1,9 +1,13 @@
 // Peaks of a periodogram: the highest on the grid, the local maxima, and the least-squares fit on the samples.
 #pragma once
+#include <limits>
+
 #include "base/goodness.hpp"
 #include "period/stream/stream.hpp"
 
 namespace toliman::period {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 struct Peak {
     double frequency, power, log10_residual;

@@ -22,7 +22,7 @@ namespace toliman::planet {
 
 namespace {
 
-constexpr double kCut = 20; // of the gain, below the highest
+constexpr double kGainCut = 20; // of the gain, below the highest
 constexpr double kShareOfCircular = 0.005;
 
 } // namespace
@@ -80,7 +80,7 @@ bool CircularSearch::is_planet(const double *right, double square) const {
     };
     double all = mass(best), edges = all * edge_[best];
     for (size_t i = 0; i < gains.size() && (all < needed || has_edge_); i++) {
-        if (i == best || gains[i] < gains[best] - kCut)
+        if (i == best || gains[i] < gains[best] - kGainCut)
             continue;
         const double one = mass(i);
         all += one;

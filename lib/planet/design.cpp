@@ -15,8 +15,8 @@ namespace {
 using Real = long double;
 using Column = std::vector<Real>;
 
-constexpr Real kLeastLeft = 1e-20L; // share of the square of a function that is left by those before it
-constexpr Real kCancelled = 1e-3L;  // share below which a second pass removes what rounding left
+constexpr Real kLeastIndependent = 1e-20L; // share of the square of a function that is left by those before it
+constexpr Real kCancelled = 1e-3L;         // share below which a second pass removes what rounding left
 
 Real dot(const Column &a, const Column &b) noexcept {
     Real sum = 0;
@@ -69,7 +69,7 @@ Design::Design(const Series &series, const std::vector<const Function *> &functi
         const Real before = dot(column, column);
         Column parts = remove(directions, column);
         const Real left = dot(column, column);
-        if (!(left > kLeastLeft * before)) {
+        if (!(left > kLeastIndependent * before)) {
             dependent_ = std::min(dependent_, j);
             continue;
         }

@@ -24,11 +24,11 @@ namespace toliman::planet {
 
 namespace {
 
-constexpr int kPhases = 64;          // in a quarter of a turn
-constexpr int kSteps = 32;           // of n_2, in half of its range
-constexpr double kFarthest = 8;      // standard deviations of n_2
-constexpr double kAccuracy = 1e-6;   // of a limit, relative
-constexpr double kLeastShare = 0.16; // of noise, below the gain of a limit
+constexpr int kPhases = 64;             // in a quarter of a turn
+constexpr int kSteps = 32;              // of n_2, in half of its range
+constexpr double kFarthest = 8;         // standard deviations of n_2
+constexpr double kLimitAccuracy = 1e-6; // of a limit, relative
+constexpr double kLeastShare = 0.16;    // of noise, below the gain of a limit
 
 double time_variance(const Series &series, const Buffer<double> &weights) noexcept {
     double all = 0, mean = 0, square = 0;
@@ -122,7 +122,7 @@ double Detection::upper(double frequency, double probability) const {
     double high = std::sqrt(gain / most), low = 0;
     for (; !is_excluded(high) && std::isfinite(high); high *= 2)
         low = high;
-    while (high - low > kAccuracy * high) {
+    while (high - low > kLimitAccuracy * high) {
         const double middle = (low + high) / 2;
         (is_excluded(middle) ? high : low) = middle;
     }

@@ -20,8 +20,8 @@ namespace toliman::planet {
 namespace {
 
 const double kSpread = std::log(10.0); // of the logarithms of jitters of one series
-constexpr double kLeast = 1e-3, kLeastInformation = 1e-3, kMostStep = 1.5, kStill = 1e-3;
-constexpr int kMostSteps = 40;
+constexpr double kLeast = 1e-3, kLeastInformation = 1e-3, kMostStep = 1.5, kStillScales = 1e-3;
+constexpr int kMostScaleSteps = 40;
 
 // Calls with each measurement of a group.
 template <class Call> void each_of(const Series &series, size_t group, Call call) {
@@ -103,12 +103,12 @@ std::vector<double> jitters_of(const Series &series, const std::vector<const Fun
     std::vector<double> jitters, logs;
     for (const double size : sizes)
         logs.push_back(std::log(size > 0 ? size : largest > 0 ? largest : 1.0));
-    for (int step = 0; step < kMostSteps; step++) {
+    for (int step = 0; step < kMostScaleSteps; step++) {
         jitters.clear();
         for (const double log : logs)
             jitters.push_back(std::exp(log));
         own.set_jitter_scales(jitters);
-        if (improve(own, Design(own, functions, values, 1), sizes, logs) < kStill)
+        if (improve(own, Design(own, functions, values, 1), sizes, logs) < kStillScales)
             break;
     }
     return jitters;

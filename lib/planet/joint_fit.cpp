@@ -19,7 +19,7 @@ namespace toliman::planet {
 namespace {
 
 constexpr double kEccentricitySigma = 0.3, kDifference = 1e-5, kLeastFall = 1e-7;
-constexpr int kMostSteps = 100, kMostHalvings = 30;
+constexpr int kMostFitSteps = 100, kMostHalvings = 30;
 
 // The numbers that are fitted.
 struct Numbers {
@@ -144,7 +144,7 @@ std::vector<Function> derivatives_of(const Series &series, const FittedPlanet &f
 
 double fit_jointly(const Series &series, double jitter, double eccentricity_max, std::vector<FittedPlanet> &planets) {
     double square = solve_amplitudes(series, jitter, planets);
-    for (int step = 0; step < kMostSteps; step++) {
+    for (int step = 0; step < kMostFitSteps; step++) {
         const JointFunctions functions(series, planets, planets.size());
         const Design design(series, functions.all(), without_planets(series, planets, planets.size()), jitter);
         const std::vector<double> changes = design.coefficients();

@@ -28,20 +28,20 @@ namespace toliman::planet {
 namespace {
 
 constexpr double kMostDifference = 0.6; // rms of neighbouring logarithms over the posterior
-constexpr double kCut = 8;              // of logarithms, below the largest
+constexpr double kLogCut = 8;           // of logarithms, below the largest
 constexpr double kRise = 0.5;           // of the differences from the neighbours: the rise inside a cell
 constexpr double kFrequencyStep = 0.2;  // of 1/span
 constexpr int32_t kEccentricities = 10, kAnomalies = 16;
 constexpr int32_t kBoxCells = 16;
 constexpr double kBoxErrors = 8, kCellPower = 0.4;
-constexpr size_t kMostCells = 4'000'000, kMostRefined = 1'000'000, kChunk = 256;
+constexpr size_t kMostCells = 4'000'000, kMostRefined = 1'000'000, kCellsAtOnce = 256;
 constexpr size_t kLeastRefined = 4096;    // of a level, when kMostWork is reached
 constexpr size_t kMostWork = 400'000'000; // refined cells times measurements: about 5 s of one processor
 constexpr size_t kScaleWork = 8;          // of a scale of the amplitudes, in measurements
 constexpr size_t kJitterWork = 4;         // of an integral over the jitter, in nodes without one
-constexpr double kOrder = 3;       // error of the midpoint rule after a division, of the change by it: 1/4 to 3/4
-constexpr double kNegligible = 40; // of logarithms, below the largest: cells that are not kept
-constexpr double kMostSteps = 2e6; // of frequency: minutes of one processor
+constexpr double kOrder = 3;             // error of the midpoint rule after a division, of the change by it: 1/4 to 3/4
+constexpr double kNegligible = 40;       // of logarithms, below the largest: cells that are not kept
+constexpr double kMostFrequencies = 2e6; // of frequency: minutes of one processor
 constexpr int kMostLevels = 100;
 constexpr size_t kMostPeaks = 24, kHighCells = 4096; // peaks are searched among the highest cells
 constexpr int32_t kMostCount = 1 << 29;
@@ -167,12 +167,12 @@ Roughness roughness(const std::vector<Cell> &active, const Box &level, unsigned 
     Roughness rough;
     rough.each.resize(active.size());
     const double largest = active[highest(active)].log_mass;
-    std::vector<Sums> parts((active.size() + kChunk - 1) / kChunk);
+    std::vector<Sums> parts((active.size() + kCellsAtOnce - 1) / kCellsAtOnce);
     run_jobs(worker_count(threads), parts.size(), [&](size_t part) {
         for (size_t axis = 0; axis < kAxes; axis++)
             if (level.counts[axis] > 1)
-                add_differences(active, level, axis, part * kChunk, std::min(active.size(), (part + 1) * kChunk),
-                                largest, parts[part], rough.each);
+                add_differences(active, level, axis, part * kCellsAtOnce,
+                                std::min(active.size(), (part + 1) * kCellsAtOnce), largest, parts[part], rough.each);
     });
     for (size_t axis = 0; axis < kAxes; axis++) {
         double square = 0, weight = 0;
@@ -204,7 +204,7 @@ Division divide(const std::vector<Cell> &active, const Roughness &rough, size_t 
     std::vector<double> highest_inside(active.size());
     for (size_t i = 0; i < active.size(); i++)
         highest_inside[i] = active[i].log_mass + kRise * rough.each[i];
-    const double largest = active[highest(active)].log_mass, wanted = largest - kCut;
+    const double largest = active[highest(active)].log_mass, wanted = largest - kLogCut;
     double least = wanted;
     if (active.size() > most) {
         std::vector<double> sorted = highest_inside;
@@ -236,7 +236,7 @@ bool has_no_higher_neighbour(const std::vector<Cell> &active, const Box &level, 
 
 // The neighbours of the highest cells that are not among the cells, in order, with the masses of these highest cells.
 std::vector<Cell> missing_neighbours(const std::vector<Cell> &active, const Box &level) {
-    const double least = active[highest(active)].log_mass - kCut;
+    const double least = active[highest(active)].log_mass - kLogCut;
     std::vector<Cell> missing;
     for (size_t axis = 0; axis < kAxes; axis++)
         for (const int direction : {-1, 1}) {
@@ -294,11 +294,11 @@ std::vector<Box> whole_boxes(const Problem &problem) {
     const Prior &prior = problem.prior;
     const double steps =
         std::max(4.0, std::ceil((prior.frequency_max - prior.frequency_min) * problem.series.span / kFrequencyStep));
-    if (!(steps < kMostSteps))
+    if (!(steps < kMostFrequencies))
         fail(Status::range,
              "{options->prior.period_min} = %.9g: too short for the span of the series, %.9g: %.3g steps of frequency, "
              "at most %.3g",
-             1 / prior.frequency_max, problem.series.span, steps, kMostSteps);
+             1 / prior.frequency_max, problem.series.span, steps, kMostFrequencies);
     const auto most = static_cast<double>(kMostCells / (kEccentricities * kAnomalies));
     const auto count = static_cast<size_t>(std::ceil(steps / most));
     const double each = std::ceil(steps / static_cast<double>(count)),
@@ -352,7 +352,7 @@ Lattice::Lattice(const Problem &problem, const std::vector<Box> &boxes, unsigned
     const double begin = are_several ? 0.5 : 0;
     for (size_t i = 0; i < boxes.size(); i++) {
         const double from = begin + (1 - begin) * static_cast<double>(i) / count, to = from + (1 - begin) / count;
-        if (peaks[i] < largest - kCut) {
+        if (peaks[i] < largest - kLogCut) {
             log_rest_ = log_add(log_rest_, sums[i]);
             continue;
         }
@@ -459,7 +459,7 @@ void Lattice::evaluate(Active &active, const Run &run, double from, double to) {
     const Prior &prior = problem_.prior;
     const auto width = [&](Axis axis) { return (level.high[axis] - level.low[axis]) / level.counts[axis]; };
     const double step = width(kFrequency), others = std::log(width(kAnomaly));
-    const size_t chunks = (active.size() + kChunk - 1) / kChunk;
+    const size_t chunks = (active.size() + kCellsAtOnce - 1) / kCellsAtOnce;
     run_jobs(
         worker_count(run.threads), chunks,
         [&](size_t chunk) {
@@ -467,8 +467,8 @@ void Lattice::evaluate(Active &active, const Run &run, double from, double to) {
             double eccentricity = 0, log_share = 0;
             int32_t known = -1; // place of `eccentricity`
             size_t jitter = jitters_.null().best;
-            const size_t end = std::min(active.size(), (chunk + 1) * kChunk);
-            for (size_t i = chunk * kChunk; i < end; i++) {
+            const size_t end = std::min(active.size(), (chunk + 1) * kCellsAtOnce);
+            for (size_t i = chunk * kCellsAtOnce; i < end; i++) {
                 Cell &cell = active[i];
                 const Place &place = cell.place;
                 if (place[kEccentricity] != known) {

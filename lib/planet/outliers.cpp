@@ -21,9 +21,9 @@ namespace toliman::planet {
 
 namespace {
 
-constexpr double kHuber = 1.5, kStill = 1e-3;
-constexpr int kMostSteps = 30, kMostTurns = 6;
-constexpr double kFrequencyStep = 0.2, kMostFrequencies = 20000; // of 1/span
+constexpr double kHuber = 1.5, kStillScale = 1e-3;
+constexpr int kMostRobustSteps = 30, kMostScreenings = 6;
+constexpr double kSinusoidStep = 0.2, kMostSinusoids = 20000; // of 1/span
 constexpr size_t kLeastOfGroup = 8;
 constexpr double kWide = 1e50; // scale of a prior without influence, in units of the sigmas
 
@@ -47,9 +47,9 @@ Buffer<double> robust_residuals(Series &series) {
     const std::vector<const Function *> functions = listed(series.functions);
     Buffer<double> residuals = series.y;
     double before = 0;
-    for (int step = 0; step < kMostSteps; step++) {
+    for (int step = 0; step < kMostRobustSteps; step++) {
         const double scale = scale_of(series, residuals);
-        if (!(scale > 0) || std::fabs(scale - before) < kStill * scale)
+        if (!(scale > 0) || std::fabs(scale - before) < kStillScale * scale)
             break;
         before = scale;
         for (size_t i = 0; i < series.n; i++) {
@@ -78,7 +78,7 @@ std::vector<Function> best_sinusoid(const Series &series, double frequency_min, 
     Orbit best = {frequency_min, 0, 0};
     double most = -1;
     const double range = frequency_max - frequency_min;
-    const double step = std::max(kFrequencyStep / series.span, range / kMostFrequencies);
+    const double step = std::max(kSinusoidStep / series.span, range / kMostSinusoids);
     for (int i = 0; i * step <= range; i++) {
         const Orbit orbit = {frequency_min + i * step, 0, 0};
         const double found = gain(work.moments(series, design, orbit), scale);
@@ -142,7 +142,7 @@ std::vector<bool> screen(Series series, double frequency_min, double frequency_m
     if (series.n < 3 * numbers)
         return std::vector<bool>(series.n);
     std::vector<bool> far = far_residuals(series, robust_residuals(series));
-    for (int turn = 0; turn < kMostTurns; turn++) {
+    for (int turn = 0; turn < kMostScreenings; turn++) {
         series.leave_out(far);
         const std::vector<Function> sinusoid = best_sinusoid(series, frequency_min, frequency_max);
         std::vector<const Function *> functions = listed(series.functions);

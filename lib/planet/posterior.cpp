@@ -15,7 +15,7 @@ namespace toliman::planet {
 
 namespace {
 
-constexpr size_t kChunk = 64;
+constexpr size_t kDrawsAtOnce = 64;
 
 // Random numbers of a sample, drawn in the order of the samples before the threads begin.
 struct Draw {
@@ -87,10 +87,10 @@ std::vector<PosteriorSample> draw_samples(const Problem &problem, const Lattice 
     const std::vector<Draw> draws = draws_of(lattice, count, std::max<size_t>(4, problem.series.amplitudes()), rng);
     std::vector<PosteriorSample> samples(count);
     const JitterGrid &jitters = lattice.jitters();
-    run_jobs(worker_count(threads), (count + kChunk - 1) / kChunk, [&](size_t chunk) {
+    run_jobs(worker_count(threads), (count + kDrawsAtOnce - 1) / kDrawsAtOnce, [&](size_t chunk) {
         ShapeWork work(problem.series);
         std::vector<double> each(problem.prior.scales.size());
-        for (size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); i++) {
+        for (size_t i = chunk * kDrawsAtOnce; i < std::min(count, (chunk + 1) * kDrawsAtOnce); i++) {
             const Draw &draw = draws[i];
             const Cell &cell = lattice.cells()[draw.cell];
             const Orbit orbit = lattice.orbit(cell, draw.part);

@@ -22,7 +22,7 @@ namespace {
 
 constexpr size_t kTrials = 400;                         // even
 constexpr double kHalfWindow = 1.5, kWindowStep = 0.05; // of 1/span
-constexpr double kAccuracy = 3e-3;                      // of an amplitude, relative
+constexpr double kAmplitudeAccuracy = 3e-3;             // of an amplitude, relative
 constexpr int kMostDoublings = 40;
 
 double dot(const Buffer<double> &a, const Buffer<double> &b) noexcept {
@@ -165,7 +165,7 @@ double Recovery::recoverable(double frequency, double probability) const {
             return HUGE_VAL;
         low = high;
     }
-    while (high - low > kAccuracy * high) {
+    while (high - low > kAmplitudeAccuracy * high) {
         const double middle = (low + high) / 2;
         (trials.reaches(middle, probability) ? high : low) = middle;
     }

@@ -23,7 +23,7 @@ constexpr double kLeastScale = 0.05e-6, kMostScale = 100e-6; // arcsec
 constexpr double kLeastGain = 0.1;                           // of the sum of squares, by another start of the joint fit
 constexpr double kMostSpread = 1.2;                          // of the residuals, if measurements are readmitted
 constexpr double kLeastLeft = 0.01;                          // of the sum of squares, by a strong planet
-constexpr double kEccentric = 0.5, kMargin = 10;             // of the sum of squares, by an orbit of a longer period
+constexpr double kEccentric = 0.5, kLongerMargin = 10;       // of the sum of squares, by an orbit of a longer period
 constexpr double kMostWidths = 5;   // from the median frequency of the posterior to that of the joint fit
 constexpr double kMostChange = 0.2; // of the logarithm of a scale of the jitter
 constexpr int kMostTimes = 8;
@@ -219,7 +219,7 @@ class Searcher {
     std::optional<FittedPlanet> missed_orbit(size_t which, const Lattice &lattice, const Candidate &candidate) const {
         const Orbit &best = candidate.fitted.planet.orbit;
         FittedPlanet fitted = candidate.fitted;
-        double least = fit_with(best, which, fitted) - kMargin;
+        double least = fit_with(best, which, fitted) - kLongerMargin;
         const auto is_better = [&](const Orbit &start) {
             FittedPlanet there = candidate.fitted;
             const double square = is_in_prior(start) ? fit_with(start, which, there) : HUGE_VAL;

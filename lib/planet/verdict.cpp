@@ -25,9 +25,9 @@ namespace toliman::planet {
 namespace {
 
 constexpr double kShapes = 20;
-constexpr double kMargin = 10;             // of the sum of squares: 2 ln of the number of frequencies
-constexpr double kFrequencyStep = 0.1;     // of 1/span
-constexpr double kMostFrequencies = 50000; // outside the prior
+constexpr double kOutsideMargin = 10;  // of the sum of squares: 2 ln of the number of frequencies
+constexpr double kOutsideStep = 0.1;   // of 1/span
+constexpr double kMostOutside = 50000; // outside the prior
 constexpr double kLeastDistance = 1.05, kMostApart = 0.05;
 
 // Median step between different times.
@@ -55,8 +55,8 @@ double log10_fap_of_orbit(const Squares &squares, const Series &series, const De
 }
 
 bool is_better_outside(const Squares &squares, const Series &series, const Design &design, const Prior &prior) {
-    const double needed = squares.without - squares.with + kMargin;
-    const double step = kFrequencyStep / series.span, highest = 1 / (2 * median_step(series));
+    const double needed = squares.without - squares.with + kOutsideMargin;
+    const double step = kOutsideStep / series.span, highest = 1 / (2 * median_step(series));
     ShapeWork work(series);
     const auto is_better = [&](double frequency) {
         return circular_pair(work.moments(series, design, {frequency, 0, 0})).gain() > needed;
@@ -64,7 +64,7 @@ bool is_better_outside(const Squares &squares, const Series &series, const Desig
     for (double f = 5 * step; f < prior.frequency_min; f += step)
         if (is_better(f))
             return true;
-    for (int i = 1; i < kMostFrequencies && prior.frequency_max + i * step < highest; i++)
+    for (int i = 1; i < kMostOutside && prior.frequency_max + i * step < highest; i++)
         if (is_better(prior.frequency_max + i * step))
             return true;
     return false;

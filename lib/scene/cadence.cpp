@@ -13,11 +13,11 @@ namespace {
 
 constexpr double kMostFrames = 1e7;
 constexpr Range kTime = within(-1e9, 1e9, "days");
-constexpr size_t kLargestFile = size_t{512} << 20;
+constexpr size_t kLargestTimes = size_t{512} << 20;
 
 // Times from a file, one per line; blank lines and lines that begin with # are skipped.
 std::vector<double> times_in(const std::string &path) {
-    const std::vector<uint8_t> bytes = file::read(path, kLargestFile);
+    const std::vector<uint8_t> bytes = file::read(path, kLargestTimes);
     const std::string text(bytes.begin(), bytes.end());
     constexpr const char *blanks = " \t\r";
     std::vector<double> times;

@@ -232,7 +232,7 @@ void read_focus(const Reader &reader, const Row &row, Systematics &systematics) 
     read_zernike(reader, row, kFocus, systematics);
 }
 
-void read_zernikes(const Reader &reader, const Row &row, Systematics &systematics) {
+void read_zernike_disturbances(const Reader &reader, const Row &row, Systematics &systematics) {
     const Reader zernikes = reader.object(row.key);
     for (const std::string &key : zernikes.names()) {
         Row one = row;
@@ -298,8 +298,9 @@ constexpr Row kSystematicsRows[] = {
         "Focus, rms of the wavefront. Frames with focus_rms_nm, zernike_rms_nm or scale_rms are exact, "
         "each propagated: 0.1 to 0.3 s of a core for 256 x 256 px instead of 2 ms")
         .as(Type::number_or_drift),
-    optional<read_zernikes>("zernike_rms_nm", within(0, 1000, "nm"),
-                            "Zernike coefficients by Noll index, rms of the wavefront over the full aperture")
+    optional<read_zernike_disturbances>(
+        "zernike_rms_nm", within(0, 1000, "nm"),
+        "Zernike coefficients by Noll index, rms of the wavefront over the full aperture")
         .as(Type::drifts_by_index)
         .entries(kFirstOther, kernels::kLargestNoll),
     drifting<&Systematics::flux>("flux_rms", 0.1, "", "Flux, relative; both stars independently"),

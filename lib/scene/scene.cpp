@@ -19,11 +19,7 @@ namespace {
 constexpr double kFirstDate = 1901, kLastDate = 2099; // of the Earth's ephemeris
 constexpr double kLargestWhole = 9007199254740991.0;  // 2^53 - 1: larger ones become doubles in other programs
 
-void read_schema(const Reader &reader, const Row &row, Scene & /*scene*/) {
-    reader.choice(row);
-}
-
-void read_name(const Reader &reader, const Row &row, Scene &scene) {
+void read_scene_name(const Reader &reader, const Row &row, Scene &scene) {
     scene.name = reader.text(row.key);
     if (!is_name(scene.name))
         reader.refuse(Status::scene, row.key, " = \"%.40s\": %s", scene.name.c_str(), kNameRule);
@@ -139,8 +135,8 @@ constexpr Group kPreprocess = group_of("preprocess", "Preprocessing of a frame b
 
 // In this order, because groups use those before them.
 constexpr Row kSceneRows[] = {
-    required<read_schema>("schema", Words{"toliman-scene/1"}, "Schema of the file"),
-    optional<read_name>("name", "Name of the scene, default name of the results folder").as(Type::name),
+    required<check_word<Scene>>("schema", Words{"toliman-scene/1"}, "Schema of the file"),
+    optional<read_scene_name>("name", "Name of the scene, default name of the results folder").as(Type::name),
     required<&Scene::telescope>("telescope", &kTelescope),
     optional<&Scene::band>("band", &kBand),
     required<&Scene::stars>("stars", &kStars).checked<check_stars>(),

@@ -14,7 +14,7 @@ using sky::Orbit;
 using sky::Refitted;
 using sky::System;
 
-constexpr size_t kLargestFile = size_t{1} << 18;
+constexpr size_t kLargestSystem = size_t{1} << 18;
 constexpr const char *kSourceText = "Where the numbers are from";
 
 template <class T> void read_source(const Reader &reader, const Row &row, T & /*object*/) {
@@ -44,9 +44,6 @@ constexpr Row kOrbitRows[] = {
 void read_radial_velocity(const Reader &reader, const Row &row, Barycentre &centre) {
     centre.radial_velocity_km_s = reader.number(row);
 }
-void read_kind(const Reader &reader, const Row &row, Barycentre & /*centre*/) {
-    reader.choice(row);
-}
 void subtract_shift(const Reader &reader, const Row &row, Barycentre &centre) {
     centre.radial_velocity_km_s -= reader.number(row);
 }
@@ -65,8 +62,8 @@ constexpr Row kBarycentreRows[] = {
                                         "Parallax at the epoch; that of the nearest star is 768 mas"),
     required<read_radial_velocity>("radial_velocity_km_s", kVelocity, "Radial velocity; positive: recedes")
         .as(Type::number),
-    required<read_kind>("radial_velocity_kind", Words{"kinematic spectroscopic"},
-                        "kinematic: velocity of the motion; spectroscopic: of the lines of the spectrum"),
+    required<check_word<Barycentre>>("radial_velocity_kind", Words{"kinematic spectroscopic"},
+                                     "kinematic: velocity of the motion; spectroscopic: of the lines of the spectrum"),
     required<subtract_shift>("line_shift_km_s", within(-10, 10, "km/s"),
                              "Shift of the lines by gravity and convection, which is subtracted")
         .as(Type::number)
@@ -120,10 +117,7 @@ constexpr Row kSigmaRows[] = {
 };
 constexpr Group kSigma = group_of("sigma", "Standard deviations of the numbers; 0 or not given: not known", kSigmaRows);
 
-void read_schema(const Reader &reader, const Row &row, System & /*system*/) {
-    reader.choice(row);
-}
-void read_name(const Reader &reader, const Row &row, System &system) {
+void read_system_name(const Reader &reader, const Row &row, System &system) {
     system.name = reader.text(row.key);
 }
 template <auto member> void read_value(const Reader &reader, const Row &row, System &system) {
@@ -144,8 +138,8 @@ void check_refit(const Reader &reader, const System &system) {
 }
 
 constexpr Row kSystemRows[] = {
-    required<read_schema>("schema", Words{"toliman-system/1"}, "Schema of the file"),
-    optional<read_name>("name", "Name of the binary").as(Type::text),
+    required<check_word<System>>("schema", Words{"toliman-system/1"}, "Schema of the file"),
+    optional<read_system_name>("name", "Name of the binary").as(Type::text),
     required<read_value<&Elements::orbit>>("orbit", &kOrbit),
     required<read_value<&Elements::barycentre>>("barycentre", &kBarycentre),
     required<read_value<&Elements::masses>>("masses", &kMasses),
@@ -205,7 +199,7 @@ sky::System read_system(const std::string &json, const std::string &source) {
 }
 
 sky::System read_system(const std::string &path) {
-    const std::vector<uint8_t> bytes = file::read(path, scene::kLargestFile);
+    const std::vector<uint8_t> bytes = file::read(path, scene::kLargestSystem);
     return read_system(std::string(bytes.begin(), bytes.end()), path);
 }
 

@@ -113,6 +113,11 @@ template <class T> void assign(const Reader &reader, const Row &row, std::option
     assign(reader, row, member.emplace());
 }
 
+// A word that is checked, and not kept.
+template <class T> void check_word(const Reader &reader, const Row &row, T & /*object*/) {
+    reader.choice(row);
+}
+
 // A row is written for a member of the group's object, or for a function that reads the key into the object.
 template <class M> struct Target;
 template <class O, class T> struct Target<T O::*> {

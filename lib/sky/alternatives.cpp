@@ -13,14 +13,14 @@ namespace toliman::sky {
 
 namespace {
 
-constexpr double kArcsec = kPi / 648000, kObliquity = 84381.448 * kArcsec; // of the ecliptic, J2000.0
+constexpr double kObliquity = 84381.448 * kArcsec;           // of the ecliptic, J2000.0
 constexpr double kLeap = 37, kGpsLag = 19, kTtLead = 32.184; // s: TAI - UTC since 2017, TAI - GPS, TT - TAI
 
-struct Scale {
+struct TimeScale {
     const char *name;
     double ahead_s; // of TAI
 };
-constexpr Scale kScales[] = {{"UTC", -kLeap}, {"GPS time", -kGpsLag}, {"TAI", 0}, {"TT", kTtLead}};
+constexpr TimeScale kScales[] = {{"UTC", -kLeap}, {"GPS time", -kGpsLag}, {"TAI", 0}, {"TT", kTtLead}};
 constexpr double kMostShare = 0.1; // of an offset: standard deviation at which it is still recognised
 constexpr double kMostSigmas = 3;  // between an offset and its value
 constexpr double kRounding = 0.05; // s, of the values in the list
@@ -90,8 +90,8 @@ struct Offset {
 
 std::vector<Offset> known_offsets(double exposure_s) {
     std::vector<Offset> offsets;
-    for (const Scale &given : kScales)
-        for (const Scale &read : kScales)
+    for (const TimeScale &given : kScales)
+        for (const TimeScale &read : kScales)
             if (&given != &read)
                 offsets.push_back(
                     {given.ahead_s - read.ahead_s, std::string(given.name) + " taken for " + std::string(read.name)});

@@ -25,7 +25,6 @@ namespace toliman::sky {
 
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr size_t kMost = 4096, kLeast = 30;               // measurements
 constexpr double kLeastSigma = 0.1;                       // of the median
 constexpr double kDecisive = 7;                           // standard deviations
@@ -34,10 +33,9 @@ constexpr double kAlike = 9;                              // difference of sums 
 constexpr double kLongestShift = 90000, kShiftStep = 450; // s; a twelfth of a low orbit
 constexpr double kTurnStep = 10;                          // deg
 constexpr size_t kMostMinima = 6;
-constexpr int kMostSteps = 8;
-constexpr double kStill = 0.02; // standard deviations
-constexpr double kDegree = kPi / 180;
-constexpr Matrix kNoState = {}; // the Earth's centre
+constexpr int kMostRefinements = 8;
+constexpr double kStillSigmas = 0.02; // standard deviations
+constexpr Matrix kNoState = {};       // the Earth's centre
 
 using Values = Residuals::Values;
 using Free = Residuals::Free;
@@ -185,7 +183,7 @@ class Trial {
     Hypothesis refined(const Family &family, double value) const {
         double information = 1;
         for (const bool exact : {false, true})
-            for (int step = 0; step < kMostSteps; step++) {
+            for (int step = 0; step < kMostRefinements; step++) {
                 const Change change = family.change(value);
                 const Values now = exact ? residuals_.after(change) : residuals_.estimate(change);
                 const double small = family.step * 1e-3;
@@ -203,7 +201,7 @@ class Trial {
                     break;
                 const double move = -dot(by_value, rest) / information;
                 value += std::clamp(move, -family.step, family.step);
-                if (std::fabs(move) * std::sqrt(information) <= kStill)
+                if (std::fabs(move) * std::sqrt(information) <= kStillSigmas)
                     break;
             }
         Hypothesis out = judge(residuals_.after(family.change(value)), 1);

@@ -11,14 +11,14 @@ namespace toliman::sky {
 
 namespace {
 
-constexpr int kPoints = 8;
+constexpr int kGridPoints = 8;
 
 // Weights of the values at 0, 1, ..., 7 for the value at `x`.
-std::array<double, kPoints> weights_at(double x) noexcept {
-    std::array<double, kPoints> weights;
-    for (int i = 0; i < kPoints; i++) {
+std::array<double, kGridPoints> weights_at(double x) noexcept {
+    std::array<double, kGridPoints> weights;
+    for (int i = 0; i < kGridPoints; i++) {
         weights[static_cast<size_t>(i)] = 1;
-        for (int j = 0; j < kPoints; j++)
+        for (int j = 0; j < kGridPoints; j++)
             if (j != i)
                 weights[static_cast<size_t>(i)] *= (x - j) / (i - j);
     }
@@ -69,11 +69,11 @@ const Earth::State &Earth::day(int64_t number) const {
 
 Earth::State Earth::at(double days) const {
     const double whole = std::floor(days);
-    const int64_t first = static_cast<int64_t>(whole) - (kPoints / 2 - 1);
+    const int64_t first = static_cast<int64_t>(whole) - (kGridPoints / 2 - 1);
     const auto weights = weights_at(days - static_cast<double>(first));
     State sum = {};
     const std::lock_guard<std::mutex> lock(mutex_);
-    for (int i = 0; i < kPoints; i++) {
+    for (int i = 0; i < kGridPoints; i++) {
         const State &state = day(first + i);
         const double weight = weights[static_cast<size_t>(i)];
         add(weight, state.earth.from_sun, sum.earth.from_sun);

@@ -18,7 +18,7 @@ namespace {
 
 using ingest::column_of;
 using ingest::Fields;
-using ingest::kMostColumns;
+using ingest::kMostFields;
 using ingest::split_fields;
 using ingest::TextLines;
 using ingest::without_comment;
@@ -72,7 +72,7 @@ size_t find_triple(const char *const (&names)[2][3], const Fields &header, size_
 Columns columns_of(std::string_view line, const TextLines &lines) {
     Fields header;
     const size_t count = split_fields(without_comment(line), header);
-    const size_t kept = std::min(count, kMostColumns);
+    const size_t kept = std::min(count, kMostFields);
     const std::vector<std::string> names = all_names();
     for (size_t i = 0; i < kept; i++) {
         const std::string name(header[i].substr(0, 60));

@@ -21,12 +21,12 @@ namespace toliman::sky {
 namespace {
 
 using ingest::Fields;
-using ingest::kMostColumns;
+using ingest::kMostFields;
 using ingest::TextLines;
 
 constexpr std::string_view kStart = "$$SOE", kEnd = "$$EOE";
-constexpr const char *kNames[] = {"JDTDB", "X", "Y", "Z", "VX", "VY", "VZ"};
-constexpr size_t kColumns = std::size(kNames);
+constexpr const char *kColumnNames[] = {"JDTDB", "X", "Y", "Z", "VX", "VY", "VZ"};
+constexpr size_t kTableColumns = std::size(kColumnNames);
 constexpr const char *kRules =
     "must be a CSV table of geometric states, from the Earth's centre, on axes of the ICRF, in km and km/s";
 
@@ -40,7 +40,7 @@ constexpr Statement kStatements[] = {{"Center body name", "(399)"},
                                      {"Output type", "GEOMETRIC"},
                                      {"Reference frame", "ICRF"}};
 
-using Columns = std::array<size_t, kColumns>;
+using TableColumns = std::array<size_t, kTableColumns>;
 
 [[noreturn]] void refuse(const TextLines &lines, const std::string &what) {
     fail(Status::format, "{%s}:%d: %.140s: a table of Horizons %s", lines.path(), lines.number(), what.c_str(), kRules);
@@ -54,14 +54,14 @@ void check_statement(const TextLines &lines, std::string_view line) {
     }
 }
 
-Columns columns_of(const TextLines &lines, std::string_view header) {
+TableColumns columns_of(const TextLines &lines, std::string_view header) {
     Fields fields;
-    const size_t count = std::min(ingest::split_fields(header, fields), kMostColumns);
-    Columns columns;
-    for (size_t k = 0; k < kColumns; k++) {
-        columns[k] = ingest::column_of(kNames[k], fields, count);
+    const size_t count = std::min(ingest::split_fields(header, fields), kMostFields);
+    TableColumns columns;
+    for (size_t k = 0; k < kTableColumns; k++) {
+        columns[k] = ingest::column_of(kColumnNames[k], fields, count);
         if (columns[k] == ingest::kNoColumn)
-            refuse(lines, std::string("no column ") + kNames[k] + " before $$SOE");
+            refuse(lines, std::string("no column ") + kColumnNames[k] + " before $$SOE");
     }
     return columns;
 }
@@ -95,7 +95,7 @@ std::vector<Segment> read_horizons(TextLines &lines, std::string_view first, con
         if (line.find_first_not_of("* ") != std::string_view::npos)
             header = line;
     }
-    const Columns columns = columns_of(lines, header);
+    const TableColumns columns = columns_of(lines, header);
     SegmentBuilder builder(lines.path(), lines.number(), {"km", "km/s"});
     for (;;) {
         if (!lines.next(line))
@@ -103,12 +103,12 @@ std::vector<Segment> read_horizons(TextLines &lines, std::string_view first, con
         if (line == kEnd)
             break;
         Fields fields;
-        const size_t count = std::min(ingest::split_fields(line, fields), kMostColumns);
-        std::array<double, kColumns> numbers = {};
-        for (size_t k = 1; k < kColumns; k++) {
+        const size_t count = std::min(ingest::split_fields(line, fields), kMostFields);
+        std::array<double, kTableColumns> numbers = {};
+        for (size_t k = 1; k < kTableColumns; k++) {
             numbers[k] = columns[k] < count ? number_of(fields[columns[k]]) * 1000 : NAN;
             if (!(numbers[k] == numbers[k]))
-                refuse(lines, std::string(kNames[k]) + " is not a finite number");
+                refuse(lines, std::string(kColumnNames[k]) + " is not a finite number");
         }
         builder.add(time_of(lines, columns[0] < count ? fields[columns[0]] : "", leap_seconds),
                     {{numbers[1], numbers[2], numbers[3]}, {numbers[4], numbers[5], numbers[6]}}, lines.number());

@@ -55,7 +55,6 @@ void turn(const Matrix &matrix, double vector[3]) noexcept {
 }
 
 OrbitShape shape_of(const State &state, int64_t tai_ns) noexcept {
-    constexpr double kDegree = kPi / 180;
     const double *const r = state.position_m, *const v = state.velocity_m_s;
     const double normal[3] = {r[1] * v[2] - r[2] * v[1], r[2] * v[0] - r[0] * v[2], r[0] * v[1] - r[1] * v[0]};
     const double distance = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);

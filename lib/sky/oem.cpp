@@ -74,7 +74,7 @@ constexpr const char *kRotating =
     "axes that rotate with the Earth make velocities wrong by 500 m/s, 17 uas: convert the "
     "states to GCRF";
 constexpr const char *kElsewhere = "its origin is not the Earth's centre: convert the states to GCRF";
-constexpr Refused kFrames[] = {
+constexpr Refused kRefusedFrames[] = {
     {"TEME", kOfDate},   {"TOD", kOfDate},   {"MOD", kOfDate},    {"TDR", kRotating},
     {"ITRF", kRotating}, {"GRC", kRotating}, {"WGS", kRotating},  {"ECEF", kRotating},
     {"ECF", kRotating},  {"EFG", kRotating}, {"GTOD", kRotating}, {"MCI", kElsewhere},
@@ -84,7 +84,7 @@ constexpr const char *kAxes[] = {"ICRF", "GCRF", "EME2000", "J2000"};
 constexpr const char *kOnboard = "a clock on board has no known relation to TAI";
 constexpr const char *kEarthRotation = "it follows the rotation of the Earth, within 0.9 s of UTC: 0.9 s are 7 m/s";
 constexpr const char *kOtherRate = "it has another rate, and has advanced by more than 1 s against TT";
-constexpr Refused kTimes[] = {
+constexpr Refused kRefusedTimes[] = {
     {"UT1", kEarthRotation}, {"GMST", kEarthRotation}, {"MET", kOnboard},   {"MRT", kOnboard},
     {"SCLK", kOnboard},      {"TCB", kOtherRate},      {"TCG", kOtherRate},
 };
@@ -209,7 +209,7 @@ class OemReader {
         const std::string axes = upper(frame.text);
         if (std::find(std::begin(kAxes), std::end(kAxes), axes) == std::end(kAxes))
             fail(Status::format, "{%s}:%d: REF_FRAME = %.60s: %smust be ICRF, GCRF, EME2000 or J2000", lines_.path(),
-                 frame.line, frame.text.c_str(), before_rule(reason_of(kFrames, axes)).c_str());
+                 frame.line, frame.text.c_str(), before_rule(reason_of(kRefusedFrames, axes)).c_str());
         if (!object_.empty() && object.text != object_)
             fail(Status::format, "{%s}:%d: OBJECT_ID = %.60s: must be %.60s in all segments", lines_.path(),
                  object.line, object.text.c_str(), object_.c_str());
@@ -221,7 +221,7 @@ class OemReader {
         const auto *const found = std::find(std::begin(kTimeSystems), std::end(kTimeSystems), name);
         if (found == std::end(kTimeSystems))
             fail(Status::format, "{%s}:%d: TIME_SYSTEM = %.60s: %smust be UTC, TAI, TT, TDB or GPS", lines_.path(),
-                 value.line, value.text.c_str(), before_rule(reason_of(kTimes, name)).c_str());
+                 value.line, value.text.c_str(), before_rule(reason_of(kRefusedTimes, name)).c_str());
         const auto scale = static_cast<Scale>(found - kTimeSystems);
         if (scale_.value_or(scale) != scale)
             fail(Status::format, "{%s}:%d: TIME_SYSTEM = %.60s: must be %s in all segments", lines_.path(), value.line,
@@ -266,17 +266,17 @@ class OemReader {
     }
 
     void read_state(int64_t start, int64_t stop, SegmentBuilder &builder) const {
-        constexpr size_t kMost = 10;
-        std::array<std::string_view, kMost> fields;
+        constexpr size_t kMostWords = 10;
+        std::array<std::string_view, kMostWords> fields;
         size_t count = 0;
         for (std::string_view rest = line_; !rest.empty(); count++) {
             const size_t end = ingest::first_field(rest);
-            if (count < kMost)
+            if (count < kMostWords)
                 fields[count] = rest.substr(0, end);
             rest = TextLines::trimmed(rest.substr(end));
         }
-        std::array<double, kMost> numbers = {};
-        bool good = count == 7 || count == kMost;
+        std::array<double, kMostWords> numbers = {};
+        bool good = count == 7 || count == kMostWords;
         for (size_t i = 1; good && i < count; i++) {
             numbers[i] = number_of(fields[i]);
             good = numbers[i] == numbers[i];

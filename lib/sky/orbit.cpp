@@ -21,8 +21,6 @@ namespace toliman::sky {
 
 namespace {
 
-constexpr double kDegree = kPi / 180;
-
 struct InPlane {
     double sine, cosine; // of the eccentric anomaly
     double root;         // sqrt(1 - e^2)

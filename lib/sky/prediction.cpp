@@ -21,39 +21,21 @@
 #include "base/error.hpp"
 #include "base/hash.hpp"
 #include "sky/time.hpp"
+#include "sky/vector.hpp"
 
 namespace toliman::sky {
 
 namespace {
 
-using erfa::Vector;
-
-constexpr double kArcsec = kPi / 648000, kDegree = kPi / 180;
 constexpr double kLightYear = erfa::kLightSpeed * kSecondsPerDay * kDaysPerYear / erfa::kAstronomicalUnit; // au
 constexpr int64_t kFarthestNs = 36524 * kNsPerDay; // from J2000.0; ERFA's Earth is valid from 1900 to 2100
 constexpr int64_t kLongestInterval = 400 * kNsPerDay;
 constexpr double kTurn = 1e-3, kFarther = 10; // of star B; rad, and arcsec at the distance of the system
 constexpr int kLightTimeSteps = 4;            // each reduces the error by the velocity over c, 1e-4
 
-Vector sum(const Vector &a, double factor, const Vector &b) noexcept {
-    return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
-}
-
-double dot(const Vector &a, const Vector &b) noexcept {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-double length(const Vector &a) noexcept {
-    return std::sqrt(dot(a, a));
-}
-
 Vector unit(const Vector &a) noexcept {
     const double size = length(a);
     return {a[0] / size, a[1] / size, a[2] / size};
-}
-
-Vector vector_of(const double values[3], double unit_size) noexcept {
-    return {values[0] / unit_size, values[1] / unit_size, values[2] / unit_size};
 }
 
 void check_time(int64_t tai_ns) {

@@ -20,7 +20,6 @@ namespace toliman::sky {
 namespace {
 
 constexpr uint64_t kLongest = 600000000000; // ns, of an exposure without on-target intervals
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 Reduced not_covered() {
     Reduced out = {kNaN, {kNaN, kNaN, kNaN, kNaN, kNaN, kNaN, kNaN, kNaN, {}}};

@@ -1,10 +1,13 @@
 // Means of predictions over exposures, and the reduction of measured separations to the orbit.
 #pragma once
+#include <limits>
 #include <string>
 
 #include "sky/prediction.hpp"
 
 namespace toliman::sky {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(); // what is not known
 
 // When an exposure collected light.
 struct Exposure {

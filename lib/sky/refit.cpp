@@ -27,11 +27,11 @@ constexpr double kStill = 1e-2; // standard deviations after the fit
 constexpr double kMostEccentricity = 0.9999;
 constexpr double kFarthest = 10; // standard deviations: beyond, separations and system do not belong together
 constexpr size_t kScale = kElements, kAll = kElements + 1;
-constexpr const char *kNames[kAll] = {
+constexpr const char *kFittedNames[kAll] = {
     "the period", "the semi-major axis",        "the eccentricity",       "the inclination",
     "the node",   "the argument of periastron", "the date of periastron", "the plate scale"};
 
-using Values = std::array<double, kAll>;
+using FittedValues = std::array<double, kAll>;
 
 // Normal equations of a step, in units of the standard deviations of the prior.
 struct Step {
@@ -56,7 +56,7 @@ Prediction mean_of(const Predictor &predictor, const std::vector<Measurement> &m
     }
 }
 
-Step step_at(const Predictor &predictor, const std::vector<Measurement> &measurements, const Values &sigma,
+Step step_at(const Predictor &predictor, const std::vector<Measurement> &measurements, const FittedValues &sigma,
              double scale, double jitter) {
     Step step;
     for (size_t m = 0; m < measurements.size(); m++) {
@@ -122,7 +122,7 @@ Refit fit(const Predictor &reference, const std::vector<Measurement> &measuremen
     Refit out = {};
     out.jitter_arcsec = jitter;
     out.system = reference.system();
-    Values sigma = {}, moved = {}; // moved: from the prior, in its standard deviations
+    FittedValues sigma = {}, moved = {}; // moved: from the prior, in its standard deviations
     for (size_t i = 0; i < kElements; i++)
         sigma[i] = out.system.sigma.orbit.*kElementOf[i];
     sigma[kScale] = scale_sigma;
@@ -162,7 +162,7 @@ Refit fit(const Predictor &reference, const std::vector<Measurement> &measuremen
                 fail(Status::argument,
                      "{measured}: the fit moves %s by %.3g standard deviations: must be at most 10; check "
                      "system, unit (arcsec), times and plate scale",
-                     kNames[i], std::fabs(moved[i]));
+                     kFittedNames[i], std::fabs(moved[i]));
         const Orbit &orbit = out.system.value.orbit;
         if (!(orbit.eccentricity >= 0 && orbit.eccentricity <= kMostEccentricity && orbit.period_years > 0 &&
               orbit.semi_major_arcsec > 0 && orbit.inclination_deg >= 0 && orbit.inclination_deg <= 180))

@@ -18,16 +18,15 @@
 #include "sky/columns.hpp"
 #include "sky/reduction.hpp"
 #include "sky/time.hpp"
+#include "sky/vector.hpp"
 
 namespace toliman::sky {
 
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPanel = 120e9;         // ns, of a node
 constexpr double kSunGm = 1.32712440e20; // m^3/s^2
 constexpr double kSameLength = 1e6;      // ns, of exposures
-constexpr double kDegree = kPi / 180;
 
 std::vector<Interval> shifted(std::vector<Interval> intervals, double late_s) {
     const int64_t shift = std::llround(late_s * 1e9);
@@ -36,10 +35,6 @@ std::vector<Interval> shifted(std::vector<Interval> intervals, double late_s) {
         end -= shift;
     }
     return intervals;
-}
-
-double dot(const erfa::Vector &a, const double *b) noexcept {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 // The mean over exposure i, or nothing if the observer has no state for it.
@@ -67,11 +62,11 @@ double length_of(const Exposure &exposure) noexcept {
 }
 
 // Derivative of the Earth's velocity in a direction, m/s^2.
-double earth_pull(const Earth &earth, int64_t tai_ns, const erfa::Vector &direction) {
+double earth_pull(const Earth &earth, int64_t tai_ns, const Vector &direction) {
     constexpr double kAu = erfa::kAstronomicalUnit;
-    const erfa::Vector from_sun = earth.at(terrestrial_days(tai_ns)).earth.from_sun; // au
-    const double distance = std::sqrt(dot(from_sun, from_sun.data()));
-    return -kSunGm / (kAu * kAu) * dot(direction, from_sun.data()) / (distance * distance * distance);
+    const Vector from_sun = earth.at(terrestrial_days(tai_ns)).earth.from_sun; // au
+    const double distance = length(from_sun);
+    return -kSunGm / (kAu * kAu) * dot(direction, from_sun) / (distance * distance * distance);
 }
 
 } // namespace
@@ -127,8 +122,8 @@ double Residuals::spacecraft_approach(const Node &node, const Change &change) co
     const State state = predictor_.observer().at(tai_ns);
     double approach = 0;
     for (size_t i = 0; i < 3; i++)
-        approach +=
-            towards_[i] * dot({change.axes[3 * i], change.axes[3 * i + 1], change.axes[3 * i + 2]}, state.velocity_m_s);
+        approach += towards_[i] * dot({change.axes[3 * i], change.axes[3 * i + 1], change.axes[3 * i + 2]},
+                                      vector_of(state.velocity_m_s));
     return approach;
 }
 

@@ -24,12 +24,18 @@
 #include "base/error.hpp"
 #include "sky/interpolation.hpp"
 #include "sky/lagrange.hpp"
+#include "sky/observer.hpp"
+#include "sky/vector.hpp"
 
 namespace toliman::sky {
 
+// Weights of eight values for their mean from the node `left` to the next one, and of the six and four nearest of them.
+struct MeanWeights {
+    std::array<double, Ephemeris::kPoints> eight = {}, six = {}, four = {};
+};
+
 namespace {
 
-constexpr double kEarthGm = 3.986004418e14;                        // m^3/s^2
 constexpr double kLeastDistance = 6.378e6, kMostDistance = 3e9;    // m
 constexpr double kMostSpeed = 12e3, kLowDistance = 5e7;            // m/s, m
 constexpr double kUsualInterval = 60;                              // s
@@ -39,37 +45,20 @@ constexpr double kDoubtLimit = 4;                                  // changes fr
 constexpr double kUnresolved = 30;                                 // m/s
 constexpr size_t kPoints = Ephemeris::kPoints;                     // of the interpolation
 
-struct Vector {
-    double x = 0, y = 0, z = 0;
-
-    void add(double factor, const Vector &other) noexcept {
-        x += factor * other.x;
-        y += factor * other.y;
-        z += factor * other.z;
-    }
-    double length() const noexcept { return std::sqrt(x * x + y * y + z * z); }
-};
-
-Vector vector_of(const double values[3]) noexcept {
-    return {values[0], values[1], values[2]};
+double distance(const Vector &a, const Vector &b) noexcept {
+    return length(sum(a, -1, b));
 }
 
-Vector difference(const Vector &a, const Vector &b) noexcept {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
+// The change of a vector per second.
+Vector rate(const double from[3], const double to[3], double seconds) noexcept {
+    return sum({}, 1 / seconds, sum(vector_of(to), -1, vector_of(from)));
 }
 
 Vector attraction(const State &state) noexcept {
     const Vector place = vector_of(state.position_m);
-    const double distance = place.length();
-    Vector out;
-    out.add(-kEarthGm / (distance * distance * distance), place);
-    return out;
+    const double distance = length(place);
+    return sum({}, -kEarthGm / (distance * distance * distance), place);
 }
-
-// Weights of eight values for their mean from the node `left` to the next one, and of the six and four nearest of them.
-struct MeanWeights {
-    std::array<double, kPoints> eight = {}, six = {}, four = {};
-};
 
 // Gauss's rule with four nodes.
 template <size_t kCount>
@@ -90,10 +79,10 @@ std::array<double, kPoints> mean_weights(const std::array<int64_t, kPoints> &tim
 }
 
 Vector sum_of(const std::array<Vector, kPoints> &values, const std::array<double, kPoints> &weights) noexcept {
-    Vector sum;
+    Vector out = {};
     for (size_t i = 0; i < kPoints; i++)
-        sum.add(weights[i], values[i]);
-    return sum;
+        out = sum(out, weights[i], values[i]);
+    return out;
 }
 
 // A mean, and the changes from four to six to eight points.
@@ -104,7 +93,7 @@ struct Mean {
 
 Mean mean_of(const std::array<Vector, kPoints> &values, const MeanWeights &weights) noexcept {
     const Vector eight = sum_of(values, weights.eight), six = sum_of(values, weights.six);
-    return {eight, difference(eight, six).length() + difference(six, sum_of(values, weights.four)).length()};
+    return {eight, distance(eight, six) + distance(six, sum_of(values, weights.four))};
 }
 
 } // namespace
@@ -119,7 +108,7 @@ double number_of(std::string_view text) noexcept {
 }
 
 void SegmentBuilder::add(int64_t tai_ns, const State &state, int line) {
-    const double distance = vector_of(state.position_m).length(), speed = vector_of(state.velocity_m_s).length();
+    const double distance = length(vector_of(state.position_m)), speed = length(vector_of(state.velocity_m_s));
     if (!(distance >= kLeastDistance && distance <= kMostDistance))
         fail(
             Status::format,
@@ -204,9 +193,8 @@ bool SegmentBuilder::check_velocity(const Interval &interval) const {
     if (velocity.doubt > kUnresolved)
         return false;
     const State &from = segment_.states[interval.from], &to = segment_.states[interval.to()];
-    Vector moved;
-    moved.add(1 / interval.seconds, difference(vector_of(to.position_m), vector_of(from.position_m)));
-    const double error = difference(moved, velocity.value).length();
+    const Vector moved = rate(from.position_m, to.position_m, interval.seconds);
+    const double error = distance(moved, velocity.value);
     const double most = kVelocityLimit + kDoubtLimit * velocity.doubt + kPositionRounding / interval.seconds;
     if (!(error <= most))
         fail(
@@ -214,20 +202,19 @@ bool SegmentBuilder::check_velocity(const Interval &interval) const {
             "{%s}:%d: up to line %d, %.6g s later, the position changes by %.6g m/s and the mean velocity is %.6g m/s: "
             "must differ by at most %.3g m/s, not by %.6g: wrong units, columns or axes, or states too far apart; "
             "positions must be in %s and velocities in %s",
-            path_.c_str(), line_of(interval.from), line_of(interval.to()), interval.seconds, moved.length(),
-            velocity.value.length(), most, error, units_.position, units_.velocity);
+            path_.c_str(), line_of(interval.from), line_of(interval.to()), interval.seconds, length(moved),
+            length(velocity.value), most, error, units_.position, units_.velocity);
     return true;
 }
 
 void SegmentBuilder::check_attraction(const Interval &interval) const {
     const State &from = segment_.states[interval.from], &to = segment_.states[interval.to()];
-    if (vector_of(from.position_m).length() > kLowDistance || vector_of(to.position_m).length() > kLowDistance)
+    if (length(vector_of(from.position_m)) > kLowDistance || length(vector_of(to.position_m)) > kLowDistance)
         return;
     const Mean pull = interval.mean(segment_.states, attraction);
-    const double strength = pull.value.length();
-    Vector accelerated;
-    accelerated.add(1 / interval.seconds, difference(vector_of(to.velocity_m_s), vector_of(from.velocity_m_s)));
-    const double excess = difference(accelerated, pull.value).length();
+    const double strength = length(pull.value);
+    const Vector accelerated = rate(from.velocity_m_s, to.velocity_m_s, interval.seconds);
+    const double excess = distance(accelerated, pull.value);
     const double most = kAttractionLimit * strength + kDoubtLimit * pull.doubt + kVelocityRounding / interval.seconds;
     if (!(excess <= most))
         fail(
@@ -235,7 +222,7 @@ void SegmentBuilder::check_attraction(const Interval &interval) const {
             "{%s}:%d: up to line %d, %.6g s later, the velocity changes by %.4g m/s^2, of which %.4g m/s^2 are not the "
             "Earth's attraction: must be at most %.3g m/s^2; axes must not rotate with the Earth (ITRF), and after a "
             "manoeuvre a new segment must begin",
-            path_.c_str(), line_of(interval.from), line_of(interval.to()), interval.seconds, accelerated.length(),
+            path_.c_str(), line_of(interval.from), line_of(interval.to()), interval.seconds, length(accelerated),
             excess, most);
 }
 

@@ -13,13 +13,13 @@ namespace toliman::track {
 
 namespace {
 
-constexpr char kMagic[] = "TLMC", kKind[] = "checkpoint";
-constexpr uint32_t kVersion = 1;
+constexpr char kCheckpointMagic[] = "TLMC", kCheckpointKind[] = "checkpoint";
+constexpr uint32_t kCheckpointVersion = 1;
 constexpr size_t kBeforeSums = 4 + 4 + 8 + 8 + 8 + 4 + 4;
-constexpr int64_t kLargest = int64_t{1} << 35;
+constexpr int64_t kLargestCheckpoint = int64_t{1} << 35;
 
-Loaded read(const std::vector<uint8_t> &bytes) {
-    ByteReader in = checked_content(bytes, kMagic, kVersion, kKind).in;
+Loaded read_checkpoint(const std::vector<uint8_t> &bytes) {
+    ByteReader in = checked_content(bytes, kCheckpointMagic, kCheckpointVersion, kCheckpointKind).in;
     Checkpoint checkpoint;
     checkpoint.salt = in.u64();
     checkpoint.records = in.u64();
@@ -27,7 +27,7 @@ Loaded read(const std::vector<uint8_t> &bytes) {
     checkpoint.chain = in.u32();
     checkpoint.setup = in.u32();
     if (checkpoint.repeats < 0 || checkpoint.repeats > kMaxRepeats)
-        fail(Status::format, "%s: impossible counts", kKind);
+        fail(Status::format, "%s: impossible counts", kCheckpointKind);
     const size_t size = in.left();
     return {checkpoint, period::Stream::load(in.raw(size), size)};
 }
@@ -35,7 +35,7 @@ Loaded read(const std::vector<uint8_t> &bytes) {
 } // namespace
 
 std::vector<uint8_t> to_bytes(const Checkpoint &checkpoint, const period::Stream &sums) {
-    ByteWriter out = begin_file(kMagic, kVersion);
+    ByteWriter out = begin_file(kCheckpointMagic, kCheckpointVersion);
     out.u64(checkpoint.salt);
     out.u64(checkpoint.records);
     out.i64(checkpoint.repeats);
@@ -59,7 +59,7 @@ std::optional<Loaded> load_checkpoint(Store &store) {
     } catch (const Error &) {
         return std::nullopt;
     }
-    return read_if_whole(store, Checkpoint::kName, kFramingSize, kLargest, read);
+    return read_if_whole(store, Checkpoint::kName, kFramingSize, kLargestCheckpoint, read_checkpoint);
 }
 
 int64_t unrecorded_repeats(const Checkpoint &checkpoint, const MergeMark &last) noexcept {

@@ -17,7 +17,6 @@ namespace toliman::track {
 namespace {
 
 constexpr const char *kName = LedgerFile::kName;
-constexpr size_t kChunk = 1024; // records rewritten at once
 
 } // namespace
 
@@ -79,9 +78,9 @@ void Ledger::check_checkpoint_mark(CheckpointMark mark) const {
 // cache only, and after a failed fsync the kernel marks their pages clean, so that another fsync alone would not write
 // them.
 void Ledger::rewrite_unsynced(uint64_t first) {
-    std::vector<uint8_t> chunk(kChunk * file_.record_size());
-    for (uint64_t number = first; number < written_; number += kChunk) {
-        const size_t size = std::min<uint64_t>(kChunk, written_ - number) * file_.record_size();
+    std::vector<uint8_t> chunk(LedgerFile::kChunk * file_.record_size());
+    for (uint64_t number = first; number < written_; number += LedgerFile::kChunk) {
+        const size_t size = std::min<uint64_t>(LedgerFile::kChunk, written_ - number) * file_.record_size();
         read_all(store_, kName, file_.offset_of(number), chunk.data(), size);
         store_.write(kName, file_.offset_of(number), chunk.data(), size);
     }

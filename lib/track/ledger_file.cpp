@@ -16,11 +16,10 @@ namespace toliman::track {
 
 namespace {
 
-constexpr char kMagic[] = {'T', 'L', 'M', 'L'};
-constexpr uint32_t kVersion = 2, kFirstVersion = 1; // kFirstVersion: libtoliman 0.1
+constexpr char kLedgerMagic[] = {'T', 'L', 'M', 'L'};
+constexpr uint32_t kLedgerVersion = 2, kFirstVersion = 1; // kFirstVersion: libtoliman 0.1
 constexpr size_t kBeforeColumns = 120;
-constexpr char kKind[] = "ledger";
-constexpr size_t kChunk = 1024; // records read at once
+constexpr char kLedgerKind[] = "ledger";
 
 } // namespace
 
@@ -40,8 +39,8 @@ uint64_t new_salt() {
 std::vector<uint8_t> header_bytes(uint64_t salt, const Terms &terms, const Columns &columns) {
     const TermsBytes bytes = to_bytes(terms);
     ByteWriter header;
-    header.raw(kMagic, sizeof kMagic);
-    header.u32(kVersion);
+    header.raw(kLedgerMagic, sizeof kLedgerMagic);
+    header.u32(kLedgerVersion);
     header.u64(salt);
     header.raw(bytes.data(), bytes.size());
     header.u32(static_cast<uint32_t>(columns.count()));
@@ -62,16 +61,16 @@ LedgerFile::LedgerFile(Store &store) : store_(&store) {
         fail(Status::not_found, "{%s}: no such file", path().c_str());
     std::vector<uint8_t> bytes(kBeforeColumns);
     read_all(store, kName, 0, bytes.data(), bytes.size());
-    ByteReader in(bytes.data(), bytes.size(), kKind);
-    if (std::memcmp(in.raw(sizeof kMagic), kMagic, sizeof kMagic) != 0)
+    ByteReader in(bytes.data(), bytes.size(), kLedgerKind);
+    if (std::memcmp(in.raw(sizeof kLedgerMagic), kLedgerMagic, sizeof kLedgerMagic) != 0)
         fail(Status::format, "{%s}: does not begin with \"TLML\"", path().c_str());
     const uint32_t version = in.u32();
     if (version == kFirstVersion)
         fail(Status::format,
              "{%s}: unsupported version 1, of libtoliman 0.1 (supported: %u): push the frames again into a new folder",
-             path().c_str(), kVersion);
-    if (version != kVersion)
-        fail(Status::format, "{%s}: unsupported version %u (supported: %u)", path().c_str(), version, kVersion);
+             path().c_str(), kLedgerVersion);
+    if (version != kLedgerVersion)
+        fail(Status::format, "{%s}: unsupported version %u (supported: %u)", path().c_str(), version, kLedgerVersion);
     in.raw(8 + kTermsSize);
     const uint32_t columns = in.u32(), size_of_record = in.u32();
     if (columns > kMaxColumns || size_of_record != track::record_size(columns))
@@ -84,7 +83,7 @@ LedgerFile::LedgerFile(Store &store) : store_(&store) {
 
 // Decodes the header, whose size matches its number of columns.
 void LedgerFile::read_header(const std::vector<uint8_t> &bytes) {
-    ByteReader in(bytes.data(), bytes.size(), kKind);
+    ByteReader in(bytes.data(), bytes.size(), kLedgerKind);
     in.raw(8);
     salt_ = in.u64();
     terms_ = terms_of(in.raw(kTermsSize));
@@ -95,7 +94,7 @@ void LedgerFile::read_header(const std::vector<uint8_t> &bytes) {
     if (chain_ != zip::crc32(bytes.data(), bytes.size() - 4))
         fail(Status::format, "{%s}: checksum mismatch: the header is damaged", path().c_str());
     try {
-        ByteReader from(names, columns * Columns::kSavedSize, kKind);
+        ByteReader from(names, columns * Columns::kSavedSize, kLedgerKind);
         columns_ = Columns::load(from, columns);
         terms_.check();
     } catch (const Error &error) {
@@ -194,7 +193,7 @@ Record LedgerFile::record(const uint8_t *bytes, uint64_t number, Tail &tail) con
 LedgerWriter::LedgerWriter(Store &store, const Terms &terms, const Columns &columns)
     : store_(store), temporary_(temporary_of(LedgerFile::kName)), columns_(columns.count()), salt_(new_salt()),
       waiting_(header_bytes(salt_, terms, columns)) {
-    ByteReader checksum(waiting_.data() + waiting_.size() - 4, 4, kKind);
+    ByteReader checksum(waiting_.data() + waiting_.size() - 4, 4, kLedgerKind);
     chain_ = checksum.u32();
     store_.create(temporary_);
     store_.lock_created(temporary_);
@@ -209,7 +208,7 @@ void LedgerWriter::append(const Record &record) {
     const size_t size = waiting_.size();
     waiting_.resize(size + record_size(columns_));
     chain_ = to_bytes(record, columns_, static_cast<uint32_t>(count_++), chain_, waiting_.data() + size);
-    if (waiting_.size() >= kChunk * record_size(columns_))
+    if (waiting_.size() >= LedgerFile::kChunk * record_size(columns_))
         flush();
 }
 

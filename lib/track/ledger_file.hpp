@@ -17,6 +17,7 @@ using EachRecord = std::function<void(const Record &, uint64_t number)>;
 class LedgerFile {
   public:
     static constexpr const char *kName = "ledger.tlml";
+    static constexpr size_t kChunk = 1024; // records read or written at once
     static constexpr uint64_t kMaxRecords = uint64_t{1} << 29;
     size_t header_size() const noexcept { return header_size(columns_.count()); }
     size_t record_size() const noexcept { return track::record_size(columns_.count()); }

@@ -13,14 +13,14 @@ namespace toliman::track {
 
 namespace {
 
-constexpr char kMagic[] = "TLMS", kKind[] = "setup";
-constexpr uint32_t kVersion = 5, kVersionWithoutLimit = 4, kVersionWithoutFunctions = 3, kVersionWithoutReference = 2,
-                   kVersionWithoutTiming = 1;
+constexpr char kSetupMagic[] = "TLMS", kSetupKind[] = "setup";
+constexpr uint32_t kSetupVersion = 5, kVersionWithoutLimit = 4, kVersionWithoutFunctions = 3,
+                   kVersionWithoutReference = 2, kVersionWithoutTiming = 1;
 constexpr size_t kLongestSystem = size_t{256} << 10;
 constexpr double kMostScale = 1e6;       // arcsec per px
 constexpr double kLongestExposure = 1e9; // s
 constexpr size_t kPointSize = 16;
-constexpr int64_t kLargest = int64_t{1} << 30;
+constexpr int64_t kLargestSetup = int64_t{1} << 30;
 
 const char *name_of(Stamp stamp) noexcept {
     static const char *const names[] = {"start", "middle", "end"};
@@ -35,7 +35,7 @@ Timing read_timing(ByteReader &in) {
     const uint32_t stamp = in.u32();
     const double exposure = in.f64();
     if (stamp > static_cast<uint32_t>(Stamp::end) || !(exposure >= 0 && exposure <= kLongestExposure))
-        fail(Status::format, "%s: time stamps %u of exposures of %g s", kKind, stamp, exposure);
+        fail(Status::format, "%s: time stamps %u of exposures of %g s", kSetupKind, stamp, exposure);
     return {static_cast<Stamp>(stamp), exposure};
 }
 
@@ -50,7 +50,7 @@ Reference read_reference(ByteReader &in, bool may_be_none) {
         return reference;
     if (!(reference.scale_arcsec > 0 && reference.scale_arcsec <= kMostScale) || size < 1 || size > kLongestSystem ||
         size > in.left() || in_orbit > 1)
-        fail(Status::format, "%s: system of %zu bytes, plate scale %g", kKind, size, reference.scale_arcsec);
+        fail(Status::format, "%s: system of %zu bytes, plate scale %g", kSetupKind, size, reference.scale_arcsec);
     reference.system.assign(reinterpret_cast<const char *>(in.raw(size)), size);
     return reference;
 }
@@ -73,8 +73,8 @@ OrbitErrors read_errors(ByteReader &in, const period::Grid &grid, const Referenc
     errors.scale_sigma = in.f64();
     if (!are_known || !(errors.scale_sigma >= 0 && errors.scale_sigma < 1) ||
         errors.count() != static_cast<size_t>(grid.basis.columns))
-        fail(Status::format, "%s: errors of %zu elements in %d columns, of the plate scale %g", kKind, errors.count(),
-             grid.basis.columns, errors.scale_sigma);
+        fail(Status::format, "%s: errors of %zu elements in %d columns, of the plate scale %g", kSetupKind,
+             errors.count(), grid.basis.columns, errors.scale_sigma);
     return errors;
 }
 
@@ -87,7 +87,7 @@ void read_limit(ByteReader &in, Setup &setup) {
         *number = in.f64();
     if (!(setup.chi_limit >= 0 && std::isfinite(setup.chi_limit)) || flags > 3 ||
         verdict > static_cast<uint32_t>(GoodnessVerdict::too_good))
-        fail(Status::format, "%s: limit of chi-square %g, flags %u, goodness %u", kKind, setup.chi_limit, flags,
+        fail(Status::format, "%s: limit of chi-square %g, flags %u, goodness %u", kSetupKind, setup.chi_limit, flags,
              verdict);
     setup.model.is_calibrated = (flags & 1) != 0;
     setup.model.is_complete = (flags & 2) != 0;
@@ -103,11 +103,11 @@ void write_limit(const Setup &setup, ByteWriter &out) {
         out.f64(number);
 }
 
-Setup read(const std::vector<uint8_t> &bytes) {
-    auto [in, version] = checked_content(bytes, kMagic, kVersion, kKind);
+Setup read_setup(const std::vector<uint8_t> &bytes) {
+    auto [in, version] = checked_content(bytes, kSetupMagic, kSetupVersion, kSetupKind);
     const size_t count = in.u32();
     if (count > in.left() / kPointSize)
-        fail(Status::format, "%s: %zu clock points exceed the size of the file", kKind, count);
+        fail(Status::format, "%s: %zu clock points exceed the size of the file", kSetupKind, count);
     std::vector<ClockPoint> points(count);
     for (ClockPoint &point : points) {
         point.camera_ns = in.i64();
@@ -122,17 +122,17 @@ Setup read(const std::vector<uint8_t> &bytes) {
     }
     if (version > kVersionWithoutFunctions)
         setup.errors = read_errors(in, setup.grid, setup.reference);
-    if (version == kVersion)
+    if (version == kSetupVersion)
         read_limit(in, setup);
-    if (version < kVersion && setup.grid.basis.any() != (version == kVersionWithoutLimit))
-        fail(Status::format, "%s: version %u with %zu functions", kKind, version, setup.grid.basis.functions());
+    if (version < kSetupVersion && setup.grid.basis.any() != (version == kVersionWithoutLimit))
+        fail(Status::format, "%s: version %u with %zu functions", kSetupKind, version, setup.grid.basis.functions());
     if (in.left() > 0)
-        fail(Status::format, "%s: has %zu extra bytes", kKind, in.left());
+        fail(Status::format, "%s: has %zu extra bytes", kSetupKind, in.left());
     return setup;
 }
 
 std::optional<Setup> load(Store &store, const char *name) {
-    return read_if_whole(store, name, kFramingSize, kLargest, read);
+    return read_if_whole(store, name, kFramingSize, kLargestSetup, read_setup);
 }
 
 bool is_of_ledger(const Setup &setup, Store &store) {
@@ -148,7 +148,7 @@ std::optional<Setup> load_new(Store &store) {
 
 uint32_t Setup::digest() const {
     const std::vector<uint8_t> bytes = to_bytes(*this);
-    return ByteReader(bytes.data() + bytes.size() - 4, 4, kKind).u32();
+    return ByteReader(bytes.data() + bytes.size() - 4, 4, kSetupKind).u32();
 }
 
 // Earlier versions are written with the default limit, without nuisance functions, without a reference, and with the
@@ -158,11 +158,11 @@ std::vector<uint8_t> to_bytes(const Setup &setup) {
     const bool has_functions = has_limit || setup.grid.basis.any();
     const bool has_reference = has_functions || setup.reference.is_given();
     const bool has_timing = has_reference || !(setup.timing == Timing());
-    ByteWriter out = begin_file(kMagic, has_limit       ? kVersion
-                                        : has_functions ? kVersionWithoutLimit
-                                        : has_reference ? kVersionWithoutFunctions
-                                        : has_timing    ? kVersionWithoutReference
-                                                        : kVersionWithoutTiming);
+    ByteWriter out = begin_file(kSetupMagic, has_limit       ? kSetupVersion
+                                             : has_functions ? kVersionWithoutLimit
+                                             : has_reference ? kVersionWithoutFunctions
+                                             : has_timing    ? kVersionWithoutReference
+                                                             : kVersionWithoutTiming);
     out.u32(static_cast<uint32_t>(setup.clock.points().size()));
     for (const ClockPoint &point : setup.clock.points()) {
         out.i64(point.camera_ns);
