@@ -7,7 +7,7 @@ namespace cli {
 
 namespace {
 
-struct Options {
+struct BudgetOptions {
     std::string scene;
     std::optional<std::string> free;
     toliman_sim_budget_options budget = toliman::sized<toliman_sim_budget_options>();
@@ -85,7 +85,7 @@ Json json_of(const Budget &budget) {
     return json;
 }
 
-void print_json(const Options &options, const Budget &with, const std::optional<Budget> &without) {
+void print_json(const BudgetOptions &options, const Budget &with, const std::optional<Budget> &without) {
     const auto &summary = with.summary;
     const int64_t frames = std::max<int64_t>(options.budget.frames, 1);
     print_stdout(Json("schema", "toliman-budget/1", "version", toliman_version(), "scene", options.scene, "frames",
@@ -112,7 +112,7 @@ std::string number_text(double value) {
     return std::isnan(value) ? "-" : formatted("%.2e", value);
 }
 
-void print_head(const Options &options, const Budget &budget) {
+void print_head(const BudgetOptions &options, const Budget &budget) {
     const auto &summary = budget.summary;
     std::vector<std::string> free;
     for (size_t i = 0; i < summary.free_count; i++)
@@ -125,7 +125,7 @@ void print_head(const Options &options, const Budget &budget) {
                 summary.crb_px * summary.uas_per_px, amount_text(summary.crb_px / summary.earth_px, "").c_str());
 }
 
-void print_steps(const Options &options, const Budget &with, const std::optional<Budget> &without) {
+void print_steps(const BudgetOptions &options, const Budget &with, const std::optional<Budget> &without) {
     const bool shared = options.budget.frames > 1;
     std::printf("\n%-22s %10s %8s %8s", "bounds per frame, free", "px", "uas", "Earths");
     if (shared)
@@ -154,7 +154,7 @@ const toliman_sim_budget_row *row_of(const std::optional<Budget> &budget, const 
 }
 
 // Free or fixed parameters: effect per unit, and the amounts with the effect of an Earth and of a tenth of the bound.
-void print_rows(const Options &options, const Budget &with, const std::optional<Budget> &without, bool free) {
+void print_rows(const BudgetOptions &options, const Budget &with, const std::optional<Budget> &without, bool free) {
     std::printf("\n%-14s %12s %14s %14s%s%s\n", free ? "fitted" : "not fitted", free ? "px per unit^2" : "px per unit",
                 "an Earth", "0.1 sigma", free ? "         fit's sigma" : "", without ? "  Earth without mask" : "");
     bool hidden = false;
@@ -188,7 +188,7 @@ void print_correlations(const Budget &budget) {
         std::printf("%-14s %-14s %6.3f\n", pair.a.c_str(), pair.b.c_str(), pair.value);
 }
 
-void budget(Options &options, Progress &progress) {
+void budget(BudgetOptions &options, Progress &progress) {
     if (options.free)
         options.budget.free_names = options.free->c_str();
     const Scene scene(options.scene, progress);
@@ -217,7 +217,7 @@ void budget(Options &options, Progress &progress) {
 
 void add_budget(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "budget");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<BudgetOptions>();
     add_scene(*command, options->scene);
     add_option(command, "--free", options->free, "NAMES");
     add_option(command, "--frames", options->budget.frames, "K")->check(CLI::Range(int64_t{1}, int64_t{1000000000}));

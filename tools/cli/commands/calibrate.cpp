@@ -11,7 +11,7 @@ namespace {
 
 constexpr size_t kAllFrames = 1000000;
 
-struct Options {
+struct CalibrateOptions {
     CalibrationRequest request;
     bool chooses = false; // --choose is given
     bool map = false, detector = false, improve = false, as_json = false;
@@ -26,7 +26,7 @@ std::string default_out(Progress &progress) {
     return out;
 }
 
-void calibrate(Options &options, Progress &progress) {
+void calibrate(CalibrateOptions &options, Progress &progress) {
     CalibrationRequest &request = options.request;
     const toliman_calibration_options &how = request.options;
     refuse_mistakes(
@@ -69,7 +69,7 @@ void calibrate(Options &options, Progress &progress) {
 
 void add_calibrate(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "calibrate");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<CalibrateOptions>();
     CalibrationRequest &request = options->request;
     add_scene(*command, request.scene);
     add_bad_pixels(*command, request.bad_pixels);

@@ -11,7 +11,7 @@ namespace cli {
 
 namespace {
 
-struct Options {
+struct CoaddOptions {
     InputOptions input;
     std::string scene, every, gap, shift, bad_pixels, out, session = "sums", leap_seconds;
     double motion = 0, chi = 0, exposure = 0, days = 0;
@@ -19,7 +19,7 @@ struct Options {
     bool strict = false;
 };
 
-toliman_fit_prediction prediction_of(const Options &options) {
+toliman_fit_prediction prediction_of(const CoaddOptions &options) {
     auto prediction = toliman::sized<toliman_fit_prediction>();
     prediction.time_days = options.days;
     const size_t colon = options.shift.find(':');
@@ -30,7 +30,7 @@ toliman_fit_prediction prediction_of(const Options &options) {
     return prediction;
 }
 
-toliman::frame_adder adder_of(const Options &options, const toliman_fit *fit, double every, double gap,
+toliman::frame_adder adder_of(const CoaddOptions &options, const toliman_fit *fit, double every, double gap,
                               Progress &progress) {
     auto given = toliman::sized<toliman_coadd_options>();
     given.flags = every > 0 ? TOLIMAN_COADD_ALIGNED : 0;
@@ -59,7 +59,7 @@ toliman::frame_adder adder_of(const Options &options, const toliman_fit *fit, do
     return toliman::frame_adder(made);
 }
 
-void coadd(Options &options, Progress &progress) {
+void coadd(CoaddOptions &options, Progress &progress) {
     const double every = seconds_of("--every", options.every), gap = seconds_of("--gap", options.gap);
     check_inputs(options.input);
     options.input.dated.leap_seconds = LeapSeconds(options.leap_seconds);
@@ -104,7 +104,7 @@ void coadd(Options &options, Progress &progress) {
 
 void add_coadd(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "coadd");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<CoaddOptions>();
     InputOptions &input = options->input;
     add_option(command, "--fit", options->scene, "SCENE")->required();
     add_option(command, "--out", options->out, "FOLDER")->required();

@@ -8,11 +8,11 @@ namespace cli {
 
 namespace {
 
-struct Options {
+struct ConvertOptions {
     std::string in, out;
 };
 
-void convert(const Options &options, Progress &progress) {
+void convert(const ConvertOptions &options, Progress &progress) {
     if (!ends_with(options.in, ".npy") && !is_fits(options.in))
         throw Failure(kExitUsage, "IN " + options.in + ": must end in .npy, .fits or .fits.fz" + kind_of(options.in));
     if (options.out != "-" && !ends_with(options.out, ".npy") && !ends_with(options.out, ".fits"))
@@ -34,7 +34,7 @@ void convert(const Options &options, Progress &progress) {
 
 void add_convert(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "convert");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<ConvertOptions>();
     add_option(command, "IN", options->in, "")->required();
     add_option(command, "OUT", options->out, "")->required();
     set_action(*command, context, options, convert);

@@ -141,13 +141,13 @@ std::string as_text(const Health &health, const std::string &orbit) {
            verdict(health) + "\n";
 }
 
-struct Options {
+struct DoctorOptions {
     std::string folder = ".";
     ObserverOptions observer;
     bool json = false;
 };
 
-void doctor(const Options &options, Progress &progress) {
+void doctor(const DoctorOptions &options, Progress &progress) {
     toliman::sky_predictor sky;
     if (options.observer.is_file())
         sky = options.observer.predictor("alpha-cen", 0, progress);
@@ -162,7 +162,7 @@ void doctor(const Options &options, Progress &progress) {
 
 void add_doctor(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "doctor");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<DoctorOptions>();
     add_option(command, "FOLDER", options->folder, "");
     options->observer.add_file_to(*command);
     command->add_flag("--json", options->json);

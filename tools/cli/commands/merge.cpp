@@ -18,7 +18,7 @@ namespace {
 
 namespace temporary = toliman::temporary;
 
-struct Options {
+struct MergeOptions {
     std::vector<std::string> files;
     std::string out;
     bool salvage = false;
@@ -126,7 +126,7 @@ void merge_folder(const toliman::tracker &tracker, const std::string &folder, bo
 }
 
 // Into a folder that must not exist yet; nothing is left of it after an error, and after a kill nothing under its name.
-void merge_folders(Options &options, Progress &progress) {
+void merge_folders(MergeOptions &options, Progress &progress) {
     const std::string out = plain(options.out);
     SetupOptions &setup = options.setup;
     std::vector<std::string> folders;
@@ -168,7 +168,7 @@ void merge_folders(Options &options, Progress &progress) {
     std::fprintf(stderr, "%s: %lld frames\n", out.c_str(), static_cast<long long>(info.accepted));
 }
 
-void merge_states(Options &options, Progress &progress) {
+void merge_states(MergeOptions &options, Progress &progress) {
     for (const std::string &file : options.files)
         if (!exists(file))
             malformed(file, std::strerror(errno));
@@ -202,7 +202,7 @@ void merge_states(Options &options, Progress &progress) {
 
 void add_merge(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "merge");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<MergeOptions>();
     add_option(command, "STATES", options->files, "")->required();
     add_option(command, "--out", options->out, "PATH")->required();
     command->add_flag("--salvage", options->salvage);

@@ -15,7 +15,7 @@ namespace {
 constexpr char kSchema[] = "toliman-night/1";
 constexpr double kLimitDays = 300; // of the planet that the line says is excluded
 
-struct Options {
+struct NightOptions {
     std::string folder;
     bool as_json = false;
 };
@@ -74,7 +74,7 @@ std::string change_text(double now, double before) {
 
 class Report {
   public:
-    Report(const Options &options, Progress &progress)
+    Report(const NightOptions &options, Progress &progress)
         : folder_(options.folder), path_(options.folder + "/night.json"), before_(night_before(path_, progress)) {
         const toliman::tracker tracker = open_tracker(state_to_read(folder_), progress);
         complaint_ = model_complaint(goodness_of(tracker));
@@ -189,7 +189,7 @@ void add_planet(const std::string &folder, Report &report, Progress &progress) {
     }
 }
 
-void night(Options &options, Progress &progress) {
+void night(NightOptions &options, Progress &progress) {
     options.folder = plain(options.folder);
     Report report(options, progress);
     if (report.has_frames())
@@ -207,7 +207,7 @@ void night(Options &options, Progress &progress) {
 
 void add_night(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "night");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<NightOptions>();
     add_option(command, "DIR", options->folder, "")->required();
     command->add_flag("--json", options->as_json);
     set_action(*command, context, options, night);

@@ -11,7 +11,7 @@ namespace cli {
 
 namespace {
 
-struct Options : SeriesOptions {
+struct PeriodOptions : SeriesOptions {
     std::string power_file, from_state, save_state, out;
     std::optional<double> f0, df;
     std::optional<int64_t> nf;
@@ -28,7 +28,7 @@ const std::map<std::string, int32_t> kNormalisations = {{"standard", TOLIMAN_PER
                                                         {"log", TOLIMAN_PERIOD_POWER_LOG},
                                                         {"psd", TOLIMAN_PERIOD_POWER_PSD}};
 
-FrequencyGrid grid_of(const Options &options, const toliman_measure *series) {
+FrequencyGrid grid_of(const PeriodOptions &options, const toliman_measure *series) {
     if (!options.f0 && !options.df && !options.nf)
         return default_grid(name_of(series), values_of(series, "t"));
     if (!options.f0 || !options.df || !options.nf)
@@ -48,7 +48,7 @@ Periodogram search(const toliman_measure *series, const FrequencyGrid &grid, con
 }
 
 // Coefficients at the peak, or at the nearest frequency of the grid if only the sums are known.
-std::optional<Coefficients> fitted_of(const Options &options, const toliman_measure *series,
+std::optional<Coefficients> fitted_of(const PeriodOptions &options, const toliman_measure *series,
                                       const Periodogram &periodogram, Progress &progress) {
     const toliman_period_info info = info_of(periodogram.handle);
     const double frequency = periodogram.peak.frequency;
@@ -63,15 +63,15 @@ std::optional<Coefficients> fitted_of(const Options &options, const toliman_meas
 }
 
 // Sums of the series without the sinusoid that was found.
-toliman::periodogram residual_of(const Options &options, const toliman_measure *series, const PeriodReport &report,
-                                 Progress &progress) {
+toliman::periodogram residual_of(const PeriodOptions &options, const toliman_measure *series,
+                                 const PeriodReport &report, Progress &progress) {
     const toliman::measurements rest = without(report.sinusoid(), series);
     SumOptions sums = options.sums;
     sums.value_bound.reset(); // of the series; where the fit is poor, the rest may exceed it
     return sums_of(rest.get(), report.grid, options_for(rest.get(), sums), progress);
 }
 
-void write_power(const Options &options, const Periodogram &periodogram) {
+void write_power(const PeriodOptions &options, const Periodogram &periodogram) {
     if (options.power_file.empty())
         return;
     OutputFile out(options.power_file);
@@ -95,7 +95,7 @@ void warn_of_results(const Periodogram &periodogram, const toliman_measure *seri
 
 // Writes and prints the results. series: NULL if only the sums are known. reduced: NULL if the series is as given.
 // folder: NULL without --out.
-void write_results(const Options &options, const toliman_measure *series, const ReductionNote *reduced,
+void write_results(const PeriodOptions &options, const toliman_measure *series, const ReductionNote *reduced,
                    const Instruments &instruments, const Periodogram &periodogram, OutputFolder *folder,
                    Progress &progress) {
     const std::string given = options.samples.time_scale.empty() ? "" : result_scale(options.samples.time_scale);
@@ -126,11 +126,11 @@ void write_results(const Options &options, const toliman_measure *series, const 
         report.print();
 }
 
-void stream(const Options &options, Progress &progress) {
+void stream(const PeriodOptions &options, Progress &progress) {
     if (options.follow && options.save_state == "-")
         throw Failure(kExitUsage, "--save-state -: must be a file with --follow, which prints to standard output");
-    StreamOptions how = {options.file, options.samples,  options.from_state, options.save_state, {},
-                         options.sums, options.nuisance, options.follow,     options.strict};
+    PeriodStreamOptions how = {options.file, options.samples,  options.from_state, options.save_state, {},
+                               options.sums, options.nuisance, options.follow,     options.strict};
     how.samples.of_state = !options.from_state.empty();
     if (options.from_state.empty()) {
         if (!options.f0 || !options.df || !options.nf)
@@ -144,7 +144,7 @@ void stream(const Options &options, Progress &progress) {
         write_results(options, nullptr, nullptr, {}, from_sums(std::move(handle)), nullptr, progress);
 }
 
-void period(Options &options, Progress &progress) {
+void period(PeriodOptions &options, Progress &progress) {
     options.samples.leap_seconds = options.reduction.observer.leap_seconds();
     options.nuisance.check();
     for (const std::string &output : {options.save_state, options.power_file})
@@ -181,7 +181,7 @@ void period(Options &options, Progress &progress) {
 
 void add_period(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "period");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<PeriodOptions>();
     CLI::Option *file = add_option(command, "FILE", options->file, "");
     options->samples.add_to(*command, true);
     command->add_option("--f0", options->f0);

@@ -8,7 +8,7 @@ namespace cli {
 
 namespace {
 
-struct Options {
+struct PlanOptions {
     std::string scene, engine = "auto";
     bool as_json = false;
 };
@@ -190,7 +190,7 @@ std::string as_json(const toliman_sim_plan_info &plan, const SetUp &found, const
     return json.text();
 }
 
-void plan(const Options &options, Progress &progress) {
+void plan(const PlanOptions &options, Progress &progress) {
     auto how = toliman::sized<toliman_sim_options>();
     how.log = Progress::log;
     how.log_data = &progress;
@@ -211,7 +211,7 @@ void plan(const Options &options, Progress &progress) {
 
 void add_plan(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "plan");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<PlanOptions>();
     add_scene(*command, options->scene);
     add_choice(command, "--engine", options->engine, {"auto", "mdft", "fft"});
     command->add_flag("--json", options->as_json);

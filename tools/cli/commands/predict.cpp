@@ -8,7 +8,7 @@ namespace cli {
 
 namespace {
 
-struct Options {
+struct PredictOptions {
     std::string system;
     ObserverOptions observer;
     SkyTimeOptions times;
@@ -41,8 +41,8 @@ std::vector<toliman_sky_prediction> predictions_of(const toliman_sky *sky, const
     return seen;
 }
 
-void print_table(const Options &options, const toliman_sky *sky, const std::vector<SkyTime> &times,
-                 const std::vector<toliman_sky_prediction> &seen) {
+void print_prediction_table(const PredictOptions &options, const toliman_sky *sky, const std::vector<SkyTime> &times,
+                            const std::vector<toliman_sky_prediction> &seen) {
     const auto info = toliman::result<toliman_sky_info>(toliman_sky_get_info, sky);
     size_t width = std::strlen("time");
     for (const SkyTime &time : times)
@@ -76,8 +76,8 @@ std::vector<Exact> partials_of(const toliman_sky_prediction &row) {
     return partials;
 }
 
-void print_json(const Options &options, const toliman_sky *sky, const std::vector<SkyTime> &times,
-                const std::vector<toliman_sky_prediction> &seen) {
+void print_prediction_json(const PredictOptions &options, const toliman_sky *sky, const std::vector<SkyTime> &times,
+                           const std::vector<toliman_sky_prediction> &seen) {
     const auto info = toliman::result<toliman_sky_info>(toliman_sky_get_info, sky);
     Json json("schema", "toliman-predict/1", "version", toliman_version(), "system", options.system, "name",
               text_or_null(info.name), "orbit_digest", digest_text(info.orbit_digest));
@@ -98,19 +98,19 @@ void print_json(const Options &options, const toliman_sky *sky, const std::vecto
     print_stdout(json.text());
 }
 
-void predict(const Options &options, Progress &progress) {
+void predict(const PredictOptions &options, Progress &progress) {
     options.observer.check();
     const std::vector<SkyTime> times = sky_times(options.times, LeapSeconds(options.observer.leap_seconds()).rows);
     const auto sky = options.observer.predictor(options.system, effects_of(options.without), progress);
     const auto seen = predictions_of(sky.get(), times);
-    (options.as_json ? print_json : print_table)(options, sky.get(), times, seen);
+    (options.as_json ? print_prediction_json : print_prediction_table)(options, sky.get(), times, seen);
 }
 
 } // namespace
 
 void add_predict(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "predict");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<PredictOptions>();
     add_system(*command, options->system);
     options->observer.add_to(*command);
     add_sky_times(*command, options->times);

@@ -12,7 +12,7 @@ namespace cli {
 
 namespace {
 
-struct Options {
+struct PupilOptions {
     std::string scene, out, symmetry = "none";
     std::optional<std::string> free;
     std::vector<double> dates, angles;
@@ -26,7 +26,7 @@ constexpr char kEightOfOne[] = "flux_a,shift_x,shift_y,roll,scale,focus,backgrou
 // The design and what it was made for.
 struct Design {
     const Scene &scene;
-    const Options &options;
+    const PupilOptions &options;
     std::string free; // names, separated by commas
     std::vector<toliman_mask_info> places;
     std::vector<double> descent;
@@ -34,7 +34,8 @@ struct Design {
     std::string mask;           // JSON
 };
 
-toliman::phase_mask design_of(const Scene &scene, const Options &options, const std::string &free, Progress &progress) {
+toliman::phase_mask design_of(const Scene &scene, const PupilOptions &options, const std::string &free,
+                              Progress &progress) {
     toliman_mask_options design = options.design;
     design.free = free.c_str();
     design.dates = options.dates.data();
@@ -58,7 +59,7 @@ toliman::phase_mask design_of(const Scene &scene, const Options &options, const 
     }
 }
 
-Design result_of(const Scene &scene, const Options &options, Progress &progress) {
+Design result_of(const Scene &scene, const PupilOptions &options, Progress &progress) {
     const std::string eight = scene.info.flux_ratio > 0 ? kEight : kEightOfOne;
     Design design = {scene, options, options.free.value_or(eight), {}, {}, {}, ""};
     const toliman::phase_mask mask = design_of(scene, options, design.free, progress);
@@ -157,7 +158,7 @@ void write_folder(OutputFolder &out, const Design &design) {
     out.commit("pupil.json");
 }
 
-std::string place_text(const Options &options, size_t place) {
+std::string place_text(const PupilOptions &options, size_t place) {
     return !options.dates.empty()    ? formatted("date %g", options.dates[place])
            : !options.angles.empty() ? formatted("%g deg", options.angles[place])
                                      : "scene";
@@ -184,7 +185,7 @@ void print_summary(const Design &design) {
                                        "limit of the peak: try another --seed or more --iterations\n");
 }
 
-void pupil(const Options &options, Progress &progress) {
+void pupil(const PupilOptions &options, Progress &progress) {
     std::optional<OutputFolder> out;
     if (!options.out.empty()) {
         const std::vector<const char *> files = {"mask.npy", "pupil.json"};
@@ -210,7 +211,7 @@ CLI::Option *add_list(CLI::App *command, const char *name, std::vector<double> &
 
 void add_pupil(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "pupil");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<PupilOptions>();
     toliman_mask_options &design = options->design;
     add_scene(*command, options->scene);
     add_option(command, "--out", options->out, "FOLDER");

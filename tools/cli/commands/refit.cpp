@@ -9,7 +9,7 @@ namespace cli {
 
 namespace {
 
-struct Options {
+struct RefitOptions {
     std::string system, series, out;
     ReductionOptions reduction;
     SampleOptions samples;
@@ -45,7 +45,7 @@ std::vector<Element> elements_of(const toliman_sky *before, const toliman_sky *a
 }
 
 // The frames of a state folder have their own times and exposures.
-void check_folder_options(const Options &options) {
+void check_folder_options(const RefitOptions &options) {
     const SampleOptions &samples = options.samples;
     const std::string exposure = options.reduction.exposure ? formatted("%g", *options.reduction.exposure) : "";
     const std::pair<const char *, std::string> given[] = {{"--columns ", samples.columns},
@@ -58,7 +58,7 @@ void check_folder_options(const Options &options) {
             throw Failure(kExitUsage, name + value + ": must not be given with a state folder, " + options.series);
 }
 
-toliman::measurements measured_of(Options &options, Progress &progress) {
+toliman::measurements measured_of(RefitOptions &options, Progress &progress) {
     if (is_folder(options.series)) {
         check_folder_options(options);
         toliman::measurements measured = measured_frames(options.series, options.reduction.plate_scale, progress);
@@ -72,7 +72,7 @@ toliman::measurements measured_of(Options &options, Progress &progress) {
     return separations_of(series.get(), options.reduction);
 }
 
-Fitted fit(Options &options, Progress &progress) {
+Fitted fit(RefitOptions &options, Progress &progress) {
     const auto sky = options.reduction.observer.predictor(options.system, 0, progress);
     const toliman::measurements measured = measured_of(options, progress);
     const Reduced reduced = reduce(measured.get(), options.reduction, sky.get(), options.scale_sigma, false, progress);
@@ -104,7 +104,7 @@ void warn(const Fitted &fitted, Progress &progress) {
     warn_of_outliers(fitted.result.outliers, " disturb the fit", progress);
 }
 
-void print_table(const Options &options, const Fitted &fitted) {
+void print_fit_table(const RefitOptions &options, const Fitted &fitted) {
     std::string text = "# system    " + options.system + "\n";
     text += "# observer  " + options.reduction.observer.text() + "\n";
     text += formatted("# samples   %lld, %lld left out\n", static_cast<long long>(fitted.measurements),
@@ -125,7 +125,7 @@ void print_table(const Options &options, const Fitted &fitted) {
     print_stdout(text);
 }
 
-void print_json(const Options &options, const Fitted &fitted) {
+void print_fit_json(const RefitOptions &options, const Fitted &fitted) {
     const toliman_sky_refit_result &result = fitted.result;
     Json json("schema", "toliman-refit/1", "version", toliman_version(), "system", options.system);
     options.reduction.set(json);
@@ -147,7 +147,7 @@ void print_json(const Options &options, const Fitted &fitted) {
     print_stdout(json.text());
 }
 
-void refit(Options &options, Progress &progress) {
+void refit(RefitOptions &options, Progress &progress) {
     if (!(options.scale_sigma >= 0 && options.scale_sigma < 1))
         throw Failure(kExitUsage, formatted("--scale-sigma %g: must be in [0, 1)", options.scale_sigma));
     if (!options.out.empty())
@@ -158,7 +158,7 @@ void refit(Options &options, Progress &progress) {
     warn(fitted, progress);
     if (!options.out.empty() && !is_unusable(fitted))
         save(fitted.sky.get(), options.out);
-    (options.as_json ? print_json : print_table)(options, fitted);
+    (options.as_json ? print_fit_json : print_fit_table)(options, fitted);
     if (is_unusable(fitted))
         throw Failure(
             kExitRejected,
@@ -172,7 +172,7 @@ void refit(Options &options, Progress &progress) {
 
 void add_refit(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "refit");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<RefitOptions>();
     add_system(*command, options->system);
     add_option(command, "SERIES", options->series, "")->required();
     options->samples.add_to(*command, false);

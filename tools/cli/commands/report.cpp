@@ -10,7 +10,7 @@ namespace cli {
 
 namespace {
 
-struct Options {
+struct ReportOptions {
     std::vector<std::string> folders;
     std::string out;
     bool png = false, pdf = false, force = false;
@@ -77,7 +77,7 @@ std::vector<std::string> with_results(const std::string &folder, bool searches, 
                                      ": report needs the Debian packages python3-matplotlib and python3-jinja2");
 }
 
-void report(const Options &options, Progress &progress) {
+void report(const ReportOptions &options, Progress &progress) {
     progress.show("report", 0);
     std::vector<std::string> words;
     for (const auto &[name, is_given] :
@@ -100,7 +100,7 @@ void report(const Options &options, Progress &progress) {
 
 void add_report(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "report");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<ReportOptions>();
     add_option(command, "DIR", options->folders, "")->required();
     add_option(command, "--out", options->out, "FOLDER");
     command->add_flag("--png", options->png);

@@ -12,7 +12,7 @@ namespace cli {
 
 namespace {
 
-struct Options {
+struct RunCommandOptions {
     std::string scene, folder, bad_pixels;
     uint64_t seed = 0;
     Controls controls = Controls::full;
@@ -123,7 +123,7 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
     print_stdout("");
 }
 
-void run(const Options &options, Progress &progress) {
+void run(const RunCommandOptions &options, Progress &progress) {
     const auto start = std::chrono::steady_clock::now();
     const Scene scene(options.scene, progress, options.bad_pixels);
     check_cadence(scene, "run");
@@ -152,7 +152,7 @@ void run(const Options &options, Progress &progress) {
 
 void add_run(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "run");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<RunCommandOptions>();
     add_scene(*command, options->scene);
     add_bad_pixels(*command, options->bad_pixels);
     add_option(command, "--out", options->folder, "FOLDER");

@@ -11,7 +11,7 @@ namespace cli {
 
 namespace {
 
-struct Options {
+struct SimulateOptions {
     std::string scene, out, star = "both", frames, session, dtype;
     int bit_depth = 0; // 0: that of the scene or, if it has none, 12 for u16le and 32 for u32le
     std::optional<uint64_t> seed;
@@ -26,7 +26,7 @@ void check_star(const Scene &scene) {
         throw Failure(kExitUsage, "--star B: " + scene.path + " has only star A");
 }
 
-void psf(const Options &options, Progress &progress) {
+void psf(const SimulateOptions &options, Progress &progress) {
     if (options.out != "-" && !ends_with(options.out, ".npy") && !ends_with(options.out, ".fits"))
         throw Failure(kExitUsage, "--out " + options.out + ": must end in .npy or .fits, or be - for .npy on stdout");
     const Scene scene(options.scene, progress);
@@ -44,14 +44,14 @@ void psf(const Options &options, Progress &progress) {
 }
 
 // u16le by default if the scene has at most 16 bits; a file without header is u32le.
-bool is_wide(const Options &options, int bits_of_scene) {
+bool is_wide(const SimulateOptions &options, int bits_of_scene) {
     if (!options.dtype.empty() || options.session.empty())
         return options.dtype != "u16le";
     const int bits = options.bit_depth != 0 ? options.bit_depth : bits_of_scene;
     return bits == 0 || bits > 16;
 }
 
-CountFormat count_format(const Options &options, const Scene &scene) {
+CountFormat count_format(const SimulateOptions &options, const Scene &scene) {
     const int of_scene = static_cast<int>(scene.info.bit_depth);
     const bool wide = is_wide(options, of_scene);
     const int width = wide ? 32 : 16, otherwise = of_scene != 0 ? of_scene : wide ? 32 : 12;
@@ -63,7 +63,7 @@ CountFormat count_format(const Options &options, const Scene &scene) {
     return format;
 }
 
-void check_out(const Options &options) {
+void check_out(const SimulateOptions &options) {
     if (options.session.empty() && options.out != "-" && !ends_with(options.out, ".npy") &&
         !ends_with(options.out, ".bin") && !ends_with(options.out, ".fits"))
         throw Failure(kExitUsage, "--out " + options.out +
@@ -71,7 +71,7 @@ void check_out(const Options &options) {
                                       "--session be a folder");
 }
 
-std::unique_ptr<FrameOutput> output_of(const Options &options, const Simulated &frames) {
+std::unique_ptr<FrameOutput> output_of(const SimulateOptions &options, const Simulated &frames) {
     if (!options.session.empty())
         return session_output(options.out, options.session, count_format(options, frames.scene), frames);
     if (ends_with(options.out, ".bin"))
@@ -90,7 +90,7 @@ void set_pair(const char *option, const std::string &text, const char *form, dou
         throw Failure(kExitUsage, std::string(option) + " " + text + ": must be " + form);
 }
 
-StreamOptions stream_of(const Options &options) {
+StreamOptions stream_of(const SimulateOptions &options) {
     StreamOptions stream = options.stream;
     const auto require = [](bool is_right, const char *option, const std::string &text, const char *rule) {
         if (!is_right)
@@ -123,7 +123,7 @@ StreamOptions stream_of(const Options &options) {
     return stream;
 }
 
-void simulate_stream(const Options &options, Progress &progress) {
+void simulate_stream(const SimulateOptions &options, Progress &progress) {
     const StreamOptions how = stream_of(options);
     refuse_mistakes(
         {{options.session.empty(), "--rate: --session NAME is required"},
@@ -156,7 +156,7 @@ void simulate_stream(const Options &options, Progress &progress) {
     folder.keep();
 }
 
-void simulate(const Options &options, Progress &progress) {
+void simulate(const SimulateOptions &options, Progress &progress) {
     if (options.stream.rate_hz > 0)
         return simulate_stream(options, progress);
     check_out(options);
@@ -177,7 +177,7 @@ void simulate(const Options &options, Progress &progress) {
     out->commit();
 }
 
-void add_stream(CLI::App &command, Options &options) {
+void add_stream(CLI::App &command, SimulateOptions &options) {
     CLI::Option *rate = command.add_option("--rate", options.stream.rate_hz);
     CLI::Option *duration = add_option(&command, "--duration", options.duration, "TIME");
     rate->check(CLI::Range(1e-3, 1e4))->needs(duration);
@@ -199,7 +199,7 @@ void add_stream(CLI::App &command, Options &options) {
 
 void add_psf(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "psf");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<SimulateOptions>();
     add_scene(*command, options->scene);
     add_option(command, "--out", options->out, "FILE")->required();
     add_choice(command, "--star", options->star, {"A", "B", "both"});
@@ -208,7 +208,7 @@ void add_psf(CLI::App &app, Context &context) {
 
 void add_simulate(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "simulate");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<SimulateOptions>();
     add_scene(*command, options->scene);
     add_option(command, "--out", options->out, "PATH")->required();
     add_option(command, "--frames", options->frames, "RANGE");

@@ -9,12 +9,12 @@ namespace cli {
 
 namespace {
 
-struct Options {
+struct StatusOptions {
     std::string folder, out;
     bool as_json = false, records = false, series = false, missing = false;
 };
 
-struct RebuildOptions : Options {
+struct RebuildOptions : StatusOptions {
     SetupOptions setup;
     ReferenceOptions reference;
     std::string leap_seconds;
@@ -98,7 +98,7 @@ void warn_of_refit(const std::string &folder, const toliman::tracker &tracker, P
                       orbit_before_refit(folder));
 }
 
-void status(Options &options, Progress &progress) {
+void status(StatusOptions &options, Progress &progress) {
     options.folder = plain(options.folder);
     const toliman_track_options how = state_to_read(options.folder);
     const toliman::tracker tracker = open_tracker(how, progress);
@@ -154,7 +154,7 @@ void rebuild(RebuildOptions &options, Progress &progress) {
 
 void add_status(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "status");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<StatusOptions>();
     add_option(command, "DIR", options->folder, "")->required();
     CLI::Option *json = command->add_flag("--json", options->as_json);
     CLI::Option *records = command->add_flag("--records", options->records);

@@ -13,7 +13,7 @@ namespace cli {
 
 namespace {
 
-struct Options {
+struct TrackOptions {
     FolderOptions folder;
     InputOptions input;
     std::string frames, leap_seconds, on_target;
@@ -40,7 +40,7 @@ void check_folder(const std::string &folder, const std::vector<std::string> &inp
 
 // A new folder takes the bit depth of its first pair and the noise of its sums: with --follow, waits for the first
 // line.
-void examine_inputs(Options &options, Progress &progress) {
+void examine_inputs(TrackOptions &options, Progress &progress) {
     const bool needs_pixel = options.input.dtype.empty() && options.folder.needs_pixel();
     const bool is_stdin = options.input.inputs.front() == "-";
     options.input.suits_folder = options.input.dtype.empty() && !options.folder.bit_depth;
@@ -60,7 +60,7 @@ void examine_inputs(Options &options, Progress &progress) {
         options.folder.pixel = first_pixel(options.input);
 }
 
-void track(Options &options, Progress &progress) {
+void track(TrackOptions &options, Progress &progress) {
     InputOptions &input = options.input;
     options.folder.check();
     check_inputs(input);
@@ -113,7 +113,7 @@ void track(Options &options, Progress &progress) {
 
 void add_track(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "track");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<TrackOptions>();
     InputOptions &input = options->input;
     options->folder.add_to(*command);
     command->add_option("--every", options->every)->check(CLI::Range(1u, 1000000000u));

@@ -13,7 +13,7 @@ namespace cli {
 
 namespace {
 
-struct Options {
+struct TrainOptions {
     std::string scene, out, payload = "float32", mode = "tied", input = "whitened", centre = "scene", resume, log,
                             bad_pixels;
     std::string layout;              // "": by the size of the frames
@@ -42,7 +42,7 @@ const Names kPayloads = {{"float32", TOLIMAN_CAE_ENCODING_FLOAT32},
                          {"bf16", TOLIMAN_CAE_ENCODING_BF16},
                          {"fp16", TOLIMAN_CAE_ENCODING_FP16}};
 
-int32_t layout_of(const Options &options) {
+int32_t layout_of(const TrainOptions &options) {
     return options.layout.empty() ? 0 : kLayouts.at(options.layout);
 }
 
@@ -53,7 +53,7 @@ struct Training {
     uint64_t seed; // of the frames' noise too
 };
 
-Training new_training(const Scene &scene, const Options &options, Progress &progress) {
+Training new_training(const Scene &scene, const TrainOptions &options, Progress &progress) {
     const StopLimit limit;
     auto how = with_warnings<toliman_cae_options>(progress);
     how.layout = layout_of(options);
@@ -81,7 +81,7 @@ std::string word_of(const Names &names, int32_t value) {
 
 // The same command with --resume: the options are those of the file.
 void check_same(const std::string &file, const toliman_cae_info &info, const toliman_cae_train_options &how,
-                const Options &options) {
+                const TrainOptions &options) {
     const bool tied = how.mode == TOLIMAN_CAE_MODE_TIED;
     const std::string layout = info.layout, seed = std::to_string(info.seed), steps = std::to_string(how.steps);
     for (const auto &[name, there, given] :
@@ -96,7 +96,7 @@ void check_same(const std::string &file, const toliman_cae_info &info, const tol
                                           ": give the same; without --resume it is replaced");
 }
 
-Training resumed_training(const Scene &scene, const Options &options, const std::string &file) {
+Training resumed_training(const Scene &scene, const TrainOptions &options, const std::string &file) {
     toliman::autoencoder cae = load_weights(file);
     const auto info = toliman::result<toliman_cae_info>(toliman_cae_get_info, cae.get(), nullptr);
     if (info.scene_digest != scene.info.scene_digest)
@@ -122,13 +122,13 @@ Training resumed_training(const Scene &scene, const Options &options, const std:
 }
 
 // The file of the training to resume, "" to begin.
-std::string to_resume(const Options &options) {
+std::string to_resume(const TrainOptions &options) {
     const std::string part = options.out + kPart;
     return !options.resume.empty() ? options.resume : options.resumes && exists(part) ? part : "";
 }
 
-// Options for banks are refused without one, and those for networks with one.
-void check_bank_options(const Options &options) {
+// TrainOptions for banks are refused without one, and those for networks with one.
+void check_bank_options(const TrainOptions &options) {
     const bool has_bank = options.bank.has_value();
     const char *const of_bank = ": is for a bank of networks: needs --bank";
     const char *const of_network = ": the networks of a bank have tied training on whitened residuals";
@@ -150,7 +150,7 @@ uint32_t done_in(const toliman_cae *cae) {
 }
 
 // An option of the other mode is refused.
-void check_mode(const Options &options, bool tied) {
+void check_mode(const TrainOptions &options, bool tied) {
     const std::string unsupervised = ": needs --mode unsupervised";
     refuse_mistakes({{tied && !options.log.empty(), "--log: is for unsupervised training"},
                      {tied && options.epochs != 0, "--epochs: is for unsupervised training; tied training has --steps"},
@@ -187,7 +187,7 @@ void write(const Bytes &bytes, OutputFile &out) {
     out.commit();
 }
 
-void report_result(const Options &options, const Scene &scene, bool tied, const toliman_cae_training &result) {
+void report_result(const TrainOptions &options, const Scene &scene, bool tied, const toliman_cae_training &result) {
     if (tied)
         std::fprintf(stderr, "%s: %u steps, loss %.4f, cosine %.4f, Cramer-Rao bound %.4g px\n", options.out.c_str(),
                      result.steps, result.loss, result.cosine, scene.bounds().crb_projected_px);
@@ -199,7 +199,7 @@ void report_result(const Options &options, const Scene &scene, bool tied, const 
 
 // A stopped training goes to OUT.part: --out may already contain a complete network, which must not be lost. A FILE of
 // --resume implies options of its training, which the same command without it would lack.
-void save_interrupted(const Bytes &bytes, const Options &options, Progress &progress) {
+void save_interrupted(const Bytes &bytes, const TrainOptions &options, Progress &progress) {
     const std::string part = options.out + kPart;
     OutputFile out(part);
     write(bytes, out);
@@ -231,7 +231,7 @@ struct Epochs {
     }
 };
 
-void train_network(const Options &options, OutputFile &out, Progress &progress) {
+void train_network(const TrainOptions &options, OutputFile &out, Progress &progress) {
     const Scene scene(options.scene, progress, options.bad_pixels);
     const std::string resume = to_resume(options);
     auto [cae, how, seed] =
@@ -276,7 +276,7 @@ void train_network(const Options &options, OutputFile &out, Progress &progress) 
     report_result(options, scene, tied, result);
 }
 
-BankRequest bank_request(const Options &options) {
+BankRequest bank_request(const TrainOptions &options) {
     BankRequest request = {options.scene,
                            options.free,
                            options.bad_pixels,
@@ -294,7 +294,7 @@ BankRequest bank_request(const Options &options) {
     return request;
 }
 
-void train(const Options &options, Progress &progress) {
+void train(const TrainOptions &options, Progress &progress) {
     check_not_input(options.out, {options.scene});
     OutputFile out(options.out); // before the training: an unwritable path fails at once
     if (options.out != "-")
@@ -310,7 +310,7 @@ void train(const Options &options, Progress &progress) {
 
 void add_train(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "train");
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<TrainOptions>();
     add_scene(*command, options->scene);
     add_bad_pixels(*command, options->bad_pixels);
     add_option(command, "--out", options->out, "FILE")->required();

@@ -10,7 +10,6 @@ namespace cli {
 
 namespace {
 constexpr size_t kBuffer = 1 << 16;
-constexpr int kPollTimeout = 1000; // ms, timeout of a wait: the longest delay until a signal is noticed
 } // namespace
 
 LineSource::LineSource(const std::string &path, std::function<void()> on_idle)

@@ -22,7 +22,6 @@ namespace {
 
 namespace temporary = toliman::temporary;
 
-constexpr int kPollTimeout = 1000; // ms, timeout of a wait for the reader of standard output
 bool is_forced = false;
 
 // fchmod; true also on a file system without permissions.

@@ -7,6 +7,8 @@
 
 namespace cli {
 
+constexpr int kPollTimeout = 1000; // ms, timeout of a wait: the longest delay until a signal is noticed
+
 // Installs handlers for SIGINT, SIGTERM and SIGHUP (unless it is ignored, as by nohup) that only record the signal.
 void watch_signals();
 // The signal that was received, 0 if none, and its exit code.

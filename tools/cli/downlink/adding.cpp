@@ -8,13 +8,8 @@ namespace {
 
 using toliman::check;
 
-constexpr double kMostVariance = 4;          // px^2, of toliman_spread
-constexpr std::chrono::seconds kPatience(1); // of frames that are not in the state on the disk, at least
-constexpr int kWork = 20;                    // time of work for each time of saving
-
-std::string place_of(const toliman_ingest_event &event) {
-    return std::string(event.file) + ":" + std::to_string(event.line);
-}
+constexpr double kMostVariance = 4; // px^2, of toliman_spread
+constexpr int kWork = 20;           // time of work for each time of saving
 
 std::string verdict_text(const toliman_coadd_outcome &outcome) {
     switch (outcome.verdict) {

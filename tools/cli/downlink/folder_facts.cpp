@@ -43,8 +43,6 @@ std::string unit_text(double unit_ns) {
 
 constexpr double kTrendSigmas = 5; // beyond which a trend of chi-square is told,
 constexpr double kChange = 3;      // and of a frame's chi-square, by which it has changed since the first frame
-constexpr int64_t kLeastFrames = 20;
-constexpr double kLeastYears = 0.05; // for which a trend per year is stated
 
 bool has_trend(const toliman_track_goodness &goodness) noexcept {
     const double change = std::fabs(goodness.trend_per_year) * goodness.years;

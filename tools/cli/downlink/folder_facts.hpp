@@ -5,6 +5,9 @@
 
 namespace cli {
 
+constexpr uint32_t kLeastFrames = 20; // for which a change is stated
+constexpr double kLeastYears = 0.05;  // and a trend per year
+
 // Period of the highest peak on the grid, with the coefficients of the nuisance functions there; with Fit::made, of the
 // least-squares fit to all values, which reads the ledger; with Fit::tested also whether the values are white. Nothing
 // of it if there are too few frames.

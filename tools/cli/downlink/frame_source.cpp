@@ -13,6 +13,11 @@ void check_input(toliman_status status) {
 
 } // namespace
 
+std::string place_of(const toliman_ingest_event &event) {
+    const bool is_frame = event.event == TOLIMAN_INGEST_EVENT_FRAME; // the first of a file has index 0
+    return is_frame || event.line > 0 ? std::string(event.file) + ":" + std::to_string(event.line) : event.file;
+}
+
 PairSource::PairSource(const std::string &path, const toliman_ingest_options &options, uint32_t bit_depth)
     : bit_depth_(bit_depth) {
     toliman_ingest *reader = nullptr;

@@ -1,9 +1,16 @@
 // Frames of one input of `track`: a file (dated_files), or a pair of files that may still grow.
 #pragma once
+#include <chrono>
+
 #include "common/common.hpp"
 #include "common/interface.hpp"
 
 namespace cli {
+
+constexpr std::chrono::seconds kPatience(1); // of frames that are not in the state on the disk, at least
+
+// "in/x_meta.jsonl:7": where a frame or message comes from.
+std::string place_of(const toliman_ingest_event &event);
 
 // Whether frames of so many bits come as this pixel type: u32le above 16 bits.
 inline bool suits(int32_t pixel, uint32_t bit_depth) noexcept {

@@ -6,14 +6,14 @@
 #include "downlink/instrument_trends.hpp"
 
 #include "common/median.hpp"
+#include "downlink/folder_facts.hpp"
 #include "downlink/ledger_report.hpp"
 
 namespace cli {
 
 namespace {
 
-constexpr size_t kLeastFrames = 20;
-constexpr double kLeastYears = 0.05, kYearNs = 365.25 * 86400e9;
+constexpr double kYearNs = 365.25 * 86400e9;
 constexpr double kOutlier = 6, kGaussian = 1.4826; // MAD of a Gaussian: sigma/1.4826
 constexpr double kSigmas = 5, kScatters = 3;
 

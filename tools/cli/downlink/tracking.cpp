@@ -11,16 +11,9 @@ namespace {
 
 using toliman::check;
 
-constexpr size_t kBatch = 64;                // frames that are estimated together, at most
-constexpr int64_t kCheckpoint = 4096;        // records of the ledger
-constexpr std::chrono::seconds kPatience(1); // of lines that wait for the disk
-constexpr double kFar = 20;                  // sigma, beyond the reach of noise
-
-// "in/x_meta.jsonl:7": where a frame or message comes from.
-std::string place_of(const toliman_ingest_event &event) {
-    const bool is_frame = event.event == TOLIMAN_INGEST_EVENT_FRAME; // the first of a file has index 0
-    return is_frame || event.line > 0 ? std::string(event.file) + ":" + std::to_string(event.line) : event.file;
-}
+constexpr size_t kBatch = 64;         // frames that are estimated together, at most
+constexpr int64_t kCheckpoint = 4096; // records of the ledger
+constexpr double kFar = 20;           // sigma, beyond the reach of noise
 
 std::string rejection_text(const toliman_track_outcome &outcome, const toliman_track_options &settings) {
     const std::string pixel = "pixel " + std::to_string(outcome.row) + ", " + std::to_string(outcome.col);

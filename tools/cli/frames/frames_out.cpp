@@ -76,12 +76,12 @@ class CountOutput : public FrameOutput {
 
 constexpr size_t kMostIntervals = 64; // of a line that toliman/ingest.h reads
 
-struct Exposure {
+struct ExposureTimes {
     int64_t start_ns, middle_ns;
 };
 
 // Of the frame `days` after time 0.
-Exposure exposure_at(double days, const toliman_sim_info &scene) {
+ExposureTimes exposure_at(double days, const toliman_sim_info &scene) {
     const std::optional<int64_t> middle = frame_time(days, scene.time_zero_ns);
     int64_t start = 0;
     if (!middle || __builtin_sub_overflow(*middle, std::llround(scene.exposure_s * 5e8), &start))
@@ -91,7 +91,7 @@ Exposure exposure_at(double days, const toliman_sim_info &scene) {
 }
 
 // The member of a line for the intervals of an exposure, in s from its start; "" for a scene without.
-std::string on_target_member(const SceneExposures &exposures, const Exposure &exposure, const std::string &scene) {
+std::string on_target_member(const SceneExposures &exposures, const ExposureTimes &exposure, const std::string &scene) {
     if (!exposures.has_intervals())
         return "";
     const std::vector<int64_t> times = exposures.at(exposure.middle_ns);
@@ -123,7 +123,7 @@ class SessionOutput : public FrameOutput {
     void write(const double *images, size_t count) override {
         counts_->write(images, count);
         for (size_t k = 0; k < count; k++, next_++) {
-            const Exposure exposure = exposure_at(cadence_.times[static_cast<size_t>(next_)], scene_);
+            const ExposureTimes exposure = exposure_at(cadence_.times[static_cast<size_t>(next_)], scene_);
             const int64_t start_ns = exposure.start_ns;
             meta_.write("{" +
                         side_members({next_, start_ns, static_cast<double>(start_ns) / 1e9, 0}, kOnlyRegion, rows_,

@@ -38,7 +38,7 @@ bool print_update(const toliman::periodogram &periodogram, double t, const std::
 
 class Stream {
   public:
-    Stream(const StreamOptions &options, Progress &progress)
+    Stream(const PeriodStreamOptions &options, Progress &progress)
         : options_(options), progress_(progress), warnings_(progress) {
         if (!options.from_state.empty()) {
             periodogram_ = load_state(options.from_state);
@@ -201,7 +201,7 @@ class Stream {
             progress_.warn(total());
     }
 
-    const StreamOptions &options_;
+    const PeriodStreamOptions &options_;
     Progress &progress_;
     Warnings warnings_;                // of lines
     toliman::periodogram periodogram_; // empty before the first sample
@@ -214,7 +214,7 @@ class Stream {
 
 } // namespace
 
-toliman::periodogram stream_samples(const StreamOptions &options, Progress &progress) {
+toliman::periodogram stream_samples(const PeriodStreamOptions &options, Progress &progress) {
     Stream stream(options, progress);
     try {
         if (!options.file.empty())

@@ -5,7 +5,7 @@
 
 namespace cli {
 
-struct StreamOptions {
+struct PeriodStreamOptions {
     std::string file; // empty: no samples, only the state
     SampleOptions samples;
     std::string from_state, save_state;
@@ -19,6 +19,6 @@ struct StreamOptions {
 };
 
 // Pushes the samples to the state, or to a new one, and saves it.
-toliman::periodogram stream_samples(const StreamOptions &options, Progress &progress);
+toliman::periodogram stream_samples(const PeriodStreamOptions &options, Progress &progress);
 
 } // namespace cli
