@@ -44,7 +44,7 @@ budget: everything ## compare the error budget of the mission with finite differ
 faults: everything ## call every public function while each allocation and file operation fails in turn (10 minutes)
 kills: everything ## kill every long command, 950 times in all: half results, lost frames, time to finish (1 hour)
 fuzz: check-deps ## mutate the input of every parser with libFuzzer and sanitizers, SECONDS (60) each
-mutants: everything ## change lib one line at a time and count the changes that no test sees, 40 per module (1 hour)
+mutants: check-deps ## change lib one line at a time and count the changes that no test sees, 40 per module (1 hour)
 races: check-deps ## run 8 threads with 10,000 objects each under ThreadSanitizer, in a host that plans FFTs (10 minutes)
 asan tsan: check-deps ## run every test under AddressSanitizer and UBSan, or ThreadSanitizer (half an hour)
 clang: check-deps ## build with clang instead of gcc and run the tests (20 minutes)
@@ -69,9 +69,8 @@ release-files: all check-deps ## make the files of a release from the commit tha
 	@tools/release/files $(BUILD) $(BUILD)/release
 format: check-deps ## format the sources with clang-format
 	@tools/check/format --write
-lint: own check-deps $(BUILD)/build.ninja ## run cppcheck and clang-tidy on the library and the programs
-	@cmake --build $(BUILD) --target toliman_generated
-	@tools/check/lint $(BUILD) $(JOBS)
+lint: check-deps ## run cppcheck and clang-tidy on the library and the programs
+	@tools/check/lint $(JOBS)
 clean: ## remove the build folder
 	rm -rf $(BUILD)
 help: ## list the targets

@@ -19,7 +19,7 @@ class CopiedTree(unittest.TestCase):
         for name in ("Makefile", "tools/cmake/own"):
             (self.tree / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, self.tree / name)
-        for name in ("bin/cmake", "bin/cpack", "bin/ctest", "copy/tools/deps/install", "copy/tools/check/lint"):
+        for name in ("bin/cmake", "bin/cpack", "bin/ctest", "copy/tools/deps/install"):
             path = self.top / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(f'#!/bin/sh\necho {path.name} "$@" >>{self.top}/calls\n')
@@ -46,7 +46,7 @@ class CopiedTree(unittest.TestCase):
         original.mkdir()
         for sources in (original, self.top / "gone"):
             self.build_of(sources)
-            for target in ("all", "demo", "install", "package", "check", "everything", "lint"):
+            for target in ("all", "demo", "install", "package", "check", "everything"):
                 code, output, calls = self.make(target)
                 self.assertEqual((code, calls), (2, ""), target)
                 self.assertIn(f"build builds the sources in {sources}, not those in {self.tree}: ", output)

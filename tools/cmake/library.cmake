@@ -15,6 +15,7 @@ target_compile_options(toliman_settings INTERFACE -fvisibility=hidden -ffunction
                        $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CXX_COMPILER_ID:GNU>>:-fno-gnu-unique>)
 
 add_library(toliman_objects OBJECT ${sources})
+toliman_unite(toliman_objects ${sources})
 add_dependencies(toliman_objects toliman_generated) # lib/api includes struct_sizes.hpp
 set(toliman_needs fftw3_threads PkgConfig::TOLIMAN_NEEDS Threads::Threads)
 target_link_libraries(toliman_objects PRIVATE toliman_settings ${toliman_needs})

@@ -2,6 +2,7 @@
 option(TOLIMAN_TESTS "Build the tests and examples" ON)
 set(TOLIMAN_SANITIZE "" CACHE STRING "Sanitizers for every target, e.g. address,undefined")
 option(TOLIMAN_COVERAGE "Count the lines and branches of lib/ that run" OFF)
+option(TOLIMAN_UNITY "Compile each folder of lib/ and tools/cli as one unit, which parses its headers once" ON)
 
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Kind of build" FORCE)
@@ -26,7 +27,18 @@ add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-Wall> $<$<COMPILE_LANGUAGE:C,CX
 # Sanitizers and coverage compile every file alone: each must include what it uses.
 if(TOLIMAN_SANITIZE OR TOLIMAN_COVERAGE)
   set(CMAKE_DISABLE_PRECOMPILE_HEADERS ON)
+  set(TOLIMAN_UNITY OFF)
 endif()
+# Files with compile definitions of their own remain units of their own.
+function(toliman_unite target) # sources with absolute paths
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${TOLIMAN_UNITY} UNITY_BUILD_MODE GROUP)
+  foreach(source IN LISTS ARGN)
+    get_filename_component(folder ${source} DIRECTORY)
+    file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${folder})
+    string(MAKE_C_IDENTIFIER ${folder} group)
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
+  endforeach()
+endfunction()
 if(TOLIMAN_SANITIZE)
   # Not Fortran: GCC's sanitizer reports an absent optional argument that is passed on as a null pointer that is read.
   add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-fsanitize=${TOLIMAN_SANITIZE}>

@@ -6,7 +6,7 @@ replaces the original when the library and the programs of tests/kernel are link
 sources nor the build change. A test that fails, crashes or runs out of time kills the mutant. A mutant that no test kills shows
 a test that is missing, or a change without effect. Changes that do not compile, or to the same code, do not count.
 
-The tests must be built. The journal in FOLDER lets an interrupted run continue; --again runs its survivors again."""
+The tests must be built, with an object for each file (TOLIMAN_UNITY=OFF). The journal in FOLDER lets an interrupted run continue; --again runs its survivors again."""
 import argparse
 import collections
 import contextlib
@@ -210,7 +210,7 @@ def report(found):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", nargs="*", default=MODULES, help="%s, or files of lib" % ", ".join(TESTS))
-    parser.add_argument("--build", default="build", help="with the library and the tests")
+    parser.add_argument("--build", default="build-release", help="with the library and the tests")
     parser.add_argument("--folder", default="build-mutants", help="of the journal")
     parser.add_argument("--count", type=int, default=40, help="mutants of each module or file")
     parser.add_argument("--seed", type=int, default=1)
