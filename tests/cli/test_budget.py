@@ -221,7 +221,9 @@ class Budget(ProgramTest):
         for name in ("g2v.csv", "k1v.csv"):
             shutil.copy(SCENES / name, self.folder)
 
+    @long
     def test_fisher_matrix_of_finite_differences(self):
+        """tests/unit/test_budget.c has the matrix of one more pixel grid."""
         scene = mission()
         found = self.budget(scene, "--free", ",".join(EIGHT), "--frames", "20")
         differences = Differences(self, scene)
