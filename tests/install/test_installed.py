@@ -111,9 +111,9 @@ class Installed(unittest.TestCase):
         """The example's period of nu Ophiuchi."""
         libraries = self.pkg_config("--static", "--libs")
         libraries[libraries.index("-ltoliman")] = "-l:libtoliman.a"
+        self.run_tool("gfortran", "-O0", "-c", self.share / "toliman/fortran/toliman.f90", ROOT / "examples/fortran/search.f90")
         for how in ([*self.pkg_config("--libs"), f"-Wl,-rpath,{self.lib}"], libraries):
-            self.run_tool("gfortran", self.share / "toliman/fortran/toliman.f90", ROOT / "examples/fortran/search.f90",
-                          "-o", "p", *how)
+            self.run_tool("gfortran", "search.o", "toliman.o", "-o", "p", *how)
             found = self.run_tool("./p", ROOT / "examples/data/nu_oph_rv.csv")
             self.assertIn("period 531.93 +- 1.69 days", found)
 
@@ -136,9 +136,7 @@ class Installed(unittest.TestCase):
 
     def test_cmake(self):
         self.assertIn(str(self.lib), self.build_by_cmake("C", "p.c", "toliman::toliman"))
-        self.assertIn(str(self.lib), self.build_by_cmake("CXX", "p.cpp", "toliman::toliman"))
-        self.assertNotIn("libtoliman", self.build_by_cmake("C", "p.c", "toliman::toliman_static", "COMPONENTS static"))
-        self.assertNotIn("libtoliman", self.build_by_cmake("CXX", "p.cpp", "toliman::toliman_static"))
+        self.assertNotIn("libtoliman", self.build_by_cmake("CXX", "p.cpp", "toliman::toliman_static", "COMPONENTS static"))
 
     def test_static_library_has_no_other_names(self):
         """A name of the library's internals could collide with one of the host's."""
@@ -149,7 +147,7 @@ class Installed(unittest.TestCase):
 
     def test_cmake_refuses(self):
         folder = pathlib.Path(tempfile.mkdtemp(dir=self.top))
-        for version, components, text in (("0.0", "", "compatible"), ("9", "", "compatible"), ("", "COMPONENTS nonsense", "FALSE")):
+        for version, components, text in (("9", "", "compatible"), ("", "COMPONENTS nonsense", "FALSE")):
             (folder / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.25)\nproject(mine LANGUAGES C)\n"
                                                    f"find_package(toliman {version} REQUIRED {components})\n")
             with self.assertRaisesRegex(AssertionError, text):
