@@ -485,7 +485,6 @@ class AxesOfTheUser(PlotTest):
                 self.assertIs(plot(ax=one), one, name)
                 self.assertEqual((pyplot.get_fignums(), dict(matplotlib.rcParams)), (numbers, settings))
                 self.assertTrue(one.has_data() and not other.has_data())
-                one.figure.canvas.draw()
                 self.assertEqual(colors.to_hex(one.figure.get_facecolor()), "#000000")
                 if name == "periodogram":
                     self.assertGreater(min(colors.to_rgb(one.get_lines()[1].get_color())), 0.5)

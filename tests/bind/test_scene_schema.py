@@ -2,12 +2,11 @@
 import copy
 import json
 import logging
-import os
 import unittest
 
 import jsonschema
 
-from package import ROOT, toliman
+from package import LONG, ROOT, toliman
 
 SCHEMA = json.loads((ROOT / "tools" / "schema" / "toliman-scene-1.schema.json").read_text())
 SCENE = {
@@ -51,7 +50,7 @@ THIRD = dict(
 OF_ONE_KEY = ("unknown key", "must be a ", "must be an ", "must be one of", "must be true or false", "needs kind",
               "needs a signal", "not allowed with", "needs magnitude", "needs focal_length_m", "give either relative", "give either peak", "give either ampl")
 VALUES = (None, -1, 1.5, 1e300, "x", [])
-SHARE = 1 if os.environ.get("TOLIMAN_LONG") else 2  # each place takes this share of the changes, in turn
+SHARE = 1 if LONG else 2  # each place takes this share of the changes, in turn
 
 
 def paths(form, before=()):

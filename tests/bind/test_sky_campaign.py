@@ -1,7 +1,6 @@
 """The short form of sky_campaign.py: five missions of a small telescope. And what compare.py and the limits are made of."""
 import json
 import math
-import os
 import pathlib
 import sys
 import tempfile
@@ -11,14 +10,13 @@ import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path += [str(ROOT / "tools" / "studies"), str(ROOT / "examples" / "sky")]
-import package  # noqa: E402, F401
+from package import LONG  # noqa: E402
 import campaign  # noqa: E402
 import compare  # noqa: E402
 import mission  # noqa: E402
 import sky_campaign  # noqa: E402
 from test_observer import SCENE as OBSERVED  # noqa: E402
 
-LONG = bool(os.environ.get("TOLIMAN_LONG"))
 # The telescope of test_observer, with finer cells and electrons.
 SCENE = {**OBSERVED, "telescope": {**OBSERVED["telescope"], "pupil_samples": 64}, "noise": {"photon": True},
          "stars": {name: {"spectrum": star["spectrum"], "detected_per_s": star["photons_per_s"]}

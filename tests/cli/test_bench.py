@@ -11,7 +11,7 @@ import unittest
 import unittest.mock
 
 import schemas
-from program import PROGRAM, ROOT, ProgramTest
+from program import PROGRAM, ROOT, ProgramTest, long
 
 BENCH = ROOT / "tools" / "bench"
 sys.path.append(str(BENCH))
@@ -38,7 +38,7 @@ class Bench(ProgramTest):
         self.assertRegex(done.stderr, r"^bench: OpenBLAS runs its Prescott kernels; set OPENBLAS_CORETYPE")
         self.assertEqual(os.listdir(self.folder / "out"), [])
 
-    @unittest.skipIf(os.environ.get("TOLIMAN_SANITIZE"), "a plain Python cannot load the library then")
+    @long
     def test_file(self):
         done = subprocess.run(["/usr/bin/python3", BENCH / "bench.py", pathlib.Path(PROGRAM).parent, "out", "size"],
                               cwd=self.folder, capture_output=True, text=True)

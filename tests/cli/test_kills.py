@@ -19,7 +19,7 @@ class Kills(unittest.TestCase):
 
     # promises: killed-merges-begin-again, kills-leave-no-half-result
     def test_merge(self):
-        self.check(campaign.MERGE, lambda folder: campaign.states(folder, 5), 6)
+        self.check(campaign.MERGE, lambda folder: campaign.states(folder, 5), 3)
 
     # promises: killed-trainings-resume, kills-leave-no-half-result
     def test_bank(self):
@@ -28,7 +28,7 @@ class Kills(unittest.TestCase):
     # promises: killed-calibrations-resume, kills-leave-no-half-result
     def test_calibrate(self):
         self.check(with_options(campaign.CALIBRATE, "--free", "scale zernike_5-8"),
-                   lambda folder: campaign.calibration(folder, campaign.TELESCOPE, 4), 3)
+                   lambda folder: campaign.calibration(folder, campaign.TELESCOPE, 4), 2)
 
 
     # promise: kills-leave-no-half-result

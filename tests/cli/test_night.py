@@ -3,8 +3,11 @@ instrument. Numbers are those of `toliman planet` and `status`."""
 import argparse
 import json
 import logging
+import pathlib
+import shutil
 import subprocess
 import sys
+import tempfile
 import unittest
 
 import numpy
@@ -22,19 +25,24 @@ def setUpModule():
 
 
 class Night(ProgramTest):
-    def setUp(self):
+    @classmethod
+    def setUpClass(cls):
         """Frames of 240 days with a planet; their scene is known."""
-        super().setUp()
-        (self.folder / "telescope.json").write_text(json.dumps(SCENE))
+        cls.top = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        (cls.top / "telescope.json").write_text(json.dumps(SCENE))
         mission.draw(argparse.Namespace(
-            folder=self.folder / "run", seed=3, planet=[f"{PERIOD}:{UAS}"], none=False, frames=80, photons=1e11, side=0, cells=0, mid=0, drift=0,
-            detector=False, scene=self.folder / "telescope.json"))
-        scene = json.loads((self.folder / "run/truth/scene.json").read_text())
+            folder=cls.top / "run", seed=3, planet=[f"{PERIOD}:{UAS}"], none=False, frames=80, photons=1e11, side=0, cells=0, mid=0, drift=0,
+            detector=False, scene=cls.top / "telescope.json"))
+        scene = json.loads((cls.top / "run/truth/scene.json").read_text())
         scene["binary"]["orbit"] = "alpha-cen"
-        (self.folder / "run/known.json").write_text(json.dumps(scene))
+        (cls.top / "run/known.json").write_text(json.dumps(scene))
         wrong = json.loads(json.dumps(scene))
         wrong["telescope"]["aberrations"]["zernike_rms_nm"]["5"] += 3
-        (self.folder / "run/wrong.json").write_text(json.dumps(wrong))
+        (cls.top / "run/wrong.json").write_text(json.dumps(wrong))
+
+    def setUp(self):
+        super().setUp()
+        shutil.copytree(self.top, self.folder, dirs_exist_ok=True)
 
     def track(self, scene, state, *inputs):
         self.succeed("track", "--fit", f"run/{scene}", "--state", state, *inputs)

@@ -103,7 +103,6 @@ class Plan(ProgramTest):
         found = json.loads(self.succeed("plan", "long.json", "--json"))
         self.assertGreater(found["setup_s"], 5)
         self.assertEqual((found["peak_to_mean"], found["gradient_energy"]), (None, None))
-        self.assertNotIn("image", self.rows("long.json"))
 
     @unittest.skipIf(b"san_init" in pathlib.Path(PROGRAM).read_bytes(), "sanitizers take memory of their own")
     def test_memory(self):
@@ -114,7 +113,7 @@ class Plan(ProgramTest):
             return int(subprocess.check_output([sys.executable, "-ISc", STARTER, *command], cwd=self.folder)) / 1024
 
         least = taken(self.scene("small.json", band={"step_nm": 50}, detector={"shape": [16, 16]}))
-        large = {"telescope": {"pupil_samples": 256}, "detector": {"shape": [256, 256]}}
+        large = {"telescope": {"pupil_samples": 256}, "detector": {"shape": [256, 256]}, "band": {"step_nm": 10}}
         wide = {"telescope": {"pupil_samples": 384}, "detector": {"shape": [384, 384]}, "band": {"step_nm": 10}}
         for name, changes in (("large", large), ("wide", wide),
                               ("places", dict(large, systematics={"pointing_rms_px": 1e-3}))):

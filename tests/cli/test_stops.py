@@ -81,11 +81,12 @@ class Stops(ProgramTest):
     def test_at_each_stage(self):
         scene = one_wavelength()
         scene["cadence"]["frames"] = 500
-        short, long = self.inputs / "short.json", self.inputs / "long.json"
+        few, short, long = (self.inputs / f"{name}.json" for name in ("few", "short", "long"))
         short.write_text(json.dumps(scene))
+        few.write_text(json.dumps({**scene, "cadence": {**scene["cadence"], "frames": 50}}))
         scene["telescope"]["pupil_samples"] = 1024
         long.write_text(json.dumps(scene))
-        for stage, scene in (("propagate", long), ("frames", short), ("controls", short)):
+        for stage, scene in (("propagate", long), ("frames", short), ("controls", few)):
             with self.subTest(stage):
                 with self.start("run", scene, "--out", "r") as child:
                     while f'"progress":"{stage}"' not in child.stderr.readline():

@@ -462,8 +462,8 @@ class Realigned(Track):
                     self.assertEqual({line["shift_bytes"] for line in damaged} - {0}, set())
                     shifts = [line["shift_bytes"] for line in out if line["verdict"] == "accepted"]
                     self.assertEqual(sorted(set(shifts) - {0}, key=shifts.index), steps)
-                    again = self.track(state, "in")  # known frames are found again, too
-                    self.assertEqual({line["verdict"] for line in again if "verdict" in line} - {"rejected"}, {"duplicate"})
+                again = self.track(state, "in")  # known frames are found again, too
+                self.assertEqual({line["verdict"] for line in again if "verdict" in line} - {"rejected"}, {"duplicate"})
                 self.assertEqual(self.series(f"s{number}-1"), self.series(f"s{number}-8"))
                 if steps:
                     self.assertIn("realigned: the frame is", self.errors)

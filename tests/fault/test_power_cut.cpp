@@ -178,11 +178,11 @@ void cut_during_rebuild(uint64_t seed) {
 // promise: acknowledged-frames-survive-power-cuts
 int main() {
     const char *const given = std::getenv("TOLIMAN_POWER_CUTS");
-    const uint64_t scenarios = (given != nullptr ? std::strtoull(given, nullptr, 10) : 800) / 4;
+    const uint64_t scenarios = (given != nullptr ? std::strtoull(given, nullptr, 10) : 400) / 4;
     for (uint64_t seed = 0; seed < scenarios; seed++)
         try {
             run_scenario(seed);
-            if (seed < 50) {
+            if (seed < 25) {
                 cut_during_creation(seed);
                 cut_during_rebuild(seed);
             }

@@ -27,6 +27,11 @@ static inline void list_test(struct CMUnitTest test, int line) {
     listed_lines[at] = line;
 }
 
+/* Whether `make long` runs the test. */
+static inline int in_long(void) {
+    return getenv("TOLIMAN_LONG") != NULL;
+}
+
 /* Begin a test, also one with its own set-up and tear-down, and a set-up or tear-down. They do not use the state of
  * CMocka. */
 #define TEST_WITH(name, set_up, tear_down)                                                                             \

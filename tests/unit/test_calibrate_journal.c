@@ -77,7 +77,7 @@ TEST(more_iterations_continue) {
 /* A journal that ends anywhere, as after a kill or a power cut, or with any byte changed. */
 /* promise: journals-continue-calibrations */
 TEST(damage_costs_time_only) {
-    enum { CASES = 6 };
+    enum { CASES = 4 };
     toliman_calibration *made = NULL;
     steps all = {.cancel_at = 4};
     begin();

@@ -6,8 +6,8 @@
  * would be below 0.1. */
 TEST(false_alarms_are_as_many_as_promised) {
     enum { SERIES = 1250 };
-    static const int functions[] = {1, 6, 9};
-    for (size_t k = 0; k < sizeof functions / sizeof *functions; k++)
+    static const int functions[] = {6, 1, 9};
+    for (size_t k = 0; k < (in_long() ? sizeof functions / sizeof *functions : 1); k++)
         for (int priors = 0; priors < (functions[k] > 1 ? 2 : 1); priors++) {
             double shares[2];
             trial_shares(30, functions[k], priors, SERIES, shares);

@@ -181,7 +181,7 @@ TEST_WITH(links_are_not_followed, make_outside, remove_outside) {
     int attempts = 0;
     for (int i = 0; names[i] != NULL; i++)
         for (size_t target = 0; target < sizeof targets / sizeof *targets; target++)
-            for (int use = 0; use < 4; use++, attempts++) {
+            for (int use = in_long() ? 0 : (i + (int)target) % 2; use < 4; use += in_long() ? 1 : 2, attempts++) {
                 assert_int_equal(system(copy), 0);
                 make_link(names[i], targets[target]);
                 use_folder(&options, use);
