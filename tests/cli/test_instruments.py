@@ -39,7 +39,7 @@ class Programs(ProgramTest):
 
     def test_planet_of_several_instruments(self):
         result = self.json_of("planet", "rv.csv", "--instrument", "tel", "--unit", "m/s", "--star-masses", "1",
-                              "--samples", "500", "--out", "out")
+                              "--samples", "100", "--out", "out")
         planet = result["candidates"][0]
         self.assertEqual((planet["verdict"], planet["star"]), ("planet", None))
         self.assertAlmostEqual(planet["period"][1], 83, delta=1)

@@ -5,7 +5,7 @@ import unittest
 
 import kills_campaign as campaign
 from kills_campaign import measure, with_options
-from program import ProgramTest
+from program import ProgramTest, long
 
 
 class Kills(unittest.TestCase):
@@ -22,13 +22,15 @@ class Kills(unittest.TestCase):
         self.check(campaign.MERGE, lambda folder: campaign.states(folder, 5), 3)
 
     # promises: killed-trainings-resume, kills-leave-no-half-result
+    @long
     def test_bank(self):
         self.check(with_options(campaign.BANK, "--places", "1", "--steps", "60"), campaign.bank_scene, 2)
 
     # promises: killed-calibrations-resume, kills-leave-no-half-result
+    @long
     def test_calibrate(self):
         self.check(with_options(campaign.CALIBRATE, "--free", "scale zernike_5-8"),
-                   lambda folder: campaign.calibration(folder, campaign.TELESCOPE, 4), 2)
+                   lambda folder: campaign.calibration(folder, campaign.TELESCOPE, 4), 3)
 
 
     # promise: kills-leave-no-half-result

@@ -5,7 +5,7 @@ import unittest
 
 import numpy
 from astropy.io import fits
-from program import PROGRAM, SCENES, ProgramTest, one_wavelength
+from program import PROGRAM, ProgramTest, one_wavelength
 
 SHIPPED = pathlib.Path(PROGRAM).resolve().parents[1] / "share" / "toliman" / "scenes"
 FILES = {
@@ -78,8 +78,7 @@ class Kinds(ProgramTest):
         self.refuse(3, "folder.npy: ", "; it is an empty folder\n", arguments=("convert", "folder.npy", "y.npy"))
 
     def test_folders(self):
-        for name in ("w.tlmw", "void"):
-            self.refuse(3, f"{name}: ", f"; it is {self.names[name]}\n", arguments=("report", name))
+        self.refuse(3, "void: ", f"; it is {self.names['void']}\n", arguments=("report", "void"))
         (self.folder / "loop").symlink_to("loop")  # whom nothing is forbidden, this is
         self.refuse(3, "loop/in: ", arguments=("report", "loop/in"))
 
@@ -102,7 +101,6 @@ class Names(ProgramTest):
     def test_shipped_scene(self):
         done = self.run_program("plan", "chapter.json")
         self.assertEqual((done.returncode, done.stderr), (0, f"toliman: scene {SHIPPED}/chapter.json\n"))
-        self.assertEqual(done.stdout.split("set-up ")[0], self.succeed("plan", SCENES / "chapter.json").split("set-up ")[0])
         (self.folder / "chapter.json").write_text("{")
         self.refuse(3, "chapter.json: ", arguments=("plan", "chapter.json"))
 

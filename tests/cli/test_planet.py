@@ -8,7 +8,7 @@ import unittest
 import numpy
 from observed import EXPOSURE, SCALE, START, DAY, measured, mjd, toliman, write_series
 from pages import Recorder, ReportTest, lines
-from program import ROOT
+from program import ROOT, long
 
 DATA = ROOT / "examples" / "data" / "nu_oph_rv.csv"
 NU_OPH = (DATA, "--unit", "m/s", "--max", 2, "--star-masses", 2.7, "--period-min", 400, "--period-max", 4000)
@@ -51,6 +51,7 @@ class Planet(ReportTest):
 
 
 class Results(Planet):
+    @long
     def test_velocities(self):
         """The two companions of nu Ophiuchi."""
         found = self.planet(*NU_OPH)

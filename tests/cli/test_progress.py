@@ -102,7 +102,7 @@ class Progress(ProgramTest):
         write_bench(self.folder / "e")
         for columns in WIDTHS:
             shutil.rmtree(self.folder / "s", ignore_errors=True)
-            for command, stage in commands if LONG or columns == WIDTHS[-1] else commands[:-2]:
+            for command, stage in commands if LONG or columns == WIDTHS[-1] else commands[:3]:
                 with self.subTest(columns=columns, command=command[0]):
                     lines = self.on(columns, *command)
                     self.assertTrue([line for line in lines if line.startswith(stage[:columns - 4])], lines)

@@ -36,8 +36,9 @@ class Stamps(Track):
                 self.assertEqual((line["stamp"], line["exposure_s"]), (stamp, exposure))
             noted = exposure is None and stamp != "middle"
             self.assertRegex(self.errors, f"^toliman: in/{NOTE % stamp}$" if noted else "^$")
-            self.assertEqual(self.times(state), self.times(state, *more))  # the folder keeps both
-            self.assertEqual(self.errors, "")
+            if number == 2:  # the folder keeps both
+                self.assertEqual(self.times(state), self.times(state, *more))
+                self.assertEqual(self.errors, "")
         self.assertRegex(self.succeed("status", "s1"), "exposures   43200 s, .* start")
         self.assertRegex(self.succeed("status", "s0"), "exposures   .* start")
 

@@ -175,7 +175,6 @@ class Installed(unittest.TestCase):
         folder = pathlib.Path(tempfile.mkdtemp(dir=self.top))
         self.run_tool(program, "psf", "chapter.json", "--out", "psf.npy", folder=folder)
         self.assertEqual((folder / "psf.npy").stat().st_size, 256 + 8 * 256 * 256)
-        self.run_tool(program, "plan", "mission.json", folder=folder)
 
     def test_report(self):
         """By the Python package of the same prefix."""

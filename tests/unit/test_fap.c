@@ -13,28 +13,28 @@ static double times[MOST], values[MOST], sigmas[MOST];
 /* The trials of the benchmark on shorter series. */
 /* promise: sequential-alarms-are-rare */
 TEST(alarm_rate_is_as_documented) {
-    enum { ENDS = 2500, STREAMS = 200 };
+    const int ends = in_long() ? 2500 : 1000, streams = in_long() ? 200 : 100;
     toliman_period *const period = fap_periodogram(DAYS);
     int at_end[FAP_METHODS] = {0}, ever[FAP_METHODS] = {0};
-    for (uint64_t i = 0; i < ENDS; i++) {
+    for (uint64_t i = 0; i < (uint64_t)ends; i++) {
         double log10_fap[FAP_METHODS];
         fap_at_end(period, DAYS, i, log10_fap);
         for (int m = 0; m < FAP_METHODS; m++)
             at_end[m] += log10_fap[m] <= -2;
     }
-    for (uint64_t i = 0; i < STREAMS; i++) {
+    for (uint64_t i = 0; i < (uint64_t)streams; i++) {
         int first[FAP_METHODS];
         fap_watch(period, DAYS, 1000000u + i, (fap_signal){0, 1, 0}, 0.01, first);
         for (int m = 0; m < FAP_METHODS; m++)
             ever[m] += first[m] != FAP_NEVER;
     }
-    print_message("alarms at 0.01 of %d, of %d streams:\n", ENDS, STREAMS);
+    print_message("alarms at 0.01 of %d, of %d streams:\n", ends, streams);
     for (int m = 0; m < FAP_METHODS; m++)
         print_message("  %s %d, %d\n", fap_names[m], at_end[m], ever[m]);
-    assert_in_range(at_end[0], 0.005 * ENDS, 0.012 * ENDS);
-    assert_in_range(at_end[1], 0.02 * ENDS, 0.05 * ENDS);
-    assert_true(ever[0] > 0.1 * STREAMS); /* the reason for the sequential method */
-    assert_true(ever[2] <= 0.02 * STREAMS);
+    assert_in_range(at_end[0], 0.005 * ends, 0.012 * ends);
+    assert_in_range(at_end[1], 0.02 * ends, 0.05 * ends);
+    assert_true(ever[0] > 0.1 * streams); /* the reason for the sequential method */
+    assert_true(ever[2] <= 0.02 * streams);
     toliman_period_destroy(period);
 }
 
