@@ -80,7 +80,8 @@ class Stops(ProgramTest):
     # promise: signals-leave-no-part
     def test_at_each_stage(self):
         scene = one_wavelength()
-        scene["cadence"]["frames"] = 500
+        scene["detector"]["shape"] = [128, 128]
+        scene["cadence"]["frames"] = 2000
         few, short, long = (self.inputs / f"{name}.json" for name in ("few", "short", "long"))
         short.write_text(json.dumps(scene))
         few.write_text(json.dumps({**scene, "cadence": {**scene["cadence"], "frames": 50}}))

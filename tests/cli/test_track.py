@@ -451,7 +451,8 @@ class Realigned(Track):
         for number, (what, pieces, lines, lost, steps) in enumerate(cases):
             with self.subTest(what):
                 self.put(pieces, lines)
-                for jobs in ("1", "8"):
+                every = number in (0, 4)  # also on more processors
+                for jobs in ("1", "8")[:1 + every]:
                     state = f"s{number}-{jobs}"
                     out = [line for line in self.track(state, "in", "--jobs", jobs, "--every", "8") if "verdict" in line]
                     good = {line["frame_id"]: line["value"] for line in out if line["verdict"] == "accepted"}
@@ -462,9 +463,10 @@ class Realigned(Track):
                     self.assertEqual({line["shift_bytes"] for line in damaged} - {0}, set())
                     shifts = [line["shift_bytes"] for line in out if line["verdict"] == "accepted"]
                     self.assertEqual(sorted(set(shifts) - {0}, key=shifts.index), steps)
-                again = self.track(state, "in")  # known frames are found again, too
-                self.assertEqual({line["verdict"] for line in again if "verdict" in line} - {"rejected"}, {"duplicate"})
-                self.assertEqual(self.series(f"s{number}-1"), self.series(f"s{number}-8"))
+                if every:
+                    again = self.track(state, "in")  # known frames are found again, too
+                    self.assertEqual({line["verdict"] for line in again if "verdict" in line} - {"rejected"}, {"duplicate"})
+                    self.assertEqual(self.series(f"s{number}-1"), self.series(f"s{number}-8"))
                 if steps:
                     self.assertIn("realigned: the frame is", self.errors)
 

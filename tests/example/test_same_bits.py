@@ -19,8 +19,20 @@ sys.dont_write_bytecode = True
 from toliman import Periodogram, Simulator, Template, Tracker
 
 PROGRAMS = pathlib.Path(os.environ["TOLIMAN"]).parent
-SCENE = TOP / "examples" / "scenes" / "chapter.json"
+KEPT = tempfile.TemporaryDirectory()
+SCENE, SMALL = (pathlib.Path(KEPT.name) / f"{name}.json" for name in ("scene", "small"))
 N, DAY_NS, PERIOD = 1095, 86400 * 10**9, 365
+
+
+def setUpModule():
+    """The chapter's frames at one wavelength, also of 96 x 96 px, which a larger signal makes up for."""
+    unittest.addModuleCleanup(KEPT.cleanup)
+    scene = json.loads((TOP / "examples" / "scenes" / "chapter.json").read_text())
+    scene["band"] = {"wavelength_nm": 580}
+    SCENE.write_text(json.dumps(scene))
+    scene["detector"]["shape"] = [96, 96]
+    scene["signal"]["amplitude_px"] *= 1.5
+    SMALL.write_text(json.dumps(scene))
 
 
 def pushed_in_order():
@@ -84,15 +96,7 @@ class Shards(unittest.TestCase):
         return subprocess.run([PROGRAMS / "shards", scene, str(threads)], capture_output=True, text=True)
 
     def test_any_number_of_threads(self):
-        """The chapter's frames at one wavelength and of 96 x 96 px, which a larger signal makes up for."""
-        scene = json.loads(SCENE.read_text())
-        scene["band"] = {"wavelength_nm": 580}
-        scene["detector"]["shape"] = [96, 96]
-        scene["signal"]["amplitude_px"] *= 1.5
-        with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
-            json.dump(scene, file)
-            file.flush()
-            alone, three = (self.run_shards(file.name, threads) for threads in (1, 3))
+        alone, three = (self.run_shards(SMALL, threads) for threads in (1, 3))
         self.assertEqual((alone.returncode, alone.stdout), (0, three.stdout))
         self.assertAlmostEqual(float(alone.stdout.split()[1]), PERIOD, delta=10)
 

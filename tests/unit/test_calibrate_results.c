@@ -233,9 +233,8 @@ static int32_t count_parts(const char *stage, double fraction, void *user_data) 
 TEST(progress_is_reported_and_cancels) {
     parts all = {.cancel_at = 0};
     const toliman_calibration_options options = {
-        .struct_size = sizeof options, .free = kKnown, .progress = count_parts, .progress_data = &all};
+        .struct_size = sizeof options, .free = "focus scale", .progress = count_parts, .progress_data = &all};
     toliman_calibration *made = calibrated(nominal, frames, FRAMES, &options);
-    assert_same(whole, made);
     assert_true(all.derivatives && all.frames);
     toliman_calibration_destroy(made);
     made = NULL;

@@ -174,8 +174,8 @@ TEST(missing_default_parameters_are_named) {
 /* The frames are those of a mask with edges "area"; the model has others. */
 TEST(a_model_is_completed) {
     toliman_sim *const cell = changed("\"area\"", "\"cell\"");
-    toliman_calibration_options options = {.struct_size = sizeof options, .flags = TOLIMAN_CALIBRATION_IMPROVE,
-                                           .free = "focus zernike_5-7 scale"};
+    toliman_calibration_options options = {
+        .struct_size = sizeof options, .flags = TOLIMAN_CALIBRATION_IMPROVE, .free = "focus zernike_5-7 scale"};
     toliman_calibration *made = calibrated(cell, plain, FEW, &options);
     toliman_calibration_info info = calibrate_info_of(made);
     assert_int_equal(info.flags & (TOLIMAN_CALIBRATION_INCOMPLETE | TOLIMAN_CALIBRATION_TOO_GOOD), 0);

@@ -259,7 +259,7 @@ static void check_derivative(const toliman_sim *sim, const keys *base, const cha
 }
 
 /* Checks all parameters but the wavelength; only the wavelength where the light is lines or a single one. Of
- * parameters with a number the first two, and every fifth unless few. */
+ * parameters with a number the first two, and every fifteenth (make long: fifth) unless few. */
 static void check_all(const keys *base, int few) {
     toliman_sim *const sim = sim_of_keys(base);
     toliman_sim_parameter all[MOST] = {TOLIMAN_SIM_PARAMETER_INIT};
@@ -273,7 +273,8 @@ static void check_all(const keys *base, int few) {
         const int jitter = strncmp(parameter.name, "jitter_", 7) == 0; /* has no smaller covariance than 0 */
         const int smear = strcmp(parameter.name, "smear") == 0;        /* motion_within_an_exposure */
         const int number = r->first > 0 ? atoi(parameter.name + strlen(r->name)) : 0;
-        const int later = number > r->first + 1 && (few || (number % 5 != 0 && number != LAST_ZERNIKE));
+        const int later =
+            number > r->first + 1 && (few || (number % (in_long() ? 5 : 15) != 0 && number != LAST_ZERNIKE));
         if ((strcmp(parameter.name, "wavelength") == 0) == (base->light != CONTINUOUS) && (base->blurred || !jitter) &&
             !later && !smear)
             check_derivative(sim, base, parameter.name);
