@@ -86,7 +86,7 @@ contains
     ! Objects of 13 MB each, freed when they go out of scope, are created again or are destroyed.
     subroutine leave_many()
         integer :: k
-        do k = 1, 20
+        do k = 1, 8
             call leave()
         end do
         print '(a)', 'freed'

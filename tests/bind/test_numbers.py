@@ -23,7 +23,7 @@ def setUpModule():
     unittest.addModuleCleanup(KEPT.cleanup)
     scene = json.loads((ROOT / "examples" / "scenes" / "chapter.json").read_text())
     scene["detector"]["shape"] = [260, 270]
-    scene["telescope"]["pupil_samples"] = 128
+    scene["telescope"]["pupil_samples"] = 80
     scene["band"]["step_nm"] = (scene["band"]["max_nm"] - scene["band"]["min_nm"]) / 4
     with open(SCENE, "w", encoding="utf-8") as stream:
         json.dump(scene, stream)
@@ -225,7 +225,7 @@ class Failures(unittest.TestCase):
 
     @unittest.skipIf(os.environ.get("TOLIMAN_SANITIZE"), "sanitizers keep what is freed")
     def test_memory_is_freed(self):
-        """20 times three objects of 13 MB: 0.8 GB if they leaked."""
+        """8 times three objects of 13 MB: 0.3 GB if they leaked."""
         child = subprocess.Popen([os.path.join(PROGRAMS, "bind_failures"), SCENE, "leak"], stdout=subprocess.PIPE)
         output = child.stdout.read()
         _, code, usage = os.wait4(child.pid, 0)

@@ -52,15 +52,18 @@ class Reader(html.parser.HTMLParser):
 
 
 class Recorder(page.Page):
-    """A page that keeps its figures {name: matplotlib Figure} and captions {name: text} instead of drawing them."""
+    """The page of a folder, which keeps its figures {name: matplotlib Figure} and captions {name: text} instead of drawing them;
+    or draws them, too, for a page in the folder `out`."""
 
-    def __init__(self, folder):
-        super().__init__(folder)
-        self.figures, self.captions = {}, {}
+    def __init__(self, folder, out=None):
+        super().__init__(out or folder)
+        self.figures, self.captions, self.draws = {}, {}, out is not None
         sections.section_of(folder)(folder, self)
 
     def add_figure(self, name, figure, caption):
         self.figures[name], self.captions[name] = figure, caption
+        if self.draws:
+            super().add_figure(name, figure, caption)
 
 
 def lines(axes):

@@ -34,10 +34,9 @@ class Run(ReportTest):
         cls.result = json.loads((cls.run_folder / "result.json").read_text())
         read = results.load(cls.run_folder / "result.json", "toliman-run/2")
         cls.pictures, _ = run_simulation.simulate(cls.run_folder, read)
-        cls.page = cls.recorded_with(cls.pictures, cls.run_folder)
+        cls.page = cls.recorded_with(cls.pictures, cls.run_folder, cls.top / "page")
+        cls.page.write()
         cls.copy_to(cls.top / "copy", images=None)
-        with unittest.mock.patch.object(run_simulation, "simulate", return_value=(cls.pictures, "")):
-            __main__.report(__main__.parse([str(cls.run_folder), "--out", str(cls.top / "page")]))
         __main__.report(__main__.parse([str(cls.top / "copy"), "--out", str(cls.top / "cheap")]))
 
     def check_cheap(self, folder):
@@ -57,10 +56,10 @@ class Run(ReportTest):
         self.copy_to(self.folder / "copy", **changes)
 
     @staticmethod
-    def recorded_with(pictures, folder):
+    def recorded_with(pictures, folder, out=None):
         """The page of a run with pictures that were simulated before."""
         with unittest.mock.patch.object(run_simulation, "simulate", return_value=(pictures, "")):
-            return Recorder(folder)
+            return Recorder(folder, out)
 
     def write_series(self, count, period):
         """A day apart, without noise; the template's values have the other sign."""
