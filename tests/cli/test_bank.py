@@ -128,13 +128,14 @@ class Stops(Bank):
         chance, stopped, done, command = random.Random(1), 0, 0, ("--out", "parts", *self.HOW, "--resume")
         while not (self.folder / "parts").exists():
             child = self.start(*command)
-            for line in child.stderr:  # until one more network is trained
-                found = re.search(r'"note":"(\d+) of 4 networks', line)
-                if found and int(found[1]) > done:
-                    done = int(found[1])
-                    break
-            time.sleep(chance.uniform(0, 0.05))
-            child.send_signal(signal.SIGTERM)
+            if stopped < 2:
+                for line in child.stderr:  # until one more network is trained
+                    found = re.search(r'"note":"(\d+) of 4 networks', line)
+                    if found and int(found[1]) > done:
+                        done = int(found[1])
+                        break
+                time.sleep(chance.uniform(0, 0.05))
+                child.send_signal(signal.SIGTERM)
             errors = child.communicate(timeout=PATIENCE)[1].splitlines()
             self.assertIn(child.returncode, (0, 143))
             if child.returncode == 143:
