@@ -114,6 +114,8 @@ TEST(chapter_scene) {
 }
 
 TEST(mission_scene) {
+    if (!in_long())
+        skip();
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create_file("examples/scenes/mission.json", NULL, &sim));
     const toliman_sim_info info = sim_info_of(sim);
