@@ -79,7 +79,7 @@ class Reduced(ProgramTest):
             scene["binary"]["observer"] = observer
             given = self.rows(scene, *options, frames="0:1")
             self.assertEqual(self.rows(scene, frames="0:1"), given)
-            self.rows(scene, *LOW[:2], "--altitude", 650, frames="0:1", warning="binary.observer of s.json, ")
+        self.rows(scene, *LOW[:2], "--altitude", 650, frames="0:1", warning="binary.observer of s.json, ")
         (self.folder / "same.json").write_text((ROOT / "examples" / "systems" / "alpha-cen.json").read_text())
         self.rows(OBSERVED, "--system", "same.json", frames="0:1", warning="--system same.json: ")
 

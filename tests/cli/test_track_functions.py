@@ -25,13 +25,13 @@ def wrong_orbit(seed):
     return toliman.Sky(json.dumps(system), altitude_km=600)
 
 
-def write_mission(folder, seed, planet_uas, correlation=0.0, **options):
+def write_mission(folder, seed, planet_uas, correlation=0.0, frames=FRAMES, **options):
     random = numpy.random.default_rng(seed)
-    days = numpy.sort(random.choice(int(MISSION), FRAMES, replace=False))
-    times = START + (days * DAY + random.integers(0, 3600, FRAMES) * SECOND)
+    days = numpy.sort(random.choice(int(MISSION), frames, replace=False))
+    times = START + (days * DAY + random.integers(0, 3600, frames) * SECOND)
     planet = planet_uas * numpy.sin(2 * math.pi * (times - START) / DAY / PERIOD + 1)
-    noise = SIGMA * random.normal(size=FRAMES)
-    for k in range(1, FRAMES):
+    noise = SIGMA * random.normal(size=frames)
+    for k in range(1, frames):
         noise[k] = correlation * noise[k - 1] + math.sqrt(1 - correlation**2) * noise[k]
     separations = measured(wrong_orbit(seed + 1), times, planet) / SCALE + noise
 
@@ -43,7 +43,7 @@ def write_mission(folder, seed, planet_uas, correlation=0.0, **options):
                          cols=4, image_shape=(4, 4), allow_zero_runs=True, time_offset_ns=START, sync="none", sky=sky,
                          plate_scale_arcsec=SCALE, double_limb=True, **options) as tracker:
         outcomes = tracker.push_many(toliman.Frame(numpy.full((4, 4), float(k)), frame_id=k, camera_ns=int(times[k]),
-                                                   exposure_s=60) for k in range(FRAMES))
+                                                   exposure_s=60) for k in range(frames))
         assert all(outcome.verdict == "accepted" for outcome in outcomes)
         tracker.save()
 
@@ -108,7 +108,7 @@ class Mission(ProgramTest):
             self.assertIn(figure, page)
 
     def test_correlated_values(self):
-        write_mission(self.folder / "red", 3, 0, correlation=0.7)
+        write_mission(self.folder / "red", 3, 0, correlation=0.7, frames=300)
         self.assertLess(self.status("red")["log10_p_white"], -10)
         self.assertIn("log10 p = ", self.succeed("status", "red"))
 

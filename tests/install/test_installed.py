@@ -102,11 +102,6 @@ class Installed(unittest.TestCase):
         self.assertEqual(self.run_tool("./p"), EXPECTED)
         self.assertNotIn("libtoliman", self.run_tool("ldd", "p"))
 
-    def test_cpp(self):
-        self.run_tool("c++", "-std=c++17", "p.cpp", "-o", "p", *self.pkg_config("--cflags", "--libs"),
-                      f"-Wl,-rpath,{self.lib}")
-        self.assertEqual(self.run_tool("./p"), EXPECTED)
-
     def test_fortran(self):
         """The example's period of nu Ophiuchi."""
         libraries = self.pkg_config("--static", "--libs")

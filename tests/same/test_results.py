@@ -61,7 +61,7 @@ def difference(model, other):
 def main():
     with tempfile.TemporaryDirectory() as top:
         model = os.path.join(top, "model")
-        best = max(isa for isa in ISAS.values() if compute(os.path.join(top, f"try{isa}"), isa=isa))
+        best = next(isa for isa in sorted(ISAS.values(), reverse=True) if compute(os.path.join(top, f"try{isa}"), isa=isa))
         os.rename(os.path.join(top, f"try{best}"), model)
         runs = {axis: [] for axis in ALLOWED}
 
