@@ -4,7 +4,7 @@ import unittest
 
 import numpy
 
-from package import toliman
+from package import LONG, toliman
 from refusal import refused
 import planet_model as model
 
@@ -240,7 +240,7 @@ class Evidence(unittest.TestCase):
         return toliman.planets(t, y, sigma, velocity=True, samples=500, period_min=300, period_max=1000)
 
     def test_odds_do_not_depend_on_the_scale_of_the_sigmas(self):
-        for seed, amplitude in ((102, 0), (4, 80)):
+        for seed, amplitude in ((4, 80), (102, 0))[:1 + LONG]:
             found = [self.search(seed, sigma, amplitude) for sigma in (0.2, 20)]
             first = [one.candidates[0] for one in found]
             for other in first[1:]:
