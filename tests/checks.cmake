@@ -1,5 +1,4 @@
 # The project's checks as tests, and tests of the checks themselves.
-find_program(PYTHON3 python3 REQUIRED)
 set(check ${PROJECT_SOURCE_DIR}/tools/check)
 
 add_test(NAME check/layers COMMAND ${check}/layers)

@@ -17,7 +17,7 @@ thread_local char last_text[kErrorTextSize] = "", last_field[kErrorTextSize] = "
 
 // Names and values in input files may contain control bytes, such as escape sequences of a terminal; they become '?'.
 char printable(char byte) noexcept {
-    return (byte >= 0 && byte < ' ') || byte == '\x7f' ? '?' : byte;
+    return static_cast<unsigned char>(byte) < ' ' || byte == '\x7f' ? '?' : byte;
 }
 
 void copy_printable(char (&copy)[kErrorTextSize], const char *text) noexcept {

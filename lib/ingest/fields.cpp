@@ -251,7 +251,7 @@ bool is_missing(std::string_view text) {
     return std::find(std::begin(words), std::end(words), lower(text)) != std::end(words);
 }
 
-bool is_name(const std::string &field) {
+bool is_column_name(const std::string &field) {
     double number = 0;
     return field.empty() || (std::strchr("0123456789+-.", field[0]) == nullptr && !number_of(field, number));
 }

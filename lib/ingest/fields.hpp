@@ -38,7 +38,7 @@ std::string with_decimal_point(const std::string &text);
 // Whether a text stands for a missing value: empty, nan, -, --, ..., null, n/a, masked and others.
 bool is_missing(std::string_view text);
 // Whether a field is a column name, not a damaged number.
-bool is_name(const std::string &field);
+bool is_column_name(const std::string &field);
 
 std::string lower(std::string_view text);
 // With ? for each byte that is not ASCII, of an encoding that is not known.

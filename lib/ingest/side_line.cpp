@@ -74,11 +74,12 @@ std::shared_ptr<const std::vector<double>> on_target(const Value &object, double
     return std::make_shared<const std::vector<double>>(std::move(times));
 }
 
-// For messages: short, and without control bytes.
+// For messages: short, in ASCII, as UTF-8 may be cut.
 std::string printable(const std::string &key) {
     std::string text = key.substr(0, 64);
     for (char &byte : text)
-        byte = byte >= 0x20 && byte != 0x7f ? byte : '?';
+        if (const auto code = static_cast<unsigned char>(byte); code < 0x20 || code >= 0x7f)
+            byte = '?';
     return text;
 }
 

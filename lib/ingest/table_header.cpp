@@ -31,7 +31,7 @@ bool is_number(const std::string &field) {
 }
 
 bool are_names(const std::vector<std::string> &fields) {
-    return fields.size() >= kFewestNames && is_name(fields[0]) && is_name(fields[1]) &&
+    return fields.size() >= kFewestNames && is_column_name(fields[0]) && is_column_name(fields[1]) &&
            std::none_of(fields.begin(), fields.end(), is_number);
 }
 

@@ -16,6 +16,8 @@ target_compile_options(toliman_settings INTERFACE -fvisibility=hidden -ffunction
 
 add_library(toliman_objects OBJECT ${sources})
 toliman_unite(toliman_objects ${sources})
+# Programs of tests replace it.
+set_source_files_properties(${PROJECT_SOURCE_DIR}/lib/kernels/isa.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 add_dependencies(toliman_objects toliman_generated) # lib/api includes struct_sizes.hpp
 set(toliman_needs fftw3_threads PkgConfig::TOLIMAN_NEEDS Threads::Threads)
 target_link_libraries(toliman_objects PRIVATE toliman_settings ${toliman_needs})

@@ -11,7 +11,7 @@ namespace {
 // Replaces control characters, which names and values in files may contain and a terminal would execute.
 std::string printable(std::string text) {
     for (char &byte : text)
-        byte = (byte >= 0 && byte < ' ') || byte == '\x7f' ? '?' : byte;
+        byte = static_cast<unsigned char>(byte) < ' ' || byte == '\x7f' ? '?' : byte;
     return text;
 }
 
