@@ -6,6 +6,7 @@
 namespace toliman {
 
 #if defined(__x86_64__)
+#define TOLIMAN_QUAD_IS_WIDER // than long double: templates are instantiated for both
 __extension__ using Quad = __float128;
 #else
 using Quad = long double;
@@ -15,7 +16,7 @@ inline long double root(long double x) noexcept {
     return std::sqrt(x);
 }
 
-#if defined(__x86_64__)
+#ifdef TOLIMAN_QUAD_IS_WIDER
 // One Newton step from the root in long double: accurate to 113 bits.
 inline Quad root(Quad x) noexcept {
     const Quad near = std::sqrt(static_cast<long double>(x));

@@ -256,8 +256,8 @@ void Preprocess::start(const Crop *crops, size_t count, Work &work) const {
     if (projected == 0)
         return;
     work.reserve(pixels(), count);
-    const double *counts[kTogether];
-    float *vectors[kTogether], *components[kTogether];
+    const double *counts[kTogether] = {};
+    float *vectors[kTogether] = {}, *components[kTogether] = {};
     for (size_t f = 0; f < count; f++) {
         counts[f] = crops[f].counts.row(0);
         vectors[f] = &work.residual[f * work.stride];

@@ -258,12 +258,13 @@ FILE_CALL(flock, (int file, int operation), SYS_flock, file, operation)
 FILE_CALL(fstat, (int file, struct stat *attributes), SYS_fstat, file, attributes)
 FILE_CALL(fstatat, (int folder, const char *path, struct stat *attributes, int flags), SYS_newfstatat, folder, path,
           attributes, flags)
-FILE_CALL(lstat, (const char *path, struct stat *attributes), SYS_lstat, path, attributes)
-FILE_CALL(stat, (const char *path, struct stat *attributes), SYS_stat, path, attributes)
-FILE_CALL(mkdir, (const char *path, mode_t mode), SYS_mkdir, path, mode)
-FILE_CALL(unlink, (const char *path), SYS_unlink, path)
+FILE_CALL(lstat, (const char *path, struct stat *attributes), SYS_newfstatat, AT_FDCWD, path, attributes,
+          AT_SYMLINK_NOFOLLOW)
+FILE_CALL(stat, (const char *path, struct stat *attributes), SYS_newfstatat, AT_FDCWD, path, attributes, 0)
+FILE_CALL(mkdir, (const char *path, mode_t mode), SYS_mkdirat, AT_FDCWD, path, mode)
+FILE_CALL(unlink, (const char *path), SYS_unlinkat, AT_FDCWD, path, 0)
 FILE_CALL(unlinkat, (int folder, const char *name, int flags), SYS_unlinkat, folder, name, flags)
-FILE_CALL(rename, (const char *from, const char *to), SYS_rename, from, to)
+FILE_CALL(rename, (const char *from, const char *to), SYS_renameat, AT_FDCWD, from, AT_FDCWD, to)
 FILE_CALL(renameat, (int from, const char *old, int to, const char *new), SYS_renameat, from, old, to, new)
 
 /* Closes the file in any case, as Linux does. */

@@ -94,9 +94,7 @@ inline Bytes npy(const std::string &type, const std::string &shape, size_t size)
     std::string text = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (" + shape + "), }";
     text.resize(117, ' ');
     text += '\n';
-    Bytes bytes = bytes_of("\x93NUMPY");
-    bytes.insert(bytes.end(), {1, 0, 118, 0});
-    bytes.insert(bytes.end(), text.begin(), text.end());
+    Bytes bytes = bytes_of(std::string("\x93NUMPY\1\0v\0", 10) + text); // version 1.0, 118 bytes
     for (size_t i = 0; i < size; i++)
         bytes.push_back(static_cast<uint8_t>(i % 8 == 7 ? 0x40 : i));
     return bytes;

@@ -47,8 +47,9 @@ std::vector<Bytes> fuzz::seeds() {
           "it,y,instrument\n1,2,A\n2,3,B\n3,4,A\n", "pmjd,y\n60000.5,1\n60001.5,2\n", "ft,d\n1,0.5\n2,0.25\n3,1\n",
           "x# %ECSV 1.0\n# datatype:\n# - {name: t, unit: d}\n# - {name: y, unit: km / s}\nt y\n1 1\n2 3\n"})
         seeds.push_back(bytes_of(text));
-    Bytes array = npy("<f8", "4, 3", 96);
-    array.insert(array.begin(), 'x');
+    Bytes array(1, 'x');
+    for (const uint8_t byte : npy("<f8", "4, 3", 96))
+        array.push_back(byte);
     seeds.push_back(array);
     return seeds;
 }

@@ -1,6 +1,6 @@
 /* Tests Kepler's equation, and positions and velocities on orbits, against bisection in quadruple precision; products
  * against long double. */
-#include <quadmath.h>
+#include "quad_math.h"
 #include <string.h>
 
 #include "assert_close.h"
@@ -14,23 +14,23 @@ void shim_kepler_rows(int isa, int velocity, double frequency, double anomaly, d
 void shim_products(int isa, const double *rows, size_t count, const double *x, const double *y, size_t n, double *out);
 
 /* x - e sin x; 113 bits keep enough precision where the two terms cancel. */
-static __float128 mean_of(__float128 x, __float128 e) {
-    if (x > 1e-2Q)
+static quad mean_of(quad x, quad e) {
+    if (x > QUAD(1e-2))
         return x - e * sinq(x);
-    __float128 sum = 1;
+    quad sum = 1;
     for (int k = 25; k > 3; k -= 2)
         sum = 1 - x * x / (k * (k - 1)) * sum;
     return (1 - e) * x + e * x * x * x / 6 * sum;
 }
 
 /* The root for 0 <= mean <= pi: 115 bisections of an interval whose ends differ by at most a factor of 2. */
-static __float128 bisected(__float128 mean, double e) {
-    __float128 high = M_PIq;
+static quad bisected(quad mean, double e) {
+    quad high = M_PIq;
     while (mean_of(high / 2, e) > mean)
         high /= 2;
-    __float128 low = high / 2;
+    quad low = high / 2;
     for (int i = 0; i < 115; i++) {
-        const __float128 middle = (low + high) / 2;
+        const quad middle = (low + high) / 2;
         if (mean_of(middle, e) > mean)
             high = middle;
         else
@@ -41,10 +41,10 @@ static __float128 bisected(__float128 mean, double e) {
 
 /* Error in units in the last place of the exact value. */
 static double error_at(double mean, double e) {
-    __float128 reduced = mean;
+    quad reduced = mean;
     if (fabs(mean) > M_PI)
         reduced = atan2q(sinq(mean), cosq(mean));
-    const __float128 exact = copysignq(bisected(fabsq(reduced), e), reduced);
+    const quad exact = copysignq(bisected(fabsq(reduced), e), reduced);
     const double found = shim_kepler(mean, e), near = (double)exact;
     assert_true(fabs(found) <= M_PI);
     const double unit = nextafter(fabs(near), INFINITY) - fabs(near);

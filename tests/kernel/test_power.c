@@ -1,6 +1,6 @@
 /* Tests the power from fixed-point sums against 113-bit arithmetic on the same sums, and with nuisance functions
  * against least squares on the samples, with every instruction set. */
-#include <quadmath.h>
+#include "quad_math.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -41,32 +41,32 @@ static int64_t lo[SUMS][N], hi[SUMS][N];
 static uint64_t state = 5;
 
 /* Splits x, in units of a limb, into a carry-save pair whose low part is not folded. */
-static void put(int sum, int k, __float128 x) {
-    const __float128 upper = floorq(x / 0x1p32Q) + (int64_t)(uniform_signed(&state) * 1000);
+static void put(int sum, int k, quad x) {
+    const quad upper = floorq(x / QUAD(0x1p32)) + (int64_t)(uniform_signed(&state) * 1000);
     hi[sum][k] = (int64_t)upper;
-    lo[sum][k] = (int64_t)(x - upper * 0x1p32Q);
+    lo[sum][k] = (int64_t)(x - upper * QUAD(0x1p32));
 }
 
-static __float128 get(int sum, int k) {
-    return (__float128)hi[sum][k] * 0x1p32Q + (__float128)lo[sum][k];
+static quad get(int sum, int k) {
+    return (quad)hi[sum][k] * QUAD(0x1p32) + (quad)lo[sum][k];
 }
 
 /* The sum of a cosine including its lower limb, which single-limb accumulators do not have. */
-static __float128 whole(int sum, int low, int k, int double_limb) {
-    return get(sum, k) + (double_limb ? get(low, k) * 0x1p-50Q : 0);
+static quad whole(int sum, int low, int k, int double_limb) {
+    return get(sum, k) + (double_limb ? get(low, k) * QUAD(0x1p-50) : 0);
 }
 
-static __float128 exact_power(int double_limb, int k, __float128 weight, __float128 mean, double spread, int fixed_mean,
-                              __float128 *determinant) {
-    const __float128 unit = 0x1p-50Q / weight, moving = fixed_mean ? 0 : 1;
-    const __float128 c = whole(C1, C1LOW, k, double_limb) * unit, s = whole(S1, S1LOW, k, double_limb) * unit;
-    const __float128 cc = 0.5Q + whole(C2, C2LOW, k, double_limb) * unit / 2 - moving * c * c;
-    const __float128 ss = 0.5Q - whole(C2, C2LOW, k, double_limb) * unit / 2 - moving * s * s;
-    const __float128 cs = whole(S2, S2LOW, k, double_limb) * unit / 2 - moving * c * s;
-    const __float128 yc = (get(YC, k) + get(YCLOW, k) * 0x1p-50Q) * unit - mean * c;
-    const __float128 ys = (get(YS, k) + get(YSLOW, k) * 0x1p-50Q) * unit - mean * s;
+static quad exact_power(int double_limb, int k, quad weight, quad mean, double spread, int fixed_mean,
+                        quad *determinant) {
+    const quad unit = QUAD(0x1p-50) / weight, moving = fixed_mean ? 0 : 1;
+    const quad c = whole(C1, C1LOW, k, double_limb) * unit, s = whole(S1, S1LOW, k, double_limb) * unit;
+    const quad cc = QUAD(0.5) + whole(C2, C2LOW, k, double_limb) * unit / 2 - moving * c * c;
+    const quad ss = QUAD(0.5) - whole(C2, C2LOW, k, double_limb) * unit / 2 - moving * s * s;
+    const quad cs = whole(S2, S2LOW, k, double_limb) * unit / 2 - moving * c * s;
+    const quad yc = (get(YC, k) + get(YCLOW, k) * QUAD(0x1p-50)) * unit - mean * c;
+    const quad ys = (get(YS, k) + get(YSLOW, k) * QUAD(0x1p-50)) * unit - mean * s;
     *determinant = cc * ss - cs * cs;
-    return (yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / *determinant / (__float128)spread;
+    return (yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / *determinant / (quad)spread;
 }
 
 /* Sums as real samples produce: weights of `samples`, values scattering by `sigma` about `mean`. */
@@ -74,8 +74,8 @@ static void check_kind(int double_limb, double samples, double mean, double sigm
     const int64_t *low[SUMS], *high[SUMS];
     for (int s = 0; s < SUMS; s++)
         low[s] = lo[s], high[s] = hi[s];
-    const __float128 weight = (__float128)samples * 0.875Q, one = 0x1p50Q * weight;
-    const __float128 exact_mean = (__float128)mean * (1 + 0x1p-60Q);
+    const quad weight = (quad)samples * QUAD(0.875), one = QUAD(0x1p50) * weight;
+    const quad exact_mean = (quad)mean * (1 + QUAD(0x1p-60));
     for (int k = 0; k < N; k++) {
         /* Every seventh frequency: cosine and sine hardly vary, which needs more than double precision. */
         const double flat = k % 7 == 3 ? 0.999 : 0.3 * uniform_signed(&state),
@@ -85,13 +85,13 @@ static void check_kind(int double_limb, double samples, double mean, double sigm
         put(C2, k, one * (k % 7 == 3 ? 0.998 : even));
         put(S2, k, one * 0.2 * uniform_signed(&state));
         for (int limb = C1LOW; limb <= S2LOW; limb++)
-            put(limb, k, rintq((__float128)samples * 0x1p49Q * uniform_signed(&state)));
+            put(limb, k, rintq((quad)samples * QUAD(0x1p49) * uniform_signed(&state)));
         for (int part = 0; part < 2; part++) {
-            const __float128 x = exact_mean * whole(part ? S1 : C1, part ? S1LOW : C1LOW, k, double_limb) +
-                                 one * sigma * 0.3 * uniform_signed(&state);
-            const __float128 whole = rintq(x);
+            const quad x = exact_mean * whole(part ? S1 : C1, part ? S1LOW : C1LOW, k, double_limb) +
+                           one * sigma * 0.3 * uniform_signed(&state);
+            const quad whole = rintq(x);
             put(part ? YS : YC, k, whole);
-            put(part ? YSLOW : YCLOW, k, rintq((x - whole) * 0x1p50Q));
+            put(part ? YSLOW : YCLOW, k, rintq((x - whole) * QUAD(0x1p50)));
         }
     }
     const double spread = sigma * sigma;
@@ -100,21 +100,20 @@ static void check_kind(int double_limb, double samples, double mean, double sigm
         size_t reported = 0;
         for (int isa = 0; isa < shim_isas(); isa++) {
             reported = shim_power(isa, double_limb, low, high, N, (double)weight, (int64_t)samples, (double)exact_mean,
-                                  (double)(exact_mean - (__float128)(double)exact_mean), spread, fixed_mean, power);
+                                  (double)(exact_mean - (quad)(double)exact_mean), spread, fixed_mean, power);
             if (isa == 0)
                 memcpy(first, power, sizeof first);
             assert_memory_equal(first, power, sizeof first);
         }
         int left_out = 0;
         for (int k = 0; k < N; k++) {
-            __float128 determinant;
-            const __float128 expected =
-                exact_power(double_limb, k, weight, exact_mean, spread, fixed_mean, &determinant);
+            quad determinant;
+            const quad expected = exact_power(double_limb, k, weight, exact_mean, spread, fixed_mean, &determinant);
             if (first[k] == -1) {
                 left_out++;
-                assert_true(determinant < 0.0501Q);
+                assert_true(determinant < QUAD(0.0501));
             } else {
-                assert_true(determinant > 0.0499Q);
+                assert_true(determinant > QUAD(0.0499));
                 assert_close(first[k], (double)(expected > 1 ? 1 : expected < 0 ? 0 : expected), 0, 1e-13);
             }
         }
@@ -175,14 +174,14 @@ enum { ROW_SUMS = 14 + 4 * (FUNCTIONS - 1) };
 static const double f0 = 1e-3, df = 3.7e-3;
 static double row_samples[ROW_SAMPLES][2], values[ROW_SAMPLES][FUNCTIONS];
 static int64_t row_lo[ROW_SUMS][WIDTH], row_hi[ROW_SUMS][WIDTH];
-static __float128 factor[FUNCTIONS][FUNCTIONS], of_y[FUNCTIONS], row_weight, row_spread;
+static quad factor[FUNCTIONS][FUNCTIONS], of_y[FUNCTIONS], row_weight, row_spread;
 
-static __float128 function(int i, int f) {
+static quad function(int i, int f) {
     return f == 0 ? 1 : values[i][f];
 }
 
 /* L^-1 (sum w b x)/W. */
-static void forward(const __float128 *x, __float128 *out) {
+static void forward(const quad *x, quad *out) {
     for (int f = 0; f < FUNCTIONS; f++) {
         out[f] = 0;
         for (int i = 0; i < ROW_SAMPLES; i++)
@@ -193,8 +192,8 @@ static void forward(const __float128 *x, __float128 *out) {
     }
 }
 
-static __float128 moment(const __float128 *a, const __float128 *b, const __float128 *of_a, const __float128 *of_b) {
-    __float128 sum = 0;
+static quad moment(const quad *a, const quad *b, const quad *of_a, const quad *of_b) {
+    quad sum = 0;
     for (int i = 0; i < ROW_SAMPLES; i++)
         sum += row_samples[i][1] * a[i] * b[i] / row_weight;
     for (int f = 0; f < FUNCTIONS; f++)
@@ -204,7 +203,7 @@ static __float128 moment(const __float128 *a, const __float128 *b, const __float
 
 static void prepare(void) {
     uint64_t seed = 3;
-    __float128 y[ROW_SAMPLES];
+    quad y[ROW_SAMPLES];
     row_weight = 0;
     for (int i = 0; i < ROW_SAMPLES; i++) {
         const double x = uniform(&seed) * 2 - 1;
@@ -219,13 +218,13 @@ static void prepare(void) {
         shim_add_row(f0, df, BLOCKS, row_samples[i], FUNCTIONS, values[i], row_lo[0]);
     }
     for (int f = 0; f < FUNCTIONS; f++) {
-        __float128 column[ROW_SAMPLES], row[FUNCTIONS];
+        quad column[ROW_SAMPLES], row[FUNCTIONS];
         for (int i = 0; i < ROW_SAMPLES; i++)
             column[i] = function(i, f);
         for (int j = f; j < FUNCTIONS; j++)
             factor[j][j] = 1; /* not used yet */
         forward(column, row);
-        __float128 square = 0;
+        quad square = 0;
         for (int i = 0; i < ROW_SAMPLES; i++)
             square += row_samples[i][1] * column[i] * column[i] / row_weight;
         for (int j = 0; j < f; j++) {
@@ -238,19 +237,19 @@ static void prepare(void) {
     row_spread = moment(y, y, of_y, of_y);
 }
 
-static __float128 exact_row_power(int k) {
-    __float128 y[ROW_SAMPLES], c[ROW_SAMPLES], s[ROW_SAMPLES], of_c[FUNCTIONS], of_s[FUNCTIONS];
+static quad exact_row_power(int k) {
+    quad y[ROW_SAMPLES], c[ROW_SAMPLES], s[ROW_SAMPLES], of_c[FUNCTIONS], of_s[FUNCTIONS];
     for (int i = 0; i < ROW_SAMPLES; i++) {
-        const __float128 cycles = ((__float128)f0 + k * (__float128)df) * row_samples[i][0];
-        const __float128 angle = 2 * M_PIq * (cycles - rintq(cycles));
+        const quad cycles = ((quad)f0 + k * (quad)df) * row_samples[i][0];
+        const quad angle = 2 * M_PIq * (cycles - rintq(cycles));
         y[i] = values[i][0];
         c[i] = cosq(angle);
         s[i] = sinq(angle);
     }
     forward(c, of_c);
     forward(s, of_s);
-    const __float128 cc = moment(c, c, of_c, of_c), ss = moment(s, s, of_s, of_s), cs = moment(c, s, of_c, of_s);
-    const __float128 yc = moment(y, c, of_y, of_c), ys = moment(y, s, of_y, of_s);
+    const quad cc = moment(c, c, of_c, of_c), ss = moment(s, s, of_s, of_s), cs = moment(c, s, of_c, of_s);
+    const quad yc = moment(y, c, of_y, of_c), ys = moment(y, s, of_y, of_s);
     return (yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / ((cc * ss - cs * cs) * row_spread);
 }
 
@@ -258,7 +257,7 @@ TEST(test_power_with_functions) {
     prepare();
     double plain[FUNCTIONS][FUNCTIONS], y[FUNCTIONS], sums[3] = {(double)row_weight, 0, (double)row_spread};
     const int64_t *rows[ROW_SUMS], *upper[ROW_SUMS];
-    __float128 square = row_spread;
+    quad square = row_spread;
     for (int f = 0; f < FUNCTIONS; f++) {
         for (int j = 0; j < FUNCTIONS; j++)
             plain[f][j] = (double)factor[f][j];

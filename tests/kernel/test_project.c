@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "quad_math.h"
 #include "uniform.h"
 
 int shim_isas(void);
@@ -15,17 +16,17 @@ size_t shim_orthonormalise(double *vectors, size_t count, size_t n);
 
 enum { N = 4096 };
 
-static __float128 quad_dot(const double *a, const double *b, size_t n) {
-    __float128 sum = 0;
+static quad quad_dot(const double *a, const double *b, size_t n) {
+    quad sum = 0;
     for (size_t i = 0; i < n; i++)
-        sum += (__float128)a[i] * b[i];
+        sum += (quad)a[i] * b[i];
     return sum;
 }
 
-static __float128 quad_absolute(const double *a, const double *b, size_t n) {
-    __float128 sum = 0;
+static quad quad_absolute(const double *a, const double *b, size_t n) {
+    quad sum = 0;
     for (size_t i = 0; i < n; i++)
-        sum += (__float128)fabs(a[i]) * fabs(b[i]);
+        sum += (quad)fabs(a[i]) * fabs(b[i]);
     return sum;
 }
 
@@ -44,7 +45,7 @@ TEST(dot_has_twice_the_precision) {
     int plain_fails = 0;
     for (int step = 0; step <= 5; step++) {
         make_ill_conditioned(pow(10, 3 * step), 17 + (uint64_t)step, a, b);
-        const __float128 exact = quad_dot(a, b, N);
+        const quad exact = quad_dot(a, b, N);
         const double absolute = (double)quad_absolute(a, b, N), bound = N * DBL_EPSILON;
         const double limit = DBL_EPSILON * fabs((double)exact) + bound * bound * absolute;
         assert_at_most(fabs((double)(shim_dot(a, b, N) - exact)), limit);
@@ -67,7 +68,7 @@ TEST(dots_of_differences) {
         residual[i] = a[i] - reference[i];
     }
     for (size_t n = 0; n < N; n = 3 * n / 2 + 1) {
-        const __float128 exact = quad_dot(residual, b, n);
+        const quad exact = quad_dot(residual, b, n);
         const double bound = (double)n * DBL_EPSILON, absolute = (double)quad_absolute(residual, b, n);
         const double limit = DBL_EPSILON * fabs((double)exact) + bound * bound * absolute;
         const double first = shim_dot_difference(0, a, reference, b, n, n / 3);

@@ -1,6 +1,6 @@
 /* Tests the push kernels, without and with nuisance functions: cosine and sine against 113 bits, terms against their
  * definition, equal bits on all instruction sets, removal. */
-#include <quadmath.h>
+#include "quad_math.h"
 #include <string.h>
 
 #include "assert_close.h"
@@ -25,8 +25,8 @@ TEST(cosine_and_sine) {
         const double t = pow(10, -3 + 11 * uniform(&state)) * (i % 2 ? 1 : -1), t_low = t * 0x1p-54 * uniform(&state);
         double c, s;
         shim_cis(0, f, f_low, t, t_low, &c, &s);
-        const __float128 cycles = ((__float128)f + f_low) * ((__float128)t + t_low);
-        const __float128 angle = 2 * M_PIq * (cycles - rintq(cycles));
+        const quad cycles = ((quad)f + f_low) * ((quad)t + t_low);
+        const quad angle = 2 * M_PIq * (cycles - rintq(cycles));
         worst = fmax(worst, fabs((double)(c - cosq(angle))));
         worst = fmax(worst, fabs((double)(s - sinq(angle))));
         for (int isa = 1; isa < shim_isas(); isa++) {
@@ -47,16 +47,15 @@ TEST(terms_follow_their_definition) {
     memset(lo, 0, sizeof lo);
     shim_push(0, 0, f0, df, BLOCKS, sample, anchors, lo);
     for (int k = 0; k < WIDTH; k++) {
-        const __float128 cycles = ((__float128)f0 + k * (__float128)df) * ((__float128)sample[0] + sample[1]);
-        const __float128 angle = 2 * M_PIq * (cycles - rintq(cycles)), c = cosq(angle), s = sinq(angle);
-        const __float128 w = sample[2], wy = w * ((__float128)sample[3] + sample[4]);
-        const __float128 expected[6] = {w * c, w * s, w * cosq(2 * angle), w * sinq(2 * angle), wy * c, wy * s};
+        const quad cycles = ((quad)f0 + k * (quad)df) * ((quad)sample[0] + sample[1]);
+        const quad angle = 2 * M_PIq * (cycles - rintq(cycles)), c = cosq(angle), s = sinq(angle);
+        const quad w = sample[2], wy = w * ((quad)sample[3] + sample[4]);
+        const quad expected[6] = {w * c, w * s, w * cosq(2 * angle), w * sinq(2 * angle), wy * c, wy * s};
         for (int i = 0; i < 6; i++)
             assert_close((double)lo[i * WIDTH + k] / unit, (double)expected[i], 0, 1.5e-15);
         /* the two limbs together hold every digit of the product of the rounded cosine */
         for (int i = 4; i < 6; i++) {
-            const __float128 both =
-                lo[i * WIDTH + k] / (__float128)unit + lo[(i + 2) * WIDTH + k] / ((__float128)unit * unit);
+            const quad both = lo[i * WIDTH + k] / (quad)unit + lo[(i + 2) * WIDTH + k] / ((quad)unit * unit);
             assert_close((double)both, (double)expected[i], 0, 4e-16);
             assert_true(fabs((double)lo[(i + 2) * WIDTH + k]) <= 0.75 * unit);
         }
@@ -66,24 +65,24 @@ TEST(terms_follow_their_definition) {
 /* The limbs of a double-limb push, for heavy and light samples: close to the phase, and on the unit circle to 2^-98. */
 TEST(double_limb_terms_lie_on_the_circle) {
     const double f0 = 0.013, df = 0.00171;
-    const __float128 unit = 0x1p-50Q;
+    const quad unit = QUAD(0x1p-50);
     double anchors[2 * BLOCKS];
     static int64_t lo[DOUBLE_LIMB_SUMS * WIDTH];
     for (int light = 0; light < 2; light++) {
         const double sample[5] = {777.123, 1e-14, light ? 1e-16 / 3 : 1, -0.61, 1.3e-18};
-        const __float128 w = sample[2], y = (__float128)sample[3] + sample[4];
+        const quad w = sample[2], y = (quad)sample[3] + sample[4];
         memset(lo, 0, sizeof lo);
         shim_push(0, 1, f0, df, BLOCKS, sample, anchors, lo);
         for (int k = 0; k < WIDTH; k++) {
-            const __float128 cycles = ((__float128)f0 + k * (__float128)df) * ((__float128)sample[0] + sample[1]);
-            const __float128 angle = 2 * M_PIq * (cycles - rintq(cycles));
-            __float128 term[6];
+            const quad cycles = ((quad)f0 + k * (quad)df) * ((quad)sample[0] + sample[1]);
+            const quad angle = 2 * M_PIq * (cycles - rintq(cycles));
+            quad term[6];
             static const int low[6] = {8, 9, 10, 11, 6, 7};
             for (int i = 0; i < 6; i++)
                 term[i] = unit * (lo[i * WIDTH + k] + unit * lo[low[i] * WIDTH + k]);
             for (int i = 4; i < 6; i++)
                 term[i] += unit * unit * unit * lo[(i + 8) * WIDTH + k];
-            const __float128 c = term[0] / w, s = term[1] / w, atol = light ? 1e-13 : 4e-30;
+            const quad c = term[0] / w, s = term[1] / w, atol = light ? 1e-13 : 4e-30;
             assert_close((double)(c - cosq(angle)), 0, 0, light ? 3e-14 : 4.1e-16);
             assert_close((double)(s - sinq(angle)), 0, 0, light ? 3e-14 : 4.1e-16);
             assert_true(fabsq(c * c + s * s - 1) <= atol);
@@ -129,8 +128,8 @@ TEST(equal_bits_on_all_instruction_sets) {
 enum { ROW_BLOCKS = 67, ROW_WIDTH = 64 * ROW_BLOCKS, FUNCTIONS = 3, ROW_SUMS = 14 + 4 * (FUNCTIONS - 1) };
 static int64_t sums[3][ROW_SUMS * ROW_WIDTH];
 
-static __float128 value(const int64_t *lo, int k, int high, int low) {
-    const __float128 unit = 0x1p-50Q;
+static quad value(const int64_t *lo, int k, int high, int low) {
+    const quad unit = QUAD(0x1p-50);
     return unit * (lo[high * ROW_WIDTH + k] + unit * lo[low * ROW_WIDTH + k]);
 }
 
@@ -144,17 +143,17 @@ TEST(row_terms_follow_their_definition) {
         memset(lo, 0, sizeof sums[0]);
         shim_push_rows(0, f0, df, ROW_BLOCKS, sample, FUNCTIONS, high, low, lo);
         double worst[3] = {0};
-        const __float128 w = sample[2], t = (__float128)sample[0] + sample[1];
+        const quad w = sample[2], t = (quad)sample[0] + sample[1];
         for (int k = 0; k < ROW_WIDTH; k++) {
-            const __float128 cycles = ((__float128)f0 + k * (__float128)df) * t;
-            const __float128 angle = 2 * M_PIq * (cycles - rintq(cycles)), wave[2] = {cosq(angle), sinq(angle)};
-            const __float128 twice[2] = {cosq(2 * angle), sinq(2 * angle)};
+            const quad cycles = ((quad)f0 + k * (quad)df) * t;
+            const quad angle = 2 * M_PIq * (cycles - rintq(cycles)), wave[2] = {cosq(angle), sinq(angle)};
+            const quad twice[2] = {cosq(2 * angle), sinq(2 * angle)};
             for (int i = 0; i < 2; i++) {
                 worst[0] = fmax(worst[0], fabs((double)(value(lo, k, i, 8 + i) - w * wave[i])));
                 worst[1] = fmax(worst[1], fabs((double)(value(lo, k, 2 + i, 10 + i) - w * twice[i])));
                 for (int f = 0; f < FUNCTIONS; f++) {
                     const int at = f == 0 ? 4 + i : 14 + 4 * (f - 1) + i;
-                    const __float128 term = w * ((__float128)high[f] + low[f]) * wave[i];
+                    const quad term = w * ((quad)high[f] + low[f]) * wave[i];
                     worst[2] = fmax(worst[2], fabs((double)(value(lo, k, at, at + 2) - term)));
                 }
             }

@@ -1,6 +1,6 @@
 /* Tests the sums of the non-uniform FFT in the worst cases, and the direct sums of 1 - cosine and sine, against 113-bit
  * sums, and equal bits on every instruction set. */
-#include <quadmath.h>
+#include "quad_math.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,10 +31,10 @@ static void fill(double span) {
     }
 }
 
-static __complex128 exact_sum(const double *weights, size_t n, __float128 f) {
-    __complex128 sum = 0;
+static quad_complex exact_sum(const double *weights, size_t n, quad f) {
+    quad_complex sum = 0;
     for (size_t i = 0; i < n; i++) {
-        const __float128 cycles = f * ((__float128)t_high[i] + t_low[i]), part = cycles - rintq(cycles);
+        const quad cycles = f * ((quad)t_high[i] + t_low[i]), part = cycles - rintq(cycles);
         sum += weights[i] * cexpiq(2 * M_PIq * part);
     }
     return sum;
@@ -47,8 +47,8 @@ static double worst_error(const double *sums, const double *weights, size_t n, s
     for (size_t i = 0; i < n; i++)
         all += fabs(weights[i]);
     for (size_t k = 0; k < modes; k += step) {
-        const __float128 f = (__float128)df * ((int)k - (int)(modes / 2)) + f_high + f_low;
-        const __complex128 exact = exact_sum(weights, n, f);
+        const quad f = (quad)df * ((int)k - (int)(modes / 2)) + f_high + f_low;
+        const quad_complex exact = exact_sum(weights, n, f);
         worst = fmax(worst, (double)hypotq(sums[2 * k] - crealq(exact), sums[2 * k + 1] - cimagq(exact)) / all);
     }
     return worst;
@@ -140,14 +140,12 @@ static void check_direct(double span, double f, double step) {
         assert_memory_equal(first, sums, sizeof first);
     }
     for (int j = 0; j < LANES; j++) {
-        __float128 exact[SUMS] = {0}, size[SUMS] = {0};
+        quad exact[SUMS] = {0}, size[SUMS] = {0};
         for (int i = 0; i < N; i++) {
-            const __float128 t = (__float128)t_high[i] + t_low[i],
-                             cycles = ((__float128)half_high[j] + half_low[j]) * t;
-            const __float128 angle = M_PIq * 2 * (cycles - rintq(cycles)), s = sinq(angle);
-            const __float128 u = 2 * s * s, v = 2 * s * cosq(angle);
-            const __float128 terms[SUMS] = {w[i] * u,     w[i] * v, w[i] * u * u, w[i] * u * v,
-                                            w[i] * v * v, x[i] * u, x[i] * v};
+            const quad t = (quad)t_high[i] + t_low[i], cycles = ((quad)half_high[j] + half_low[j]) * t;
+            const quad angle = M_PIq * 2 * (cycles - rintq(cycles)), s = sinq(angle);
+            const quad u = 2 * s * s, v = 2 * s * cosq(angle);
+            const quad terms[SUMS] = {w[i] * u, w[i] * v, w[i] * u * u, w[i] * u * v, w[i] * v * v, x[i] * u, x[i] * v};
             for (int k = 0; k < SUMS; k++) {
                 exact[k] += terms[k];
                 size[k] += fabsq(terms[k]);

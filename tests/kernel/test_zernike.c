@@ -1,5 +1,5 @@
 /* Tests Zernike polynomials against Noll's table and against his sum of powers in 113 bits. */
-#include <quadmath.h>
+#include "quad_math.h"
 
 #include "assert_close.h"
 
@@ -42,8 +42,8 @@ TEST(first_eleven_match_the_table) {
 }
 
 /* Noll's equation 2: (-1)^s (n-s)! / (s! ((n+m)/2-s)! ((n-m)/2-s)!) r^(n-2s), summed over s. */
-static __float128 radial(int n, int m, __float128 r) {
-    __float128 factorial[64] = {1}, sum = 0;
+static quad radial(int n, int m, quad r) {
+    quad factorial[64] = {1}, sum = 0;
     for (int i = 1; i < 64; i++)
         factorial[i] = i * factorial[i - 1];
     for (int s = 0; s <= (n - m) / 2; s++)
@@ -63,8 +63,8 @@ TEST(polynomials_are_sums_of_powers) {
                 for (int i = 0; i < RADII; i++)
                     for (int k = 0; k < ANGLES; k++) {
                         const double x = radius(i) * cos(angle(k)), y = radius(i) * sin(angle(k));
-                        const __float128 r = hypotq(x, y), t = atan2q(y, x);
-                        const __float128 turn = m == 0 ? 1 : sqrtq(2) * (noll % 2 == 0 ? cosq(m * t) : sinq(m * t));
+                        const quad r = hypotq(x, y), t = atan2q(y, x);
+                        const quad turn = m == 0 ? 1 : sqrtq(2) * (noll % 2 == 0 ? cosq(m * t) : sinq(m * t));
                         worst = fmax(worst,
                                      fabs((double)(sqrtq(n + 1) * radial(n, m, r) * turn - shim_zernike(noll, x, y))));
                     }

@@ -2,7 +2,7 @@
 #ifndef TOLIMAN_TESTS_QUAD_PERIOD_H
 #define TOLIMAN_TESTS_QUAD_PERIOD_H
 
-#include <quadmath.h>
+#include "quad_math.h"
 #include <stddef.h>
 
 typedef struct {
@@ -11,27 +11,27 @@ typedef struct {
     const double *t_low; /* times are t + t_low; may be NULL */
 } quad_samples;
 
-static inline __float128 quad_time(const quad_samples *s, size_t i) {
-    return s->t_low ? (__float128)s->t[i] + s->t_low[i] : s->t[i];
+static inline quad quad_time(const quad_samples *s, size_t i) {
+    return s->t_low ? (quad)s->t[i] + s->t_low[i] : s->t[i];
 }
 
 /* Solves the n x n system in place, largest pivot first; the solution replaces b. */
-static inline void quad_solve(__float128 a[3][3], __float128 b[3], int n) {
+static inline void quad_solve(quad a[3][3], quad b[3], int n) {
     for (int i = 0; i < n; i++) {
         int p = i;
         for (int r = i + 1; r < n; r++)
             if (fabsq(a[r][i]) > fabsq(a[p][i]))
                 p = r;
         for (int c = 0; c < n; c++) {
-            const __float128 swap = a[i][c];
+            const quad swap = a[i][c];
             a[i][c] = a[p][c];
             a[p][c] = swap;
         }
-        const __float128 swap = b[i];
+        const quad swap = b[i];
         b[i] = b[p];
         b[p] = swap;
         for (int r = i + 1; r < n; r++) {
-            const __float128 factor = a[r][i] / a[i][i];
+            const quad factor = a[r][i] / a[i][i];
             for (int c = i; c < n; c++)
                 a[r][c] -= factor * a[i][c];
             b[r] -= factor * b[i];
@@ -45,22 +45,22 @@ static inline void quad_solve(__float128 a[3][3], __float128 b[3], int n) {
 }
 
 /* Residual sum of squares over total sum of squares about the weighted mean, at frequency f. */
-static inline __float128 quad_residual(const quad_samples *s, __float128 f, int fixed_mean) {
-    __float128 a[3][3] = {{0}}, b[3] = {0}, weight = 0, mean = 0, total = 0, left = 0, middle = 0;
+static inline quad quad_residual(const quad_samples *s, quad f, int fixed_mean) {
+    quad a[3][3] = {{0}}, b[3] = {0}, weight = 0, mean = 0, total = 0, left = 0, middle = 0;
     for (size_t i = 0; i < s->n; i++) {
-        const __float128 sigma = s->sigma ? s->sigma[i] : 1;
+        const quad sigma = s->sigma ? s->sigma[i] : 1;
         weight += 1 / (sigma * sigma);
         mean += s->y[i] / (sigma * sigma);
         middle += quad_time(s, i);
     }
     mean /= weight;
-    middle /= (__float128)s->n;
+    middle /= (quad)s->n;
     const int first = fixed_mean ? 1 : 0, size = 3 - first;
     for (int pass = 0; pass < 2; pass++)
         for (size_t i = 0; i < s->n; i++) {
-            const __float128 sigma = s->sigma ? s->sigma[i] : 1, w = 1 / (sigma * sigma), y = s->y[i] - mean;
-            const __float128 angle = 2 * M_PIq * f * (quad_time(s, i) - middle);
-            const __float128 row[3] = {1, cosq(angle), sinq(angle)};
+            const quad sigma = s->sigma ? s->sigma[i] : 1, w = 1 / (sigma * sigma), y = s->y[i] - mean;
+            const quad angle = 2 * M_PIq * f * (quad_time(s, i) - middle);
+            const quad row[3] = {1, cosq(angle), sinq(angle)};
             if (pass == 0) {
                 total += w * y * y;
                 for (int j = 0; j < size; j++) {
@@ -71,7 +71,7 @@ static inline __float128 quad_residual(const quad_samples *s, __float128 f, int 
                 if (i + 1 == s->n)
                     quad_solve(a, b, size);
             } else {
-                __float128 gap = y;
+                quad gap = y;
                 for (int j = 0; j < size; j++)
                     gap -= b[j] * row[first + j];
                 left += w * gap * gap;

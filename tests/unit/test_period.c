@@ -75,22 +75,22 @@ TEST(pure_signal_row) {
 
     /* Minimises the residual over frequency with Newton's method on central differences, in 113 bits. */
     const quad_samples samples = {times, values, NULL, n, NULL};
-    __float128 f = 3, h = 1e-9Q, residual = 0;
+    quad f = 3, h = QUAD(1e-9), residual = 0;
     for (int i = 0; i < 3; i++) {
-        const __float128 a = quad_residual(&samples, f - h, 0), c = quad_residual(&samples, f + h, 0);
+        const quad a = quad_residual(&samples, f - h, 0), c = quad_residual(&samples, f + h, 0);
         residual = quad_residual(&samples, f, 0);
         f -= h * (c - a) / 2 / (a - 2 * residual + c);
     }
     residual = quad_residual(&samples, f, 0);
-    __float128 mean = 0, variance = 0;
+    quad mean = 0, variance = 0;
     for (size_t i = 0; i < n; i++)
-        mean += times[i] / (__float128)n;
+        mean += times[i] / (quad)n;
     for (size_t i = 0; i < n; i++)
-        variance += (times[i] - mean) * (times[i] - mean) / (__float128)n;
-    const __float128 m = n - 1, w = (1.5 + 0.1 * 5459) * sqrtq(4 * M_PIq * variance);
-    const __float128 ln_gamma = lgammaq(m / 2) - lgammaq((m - 1) / 2) + logq(2 / m) / 2;
-    const __float128 ln_tau = ln_gamma + logq(w) + (m - 3) / 2 * logq(residual) + logq(m / 2 * (1 - residual)) / 2;
-    const __float128 expected = (ln_tau + log1pq(expq((m - 2) / 2 * logq(residual) - ln_tau))) / M_LN10q;
+        variance += (times[i] - mean) * (times[i] - mean) / (quad)n;
+    const quad m = n - 1, w = (1.5 + 0.1 * 5459) * sqrtq(4 * M_PIq * variance);
+    const quad ln_gamma = lgammaq(m / 2) - lgammaq((m - 1) / 2) + logq(2 / m) / 2;
+    const quad ln_tau = ln_gamma + logq(w) + (m - 3) / 2 * logq(residual) + logq(m / 2 * (1 - residual)) / 2;
+    const quad expected = (ln_tau + log1pq(expq((m - 2) / 2 * logq(residual) - ln_tau))) / M_LN10q;
     assert_close(peak.log10_residual, (double)log10q(residual), 0, 1e-3);
     assert_close(peak.log10_fap, (double)expected, 0, 1);
     toliman_period_destroy(period);

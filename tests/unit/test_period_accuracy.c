@@ -16,19 +16,19 @@ typedef struct {
     double eigenvalue, away; /* smaller eigenvalue of the covariance of cosine and sine; m of the bound */
 } quad_properties;
 
-static quad_properties properties_of(const quad_samples *s, __float128 f, double value_offset) {
-    __float128 c = 0, s1 = 0, cc = 0, cs = 0, ss = 0, mean = 0, square = 0, middle = 0;
-    const __float128 n = (__float128)s->n;
+static quad_properties properties_of(const quad_samples *s, quad f, double value_offset) {
+    quad c = 0, s1 = 0, cc = 0, cs = 0, ss = 0, mean = 0, square = 0, middle = 0;
+    const quad n = (quad)s->n;
     for (size_t i = 0; i < s->n; i++)
         middle += s->t[i] / n;
     for (size_t i = 0; i < s->n; i++) {
-        const __float128 angle = 2 * M_PIq * f * (s->t[i] - middle), x = cosq(angle), y = sinq(angle);
+        const quad angle = 2 * M_PIq * f * (s->t[i] - middle), x = cosq(angle), y = sinq(angle);
         c += x / n, s1 += y / n, cc += x * x / n, cs += x * y / n, ss += y * y / n;
         mean += (s->y[i] - value_offset) / n;
-        square += (__float128)(s->y[i] - value_offset) * (s->y[i] - value_offset) / n;
+        square += (quad)(s->y[i] - value_offset) * (s->y[i] - value_offset) / n;
     }
     cc -= c * c, cs -= c * s1, ss -= s1 * s1;
-    const __float128 large = (cc + ss) / 2 + sqrtq((cc - ss) * (cc - ss) / 4 + cs * cs);
+    const quad large = (cc + ss) / 2 + sqrtq((cc - ss) * (cc - ss) / 4 + cs * cs);
     return (quad_properties){(double)((cc * ss - cs * cs) / large), (double)fabsq(mean / sqrtq(square - mean * mean))};
 }
 

@@ -117,7 +117,7 @@ TEST(hard_cases_meet_their_tolerance) {
             const quad_samples samples = fill(&cases[c]);
             double exact[NF], power[NF];
             for (int k = 0; k < NF; k += STEP) {
-                const __float128 f = (__float128)cases[c].f0 + k * (__float128)cases[c].df;
+                const quad f = (quad)cases[c].f0 + k * (quad)cases[c].df;
                 exact[k] = f > 0 ? (double)(1 - quad_residual(&samples, f, (int)flags)) : 0;
             }
             for (size_t a = 0; a < TOLERANCES; a++) {
@@ -326,7 +326,7 @@ TEST(coincident_frequency_is_fitted) {
         const quad_samples samples = {times, values, sigmas, N, NULL};
         for (int k = NYQUIST - 2; k <= NYQUIST + 2; k++)
             if (k != NYQUIST)
-                assert_close(power[k], (double)(1 - quad_residual(&samples, 0.25Q + k * 0x1p-10Q, 0)), 0,
+                assert_close(power[k], (double)(1 - quad_residual(&samples, QUAD(0.25) + k * QUAD(0x1p-10), 0)), 0,
                              fmax(tolerances[a], 1e-13));
     }
 }
@@ -346,8 +346,7 @@ TEST(few_frequencies_are_summed_exactly) {
     assert_ok(toliman_period_batch(0.015, 1e-3, NF, times, values, sigmas, FEW, &options, power));
     assert_true(log.exact > 1 && log.exact < NF / 64);
     for (int k = 0; k < NF; k++)
-        assert_close(power[k], (double)(1 - quad_residual(&samples, (__float128)0.015 + k * (__float128)1e-3, 0)), 0,
-                     1e-13);
+        assert_close(power[k], (double)(1 - quad_residual(&samples, (quad)0.015 + k * (quad)1e-3, 0)), 0, 1e-13);
 }
 
 TEST(bad_input_is_refused) {

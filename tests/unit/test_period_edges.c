@@ -42,7 +42,7 @@ static void compare_with_113_bits(const char *name, const toliman_period_options
     double power[NF], worst = 0;
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, NF, power));
     for (int k = 0; k < NF; k += 11) {
-        const __float128 f = (__float128)0.0123 + k * (__float128)0.0051;
+        const quad f = (quad)0.0123 + k * (quad)0.0051;
         worst = fmax(worst, fabs(power[k] - (double)(1 - quad_residual(&samples, f, options->flags != 0))));
     }
     if (!(worst <= 1e-12))

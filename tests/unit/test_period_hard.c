@@ -93,7 +93,7 @@ TEST(power_matches_113_bits) {
         double *power = malloc((size_t)c->nf * sizeof *power);
         assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, (size_t)c->nf, power));
         for (int64_t k = 0; k < c->nf; k += k == 0 ? 1 : c->nf / 8) {
-            const __float128 f = (__float128)c->f0 + (__float128)k * (__float128)c->df;
+            const quad f = (quad)c->f0 + (quad)k * (quad)c->df;
             const double expected = (double)(1 - quad_residual(&samples, f, fixed_mean));
             const double error = fabs(power[k] - expected), allowed = fmax(1e-12 * expected, 1e-14);
             if (!(error <= fmax(allowed, c->atol)))
@@ -257,7 +257,7 @@ TEST(million_samples) { /* in make long */
         const long double v = y - 3.0L;
         total += v, square += v * v;
         for (int q = 0; q < 3; q++) {
-            const __float128 cycles = ((__float128)f0 + (__float128)at[q] * (__float128)df) * t;
+            const quad cycles = ((quad)f0 + (quad)at[q] * (quad)df) * t;
             const long double angle = 6.283185307179586476925286766559L * (long double)(cycles - rintq(cycles));
             const long double c = cosl(angle), s = sinl(angle), row[9] = {c, s, c * c, c * s, s * s, v * c, v * s};
             for (int j = 0; j < 7; j++)

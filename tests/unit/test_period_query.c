@@ -54,11 +54,11 @@ TEST(test_normalisations) {
         reference += (values[i] - mean) * (values[i] - mean) / ((long double)sigmas[i] * sigmas[i]);
     const quad_samples samples = {times, values, sigmas, N, NULL};
     for (int k = 0; k < kFrequencies; k += 7) {
-        const __float128 residual = quad_residual(&samples, (__float128)0.004 + (__float128)0.001 * k, 0);
+        const quad residual = quad_residual(&samples, (quad)0.004 + (quad)0.001 * k, 0);
         assert_close(power[0][k], (double)(1 - residual), 0, 1e-12);
         assert_close(power[1][k], (double)(1 / residual - 1), 1e-11, 1e-12);
         assert_close(power[2][k], (double)-logq(residual), 1e-11, 1e-12);
-        assert_close(power[3][k], (double)((1 - residual) * (__float128)reference / 2), 1e-11, 1e-10);
+        assert_close(power[3][k], (double)((1 - residual) * (quad)reference / 2), 1e-11, 1e-10);
     }
     assert_refused(toliman_period_query_power(period, 105, 0, 1, power[0]), TOLIMAN_E_ARGUMENT, "normalisation");
     toliman_period_destroy(period);
@@ -75,19 +75,19 @@ TEST(test_normalisations) {
 }
 
 /* Normal equations about time_offset in 113 bits: solution and covariance. */
-static void slow_model(int n, double f, int fixed_mean, __float128 x[3], __float128 covariance[3][3]) {
-    __float128 a[3][3] = {{0}}, b[3] = {0}, mean = 0, weight = 0, residual = 0;
+static void slow_model(int n, double f, int fixed_mean, quad x[3], quad covariance[3][3]) {
+    quad a[3][3] = {{0}}, b[3] = {0}, mean = 0, weight = 0, residual = 0;
     for (int i = 0; i < n; i++) {
-        const __float128 w = 1 / ((__float128)sigmas[i] * sigmas[i]);
+        const quad w = 1 / ((quad)sigmas[i] * sigmas[i]);
         weight += w;
         mean += w * values[i];
     }
     mean /= weight;
     const int first = fixed_mean ? 1 : 0, size = 3 - first;
     for (int i = 0; i < n; i++) {
-        const __float128 w = 1 / ((__float128)sigmas[i] * sigmas[i]);
-        const __float128 angle = 2 * M_PIq * (__float128)f * (times[i] - 51000);
-        const __float128 row[3] = {1, cosq(angle), sinq(angle)};
+        const quad w = 1 / ((quad)sigmas[i] * sigmas[i]);
+        const quad angle = 2 * M_PIq * (quad)f * (times[i] - 51000);
+        const quad row[3] = {1, cosq(angle), sinq(angle)};
         for (int j = 0; j < size; j++) {
             b[j] += w * row[first + j] * (values[i] - mean);
             for (int k = 0; k < size; k++)
@@ -95,7 +95,7 @@ static void slow_model(int n, double f, int fixed_mean, __float128 x[3], __float
         }
     }
     for (int unit = -1; unit < size; unit++) {
-        __float128 matrix[3][3], right[3] = {0};
+        quad matrix[3][3], right[3] = {0};
         memcpy(matrix, a, sizeof matrix);
         if (unit < 0)
             memcpy(right, b, sizeof right);
@@ -108,9 +108,9 @@ static void slow_model(int n, double f, int fixed_mean, __float128 x[3], __float
     if (fixed_mean)
         x[0] = 0;
     for (int i = 0; i < n; i++) {
-        const __float128 angle = 2 * M_PIq * (__float128)f * (times[i] - 51000);
-        const __float128 gap = values[i] - mean - x[0] - x[1] * cosq(angle) - x[2] * sinq(angle);
-        residual += gap * gap / ((__float128)sigmas[i] * sigmas[i]);
+        const quad angle = 2 * M_PIq * (quad)f * (times[i] - 51000);
+        const quad gap = values[i] - mean - x[0] - x[1] * cosq(angle) - x[2] * sinq(angle);
+        residual += gap * gap / ((quad)sigmas[i] * sigmas[i]);
     }
     for (int j = first; j < 3; j++)
         for (int k = first; k < 3; k++)
@@ -140,9 +140,9 @@ TEST(test_model) {
             toliman_period_model model = {.struct_size = sizeof model};
             assert_ok(toliman_period_query_model(period, k, &model));
             assert_close(model.frequency, 0.004 + 0.001 * k, 1e-15, 0);
-            __float128 x[3] = {0}, v[3][3] = {{0}};
+            quad x[3] = {0}, v[3][3] = {{0}};
             slow_model(N, model.frequency, fixed_mean, x, v);
-            const __float128 amplitude = hypotq(x[1], x[2]), c = x[1] / amplitude, s = x[2] / amplitude;
+            const quad amplitude = hypotq(x[1], x[2]), c = x[1] / amplitude, s = x[2] / amplitude;
             assert_int_equal(model.rank, 2);
             assert_close(model.amplitude, (double)amplitude, 1e-10, 0);
             assert_close(model.phase, (double)atan2q(x[1], x[2]), 0, 1e-10);

@@ -172,7 +172,7 @@ TEST(test_merge_of_other_references) {
         assert_ok(toliman_period_query_power(first, TOLIMAN_PERIOD_POWER_STANDARD, 0, 300, power));
         const quad_samples samples = {times, values, sigmas, 600, NULL};
         for (int k = 0; k < 300; k += 13) {
-            const __float128 f = (__float128)1e-3 + (__float128)1.7e-4 * k;
+            const quad f = (quad)1e-3 + (quad)1.7e-4 * k;
             assert_close(power[k], (double)(1 - quad_residual(&samples, f, 0)), 0, 1e-12);
         }
         toliman_period_destroy(first), toliman_period_destroy(second);
@@ -205,7 +205,7 @@ TEST(test_merge_of_two_nights) {
         double power[300];
         assert_ok(toliman_period_query_power(both, TOLIMAN_PERIOD_POWER_STANDARD, 0, 300, power));
         for (int k = 0; k < 300; k += 13) {
-            const __float128 f = (__float128)1e-3 + (__float128)1.7e-4 * k;
+            const quad f = (quad)1e-3 + (quad)1.7e-4 * k;
             assert_close(power[k], (double)(1 - quad_residual(&samples, f, 0)), 1e-12, 1e-14);
         }
         toliman_period_destroy(both);
@@ -278,7 +278,7 @@ TEST(test_times_in_nanoseconds_and_pairs) {
     static double days[kCount], low[kCount];
     for (int i = 0; i < kCount; i++) {
         const int64_t ns = options.time_offset_ns + (int64_t)(4000 * 86400e9 * uniform(&state)) - 5;
-        const __float128 t = (__float128)(ns - options.time_offset_ns) / options.unit_ns;
+        const quad t = (quad)(ns - options.time_offset_ns) / options.unit_ns;
         days[i] = (double)t;
         low[i] = (double)(t - days[i]);
         const toliman_period_sample of_ns = sample_ns(ns, values[i], sigmas[i]);
@@ -300,7 +300,7 @@ TEST(test_times_in_nanoseconds_and_pairs) {
     assert_ok(toliman_period_query_power(by_ns, TOLIMAN_PERIOD_POWER_STANDARD, 0, 200, power[0]));
     assert_ok(toliman_period_query_power(by_pair, TOLIMAN_PERIOD_POWER_STANDARD, 0, 200, power[1]));
     for (int k = 0; k < 200; k += 11) {
-        const __float128 f = (__float128)9.5 + (__float128)1e-4 * k;
+        const quad f = (quad)9.5 + (quad)1e-4 * k;
         const double expected = (double)(1 - quad_residual(&samples, f, 0));
         assert_close(power[0][k], expected, 0, 1e-13);
         assert_close(power[1][k], expected, 0, 1e-13);

@@ -57,7 +57,9 @@ template <class Real> Solved solve(const Moments<Real> &m, long double noise) no
             rank};
 }
 template Solved solve(const Moments<long double> &, long double) noexcept;
+#ifdef TOLIMAN_QUAD_IS_WIDER
 template Solved solve(const Moments<Quad> &, long double) noexcept;
+#endif
 
 double explained_share(const Solved &solved, long double spread, int64_t free, int64_t samples) noexcept {
     if (solved.rank > 0 && solved.rank + free >= samples)

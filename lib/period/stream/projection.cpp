@@ -214,7 +214,9 @@ template <class Real> Moments<Real> Projection::moments(int64_t k, bool &suffice
     return m;
 }
 template Moments<long double> Projection::moments(int64_t, bool &) const noexcept;
+#ifdef TOLIMAN_QUAD_IS_WIDER
 template Moments<Quad> Projection::moments(int64_t, bool &) const noexcept;
+#endif
 
 // With the coefficients h of cosine and sine, those of the functions are L^-T (u_y - h_c u_c - h_s u_s). Their
 // covariance is G^-1 + D M^-1 D^T with D = L^-T (u_c, u_s) and the moments M of cosine and sine.

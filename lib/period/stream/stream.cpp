@@ -342,7 +342,9 @@ template <class Real> SumsAt<Real> Stream::sums(int64_t k) const noexcept {
     return sums;
 }
 template SumsAt<long double> Stream::sums(int64_t) const noexcept;
+#ifdef TOLIMAN_QUAD_IS_WIDER
 template SumsAt<Quad> Stream::sums(int64_t) const noexcept;
+#endif
 
 // Single-limb: W and Wy are sums of the same rounded terms as C1 and YC at f = 0, so that moments about the mean vanish
 // exactly where the cosine is constant. Double-limb: the exact sums.

@@ -68,6 +68,8 @@ template <class Real> void Stream::function_sums(int64_t k, Real *c, Real *s) co
     }
 }
 template void Stream::function_sums(int64_t, long double *, long double *) const noexcept;
+#ifdef TOLIMAN_QUAD_IS_WIDER
 template void Stream::function_sums(int64_t, Quad *, Quad *) const noexcept;
+#endif
 
 } // namespace toliman::period
