@@ -31,10 +31,6 @@ linear::Preparation preparation_of(const toliman_components_options &options, in
     return {options.raw != 0, options.bin, static_cast<size_t>(capacity)};
 }
 
-enum class Method { pca, dictionary };
-
-constexpr Choice<Method> kMethods = {TOLIMAN_COMPONENTS_PCA, TOLIMAN_COMPONENTS_DICTIONARY, "TOLIMAN_COMPONENTS_..."};
-
 toliman_components_train_options known_options(const toliman_components_train_options *given) {
     auto options = accept(given, "options");
     return options;

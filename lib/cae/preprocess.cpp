@@ -136,7 +136,7 @@ Preprocess Preprocess::from_model(const FrameModel &model, const Layout &layout,
         fail(Status::unsupported,
              "%s: {detector.shape} = [%zu, %zu]: must exceed [%zu, %zu] px for a crop that follows the image",
              model.source.c_str(), model.rows, model.cols, side, side);
-    const auto is_bad = [](double variance) { return !std::isfinite(variance); };
+    const auto is_bad = [](double value) { return !std::isfinite(value); };
     if (centre == Centre::image && std::any_of(model.variance.begin(), model.variance.end(), is_bad))
         fail(Status::unsupported,
              "%s: {detector.bad_pixels}: not available for a crop that follows the image: they would move in it",

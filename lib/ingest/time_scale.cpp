@@ -37,8 +37,8 @@ int64_t tai_of(int64_t day, int64_t ns, Scale scale, const LeapSeconds &leap_sec
 
 // Describes the error.
 [[noreturn]] void fail_format(const char *text, TimeFormat format) {
-    constexpr const char *kRules[] = {"YYYY-MM-DD or YYYY-DDD, alone or with Thh:mm:ss[.s...] (T or a blank), with a "
-                                      "final Z or +00:00 in UTC only",
+    constexpr const char *kRules[] = {("YYYY-MM-DD or YYYY-DDD, alone or with Thh:mm:ss[.s...] (T or a blank), with a "
+                                       "final Z or +00:00 in UTC only"),
                                       "a Modified Julian Day, a decimal number such as 61831.5",
                                       "a Julian Day, a decimal number such as 2461832.0"};
     fail(Status::format, "{text} = \"%.60s\": must be %s", text, kRules[static_cast<size_t>(format)]);

@@ -37,7 +37,7 @@ bool weigh(const double *counts, const double *light, const double *response, co
         weight[i] = use ? factor * factor / variance : 0;
         residual[i] = use ? (electrons - expected) / factor : 0;
         in += use ? 1 : 0;
-        out += below | !(factor > 0) ? 0 : 1;
+        out += (below | !(factor > 0)) ? 0 : 1;
     }
     *used += static_cast<size_t>(in);
     *saturated += static_cast<size_t>(out);
@@ -48,7 +48,7 @@ void largest(const double *weight, const double *residual, double tail, size_t n
              double *excess) noexcept {
     const Vector zero = {}, tails = tail - zero;
     Vector most = *square - zero, beyond = *excess - zero;
-    const auto take = [&](Vector weights, Vector value) {
+    const auto take = [&](const Vector &weights, const Vector &value) {
         const Vector weighted = weights * value, of_square = weighted * value;
         const Vector of_excess = weighted * (value - (value > zero ? tails : zero));
         most = of_square > most ? of_square : most;

@@ -83,7 +83,7 @@ template <class Real> class Largest {
     static constexpr size_t kWidth = 64 / sizeof(Real);
 
     Largest(Real most, Real excess) noexcept : most_(most - Vector{}), excess_(excess - Vector{}) {}
-    void take(Vector value, Vector tail) noexcept {
+    void take(const Vector &value, const Vector &tail) noexcept {
         const Vector zero = {}, positive = value > zero ? value : zero, size = positive - (value > zero ? zero : value),
                      beyond = value * value - positive * tail;
         most_ = size > most_ ? size : most_;
@@ -125,7 +125,7 @@ template <class Real> Real magnitude(const Real *residual, size_t count, Real mo
     using Found = Largest<Real>;
     using Vector = typename Found::Vector;
     Vector low = Vector{} - most, high = most - Vector{};
-    const auto take = [&](Vector value) {
+    const auto take = [&](const Vector &value) {
         low = value < low ? value : low;
         high = value > high ? value : high;
     };

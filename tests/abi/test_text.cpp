@@ -7,6 +7,8 @@
 #include <cstring>
 #include <initializer_list>
 
+#pragma GCC diagnostic ignored "-Wformat-security" // formats are arguments of same()
+
 namespace {
 
 template <class... Values> void same(const char *format, Values... values) {

@@ -82,8 +82,10 @@ static void *next(const char *name) {
         return count;                                                                                                  \
     }
 
+#ifndef __clang__
 #pragma GCC diagnostic ignored "-Wmissing-attributes"
 #pragma GCC diagnostic ignored "-Wnonnull-compare"
+#endif
 
 WATCH_END(exit, (int code), code)
 WATCH_END(_exit, (int code), code)

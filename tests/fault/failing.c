@@ -19,8 +19,10 @@
 
 #include "failing.h"
 
+#ifndef __clang__
 #pragma GCC diagnostic ignored "-Wmissing-attributes"
 #pragma GCC diagnostic ignored "-Wnonnull-compare"
+#endif
 
 /* Address ranges of libraries. */
 typedef struct {

@@ -114,7 +114,7 @@ Bytes weights_blob(const Bytes *bomb, bool training) {
     if (training) {
         out.u32(0);
         out.u32(10);
-        for (const uint64_t value : {10, 100, 0, 0})
+        for (const uint64_t value : {10u, 100u, 0u, 0u})
             out.u64(value);
         out.u32(0);
         out.u32(static_cast<uint32_t>(state.size()));

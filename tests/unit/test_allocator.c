@@ -117,7 +117,7 @@ static toliman_status tracker_in(const toliman_allocator *allocator, const char 
                                            .estimator.linear = estimator,
                                            .folder = place,
                                            .ledger.capacity = TRACKED,
-                                           .grid = {0.01, 0.001, FREQUENCIES}};
+                                           .grid = {.f0 = 0.01, .df = 0.001, .nf = FREQUENCIES}};
     return toliman_track_create(&options, (toliman_track **)out);
 }
 

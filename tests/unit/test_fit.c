@@ -73,8 +73,8 @@ TEST(places_of_propagated_images_are_found) {
                                       {0.1, 0.25, -0.2, 0.15, 1e-3},
                                       {-0.4, -0.35, -0.38, -0.45, -0.05}};
     static const char *const detectors[] = {"", ", \"pixel\": \"integrated\"",
-                                            ", \"qe\": 0.8, \"flat_rms\": 0.01, \"dark_e_per_s\": 0.5, "
-                                            "\"gain_e_per_dn\": 3, \"bias_dn\": 100",
+                                            (", \"qe\": 0.8, \"flat_rms\": 0.01, \"dark_e_per_s\": 0.5, "
+                                             "\"gain_e_per_dn\": 3, \"bias_dn\": 100"),
                                             ", \"scale_anisotropy\": 2e-3, \"shear\": -1e-3, \"rotation_deg\": 20"};
     double worst = 0;
     for (size_t d = 0; d < 4; d++) {

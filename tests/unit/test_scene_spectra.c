@@ -103,11 +103,11 @@ TEST(spectra_in_other_forms) {
         "wavelength_nm flux\n500\t1\n575 2.5\n600  3\n",
         "600,3\n575,2.5\n500,1\n",
         "# a star, in air\n# Wavelength (Angstrom)  photlam\n5000 1\n5750 2.5\n6000 3\n",
-        "# %ECSV 1.0\n# ---\n# datatype:\n# - {name: wave, unit: um, datatype: float64}\n"
-        "# - {name: flux, unit: W / (m2 um), datatype: float64}\n# schema: astropy-2.0\n"
-        "wave flux\n0.5 600\n0.575 1304.3478260869565\n0.6 1500\n",
-        "# %ECSV 1.0\n# ---\n# delimiter: ','\n# datatype:\n# - {name: flux, datatype: float64}\n"
-        "# - {name: wavelength, datatype: float64, unit: Angstrom}\nwavelength,flux\n5000,1\n5750,2.5\n6000,3\n",
+        ("# %ECSV 1.0\n# ---\n# datatype:\n# - {name: wave, unit: um, datatype: float64}\n"
+         "# - {name: flux, unit: W / (m2 um), datatype: float64}\n# schema: astropy-2.0\n"
+         "wave flux\n0.5 600\n0.575 1304.3478260869565\n0.6 1500\n"),
+        ("# %ECSV 1.0\n# ---\n# delimiter: ','\n# datatype:\n# - {name: flux, datatype: float64}\n"
+         "# - {name: wavelength, datatype: float64, unit: Angstrom}\nwavelength,flux\n5000,1\n5750,2.5\n6000,3\n"),
     };
     double a[5], b[5], first[5] = {0};
     for (size_t form = 0; form < sizeof forms / sizeof *forms; form++) {

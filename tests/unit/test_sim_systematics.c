@@ -398,8 +398,8 @@ TEST(draws_depend_on_seed_and_number) {
 
 TEST(zero_systematics_change_no_byte) {
     const char *const nothing[] = {"", "'systematics': {}",
-                                   "'systematics': {'pointing_rms_px': 0, 'jitter_sigma_px': 0, 'flux_rms':"
-                                   " {'rms': 0, 'drift_per_day': 0}}"};
+                                   ("'systematics': {'pointing_rms_px': 0, 'jitter_sigma_px': 0, 'flux_rms':"
+                                    " {'rms': 0, 'drift_per_day': 0}}")};
     double first[PIXELS], image[PIXELS];
     for (size_t i = 0; i < 3; i++) {
         toliman_sim *const sim = made(noisy_text(nothing[i]));

@@ -184,8 +184,12 @@ inline __attribute__((always_inline)) void pass(uint64_t *__restrict lower, cons
 }
 
 #if defined(__x86_64__)
-__attribute__((target("avx512f,prefer-vector-width=512"))) void pass_avx512(uint64_t *lower, const uint64_t *upper,
-                                                                            size_t count) {
+#ifdef __clang__ // which has no attribute for the width of vectors
+#define AVX512 "avx512f"
+#else
+#define AVX512 "avx512f,prefer-vector-width=512"
+#endif
+__attribute__((target(AVX512))) void pass_avx512(uint64_t *lower, const uint64_t *upper, size_t count) {
     pass(lower, upper, count);
 }
 __attribute__((target("avx2"))) void pass_avx2(uint64_t *lower, const uint64_t *upper, size_t count) {

@@ -64,7 +64,7 @@ static inline double peak_of(void (*loop)(void), int lanes) {
         loop();
         fastest = fmin(fastest, processor_s() - start);
     }
-    return 2.0 * lanes * PEAK_CHAINS * PEAK_TURNS / fastest * 1e-9;
+    return 2.0 * lanes * (double)PEAK_CHAINS * (double)PEAK_TURNS / fastest * 1e-9;
 }
 
 /* GFLOP/s of float32, and of float64. */

@@ -77,13 +77,18 @@ target_include_directories(toliman INTERFACE ${toliman_includes})
 
 # The static library is one object in which only toliman_* is global, so that no other name conflicts with one of the
 # host's; --gc-sections removes unused functions. Sanitizers and coverage counters need the separate objects.
-set(toliman_static_objects $<FILTER:$<TARGET_OBJECTS:toliman_objects>,EXCLUDE,gch$> ${toliman_isa_objects})
+set(toliman_static_objects $<FILTER:$<TARGET_OBJECTS:toliman_objects>,EXCLUDE,ch$> ${toliman_isa_objects})
 if(NOT TOLIMAN_SANITIZE AND NOT TOLIMAN_COVERAGE)
+  set(linker ${CMAKE_LINKER})
+  if(CMAKE_CXX_COMPILER_ID MATCHES Clang) # lld cannot allocate the groups
+    find_program(BINUTILS_LD ld REQUIRED)
+    set(linker ${BINUTILS_LD})
+  endif()
   set(whole ${PROJECT_BINARY_DIR}/toliman_whole.o)
   set(toliman_static_object ${PROJECT_BINARY_DIR}/toliman.o)
   add_custom_command(
     OUTPUT ${toliman_static_object}
-    COMMAND ${CMAKE_LINKER} -r --force-group-allocation -o ${whole} ${toliman_static_objects}
+    COMMAND ${linker} -r --force-group-allocation -o ${whole} ${toliman_static_objects}
     COMMAND ${CMAKE_OBJCOPY} --wildcard --keep-global-symbol=toliman_* ${whole} ${toliman_static_object}
     DEPENDS ${toliman_static_objects}
     BYPRODUCTS ${whole}

@@ -84,13 +84,13 @@ Projection::Projection(const Stream &stream) noexcept : stream_(stream), part_(0
 
 // Double suffices where a function keeps a tenth of its size, and the values a 300th of theirs: errors below 1e-12.
 void Projection::set_shared(Quad square) noexcept {
-    constexpr double kLeastDiagonal = 0.1, kLeastSpread = 1e-5;
+    constexpr double kLeastDiagonal = 0.1, kLeastShare = 1e-5;
     shared_.weight = static_cast<double>(1 / part_);
     shared_.samples = stream_.totals().count;
     shared_.size = std::sqrt(static_cast<double>(square));
     shared_.spread = static_cast<double>(spread_);
     shared_.used = used_;
-    vectorisable_ = shared_.spread > kLeastSpread * shared_.size * shared_.size && shared_.samples < int64_t{1} << 32;
+    vectorisable_ = shared_.spread > kLeastShare * shared_.size * shared_.size && shared_.samples < int64_t{1} << 32;
     for (size_t i = 0; i < used_; i++) {
         shared_.function[i] = index_[i];
         for (size_t j = 0; j < i; j++)

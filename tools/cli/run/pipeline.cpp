@@ -124,7 +124,7 @@ Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, const RunOptio
     if (options.controls != Controls::none)
         push_controls(scene, cadence.times.size(), *estimators, result, progress);
     estimators->require_series();
-    result.truth.power.resize(result.grid.nf);
+    result.truth.power.resize(static_cast<size_t>(result.grid.nf));
     if (deviation(cadence.displacements) > 0)
         result.truth.values = cadence.displacements;
     const Stopwatch watch(result.timings.period);
