@@ -47,7 +47,7 @@ fuzz: check-deps ## mutate the input of every parser with libFuzzer and sanitize
 mutants: check-deps ## change lib one line at a time and count the changes that no test sees, 40 per module (1 hour)
 races: check-deps ## run 8 threads with 10,000 objects each under ThreadSanitizer, in a host that plans FFTs (10 minutes)
 asan tsan: check-deps ## run every test under AddressSanitizer and UBSan, or ThreadSanitizer (half an hour)
-clang: check-deps ## build with clang instead of gcc and run the tests (20 minutes)
+clang: check-deps ## build with clang instead of gcc and run the tests, of which those of networks fail (20 minutes)
 arm64: ## cross-compile for arm64 and run the tests in an emulated Debian, as root (4 hours)
 debian13: ## build and run the tests in a Debian 13 of its own, as root (half an hour)
 reproducible: check-deps ## make the files of a release twice, in other folders and settings, and compare their bytes (20 minutes)

@@ -37,7 +37,7 @@ class Workflows(unittest.TestCase):
         text = "".join(path.read_text(encoding="utf-8") for path in (TOP / ".github/workflows").glob("*.yml"))
         scheduled = set(re.findall(r"[a-z0-9-]+", text))
         self.assertEqual(campaigns - scheduled, {"science", "planets", "camera", "cosmic", "core", "masks", "chapter", "budget",
-                                                 "mutants", "reproducible", "debian13"})
+                                                 "mutants", "reproducible", "debian13", "clang"})
 
 
 class Files(unittest.TestCase):
