@@ -169,7 +169,7 @@ template <class Stream> void pass(Stream &stream, Block &block) {
 }
 
 template <class Stream> void pass(Stream &stream, std::vector<Block> &blocks) {
-    stream.length(blocks, 8);
+    stream.length(blocks, 5 * 8);
     for (Block &block : blocks)
         pass(stream, block);
 }
@@ -214,7 +214,7 @@ template <class Stream> void pass(Stream &stream, Buffer<double> &numbers) {
 }
 
 template <class Stream> void pass(Stream &stream, optics::StarImages &images) {
-    stream.length(images.derivatives, 8);
+    stream.length(images.derivatives, 3 * 8);
     for (optics::Derivative &derivative : images.derivatives) {
         stream.size(derivative.along);
         stream.size(derivative.across);
@@ -228,7 +228,7 @@ template <class Stream> void pass(Stream &stream, optics::StarImages &images) {
 }
 
 template <class Stream> void pass(Stream &stream, std::vector<optics::StarImages> &stars) {
-    stream.length(stars, 8);
+    stream.length(stars, 7 * 8);
     for (optics::StarImages &images : stars)
         pass(stream, images);
 }

@@ -10,8 +10,11 @@
 #include "bounds.hpp"
 #include "cae/layout.hpp"
 #include "cae/payload.hpp"
+#include "calibrate/solve.hpp"
+#include "journal_file.hpp"
 #include "memory_file.hpp"
 #include "memory_store.hpp"
+#include "optics/propagate.hpp"
 #include "sky/ephemeris.hpp"
 #include "track/tracker.hpp"
 
@@ -445,6 +448,47 @@ void ephemerides() {
               message + "CREATION_DATE = 1\nORIGINATOR = 1\n" + repeated("META_START\nMETA_STOP\n", kMiB - 100), 0);
 }
 
+// A record of a journal with this type of result, whose first numbers are lengths, before zeros.
+template <class Result> void journal(const char *what, std::initializer_list<uint64_t> lengths) {
+    Bytes bytes(kMiB);
+    size_t at = 0;
+    for (const uint64_t length : lengths)
+        put(bytes, 8 * at++, length, 8);
+    within(what, 16 * kMiB, [&] { // frames without bad pixels have 32 times the bytes of their record
+        write_journal<Result>(bytes);
+        expect(!recall<Result>(), what);
+    });
+    std::filesystem::remove(journal_path());
+}
+
+void journals() {
+    constexpr uint64_t kNumbers = kMiB / 8 - 2;
+    journal<calibrate::Linearisation>("journal: a matrix of 2^34 numbers", {1, kNumbers});
+    journal<std::vector<calibrate::Block>>("journal: many blocks", {kNumbers});
+    journal<std::vector<optics::StarImages>>("journal: many images", {kNumbers});
+    journal<std::vector<BadPixels>>("journal: many frames", {kNumbers});
+    journal<calibrate::Step>("journal: many windows", {kNumbers});
+}
+
+void series(const char *what, const std::string &text, size_t samples) {
+    auto options = toliman::sized<toliman_measure_options>();
+    within(what, samples * 64, [&] {
+        toliman_measure *measure = nullptr;
+        const toliman_status status = toliman_measure_load(text.data(), text.size(), "x", &options, &measure);
+        expect((status == TOLIMAN_OK) == (samples > 0), toliman_last_error());
+        toliman_measure_destroy(measure);
+    });
+}
+
+void files_of_series() {
+    series("series: short lines", "t,y\n" + repeated("1,2\n", kMiB / 64), kMiB / 256);
+    series("series: one line", repeated("1,", kMiB), 0);
+    series("series: empty lines", repeated("\n", kMiB), 0);
+    series("series: deep JSON", repeated("[", kMiB), 0);
+    series("series: many columns", repeated("a,", kMiB - 8) + "t\n1,2\n", 0);
+    series("series: comments", repeated("# x\n", kMiB), 0);
+}
+
 } // namespace
 
 // promise: resources-are-bounded
@@ -460,5 +504,7 @@ int main() {
     on_target_tables();
     pairs();
     ephemerides();
+    journals();
+    files_of_series();
     return failures != 0;
 }
