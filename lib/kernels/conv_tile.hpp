@@ -14,17 +14,20 @@ namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
 
-// Vector types; loads and stores need no alignment.
+// Vector types; loads and stores need no alignment. A vector that may be anywhere is read and written through a pointer
+// here only: clang takes references to it, and to arrays of it, as aligned to its size.
 // NOLINTBEGIN(misc-definitions-in-headers): each file that includes this has it in a namespace of its own
 #define TOLIMAN_LANES(N)                                                                                               \
     struct Lanes##N {                                                                                                  \
-        typedef float Vector __attribute__((vector_size(4 * (N)), aligned(4), may_alias));                             \
-        typedef int32_t Mask __attribute__((vector_size(4 * (N)), aligned(4), may_alias));                             \
+        typedef float Vector __attribute__((vector_size(4 * (N))));                                                    \
+        typedef int32_t Mask __attribute__((vector_size(4 * (N))));                                                    \
+        typedef float Anywhere __attribute__((vector_size(4 * (N)), aligned(4), may_alias));                           \
+        typedef int32_t MaskAnywhere __attribute__((vector_size(4 * (N)), aligned(4), may_alias));                     \
         [[maybe_unused]] static constexpr size_t count = N;                                                            \
-        static Vector load(const float *from) noexcept { return *reinterpret_cast<const Vector *>(from); }             \
-        static Mask load(const int32_t *from) noexcept { return *reinterpret_cast<const Mask *>(from); }               \
-        static void store(float *to, Vector value) noexcept { *reinterpret_cast<Vector *>(to) = value; }               \
-        static void store(int32_t *to, Mask value) noexcept { *reinterpret_cast<Mask *>(to) = value; }                 \
+        static Vector load(const float *from) noexcept { return *reinterpret_cast<const Anywhere *>(from); }           \
+        static Mask load(const int32_t *from) noexcept { return *reinterpret_cast<const MaskAnywhere *>(from); }       \
+        static void store(float *to, Vector value) noexcept { *reinterpret_cast<Anywhere *>(to) = value; }             \
+        static void store(int32_t *to, Mask value) noexcept { *reinterpret_cast<MaskAnywhere *>(to) = value; }         \
     }
 TOLIMAN_LANES(4);
 #if defined(__AVX512F__)

@@ -18,19 +18,28 @@ namespace {
 constexpr float kHalfLog2 = 0.34657359f, kTiny = 0.005f;
 constexpr size_t kBlock = 256;
 
+// a b + c, with one rounding where the instruction set has that: left to the compiler, bits could depend on the block.
+inline float fused(float a, float b, float c) noexcept {
+#if defined(__FMA__) || defined(__aarch64__)
+    return __builtin_fmaf(a, b, c);
+#else
+    return a * b + c;
+#endif
+}
+
 // (exp(f) - 1 - f)/f^2 for |f| < kTiny: the rest of the series is below 5e-9 of f.
 inline float tiny_tail(float f) noexcept {
-    return f * 1.6666665459e-1f + 5.0000001201e-1f;
+    return fused(f, 1.6666665459e-1f, 5.0000001201e-1f);
 }
 
 // The same for |f| <= ln(2)/2.
 inline float expm1_tail(float f) noexcept {
     float q = 1.9875691500e-4f;
-    q = q * f + 1.3981999507e-3f;
-    q = q * f + 8.3334519073e-3f;
-    q = q * f + 4.1665795894e-2f;
-    q = q * f + 1.6666665459e-1f;
-    q = q * f + 5.0000001201e-1f;
+    q = fused(q, f, 1.3981999507e-3f);
+    q = fused(q, f, 8.3334519073e-3f);
+    q = fused(q, f, 4.1665795894e-2f);
+    q = fused(q, f, 1.6666665459e-1f);
+    q = fused(q, f, 5.0000001201e-1f);
     return f > -kTiny && f < kTiny ? tiny_tail(f) : q;
 }
 
@@ -38,22 +47,22 @@ inline float expm1_tail(float f) noexcept {
 // enough in magnitude, so that they do not cancel.
 inline float expm1_negative(float x) noexcept {
     constexpr float kRound = 0x1.8p23f; // adding it rounds to an integer in the low mantissa bits
-    const float shifted = x * 1.44269504f + kRound;
+    const float shifted = fused(x, 1.44269504f, kRound);
     const float n = shifted - kRound;
-    const float f = (x - n * 0.693359375f) + n * 2.12194440e-4f;
+    const float f = fused(n, 2.12194440e-4f, fused(-n, 0.693359375f, x));
     uint32_t bits;
     __builtin_memcpy(&bits, &shifted, sizeof bits);
     bits = (bits << 23) + 0x3f800000u;
     float power;
     __builtin_memcpy(&power, &bits, sizeof power);
-    return power * (f + f * f * expm1_tail(f)) + (power - 1.0f);
+    return fused(power, fused(f * f, expm1_tail(f), f), power - 1.0f);
 }
 
 // For values above -ln(2)/2, which need no reduction; the same bits as expm1_negative, where n = 0.
 inline void elu_small(float *values, size_t count) noexcept {
     for (size_t i = 0; i < count; i++) {
         const float x = values[i];
-        const float below = x + x * x * expm1_tail(x);
+        const float below = fused(x * x, expm1_tail(x), x);
         values[i] = x <= 0 ? below : x;
     }
 }
@@ -70,7 +79,7 @@ inline void elu_any(float *values, size_t count) noexcept {
 inline void elu_tiny(float *values, size_t count) noexcept {
     for (size_t i = 0; i < count; i++) {
         const float x = values[i];
-        const float below = x + x * x * tiny_tail(x);
+        const float below = fused(x * x, tiny_tail(x), x);
         values[i] = x <= 0 ? below : x;
     }
 }

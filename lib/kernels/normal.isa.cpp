@@ -55,8 +55,10 @@ void largest(const double *weight, const double *residual, double tail, size_t n
         beyond = of_excess > beyond ? of_excess : beyond;
     };
     size_t i = 0;
-    for (; i + kNormalLanes <= n; i += kNormalLanes)
-        take(*at(weight + i), *at(residual + i));
+    for (; i + kNormalLanes <= n; i += kNormalLanes) {
+        const Vector weights = *at(weight + i), value = *at(residual + i); // as a reference is taken to be aligned
+        take(weights, value);
+    }
     for (; i < n; i++)
         take(weight[i] - zero, residual[i] - zero);
     for (size_t lane = 0; lane < kNormalLanes; lane++) {

@@ -79,7 +79,7 @@ double inner_float(const float *a, const float *b, size_t count) noexcept {
 // Largest magnitude and excess, in lanes.
 template <class Real> class Largest {
   public:
-    typedef Real Vector __attribute__((vector_size(64), aligned(sizeof(Real)), may_alias));
+    typedef Real Vector __attribute__((vector_size(64)));
     static constexpr size_t kWidth = 64 / sizeof(Real);
 
     Largest(Real most, Real excess) noexcept : most_(most - Vector{}), excess_(excess - Vector{}) {}
@@ -95,7 +95,7 @@ template <class Real> class Largest {
             *excess = excess_[lane] > *excess ? excess_[lane] : *excess;
         }
     }
-    static const Vector *at(const Real *from) noexcept { return reinterpret_cast<const Vector *>(from); }
+    static void load(const Real *from, Vector &to) noexcept { __builtin_memcpy(&to, from, sizeof to); }
 
   private:
     Vector most_, excess_;
@@ -104,9 +104,13 @@ template <class Real> class Largest {
 void largest(const double *residual, const double *tail, size_t count, double *most, double *excess) noexcept {
     using Found = Largest<double>;
     Found found(*most, *excess);
+    Found::Vector value, tails;
     size_t i = 0;
-    for (; i + Found::kWidth <= count; i += Found::kWidth)
-        found.take(*Found::at(residual + i), *Found::at(tail + i));
+    for (; i + Found::kWidth <= count; i += Found::kWidth) {
+        Found::load(residual + i, value);
+        Found::load(tail + i, tails);
+        found.take(value, tails);
+    }
     for (; i < count; i++)
         found.take(residual[i] - Found::Vector{}, tail[i] - Found::Vector{});
     found.get(most, excess);
@@ -116,8 +120,13 @@ void largest_float(const float *residual, float component, const float *target, 
                    float *most, float *excess) noexcept {
     using Found = Largest<float>;
     Found found(*most, *excess);
-    for (size_t i = 0; i < count; i += Found::kWidth)
-        found.take(*Found::at(residual + i) - component * *Found::at(target + i), *Found::at(tail + i));
+    Found::Vector value, known, tails;
+    for (size_t i = 0; i < count; i += Found::kWidth) {
+        Found::load(residual + i, value);
+        Found::load(target + i, known);
+        Found::load(tail + i, tails);
+        found.take(value - component * known, tails);
+    }
     found.get(most, excess);
 }
 
@@ -129,9 +138,12 @@ template <class Real> Real magnitude(const Real *residual, size_t count, Real mo
         low = value < low ? value : low;
         high = value > high ? value : high;
     };
+    Vector value;
     size_t i = 0;
-    for (; i + Found::kWidth <= count; i += Found::kWidth)
-        take(*Found::at(residual + i));
+    for (; i + Found::kWidth <= count; i += Found::kWidth) {
+        Found::load(residual + i, value);
+        take(value);
+    }
     for (; i < count; i++)
         take(residual[i] - Vector{});
     for (size_t lane = 0; lane < Found::kWidth; lane++) {

@@ -80,7 +80,7 @@ target_include_directories(toliman INTERFACE ${toliman_includes})
 set(toliman_static_objects $<FILTER:$<TARGET_OBJECTS:toliman_objects>,EXCLUDE,ch$> ${toliman_isa_objects})
 if(NOT TOLIMAN_SANITIZE AND NOT TOLIMAN_COVERAGE)
   set(linker ${CMAKE_LINKER})
-  if(CMAKE_CXX_COMPILER_ID MATCHES Clang) # lld cannot allocate the groups
+  if(CMAKE_CXX_COMPILER_ID MATCHES Clang) # CMake takes its lld, which has no --force-group-allocation
     find_program(BINUTILS_LD ld REQUIRED)
     set(linker ${BINUTILS_LD})
   endif()

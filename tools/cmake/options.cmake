@@ -24,10 +24,6 @@ add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-ffp-contract=off>)
 add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-Wall> $<$<COMPILE_LANGUAGE:C,CXX>:-Wextra>
                     $<$<COMPILE_LANGUAGE:C,CXX>:-Wconversion> $<$<COMPILE_LANGUAGE:C,CXX>:-Wshadow>
                     $<$<COMPILE_LANGUAGE:C,CXX>:-Werror>)
-if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
-  message(WARNING "Compiled with clang, the kernels of networks end with a segmentation fault: clang takes addresses of "
-                  "vectors in templates as aligned to their size. Use gcc.")
-endif()
 # Sanitizers and coverage compile every file alone: each must include what it uses.
 if(TOLIMAN_SANITIZE OR TOLIMAN_COVERAGE)
   set(CMAKE_DISABLE_PRECOMPILE_HEADERS ON)
