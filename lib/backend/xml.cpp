@@ -49,7 +49,13 @@ class Reader {
         fail(Status::format, "{%s}:%d: is not valid XML: %s", path_, line(), why);
     }
 
-    int line() const noexcept { return static_cast<int>(XML_GetCurrentLineNumber(parser_.get())); }
+    int line() const noexcept {
+#if XML_MAJOR_VERSION == 2 && XML_MINOR_VERSION < 9
+        return static_cast<int>(XML_GetCurrentLineNumber(parser_.get()));
+#else
+        return static_cast<int>(XML_GetCurrentLineNumber64(parser_.get()));
+#endif
+    }
 
     template <class Work> void guard(const Work &work) noexcept {
         if (failure_)

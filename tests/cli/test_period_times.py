@@ -35,7 +35,7 @@ class Times(ProgramTest):
         self.y = [chance.gauss(0, 1) for _ in self.dates]
 
     def series(self, head, times, name="s.csv"):
-        (self.folder / name).write_text(head + "".join(f"{t},{y!r}\n" for t, y in zip(times, self.y)))
+        (self.folder / name).write_text(head + "".join(f"{t},{float(y)!r}\n" for t, y in zip(times, self.y)))
         return name
 
     def times(self, name, *more, stdin=None):
@@ -97,9 +97,9 @@ class Times(ProgramTest):
 
     def test_states(self):
         """Sums contain no scale: that of further samples must be given, and then the bits are those of all at once."""
-        (self.folder / "all.csv").write_text("".join(f"{t},{y!r}\n" for t, y in zip(self.dates, self.y)))
+        (self.folder / "all.csv").write_text("".join(f"{t},{float(y)!r}\n" for t, y in zip(self.dates, self.y)))
         for name, part in (("a.csv", slice(20)), ("b.csv", slice(20, None))):
-            (self.folder / name).write_text("".join(f"{t},{y!r}\n" for t, y in zip(self.dates[part], self.y[part])))
+            (self.folder / name).write_text("".join(f"{t},{float(y)!r}\n" for t, y in zip(self.dates[part], self.y[part])))
         for name in ("all", "a"):
             self.run_program("period", f"{name}.csv", "--follow", *GRID, "--save-state", f"{name}.tlmp")
         self.refuse(2, "--time-scale", arguments=("period", "b.csv", "--from-state", "a.tlmp"))

@@ -93,7 +93,8 @@ class RefitSums(ProgramTest):
     def write_series(self, middle):
         """middle: of an exposure, in days from its start."""
         (self.folder / "series.csv").write_text("mjd,y,sigma\n" + "".join(
-            f"{start / DAY + 40587 + middle!r},{y!r},{SIGMA!r}\n" for start, y in zip(self.starts, self.separations)))
+            f"{start / DAY + 40587 + middle!r},{y!r},{SIGMA!r}\n"
+            for start, y in zip(self.starts.tolist(), self.separations.tolist())))
 
     # promise: refitted-orbits-are-not-searched
     def test_frames_of_a_refit_are_not_searched(self):

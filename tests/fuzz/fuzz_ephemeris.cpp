@@ -66,7 +66,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static const ingest::LeapSeconds leap_seconds(erfa::leap_seconds().rows);
     if (size == 0)
         return 0;
-    const std::string &path = path_of(std::string(reinterpret_cast<const char *>(data), size));
+    const std::string path = path_of(std::string(reinterpret_cast<const char *>(data), size));
     try {
         const sky::Ephemeris ephemeris = sky::read_ephemeris(path, leap_seconds, {});
         require(!ephemeris.segments().empty(), "no segment");

@@ -35,7 +35,7 @@ class Reference(unittest.TestCase):
         cls.said = make(cls.folder)
 
     def page(self, name):
-        return (self.folder / "html" / name).read_text()
+        return (self.folder / "html" / name).read_text().replace("&#160;", "&nbsp;")  # of older and newer Doxygen
 
     def test_no_warnings(self):
         self.assertEqual(self.said, "")

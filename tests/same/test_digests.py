@@ -1,7 +1,7 @@
 """Tests that what every public function computes has the same bits in another process and on other instruction sets, OpenBLAS
 kernels and threads, but for the modules that ALLOWED names. Prints how many calls of each module differ. TOLIMAN_DIGESTS is
-the program digests; TOLIMAN_ORDERS tests every choice instead of a few; TOLIMAN_DIGESTS_OF names a file of digests from another
-architecture, which is compared, too, or is written if it does not exist."""
+the program digests; TOLIMAN_ORDERS tests every choice instead of a few; TOLIMAN_DIGESTS_OF names what `digests 0` printed on
+another architecture (tests/elsewhere)."""
 import collections
 import os
 import subprocess
@@ -9,7 +9,7 @@ import sys
 
 PROGRAM = os.environ["TOLIMAN_DIGESTS"]
 FULL = "TOLIMAN_ORDERS" in os.environ
-OTHER = os.environ.get("TOLIMAN_DIGESTS_OF")
+OTHER = os.environ.get("TOLIMAN_DIGESTS_OF", "")
 
 NETWORKS = {"cae", "bank", "track network"}  # float32 with fused multiply-adds
 MATRICES = {"bank", "cae", "calibration", "coadd", "components", "fit", "linear", "mask", "sim", "track network", "track fit",
@@ -28,6 +28,12 @@ def module(call):
     return words[1] if len(words) > 2 and words[1] not in ("get", "last", "abi", "constant") else "base"
 
 
+def parsed(text):
+    lines = dict(line.split("\t") for line in text.splitlines())
+    lines.pop("toliman_get_machine")  # names the settings
+    return lines
+
+
 def digests(isa, **environment):
     """Digest of each call, or None if the processor does not support the instruction set."""
     run = subprocess.run([PROGRAM, str(isa)], capture_output=True, text=True,
@@ -36,14 +42,7 @@ def digests(isa, **environment):
         return None
     if run.returncode:
         sys.exit(run.stdout + run.stderr)
-    lines = dict(line.split("\t") for line in run.stdout.splitlines())
-    lines.pop("toliman_get_machine")  # names these settings
-    return lines
-
-
-def read(path):
-    with open(path, encoding="utf-8") as stream:
-        return dict(line.rstrip("\n").split("\t") for line in stream)
+    return parsed(run.stdout)
 
 
 def runs():
@@ -60,11 +59,9 @@ def runs():
 # promises: processors-change-little, threads-change-no-bit
 def main():
     first, others = runs()
-    if OTHER and not os.path.exists(OTHER):
-        with open(OTHER, "w", encoding="utf-8") as stream:
-            stream.writelines(f"{call}\t{digest}\n" for call, digest in first.items())
-    elif OTHER:
-        others.append(("another architecture", read(OTHER)))
+    if OTHER:
+        with open(OTHER, encoding="utf-8") as stream:
+            others.append(("architecture", parsed(stream.read())))
     calls = collections.Counter(map(module, first))
     differ = {}
     bad = []

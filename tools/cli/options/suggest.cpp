@@ -53,14 +53,16 @@ std::string unreadable_value(const std::string &message, const CLI::App &command
     return parts.empty() ? message : parts[1] + " " + parts[2] + ": " + allowed(command, parts[1]);
 }
 
-// "--sync: fram not in {frame,group,none}", "--peaks: Value 0 not in range 1 to 64"
+// "--sync: fram not in {frame,group,none}", "--peaks: Value 0 not in range 1 to 64", or "[1 - 64]" since CLI11 2.4
 std::string refused_value(const std::string &message) {
     std::vector<std::string> parts = parts_of(message, {": ", " not in {", "}"});
     if (!parts.empty()) {
         const std::vector<std::string> names = CLI::detail::split(parts[2], ',');
         return parts[0] + " " + parts[1] + ": must be one of " + joined(names) + did_you_mean(parts[1], names);
     }
-    parts = parts_of(message, {": Value ", " not in range ", " to "});
+    parts = parts_of(message, {": Value ", " not in range [", " - ", "]"});
+    if (parts.empty())
+        parts = parts_of(message, {": Value ", " not in range ", " to "});
     if (parts.empty())
         return message;
     const auto number = [](const std::string &text) { // without trailing zeros, as in 4.000000

@@ -114,7 +114,7 @@ def draw_corner(axes: typing.Sequence[Axes], columns: typing.Sequence[tuple[str,
 def _draw_pair(axis: Axes, x: Array, y: Array | None) -> None:
     places = [axis.xaxis]
     if y is None:
-        axis.hist(x, _BINS, _range(x), color=BLUE)
+        axis.hist(x, _BINS, range=_range(x), color=BLUE)
         axis.set_xlim(_range(x))
         for point in numpy.percentile(x, (16, 50, 84)):
             axis.axvline(point, color=DARK, linestyle="--", linewidth=0.8)
