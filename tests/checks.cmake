@@ -25,6 +25,7 @@ add_test(NAME header/bindings COMMAND ${DEBIAN_PYTHON3} ${CMAKE_CURRENT_SOURCE_D
 add_test(NAME header/docs COMMAND ${DEBIAN_PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_docs.py)
 add_test(NAME header/shape COMMAND ${DEBIAN_PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_shape.py)
 add_test(NAME header/promises COMMAND ${DEBIAN_PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_promises.py)
+add_test(NAME header/units COMMAND ${DEBIAN_PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_units.py)
 add_test(NAME header/workflows COMMAND ${DEBIAN_PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_workflows.py)
 add_test(NAME header/types COMMAND ${DEBIAN_PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_types.py)
 add_test(NAME abi/exports COMMAND ${DEBIAN_PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_exports.py)
