@@ -5,7 +5,8 @@ import re
 import unittest
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
-FIRST = "apt-get update && apt-get install -y git make"  # on an empty Debian
+FIRST = ("apt-get update && apt-get install -y git make "
+         "&& git config --global --add safe.directory '*'")  # on an empty Debian, whose checkout has another owner
 
 
 def read(path):
@@ -37,7 +38,7 @@ class Workflows(unittest.TestCase):
         text = "".join(path.read_text(encoding="utf-8") for path in (TOP / ".github/workflows").glob("*.yml"))
         scheduled = set(re.findall(r"[a-z0-9-]+", text))
         self.assertEqual(campaigns - scheduled, {"science", "planets", "camera", "cosmic", "core", "masks", "chapter", "budget",
-                                                 "mutants", "reproducible", "debian13", "clang"})
+                                                 "mutants", "reproducible", "debian13"})
 
 
 class Files(unittest.TestCase):
