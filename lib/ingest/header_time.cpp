@@ -164,7 +164,9 @@ class TimeReader {
         if (clock[0] == 'U' && scale_ != Scale::utc)
             fail(Status::format, "{%s} = %.70s: contradicts TIMESYS, which is not UTC", clock.c_str(), value);
         const std::string text = unquoted(value), day = date.substr(0, date.find_first_of("T "));
-        const std::string whole = day + "T" + text;
+        // Others write an hour below ten with one digit, or the date again.
+        const std::string hour = text.find(':') == 1 ? "0" : "";
+        const std::string whole = text.find('T') == day.size() ? text : day + "T" + hour + text;
         const std::optional<DayTime> parsed = parse_date(whole);
         if (!parsed || (parsed->has_zone && scale_ != Scale::utc))
             fail(Status::format, "{%s} = %.70s: must be hh:mm:ss[.s...]", clock.c_str(), value);

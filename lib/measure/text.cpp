@@ -189,6 +189,11 @@ void check_format(std::string_view bytes, const std::string &name) {
         {"\xff\xfe", "UTF-16"},
         {"\xfe\xff", "UTF-16"},
         {"\x1f\x8b", "a gzip file"},
+        {"BZh", "a bzip2 file"},
+        {"\xfd"
+         "7zXZ",
+         "an xz file"},
+        {"\x28\xb5\x2f\xfd", "a Zstandard file"},
         {"PK\x03\x04", "a zip file or workbook"},
         {"SIMPLE  =", "a FITS file"},
         {"\x89HDF", "an HDF5 file"},

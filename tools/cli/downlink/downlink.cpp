@@ -165,6 +165,8 @@ void DatedFiles::warn_of_overlap(Span span, const FrameTimes &times) {
 
 std::shared_ptr<FrameSource> DatedFiles::open(const std::string &path, const FrameIds &wanted) {
     auto file = open_frames(path, "", 0, 0, options_.unit);
+    for (const std::string &note : file->notes())
+        sink_.report(Severity::warning, "other images", path, note);
     const Span span = span_of(*file);
     const FrameTimes times = times_of(*file, span);
     return std::make_shared<DatedFile>(std::move(file), sink_.batch(), span.session, span.first_id, times, wanted);

@@ -23,9 +23,8 @@ class FitsFrames : public FrameFile {
         cfitsio().open_diskfile(&file, plain_name(path).c_str(), READONLY, &status);
         file_.reset(file);
         check(status);
-        const int axes = find_image(unit);
-        std::vector<LONGLONG> lengths(static_cast<size_t>(axes));
-        cfitsio().get_img_sizell(file, axes, lengths.data(), &status);
+        find_image(unit);
+        const std::vector<LONGLONG> lengths = lengths_here();
         LONGLONG end = 0;
         cfitsio().get_hduaddrll(file, nullptr, nullptr, &end, &status);
         check(status);
@@ -34,6 +33,8 @@ class FitsFrames : public FrameFile {
             malformed(path, "is truncated: it has " + std::to_string(size) + " bytes, its image ends at byte " +
                                 std::to_string(end));
         cfitsio().get_hdu_num(file, &unit_);
+        if (unit.empty())
+            note_others(lengths);
     }
 
     std::optional<std::string> value_of(const std::string &key) override {
@@ -93,6 +94,8 @@ class FitsFrames : public FrameFile {
         return FrameWindow{first("YOFF", "CENTR_Y"), first("XOFF", "CENTR_X")};
     }
 
+    const std::vector<std::string> &notes() const noexcept override { return notes_; }
+
   private:
     // The value of a keyword that must be a whole number, also as text.
     std::optional<int64_t> whole_number(const char *key) {
@@ -138,19 +141,21 @@ class FitsFrames : public FrameFile {
         if (status == KEY_NO_EXIST)
             return std::nullopt;
         check(status);
-        if (value[0] == '\0') // a keyword without value is undefined
-            return std::nullopt;
-        return value;
+        const bool is_undefined = value[std::strspn(value, "' ")] == '\0'; // no value, or a string without characters
+        return is_undefined ? std::nullopt : std::optional<std::string>(value);
     }
 
-    // Axes of the image in the current unit; 0 if it has none.
-    int axes_here() {
+    // Axes of the image in the current unit, NAXIS1 first; empty if it has none.
+    std::vector<LONGLONG> lengths_here() {
         int status = 0, kind = 0, axes = 0;
         cfitsio().get_hdu_type(file_.get(), &kind, &status);
         if (kind == IMAGE_HDU)
             cfitsio().get_img_dim(file_.get(), &axes, &status);
+        std::vector<LONGLONG> lengths(static_cast<size_t>(axes));
+        if (axes > 0)
+            cfitsio().get_img_sizell(file_.get(), axes, lengths.data(), &status);
         check(status);
-        return axes;
+        return lengths;
     }
 
     // Moves to the unit with this name or number.
@@ -165,24 +170,40 @@ class FitsFrames : public FrameFile {
         return status == 0;
     }
 
-    // Moves to the image and returns its number of axes.
-    int find_image(const std::string &wanted) {
-        if (!wanted.empty()) {
-            const int axes = move_to_unit(wanted) ? axes_here() : 0;
-            if (axes == 0)
-                malformed(path_, "--hdu " + wanted + ": there is no such image");
-            return axes;
-        }
-        if (move_to_unit("CORE") && axes_here() > 0)
-            return axes_here();
-        for (int unit = 1;; unit++) {
-            int status = 0;
-            if (cfitsio().movabs_hdu(file_.get(), unit, nullptr, &status) == END_OF_FILE)
-                malformed(path_, "contains no image");
-            check(status);
-            if (axes_here() > 0)
-                return axes_here();
-        }
+    // Moves to the unit with this number, 1 for the primary one; false if the file has fewer.
+    bool move_on_to(int unit) {
+        int status = 0;
+        if (cfitsio().movabs_hdu(file_.get(), unit, nullptr, &status) == END_OF_FILE)
+            return false;
+        check(status);
+        return true;
+    }
+
+    // Moves to the image.
+    void find_image(const std::string &wanted) {
+        if (!wanted.empty() && (!move_to_unit(wanted) || lengths_here().empty()))
+            malformed(path_, "--hdu " + wanted + ": there is no such image");
+        if (!wanted.empty() || (move_to_unit("CORE") && !lengths_here().empty()))
+            return;
+        int unit = 1;
+        while (move_on_to(unit) && lengths_here().empty())
+            unit++;
+        if (!move_on_to(unit))
+            malformed(path_, "contains no image");
+    }
+
+    // Exposures in units of their own, as of the Hubble Space Telescope, are of one name and size.
+    void note_others(const std::vector<LONGLONG> &lengths) {
+        const auto name_of = [this](int unit) { return value_in(unit, "EXTNAME"); };
+        const std::optional<std::string> name = name_of(unit_);
+        std::string others;
+        for (int unit = unit_ + 1; move_on_to(unit); unit++)
+            if (lengths_here() == lengths && name_of(unit) == name)
+                others += (others.empty() ? "" : ", ") + std::to_string(unit - 1);
+        move_to(unit_);
+        if (!others.empty())
+            notes_.push_back("HDU " + std::to_string(unit_ - 1) +
+                             " is read alone: images of its name and size in HDU " + others + " are not (--hdu)");
     }
 
     void load(size_t frame, void *pixels) override {
@@ -196,6 +217,7 @@ class FitsFrames : public FrameFile {
 
     Fits file_;
     int unit_ = 0; // number of the image's HDU
+    std::vector<std::string> notes_;
 };
 
 } // namespace

@@ -188,7 +188,8 @@ bool is_whole_number(const std::string &text, int64_t &value) {
 
 void FrameFile::set_axes(const std::vector<size_t> &axes) {
     if (axes.size() != 2 && axes.size() != 3)
-        malformed(path_, "has " + std::to_string(axes.size()) + " axes: must have 2 or 3");
+        malformed(path_,
+                  "has " + std::to_string(axes.size()) + (axes.size() == 1 ? " axis" : " axes") + ": must have 2 or 3");
     axes_ = axes;
     if (count() == 0)
         malformed(path_, "contains no frames");
