@@ -113,6 +113,9 @@ std::vector<Segment> read_horizons(TextLines &lines, std::string_view first, con
         builder.add(time_of(lines, columns[0] < count ? fields[columns[0]] : "", leap_seconds),
                     {{numbers[1], numbers[2], numbers[3]}, {numbers[4], numbers[5], numbers[6]}}, lines.number());
     }
+    while (lines.next(line))
+        if (line == kStart)
+            fail(Status::format, "{%s}:%d: a second $$SOE: must have one table of states", lines.path(), lines.number());
     std::vector<Segment> segments;
     segments.push_back(builder.finish(log));
     return segments;

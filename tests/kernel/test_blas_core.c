@@ -38,6 +38,9 @@ static int check_case(int number) {
 }
 
 TEST(older_kernels_are_reported) {
+#if !defined(__x86_64__)
+    skip(); /* the cases are kernels of x86-64 */
+#endif
     int seen = 0;
     for (size_t i = 0; i < sizeof kCases / sizeof *kCases; i++) {
         const pid_t child = fork();
@@ -57,6 +60,16 @@ TEST(older_kernels_are_reported) {
         seen++;
     }
     assert_true(seen > 0);
+}
+
+TEST(no_kernels_are_better_than_those_of_other_processors) {
+#if defined(__x86_64__)
+    skip();
+#endif
+    toliman_machine machine = {.struct_size = sizeof machine};
+    assert_int_equal(toliman_get_machine(&machine), TOLIMAN_OK);
+    assert_string_equal(machine.blas_better, "");
+    assert_int_equal(machine.blas_is_slow, 0);
 }
 
 int main(int argc, char **argv) {
