@@ -67,8 +67,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget_steps(const
                                                                            size_t capacity,
                                                                            size_t *count) TOLIMAN_NOEXCEPT;
 
-/* One parameter of a budget. Amounts are absolute, infinite without effect. NaN: does not apply, is not known, or
- * depends on others. */
+/* One parameter of a budget. Amounts are absolute; infinite: the parameter has no effect. A member is NaN if it does
+ * not apply or is not known, or if the parameter depends on others. */
 typedef struct toliman_sim_budget_row {
     uint32_t struct_size;
     int32_t is_free;         /* 1: free */
@@ -83,9 +83,9 @@ typedef struct toliman_sim_budget_row {
 } toliman_sim_budget_row;
 #define TOLIMAN_SIM_BUDGET_ROW_INIT TOLIMAN_INIT(toliman_sim_budget_row)
 
-/* Writes the rows: the free parameters in the order of their names, then every other one with a derivative, and flat:
- * its bias_px is the standard deviation due to independent errors of all pixels. Propagates the frame twice per free
- * parameter that is not linear. Errors as toliman_sim_get_budget.
+/* Writes the rows: the free parameters in the order of their names, then every other one with a derivative. The row
+ * flat is the response of the pixels: its bias_px is the standard deviation due to independent errors of all.
+ * Propagates the frame twice per free parameter that is not linear. Errors as toliman_sim_get_budget.
  *   correlations  [side][side], or NULL: of the separation and the free parameters; NaN for one that depends on those
  *                 before it
  *   side          toliman_sim_budget.free_count + 1; not used without correlations */

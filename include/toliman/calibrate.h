@@ -8,12 +8,12 @@
  *   images, response of the pixels       get_opd, get_image
  *   fitted scene, for all other uses     save_file, get_window
  *
- * Parameters of the instrument (sim_derivative.h), constant or, with windows, linear in time between the starts of
- * these: scale, anisotropy, shear, focus, zernike_5 ... _36, mask_rotation, mask_shift_x, _y, jitter_xx, _yy, _xy,
- * temperature_a, _b, spectrum_a_1 ... _11, spectrum_b_1 ... _11, and those of the detector: diffusion, instead of
- * jitter_xx and jitter_yy, transfer_smear, brighter_fatter, interpixel_capacitance, nonlinearity. Values are changes
- * against the nominal scene, each with a normal prior around 0. They are fitted together with the parameters of each
- * frame (fit.h), by maximum likelihood.
+ * Parameters of the instrument (sim_derivative.h), which are constant or, with windows, linear in time from the start
+ * of a window to that of the next: scale, anisotropy, shear, focus, zernike_5 ... _36, mask_rotation, mask_shift_x,
+ * _y, jitter_xx, _yy, _xy, temperature_a, _b, spectrum_a_1 ... _11, spectrum_b_1 ... _11, and those of the detector:
+ * diffusion (instead of jitter_xx and jitter_yy), transfer_smear, brighter_fatter, interpixel_capacitance,
+ * nonlinearity. Values are changes against the nominal scene, each with a normal prior around 0. They are fitted
+ * together with the parameters of each frame (fit.h), by maximum likelihood.
  *
  * Frames do not determine
  *   - roll of the spacecraft and tilts: position angle and pointing contain them;
@@ -45,9 +45,9 @@ typedef struct toliman_calibration toliman_calibration;
 
 /* Flag of options: the default parameters include transfer_smear, interpixel_capacitance and, for frames that are no
  * sums, nonlinearity and brighter_fatter. The relative response of each pixel is also fitted, the same in all frames.
- * It differs from the optics because stars move by pixels from frame to frame. With hundreds of frames, separations are
- * as good as with a known detector (promise: detectors-are-calibrated). As fluxes are free, only the prior determines
- * the mean response, 1, and its gradient. */
+ * The frames distinguish it from the optics because stars move by pixels from frame to frame. With hundreds of frames,
+ * separations are as good as with a known detector (promise: detectors-are-calibrated). Only the prior determines the
+ * mean response (1) and its gradient, as fluxes are free. */
 #define TOLIMAN_CALIBRATION_DETECTOR 4u
 
 /* Changes of a model.

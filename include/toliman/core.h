@@ -1,5 +1,5 @@
-/* libtoliman, core: the functions that take a scene, or the frames of a camera, to a period. These functions change
- * last.
+/* libtoliman, core: the functions that lead from a scene, or the frames of a camera, to a period. They are the last
+ * to change.
  *
  * Data flow (toliman_...)
  *

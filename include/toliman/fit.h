@@ -78,8 +78,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_parameters(const t
                                                                          size_t capacity,
                                                                          size_t *count) TOLIMAN_NOEXCEPT;
 
-/* Properties of a fit; with several windows, `images` is their sum, oversampling, taps and image_error are the
- * largest. */
+/* Properties of a fit. With several windows, `images` is the sum over the windows; oversampling, taps and image_error
+ * are the largest of a window. */
 typedef struct toliman_fit_info {
     uint32_t struct_size;
     uint32_t oversampling; /* samples of the model images per pixel and axis */
@@ -96,8 +96,8 @@ typedef struct toliman_fit_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_info(const toliman_fit *fit,
                                                                    toliman_fit_info *out) TOLIMAN_NOEXCEPT;
 
-/* What is known of a frame before the fit, which starts at the predicted places. displacement_px is measured from the
- * predicted separation. */
+/* Prediction of a frame. The fit starts at the predicted places; displacement_px is measured from the predicted
+ * separation. */
 typedef struct toliman_fit_prediction {
     uint32_t struct_size;
     uint32_t flags;
@@ -144,8 +144,8 @@ typedef struct toliman_fit_result {
 } toliman_fit_result;
 #define TOLIMAN_FIT_RESULT_INIT TOLIMAN_INIT(toliman_fit_result)
 
-/* Fits `count` frames of image; a single one of doubles allocates memory only if more calls run at the same time than
- * before.
+/* Fits `count` frames of image. A call with one frame of doubles allocates memory only if more calls run at the same
+ * time than ever before.
  *   predictions  [count]; NULL: time 0, no shift
  *   results      [count]
  *   values       [count][n], or NULL: all n = toliman_fit_info.parameters parameters

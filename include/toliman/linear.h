@@ -39,10 +39,10 @@ TOLIMAN_API void toliman_linear_destroy(toliman_linear *linear) TOLIMAN_NOEXCEPT
 
 /* Estimates the displacements of `count` frames of image. A value does not depend on the other frames. Errors: image.h.
  *   values_px  [count]
- *   goodness   [count], or NULL. chi_square is, with r = (counts - reference)/sigma per pixel, |r - sum_k <u_k, r>
- *              u_k - value w|^2 / (pixels - K - 1); u_k: K images of preprocess.project over sigma, orthonormalised;
- *              w: derivative over sigma, orthogonal to them. If both fluxes are projected out, an empty frame is
- *              TOO_GOOD */
+ *   goodness   [count], or NULL. chi_square is |r - sum_k <u_k, r> u_k - value w|^2 / (pixels - K - 1), where
+ *              r = (counts - reference)/sigma per pixel; u_k: the K images of preprocess.project over sigma,
+ *              orthonormalised; w: the derivative over sigma, orthogonal to them. If both fluxes are projected out, an
+ *              empty frame is TOO_GOOD */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode(const toliman_linear *linear,
                                                                     const toliman_image *image, size_t count,
                                                                     double *values_px,

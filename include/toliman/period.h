@@ -15,7 +15,7 @@
  * Power        P = 1 - (residual sum of squares of the model)/(that of the mean alone), in [0, 1].
  * Frequencies  f_k = f0 + k df, k = 0 ... nf - 1, not rounded to a double, in cycles per unit of t.
  * Exactness    Any order of pushes gives the same bits on every x86-64 CPU (promise: any-order-gives-same-bits).
- * Accuracy     The power has a known error bound (promise: power-error-is-bounded), at best 2e-15 (design.md, 5).
+ * Accuracy     The power has a known error bound (promise: power-error-is-bounded), at best 2e-15 (design.md, 4).
  *              Double-limb accumulators keep it small for samples that cover less than half a cycle or few of its
  *              phases (toliman_period_query_sampling). Where cosine and sine "coincide", one is fitted.
  *              Powers with a bound above 1e-3 are flagged TOLIMAN_PERIOD_INACCURATE

@@ -36,13 +36,14 @@ typedef struct toliman_period_batch_options {
  * period.h, special cases as toliman_period_query_power. sigma may be NULL, n may be 0.
  *
  * Accuracy  The error of every power of a batch is at most the tolerance, or 1e-13 if that is larger
- *           (promise: batches-meet-their-tolerance); with nuisance functions that of period_nuisance.h, if larger.
- * Memory    A batch takes 35 bytes per sample and 170 bytes per frequency (promise: batch-memory-is-stated); per
- *           frequency 20 more for each of the second to sixth threads, 225 for exact sums; per nuisance function 16 per
- *           sample and 50 per frequency.
+ *           (promise: batches-meet-their-tolerance). With nuisance functions, the error of period_nuisance.h applies
+ *           where it is larger.
+ * Memory    A batch takes 35 bytes per sample and 170 bytes per frequency (promise: batch-memory-is-stated). In
+ *           addition, each of the second to sixth threads takes 20 bytes per frequency, exact sums 225 bytes per
+ *           frequency, and each nuisance function 16 bytes per sample and 50 per frequency.
  * Bits      The same on CPUs of the same kind.
- * Errors    TOLIMAN_E_RANGE |t| > 1e100, |y| > 1e300, phases above 2^50 cycles, too many samples, times outside the
- *           trend, exact sums needed and sigmas that differ by a factor above 1e8. */
+ * Errors    TOLIMAN_E_RANGE for |t| > 1e100, |y| > 1e300, phases above 2^50 cycles, too many samples, times outside the
+ *           trend, and, where exact sums are needed, sigmas that differ by a factor above 1e8. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t,
                                                                    const double *y, const double *sigma, size_t n,
                                                                    const toliman_period_batch_options *options,

@@ -29,11 +29,12 @@ typedef struct toliman_period_sampling {
 #define TOLIMAN_PERIOD_SAMPLING_INIT TOLIMAN_INIT(toliman_period_sampling)
 
 /* Writes the sampling diagnostics. Takes the time of toliman_period_query_power.
- *   t  [n], the pushed times (only n is checked); NULL: regular times; nyquist is then too low for grouped samples */
+ *   t  [n], the pushed times (only n is checked). NULL: times are taken as regular; nyquist is then too low if samples
+ *      are in groups */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_sampling(
     const toliman_period *period, const double *t, size_t n, toliman_period_sampling *out) TOLIMAN_NOEXCEPT;
 
-/* Intervals that cause aliases; a day also stands for its fractions. */
+/* Intervals that cause aliases. A fraction of a day has the constant of the day (toliman_period_alias.parts). */
 #define TOLIMAN_PERIOD_INTERVAL_SAMPLING 121     /* longest at which the samples repeat phases */
 #define TOLIMAN_PERIOD_INTERVAL_SOLAR_DAY 122    /* 1 d */
 #define TOLIMAN_PERIOD_INTERVAL_SIDEREAL_DAY 123 /* 0.99726957 d */

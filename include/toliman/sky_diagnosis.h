@@ -5,8 +5,7 @@
  *   toliman_sky (sky.h), measured separations (measure.h) -> diagnose -> toliman_sky_diagnosis, _hypothesis [7]
  *
  * In a low orbit, wrong times or axes leave residuals of a known shape; planets leave another one. A cause is named
- * only if it explains the residuals by at least 7 standard deviations of what it leaves
- * (promise: causes-need-seven-sigmas). */
+ * only if its significance, sqrt(gain/max(1, chi_square)), is at least 7 (promise: causes-need-seven-sigmas). */
 #ifndef TOLIMAN_SKY_DIAGNOSIS_H
 #define TOLIMAN_SKY_DIAGNOSIS_H
 

@@ -13,12 +13,13 @@ TOLIMAN_BEGIN_DECLS
 /* Number of cumulants of order 3 to 6. */
 #define TOLIMAN_SPREAD_CUMULANTS 22u
 
-/* Number of the short frames, and distribution of the stars' places in them: both stars by the same x and y (px),
- * about their mean, weighted by the light of the frames, in addition to the scene's jitter within a short frame. A
- * long exposure with known pointing jitter is 1 frame with a spread. With cumulants, the expected sum is exact to
- * order 6: to 1e-6 of its peak for jitter of 0.3 px rms with a normal distribution, and to 1e-3 for any other.
- * Without (all 0), a normal distribution is assumed. Even 10^5 places drawn from a normal distribution differ from it
- * by more than their photon noise. */
+/* Number of the short frames, and distribution of the stars' places in them. Both stars move by the same x and y (px),
+ * measured from their mean over the frames; frames are weighted by their light. The scene's jitter within a short frame
+ * is added to the spread. A long exposure with known pointing jitter is 1 frame with a spread.
+ *
+ * With cumulants, the expected sum is exact to order 6: to 1e-6 of its peak for jitter of 0.3 px rms with a normal
+ * distribution, and to 1e-3 for any other. Without cumulants (all 0), a normal distribution is assumed. Give them also
+ * for normal jitter: 10^5 places drawn from a normal distribution still differ from it by more than photon noise. */
 typedef struct toliman_spread {
     uint32_t struct_size;
     uint32_t reserved;

@@ -15,8 +15,8 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Record of the ledger: a frame as it arrived, with its present verdict; counts (VERDICT_MERGED), or on-target
- * intervals of a later frame (VERDICT_INTERVALS). */
+/* Record of the ledger: a frame as it arrived, with its present verdict. Two verdicts mark records without a frame:
+ * VERDICT_MERGED has counts, VERDICT_INTERVALS the on-target intervals of a later frame. */
 typedef struct toliman_track_record {
     uint32_t struct_size;
     int32_t verdict;
@@ -33,9 +33,9 @@ typedef struct toliman_track_record {
 } toliman_track_record;
 #define TOLIMAN_TRACK_RECORD_INIT TOLIMAN_INIT(toliman_track_record)
 
-/* Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. There are none
- * of duplicates and, in memory, of invalid frames. Errors: TOLIMAN_E_FORMAT if the ledger has been damaged; some may be
- * written then. */
+/* Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. Duplicates
+ * have no record; in memory, invalid frames have none either. Errors: TOLIMAN_E_FORMAT if the ledger has been damaged;
+ * some records may have been written before. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const toliman_track *track, int64_t first,
                                                                         size_t count, toliman_track_record *records,
                                                                         size_t *done) TOLIMAN_NOEXCEPT;
