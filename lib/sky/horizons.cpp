@@ -115,7 +115,8 @@ std::vector<Segment> read_horizons(TextLines &lines, std::string_view first, con
     }
     while (lines.next(line))
         if (line == kStart)
-            fail(Status::format, "{%s}:%d: a second $$SOE: must have one table of states", lines.path(), lines.number());
+            fail(Status::format, "{%s}:%d: a second $$SOE: must have one table of states", lines.path(),
+                 lines.number());
     std::vector<Segment> segments;
     segments.push_back(builder.finish(log));
     return segments;
