@@ -38,7 +38,7 @@ bool are_names(const std::vector<std::string> &fields) {
 // 8N, S, 10.3N: widths and types of rdb.
 bool is_rdb_type(const std::string &field) {
     const size_t type = field.find_first_not_of("0123456789.");
-    return type + 1 == field.size() && std::string("NSMDnsmd").find(field[type]) != std::string::npos;
+    return !field.empty() && type + 1 == field.size() && std::string("NSMDnsmd").find(field[type]) != std::string::npos;
 }
 
 bool is_type(const std::string &field) {

@@ -220,7 +220,7 @@ Days Days::plus_half() const noexcept {
     Days sum;
     sum.scale_ = 2 * scale_;
     sum.part_ = (2 * part_ + scale_) % sum.scale_;
-    sum.whole_ = whole_ + (2 * part_ + scale_ >= sum.scale_);
+    sum.whole_ = whole_ + (whole_ < INT64_MAX && 2 * part_ + scale_ >= sum.scale_);
     return sum;
 }
 

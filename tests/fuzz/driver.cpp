@@ -1,5 +1,5 @@
-// Runs a target without libFuzzer: its seeds and every file of the given folders, then a number of mutants of each
-// (FUZZ_ROUNDS, default 200). The mutants are the same in every run.
+// Runs a target without libFuzzer: its seeds and every file of the given folders, of which one must be accepted, then a
+// number of mutants of each (FUZZ_ROUNDS, default 200). The mutants are the same in every run.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -33,7 +33,6 @@ size_t mutant(fuzz::Bytes &bytes, size_t size, unsigned seed) {
 }
 
 void run(const fuzz::Bytes &seed, size_t rounds) {
-    LLVMFuzzerTestOneInput(seed.data(), seed.size());
     random_numbers.seed(seed.size());
     for (unsigned round = 0; round < rounds; round++) {
         fuzz::Bytes bytes = seed;
@@ -84,6 +83,9 @@ int main(int count, char **arguments) {
     std::vector<fuzz::Bytes> inputs = fuzz::seeds();
     for (const auto &path : files)
         inputs.push_back(read(path));
+    for (const fuzz::Bytes &input : inputs)
+        LLVMFuzzerTestOneInput(input.data(), input.size());
+    fuzz::require(fuzz::accepted > 0, "every seed is refused");
     for (const fuzz::Bytes &input : inputs)
         run(input, rounds);
     std::printf("%zu inputs, %zu mutants of each\n", inputs.size(), rounds);

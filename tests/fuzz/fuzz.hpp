@@ -27,6 +27,9 @@ using Bytes = std::vector<uint8_t>;
 // Initial inputs other than the text files of corpus/. Defined by every target.
 std::vector<Bytes> seeds();
 
+// Inputs so far that were read without an error. A target whose seeds are all refused tests nothing: driver.cpp fails.
+inline size_t accepted = 0;
+
 // Reports a finding unless `holds`.
 inline void require(bool holds, const char *what) {
     if (holds)

@@ -117,6 +117,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     if (bank == nullptr)
         return 0;
     check_networks(bank);
+    fuzz::accepted++;
     if (zip::crc32(data, size) % 4 == 0) { // all of them would take too long
         const Bytes saved = save(bank, bytes);
         toliman_bank *const again = load(saved);

@@ -83,6 +83,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
             require_states(ephemeris, found.first_ns);
             require_states(ephemeris, found.last_ns);
         }
+        fuzz::accepted++;
     } catch (const Error &error) {
         require(error.status() == Status::format && std::string(error.what()).find(path) == 0, error.what());
     }

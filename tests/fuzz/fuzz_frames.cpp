@@ -1,6 +1,7 @@
 // Frames with arbitrary fields: each is refused or gets a verdict, the counts add up, and the periodogram stays within
 // its bounds.
 #include <cmath>
+#include <iterator>
 // promise: parsers-are-safe
 
 #include <toliman/toliman.hpp>
@@ -13,7 +14,8 @@ namespace {
 
 constexpr size_t kPixelBytes = 4096; // size of the pixel buffer
 constexpr int64_t kCapacity = 512, kFrequencies = 8;
-constexpr size_t kWidths[] = {1, 2, 4, 2, 4, 4, 8};
+constexpr size_t kWidths[] = {1, 2, 4, 2, 4, 4, 8, 2, 4, 2, 4}; // bytes of TOLIMAN_PIXEL_U8 to TOLIMAN_PIXEL_F32BE
+static_assert(std::size(kWidths) == TOLIMAN_PIXEL_F32BE - TOLIMAN_PIXEL_U8 + 1);
 
 int32_t estimate(const toliman_estimate_input *input, toliman_estimate *made, void *) {
     double sum = 0;
@@ -66,12 +68,12 @@ std::string name_of(Source &source) {
 
 // The caller must provide the pixels: frames that need a larger buffer are replaced by frames of the tracker's size.
 void fit(toliman_frame &frame) {
-    if (frame.pixel < 0 || frame.pixel >= 7 || frame.rows < 1 || frame.cols < 1)
+    if (frame.pixel < TOLIMAN_PIXEL_U8 || frame.pixel > TOLIMAN_PIXEL_F32BE || frame.rows < 1 || frame.cols < 1)
         return;
     const int64_t stride = frame.stride != 0 ? frame.stride : frame.cols;
     if (stride < frame.cols || stride > INT32_MAX || frame.rows > 65536 || frame.cols > 65536)
         return;
-    if (static_cast<size_t>(frame.rows * stride) * kWidths[frame.pixel] <= kPixelBytes)
+    if (static_cast<size_t>(frame.rows * stride) * kWidths[frame.pixel - TOLIMAN_PIXEL_U8] <= kPixelBytes)
         return;
     frame.rows = frame.cols = 8;
     frame.stride = 0;
@@ -85,7 +87,8 @@ void push(toliman_track *track, Source &source) {
     frame.roi = roi.c_str();
     const uint64_t form = source.number(1); // selects the fields that may be arbitrary
     const size_t shape = (form & 1) != 0 ? 8 : 1;
-    frame.pixel = (form & 2) != 0 ? static_cast<int32_t>(source.number(4)) : static_cast<int32_t>(source.number(1) % 7);
+    frame.pixel = (form & 2) != 0 ? static_cast<int32_t>(source.number(4))
+                                  : TOLIMAN_PIXEL_U8 + static_cast<int32_t>(source.number(1) % std::size(kWidths));
     frame.frame_id = static_cast<int64_t>(source.number((form & 4) != 0 ? 8 : 1));
     frame.camera_ns = static_cast<int64_t>(source.number((form & 8) != 0 ? 8 : 5));
     frame.dropped = static_cast<int64_t>(source.number((form & 16) != 0 ? 8 : 1));
@@ -112,6 +115,7 @@ void push(toliman_track *track, Source &source) {
         return;
     require(outcome.verdict >= TOLIMAN_TRACK_VERDICT_ACCEPTED && outcome.verdict <= TOLIMAN_TRACK_VERDICT_REJECTED,
             "no verdict");
+    fuzz::accepted += outcome.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED;
     require(outcome.verdict == TOLIMAN_TRACK_VERDICT_REJECTED || std::isfinite(outcome.value),
             "a value that is not finite");
 }

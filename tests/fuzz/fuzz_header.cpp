@@ -60,6 +60,7 @@ std::vector<Bytes> fuzz::seeds() {
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     try {
         read_times(std::string(reinterpret_cast<const char *>(data), size));
+        fuzz::accepted++;
     } catch (const cli::Failure &failure) {
         require(failure.code() == cli::kExitInput, failure.what());
     }

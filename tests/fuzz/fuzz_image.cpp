@@ -48,6 +48,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const Bytes bytes(data + 1, data + size);
     try {
         data[0] == 'n' ? read_image(bytes) : read_table(bytes, data[0] == 't' ? Curve::throughput : Curve::flux);
+        fuzz::accepted++;
     } catch (const Error &error) {
         require(error.status() == Status::format, error.what());
     }

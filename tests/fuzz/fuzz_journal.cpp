@@ -18,6 +18,7 @@ namespace {
 template <class Result> void check(const Bytes &bytes) {
     write_journal<Result>(bytes);
     const bool recalled = recall<Result>();
+    fuzz::accepted += recalled;
     require(journal_record().bytes == (recalled ? bytes : empty_record<Result>().bytes), "the journal has other bytes");
 }
 

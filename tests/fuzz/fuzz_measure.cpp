@@ -69,6 +69,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const toliman_status status =
         toliman_measure_load(is_table ? given : reinterpret_cast<const char *>(data + 1),
                              is_table ? std::strlen(given) : size - 1, "x", &options, &measure);
+    fuzz::accepted += status == TOLIMAN_OK;
     if (status == TOLIMAN_OK)
         check(measure);
     else

@@ -85,5 +85,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         return 0;
     }
     check(values, blocks);
+    fuzz::accepted++;
     return 0;
 }

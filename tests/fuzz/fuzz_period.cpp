@@ -141,6 +141,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     require(status == TOLIMAN_OK || status == TOLIMAN_E_FORMAT, "unexpected error: not a format error");
     if (period == nullptr)
         return 0;
+    fuzz::accepted++;
     const Bytes before = saved(period);
     require(before == Bytes(data, data + size), "saved bytes differ from the loaded ones");
     auto info = toliman::sized<toliman_period_info>();

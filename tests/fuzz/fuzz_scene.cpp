@@ -51,6 +51,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     if (status != TOLIMAN_OK)
         return 0;
     check(plan);
+    fuzz::accepted++;
     if (plan.setup_flops + plan.frame_flops < kMostWork && plan.bytes < 1 << 22)
         make(json, size, options);
     return 0;

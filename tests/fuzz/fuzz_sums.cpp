@@ -93,6 +93,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     require(saved() == (status == TOLIMAN_OK ? Bytes(data, data + size) : before), "other bytes than were loaded");
     if (status != TOLIMAN_OK)
         return 0;
+    fuzz::accepted++;
     auto info = toliman::sized<toliman_coadd_info>();
     require(toliman_coadd_get_info(sums(), &info) == TOLIMAN_OK && info.frames >= 0 && info.rejected >= 0,
             "impossible counts");

@@ -49,6 +49,7 @@ std::vector<Bytes> fuzz::seeds() {
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     try {
         check(read_system(std::string(reinterpret_cast<const char *>(data), size), "binary.json"));
+        fuzz::accepted++;
     } catch (const Error &error) {
         require((error.status() == Status::scene || error.status() == Status::format) &&
                     std::string(error.what()).find("binary.json: ") == 0,

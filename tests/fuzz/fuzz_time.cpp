@@ -72,6 +72,7 @@ void read_time(const std::string &text) {
         for (int32_t k = 0; k < 5; k++) {
             good[k] = succeeds(
                 toliman_ingest_parse_time(text.c_str(), format, TOLIMAN_INGEST_SCALE_UTC + k, nullptr, 0, &ns[k]));
+            fuzz::accepted += good[k];
             require(!good[k] || (ns[k] >= kFirst && ns[k] < kEnd), "a time out of range");
         }
         require(good[1] == good[2] && good[1] == good[3] && good[1] == good[4], "a time in one scale only");

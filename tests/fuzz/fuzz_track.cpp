@@ -305,6 +305,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         const std::optional<Made> made = made_of(own);
         if (!made)
             return;
+        fuzz::accepted++;
         tried([&] { reopen(files, *made); });
         tried([&] { reduce_again(files, *made); });
         tried([&] { merge(files, *made, false); });

@@ -138,6 +138,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     toliman_cae *cae = size > 0 ? load(bytes) : nullptr;
     if (cae == nullptr)
         return 0;
+    fuzz::accepted++;
     const toliman_cae_info info = info_of(cae);
     require(std::isfinite(info.crb_px) && info.cosine >= 0 && info.cosine <= 1, "impossible information");
     const uint32_t chosen = zip::crc32(data, size) % 4; // all of them would take too long
