@@ -229,6 +229,30 @@ TEST(alarms_are_as_documented) {
     assert_true(strong.fap < 0.93 * strong.white_fap);
 }
 
+/* The strongest sinusoid is between two points of the grid: what it leaves at either of them is no correlation. */
+TEST(strong_sinusoids_are_no_correlated_noise) {
+    enum { COUNT = 200 };
+    double t[COUNT], y[COUNT], sigma[COUNT];
+    for (double amplitude = 1; amplitude < 2e6; amplitude *= 10) {
+        uint64_t state = 11;
+        for (int i = 0; i < COUNT; i++) {
+            t[i] = i;
+            y[i] = amplitude * sin(2 * acos(-1) * i / 72.376) + noise(&state);
+            sigma[i] = 1;
+        }
+        for (int model = 0; model < 2; model++) {
+            toliman_period_noise_options options = TOLIMAN_PERIOD_NOISE_OPTIONS_INIT;
+            options.flags = model == 0 ? TOLIMAN_PERIOD_WHITE_NOISE : 0;
+            toliman_period_noise out = TOLIMAN_PERIOD_NOISE_INIT;
+            assert_ok(noise_search_of(0.002, 0.1 / COUNT, 900, t, y, sigma, COUNT, NULL, NULL, 0, &options, NULL, NULL,
+                                      NULL, &out));
+            assert_true(out.log10_p_white > -2);
+            assert_true(out.rho < 0.2);
+            assert_true(fabs(out.amplitude - amplitude) < 4 * out.amplitude_error && out.amplitude_error < 0.2);
+        }
+    }
+}
+
 TEST(order_of_samples_does_not_matter) {
     fill();
     double power[NF], reversed[NF], t[N], y[N];

@@ -1,6 +1,7 @@
 // Method: rho is fitted by restricted likelihood twice: without a sinusoid (rho_0), and with one (rho_1) at each of the
-// ten highest peaks of the white and of the whitened periodogram, which is computed again until no peak is new. The
-// periodogram uses the mean of both fits, in atanh rho, with the weight w of rho_0:
+// ten highest peaks of the white and of the whitened periodogram, which is computed again until no peak is new. A peak
+// is refined between the grid's points first: what a strong sinusoid leaves there would be taken for correlated noise.
+// The periodogram uses the mean of both fits, in atanh rho, with the weight w of rho_0:
 //   w = 1 while noise alone explains the series: FAP of the likelihood ratio of both models above kNoiseAlone,
 //   w = 0 once it does not: below kSignal; linear in log10 FAP between.
 // Why: for noise, rho_1 belongs to the sinusoid that was chosen because it removes most of the correlation. It is too
@@ -27,6 +28,7 @@ namespace {
 constexpr size_t kCandidates = 10;
 constexpr int kMostRounds = 6;
 constexpr double kNoiseAlone = -4, kSignal = -8; // log10 FAP
+constexpr double kRounding = 1e-20;              // of the residual without a sinusoid
 constexpr double kGolden = 0.38196601125010515;  // 2 - golden ratio
 
 struct Maximum {
@@ -99,6 +101,17 @@ std::vector<size_t> highest(const double *power, size_t nf) {
     return found;
 }
 
+// The frequency of the smallest residual next to a grid point, for the noise that the model has. The grid point itself
+// if only rounding errors are smaller elsewhere.
+double refined(NoiseModel &model, const NoiseGrid &grid, double peak) {
+    const double from = std::max(grid.f0, peak - grid.df), to = std::min(grid.last(), peak + grid.df);
+    if (!(to > from))
+        return peak;
+    const NoiseFit at_peak = model.fit(model.wave(peak));
+    const Maximum best = maximise(from, to, 2, 40, [&](double f) { return -model.fit(model.wave(f)).residual; });
+    return at_peak.residual + best.value > kRounding * at_peak.null_residual ? best.at : peak;
+}
+
 class Search {
   public:
     Search(NoiseModel &model, const NoiseGrid &grid, const Progress &progress, double *power)
@@ -127,13 +140,15 @@ class Search {
 
 // Fits the noise with a sinusoid at the highest peaks. False if all were tried before.
 bool Search::add_candidates() {
+    const double rho = model_.rho();
     bool added = false;
     for (size_t k : highest(power_, grid_.nf)) {
         if (std::find(tried_.begin(), tried_.end(), k) != tried_.end())
             continue;
         added = true;
         tried_.push_back(k);
-        const NoiseLevel found = fit_noise(model_, grid_.at(k));
+        model_.set_rho(rho);
+        const NoiseLevel found = fit_noise(model_, refined(model_, grid_, grid_.at(k)));
         best_.white = std::max(best_.white, found.white);
         best_.profile = std::max(best_.profile, found.profile);
         if (found.likelihood > best_.likelihood) {
@@ -198,9 +213,7 @@ NoiseResult search_noise(NoiseModel &model, const NoiseGrid &grid, bool white, c
     const NoiseFit on_grid = model.fit(model.wave(peak));
     result.log10_residual = std::clamp(std::log10(on_grid.residual / on_grid.null_residual), kMinLogResidual, 0.0);
     result.log10_fap = log10_fap(model, grid, result.log10_residual);
-    const double from = std::max(grid.f0, peak - grid.df), to = std::min(grid.last(), peak + grid.df);
-    result.frequency =
-        to > from ? maximise(from, to, 2, 40, [&](double f) { return -model.fit(model.wave(f)).residual; }).at : peak;
+    result.frequency = refined(model, grid, peak);
     const NoiseWave wave = model.wave(result.frequency);
     result.rank = model.fit(wave).rank;
     result.solution = model.solve(wave, coefficients, errors);
