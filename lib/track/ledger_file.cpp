@@ -20,6 +20,7 @@ constexpr char kLedgerMagic[] = {'T', 'L', 'M', 'L'};
 constexpr uint32_t kLedgerVersion = 2, kFirstVersion = 1; // kFirstVersion: libtoliman 0.1
 constexpr size_t kBeforeColumns = 120;
 constexpr char kLedgerKind[] = "ledger";
+constexpr char kRemedy[] = "push the frames again into a new folder";
 
 } // namespace
 
@@ -66,16 +67,15 @@ LedgerFile::LedgerFile(Store &store) : store_(&store) {
         fail(Status::format, "{%s}: does not begin with \"TLML\"", path().c_str());
     const uint32_t version = in.u32();
     if (version == kFirstVersion)
-        fail(Status::format,
-             "{%s}: unsupported version 1, of libtoliman 0.1 (supported: %u): push the frames again into a new folder",
-             path().c_str(), kLedgerVersion);
+        fail(Status::format, "{%s}: unsupported version 1, of libtoliman 0.1 (supported: %u): %s", path().c_str(),
+             kLedgerVersion, kRemedy);
     if (version != kLedgerVersion)
         fail(Status::format, "{%s}: unsupported version %u (supported: %u)", path().c_str(), version, kLedgerVersion);
     in.raw(8 + kTermsSize);
     const uint32_t columns = in.u32(), size_of_record = in.u32();
     if (columns > kMaxColumns || size_of_record != track::record_size(columns))
-        fail(Status::format, "{%s}: %u columns, records of %u bytes: the header is damaged", path().c_str(), columns,
-             size_of_record);
+        fail(Status::format, "{%s}: %u columns, records of %u bytes: the header is damaged: %s", path().c_str(),
+             columns, size_of_record, kRemedy);
     bytes.resize(header_size(columns));
     read_all(store, kName, 0, bytes.data(), bytes.size());
     read_header(bytes);
@@ -92,7 +92,7 @@ void LedgerFile::read_header(const std::vector<uint8_t> &bytes) {
     const uint8_t *const names = in.raw(columns * Columns::kSavedSize);
     chain_ = in.u32();
     if (chain_ != zip::crc32(bytes.data(), bytes.size() - 4))
-        fail(Status::format, "{%s}: checksum mismatch: the header is damaged", path().c_str());
+        fail(Status::format, "{%s}: checksum mismatch: the header is damaged: %s", path().c_str(), kRemedy);
     try {
         ByteReader from(names, columns * Columns::kSavedSize, kLedgerKind);
         columns_ = Columns::load(from, columns);
