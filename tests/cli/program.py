@@ -3,6 +3,7 @@ import hashlib
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -15,6 +16,8 @@ SCENES = ROOT / "examples" / "scenes"
 # Seconds after which a run is taken to hang; sanitizers are slow.
 PATIENCE = 2500 if os.environ.get("TOLIMAN_SANITIZE") else 250
 HEADER, LINE = 124 + 10 * 64, 64 + 10 * 8  # bytes of a ledger's header and of its lines, tools/docs/formats.md "TLML"
+# Otherwise the program sets it and starts twice, as test_doctor.py runs it.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 PROGRAM = os.path.abspath(os.environ.get("TOLIMAN", ROOT / "build" / "bin" / "toliman"))
 
 # One star on 8x8 px, for what does not depend on the scene.
@@ -51,6 +54,12 @@ def one_wavelength():
 LONG = bool(os.environ.get("TOLIMAN_LONG"))
 long = unittest.skipUnless(LONG, "runs in make long")
 
+# A message: what it is about, a colon, and what is wrong or allowed; or words of the command line that do not go
+# together. No full stop, control character or blank too many. test_messages.py has examples.
+FORM = re.compile(r"toliman: (?!.*(  |[\x00-\x09\x0b-\x1f\x7f]))"
+                  r"(.*: \S.*|--\S+ (requires|excludes|needs) --.*|\S+ is required|"
+                  r"(unknown|unexpected) (command|option|argument) .*|give .*)(?<![:, ])(?<![^.]\.)\n\Z")
+
 
 class ProgramTest(unittest.TestCase):
     """Each test runs in a fresh empty folder, self.folder."""
@@ -83,15 +92,21 @@ class ProgramTest(unittest.TestCase):
         return done.stdout
 
     def refuse(self, code, *texts, arguments, left=()):
-        """The run must end with this code, one line on stderr that holds the texts, and leave no new file behind. Returns that
-        line."""
+        """The run must end with this code and one line on stderr, of the form of all messages, that holds the texts
+        (names and values, no sentences), and leave no new file behind. Returns that line."""
         before = sorted(p.name for p in self.folder.iterdir())
         done = self.run_program(*arguments)
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
-        self.assertTrue(done.stderr.startswith("toliman: "), done.stderr)
+        self.assertRegex(done.stderr, FORM)
         for text in texts:
             self.assertIn(text, done.stderr)
         self.assertEqual(done.stdout, "")
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), sorted(before + list(left)))
         return done.stderr
+
+    def refuse_all(self, *rows, command=()):
+        """Rows of (code, text, *arguments), after those of the command."""
+        for code, text, *arguments in rows:
+            with self.subTest(arguments):
+                self.refuse(code, text, arguments=(*command, *arguments))

@@ -164,7 +164,7 @@ class Reduced(ProgramTest):
                 self.refuse(code, message, arguments=("encode", "--fit", f"{scene}.json", "f.fits", *arguments))
         done = self.run_program("encode", "--fit", "undated.json", "f.npy", *LOW, "--epoch", 2**63 - 1)
         self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (3, "", 2), done.stderr)  # the epoch is told
-        self.refuse(2, "--system requires --fit", arguments=("encode", "--template", "s.json", "f.fits", *LOW))
+        self.refuse(2, "--system ", "--fit", arguments=("encode", "--template", "s.json", "f.fits", *LOW))
 
 
 if __name__ == "__main__":

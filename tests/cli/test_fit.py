@@ -81,7 +81,7 @@ class Encode(Fit):
         by_cadence = self.separations(self.fit("f.npy", "--cadence", str(4 * 86400)))
         numpy.testing.assert_allclose(by_cadence[:3], by_scene[::2], rtol=0, atol=1e-9)
         numpy.save(self.folder / "long.npy", numpy.load(self.folder / "f.npy")[numpy.arange(101) % 6])
-        self.refuse(3, "long.npy: has 101 frames", "--cadence", arguments=("encode", "--fit", "s.json", "long.npy"))
+        self.refuse(3, "long.npy: ", "101", "--cadence", arguments=("encode", "--fit", "s.json", "long.npy"))
 
     def test_many_frames_keep_their_order(self):
         """More than a batch, of a file and of a pipe, which gives its frames one by one."""
@@ -177,15 +177,13 @@ class Encode(Fit):
 
     def test_refusals(self):
         numpy.save(self.folder / "small.npy", numpy.ones((1, 8, 8)))
-        for code, text, *arguments in (
-            (2, "--weights, --template and --fit", "f.npy"), (2, "--weights, --template and --fit", "--fit", "s.json", "--template", "s.json", "f.npy"),
+        self.refuse_all(
+            (2, "--weights, --template and --fit", "f.npy"),
+            (2, "--weights, --template and --fit", "--fit", "s.json", "--template", "s.json", "f.npy"),
             (2, "--free scale: ", "--template", "s.json", "--free", "scale", "f.npy"),
             (2, "--cadence 60: ", "--template", "s.json", "--cadence", "60", "f.npy"),
             *((2, f'--free: "{name}": ', "--fit", "s.json", "--free", name, "f.npy") for name in ("scal", "roll", "focus")),
-            (3, "small.npy: ", "--fit", "s.json", "small.npy"),
-        ):
-            with self.subTest(arguments):
-                self.refuse(code, text, arguments=("encode", *arguments))
+            (3, "small.npy: ", "--fit", "s.json", "small.npy"), command=("encode",))
 
 
 class Track(Fit):

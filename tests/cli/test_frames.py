@@ -157,11 +157,10 @@ class Weights(Frames):
             (self.folder / name).write_bytes(data)
         for weights in ("flipped", "e.bin", "none.tlmw"):
             self.refuse(3, f"{weights}: ", arguments=("encode", "--weights", weights, "f.npy"))
-        for code, text, *arguments in (
-                *((3, f"{name}: ", name) for name in ("small.npy", "cut.npy", "missing.npy", "e.npy", "e.fits")),
-                (3, "e.bin: ", *raw, "e.bin"), (3, "short.bin: has 1000 bytes", *raw, "short.bin"), (2, "--dtype", "odd.bin"),
-                (2, "f.npy: --dtype and --shape", *raw, "f.npy")):
-            self.refuse(code, text, arguments=("encode", "--weights", "w.tlmw", *arguments))
+        self.refuse_all(
+            *((3, f"{name}: ", name) for name in ("small.npy", "cut.npy", "missing.npy", "e.npy", "e.fits")),
+            (3, "e.bin: ", *raw, "e.bin"), (3, "short.bin: ", *raw, "short.bin"), (2, "--dtype", "odd.bin"),
+            (2, "f.npy: ", *raw, "f.npy"), command=("encode", "--weights", "w.tlmw"))
         done = self.run_program("encode", "--weights", "w.tlmw", "nan.npy")
         self.assertEqual((done.returncode, "nan.npy: frame 1" in done.stderr), (3, True))
         self.assertEqual(done.stdout.count("\n"), 2)  # header and the good frame

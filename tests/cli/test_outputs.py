@@ -201,7 +201,7 @@ class Pair(OutputTest):
         for suffix in ("frames.bin", "meta.jsonl"):
             self.refuse(6, f"pair/s_{suffix}: ", "--session", arguments=command)
             (self.folder / "pair" / f"s_{suffix}").unlink()
-        self.refuse(2, "[0, 4095] for bit depth 12", arguments=(*command, "--bit-depth", "12"))
+        self.refuse(2, "[0, 4095]", arguments=(*command, "--bit-depth", "12"))
         self.scene("deep.json", detector={"bit_depth": 20}, cadence={"peak_photons": 12000})
         self.refuse(2, "deep.json: detector.bit_depth = 20: ", arguments=command)
         self.succeed(*command, "--bit-depth", "16")
@@ -245,13 +245,13 @@ class Pair(OutputTest):
 
     def test_options(self):
         command = ("simulate", "scene.json", "--frames", "0", "--out")
-        for code, text, *more in (
-                *((2, "--session", "pair", "--session", name, "--dtype", "u32le") for name in ("", ".s", "a/b", "é", 65 * "x")),
-                (2, "--dtype", "pair", "--session", "s", "--dtype", "u8"),
-                (2, "--bit-depth 17", "pair", "--session", "s", "--dtype", "u16le", "--bit-depth", "17"),
-                (2, "--session", "f.npy", "--dtype", "u16le"), (6, "no/pair", "no/pair", "--session", "s", "--dtype", "u32le")):
-            with self.subTest(more):
-                self.refuse(code, text, arguments=(*command, *more))
+        self.refuse_all(
+            *((2, "--session", "pair", "--session", name, "--dtype", "u32le")
+                for name in ("", ".s", "a/b", "é", 65 * "x")),
+            (2, "--dtype", "pair", "--session", "s", "--dtype", "u8"),
+            (2, "--bit-depth 17", "pair", "--session", "s", "--dtype", "u16le", "--bit-depth", "17"),
+            (2, "--session", "f.npy", "--dtype", "u16le"),
+            (6, "no/pair", "no/pair", "--session", "s", "--dtype", "u32le"), command=command)
 
 
 class Encode(OutputTest):
@@ -336,7 +336,7 @@ class Encode(OutputTest):
         (self.folder / "folder.fits").mkdir()
         os.mkfifo(self.folder / "pipe.fits")
         bad = dict.fromkeys(("nan", "blank"), "frame 1: counts[3][4] = nan: ")
-        bad.update(small="64x32", line=" 1 axes", four=" 4 axes", last=f"byte {len(whole)}", huge=" 16384",
+        bad.update(small="64x32", line=" 1 ax", four=" 4 axes", last=f"byte {len(whole)}", huge=" 16384",
                    many=" 16777216 ", long="byte 524")
         for name in (*bad, "none", "empty", "junk", "header", "missing", "folder", "pipe"):
             with self.subTest(name):
@@ -399,9 +399,10 @@ class Convert(OutputTest):
 
     def test_refusals(self):
         numpy.save(self.folder / "a.npy", numpy.array([[1.0, numpy.nan]]))
-        for code, text, *names in ((2, "IN a.csv", "a.csv", "b.npy"), (2, "OUT b.png", "a.npy", "b.png"), (6, "no/b.fits: ", "a.npy", "no/b.fits"),
-                                   (3, "a.npy: frame 0, row 0, column 1", "a.npy", "b.fits"), (3, "none.npy: ", "none.npy", "b.fits")):
-            self.refuse(code, text, arguments=("convert", *names))
+        self.refuse_all(
+            (2, "IN a.csv", "a.csv", "b.npy"), (2, "OUT b.png", "a.npy", "b.png"),
+            (6, "no/b.fits: ", "a.npy", "no/b.fits"), (3, "a.npy: frame 0, row 0, column 1", "a.npy", "b.fits"),
+            (3, "none.npy: ", "none.npy", "b.fits"), command=("convert",))
 
 
 if __name__ == "__main__":

@@ -107,21 +107,16 @@ class Reduced(ProgramTest):
         write_series(self.folder / "s.csv", mjd(tai_ns), numpy.full(8, 9.8))
         write_series(self.folder / "plain.csv", mjd(tai_ns), numpy.full(8, 9.8), name="t")
         write_series(self.folder / "negative.csv", mjd(tai_ns), numpy.full(8, -0.1))
-        for code, message, arguments in (
-                (3, "plain.csv: ", ("plain.csv", *LOW, *SHORT)),
-                (2, "--exposure", ("s.csv", *LOW)),
-                *((2, f"--exposure {value}: ", ("s.csv", *LOW, "--exposure", value)) for value in (601, -5)),
-                *((2, f"--plate-scale {value}: ", ("s.csv", *LOW, *SHORT, "--plate-scale", value)) for value in (-1, "inf")),
-                (2, "--altitude 100: ", ("s.csv", *LOW[:3], 100)),
-                (3, "negative.csv: sample 1: y = -0.1: ", ("negative.csv", *LOW, *SHORT)),
-                (3, "missing.json: ", ("s.csv", "--system", "missing.json", "--altitude", 600)),
-                (2, 'system = "": ', ("s.csv", "--system", "", *LOW[2:], *SHORT)),
-                (2, "--plate-scale requires --system", ("s.csv", *PX)),
-                (2, "--altitude requires --system", ("s.csv", "--altitude", 600)),
-                (2, "--follow excludes --system", ("s.csv", *LOW, *SHORT, "--follow")),
-                (2, "excludes --", ("s.csv", *LOW, *SHORT, "--from-state", "s.tlmp"))):
-            with self.subTest(arguments):
-                self.refuse(code, message, arguments=("period", *arguments))
+        self.refuse_all(
+            (3, "plain.csv: ", "plain.csv", *LOW, *SHORT), (2, "--exposure", "s.csv", *LOW),
+            *((2, f"--exposure {value}: ", "s.csv", *LOW, "--exposure", value) for value in (601, -5)),
+            *((2, f"--plate-scale {value}: ", "s.csv", *LOW, *SHORT, "--plate-scale", value) for value in (-1, "inf")),
+            (2, "--altitude 100: ", "s.csv", *LOW[:3], 100),
+            (3, "negative.csv: sample 1: y = -0.1: ", "negative.csv", *LOW, *SHORT),
+            (3, "missing.json: ", "s.csv", "--system", "missing.json", "--altitude", 600),
+            (2, 'system = "": ', "s.csv", "--system", "", *LOW[2:], *SHORT), (2, "--plate-scale ", "s.csv", *PX),
+            (2, "--altitude ", "s.csv", "--altitude", 600), (2, "--follow ", "s.csv", *LOW, *SHORT, "--follow"),
+            (2, "--from-state ", "s.csv", *LOW, *SHORT, "--from-state", "s.tlmp"), command=("period",))
         for scale, words in ((0.4, ("s.csv: ", " 0.3974 ")), (0.8, (" 7.84 arcsec", "--plate-scale"))):
             done = self.run_program("period", "s.csv", *LOW, *SHORT, "--plate-scale", scale, *GRID)
             self.assertEqual([word in done.stderr for word in words], [True] * 2, done.stderr)
@@ -243,8 +238,8 @@ class OrbitFunctions(ProgramTest):
 
     def test_refusals(self):
         for message, arguments in (
-                ("--scale-sigma requires --system", ("s.csv", "--scale-sigma", 0.1)),
-                ("--trend excludes --scale-sigma", ("s.csv", *self.WRONG, "--scale-sigma", 0.1, "--trend", 2)),
+                ("--scale-sigma ", ("s.csv", "--scale-sigma", 0.1)),
+                ("--trend ", ("s.csv", *self.WRONG, "--scale-sigma", 0.1, "--trend", 2)),
                 ("--scale-sigma 1: ", ("s.csv", *self.WRONG, "--scale-sigma", 1)),
                 ("--span 61400,63000: ", ("s.csv", *PX, *self.WRONG, "--span", "61400,63000"))):
             with self.subTest(message):

@@ -91,12 +91,11 @@ class Streams(Series):
         self.succeed("period", "all.csv", "--follow", *GRID, *BOUNDS, "--save-state", "a.tlmp")
         self.succeed("period", "all.csv", "--follow", "--f0", 2e-3, *GRID[2:], *BOUNDS, "--save-state", "b.tlmp")
         (self.folder / "bad.jsonl").write_text('{"t": 1, "y": 2\n')
-        for code, text, *arguments in (
-                (2, "--follow", "all.csv", "--follow"), (2, "FILE"), (3, "none.tlmp", "--from-state", "none.tlmp"),
-                (2, "--peaks", "all.csv", "--peaks", 65), (3, "bad.jsonl:1: ", "bad.jsonl"),
-                (2, "--fap bootstrap: ", "--from-state", "a.tlmp", "--fap", "bootstrap"),
-                (2, "--f0", "--from-state", "a.tlmp", "--f0", 1)):
-            self.refuse(code, text, arguments=("period", *arguments))
+        self.refuse_all(
+            (2, "--follow", "all.csv", "--follow"), (2, "FILE"), (3, "none.tlmp", "--from-state", "none.tlmp"),
+            (2, "--peaks", "all.csv", "--peaks", 65), (3, "bad.jsonl:1: ", "bad.jsonl"),
+            (2, "--fap bootstrap: ", "--from-state", "a.tlmp", "--fap", "bootstrap"),
+            (2, "--f0", "--from-state", "a.tlmp", "--f0", 1), command=("period",))
         for text, *names in (("all.csv", "all.csv", "all.csv"), ("b.tlmp: merge: ", "a.tlmp", "b.tlmp")):
             self.refuse(3, text, arguments=("merge", *names, "--out", "c"))
         for array, why in ((numpy.zeros((4, 4)), ""), (numpy.zeros(4), ""), (numpy.zeros((0, 2)), ""),
@@ -110,7 +109,7 @@ class Streams(Series):
             self.write(name + ".csv", [*self.series[:6], row])
             self.refuse(3, f"{name}.csv: sample 7: ", f"({option})", arguments=("period", name + ".csv", *GRID, *BOUNDS))
         self.succeed("period", "all.csv", *GRID, *BOUNDS, "--save-state", "all.tlmp")
-        self.refuse(3, "value.csv:8: y = 1e+06: ", "(--value-bound of the run that made",
+        self.refuse(3, "value.csv:8: y = 1e+06: ", "(--value-bound ",
                     arguments=("period", "value.csv", "--from-state", "all.tlmp"))
         for option, value in zip(BOUNDS[::2], BOUNDS[1::2]):
             self.refuse(2, option, "--from-state",
@@ -170,8 +169,8 @@ class States(Series):
         self.succeed("period", "other.csv", *GRID, "--save-state", "b.tlmp")
         self.write("far.csv", self.series + [0, 1e9, 0])
         self.succeed("period", "far.csv", *GRID, "--save-state", "far.tlmp")
-        for code, text, out, *names in ((3, "a.tlmp: ", "c", "a.tlmp", "a.tlmp"), (2, "only one state", "c", "a.tlmp"),
-                                        (3, "copy.tlmp: has the same samples as a.tlmp", "c", "a.tlmp", "b.tlmp", "copy.tlmp"),
+        for code, text, out, *names in ((3, "a.tlmp: ", "c", "a.tlmp", "a.tlmp"), (2, "merge: ", "c", "a.tlmp"),
+                                        (3, "copy.tlmp: ", "c", "a.tlmp", "b.tlmp", "copy.tlmp"),
                                         (6, "no/c: ", "no/c", "a.tlmp", "b.tlmp"),
                                         (3, "far.tlmp: merge: ", "c", "a.tlmp", "far.tlmp")):
             self.refuse(code, text, arguments=("merge", *names, "--out", out))

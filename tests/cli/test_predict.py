@@ -166,24 +166,22 @@ class Predict(ProgramTest):
         (self.folder / "empty.csv").write_text("# nothing\n")
         times = ("--times", "2027-01-01")
         span = ("--from", "2027-01-01", "--to", "2027-01-02", "--every")
-        for code, text, arguments in (
-            (2, "--times, --times-file, or --from and --to", ()),
-            *((2, f"--times {time}: ", ("--times", time)) for time in ("2027.5", "noon", "1850-01-01")),
-            (2, "--from requires --to", ("--from", "2027-01-01")),
-            (2, "--to 2027-01-01: ", ("--from", "2027-02-01", "--to", "2027-01-01")),
-            *((2, f"--every {step}: ", (*span, step)) for step in (0, 1e-30, 1e-9)),
-            (2, "--times excludes --times-file", (*times, "--times-file", "bad.csv")),
-            (3, "bad.csv: line 2: noon: ", ("--times-file", "bad.csv")),
-            *((3, f"{name}: ", ("--times-file", name)) for name in ("empty.csv", "missing.csv")),
-            (2, "--without aberration: ", (*times, "--without", "aberration")), (2, "--scale local: ", (*times, "--scale", "local")),
-            (3, "missing.list: ", (*times, "--leap-seconds", "missing.list")),
-        ):
-            with self.subTest(arguments):
-                self.refuse(code, text, arguments=(*LOW, *arguments))
+        self.refuse_all(
+            (2, "--times, --times-file, or --from and --to"),
+            *((2, f"--times {time}: ", "--times", time) for time in ("2027.5", "noon", "1850-01-01")),
+            (2, "--from ", "--from", "2027-01-01"),
+            (2, "--to 2027-01-01: ", "--from", "2027-02-01", "--to", "2027-01-01"),
+            *((2, f"--every {step}: ", *span, step) for step in (0, 1e-30, 1e-9)),
+            (2, "--times ", *times, "--times-file", "bad.csv"),
+            (3, "bad.csv: line 2: noon: ", "--times-file", "bad.csv"),
+            *((3, f"{name}: ", "--times-file", name) for name in ("empty.csv", "missing.csv")),
+            (2, "--without aberration: ", *times, "--without", "aberration"),
+            (2, "--scale local: ", *times, "--scale", "local"),
+            (3, "missing.list: ", *times, "--leap-seconds", "missing.list"), command=LOW)
         for code, text, *arguments in (
             (2, "--altitude 0: ", "--altitude", 0), (2, "--altitude 600x", "--altitude", "600x"),
-            (2, "--node 25: ", "--altitude", 600, "--node", 25), (2, "--node requires --altitude", "--node", 6),
-            (2, "excludes --", "--altitude", 600, "--observer", "spacecraft.oem"),
+            (2, "--node 25: ", "--altitude", 600, "--node", 25), (2, "--node ", "--node", 6),
+            (2, "--observer ", "--altitude", 600, "--observer", "spacecraft.oem"),
             (3, "spacecraft.oem: ", "--observer", "spacecraft.oem"), (3, "", "--observer", ""),
         ):
             with self.subTest(arguments):

@@ -120,9 +120,10 @@ class Pupil(ProgramTest):
         ):
             with self.subTest(option=option, value=value):
                 self.refuse(2, option, arguments=("pupil", "tiny.json", *(() if option == "--iterations" else ("--iterations=1",)), f"{option}={value}"))
-        for code, text, *arguments in ((2, "--dates", "tiny.json", "--dates=2027", "--position-angles=30"), (2, "tiny.json: binary.orbit: ", "tiny.json", "--dates=2027"),
-                                       (3, "none.json", "none.json"), (6, "no/made", "tiny.json", "--out", "no/made")):
-            self.refuse(code, text, arguments=("pupil", "--iterations=1", *arguments))
+        self.refuse_all(
+            (2, "--dates", "tiny.json", "--dates=2027", "--position-angles=30"),
+            (2, "tiny.json: binary.orbit: ", "tiny.json", "--dates=2027"), (3, "none.json", "none.json"),
+            (6, "no/made", "tiny.json", "--out", "no/made"), command=("pupil", "--iterations=1"))
         (self.folder / "made").mkdir()
         (self.folder / "made/mask.npy").write_text("mine")
         self.refuse(6, "mask.npy", arguments=("pupil", "tiny.json", "--iterations=1", "--out", "made"))

@@ -142,16 +142,15 @@ class Refit(ProgramTest):
         write_series(self.folder / "alone.csv", mjd(self.tai_ns), self.arcsec)
         (self.folder / "exact.json").write_text(json.dumps({**self.wrong, "sigma": {}}))
         (self.folder / "mine.txt").write_text("notes\n")
-        for code, message, arguments in (
-                (3, "plain.csv: ", ("alpha-cen", "plain.csv", *LOW[:4])), (3, "alone.csv: ", ("alpha-cen", "alone.csv", *LOW)),
-                (2, "--exposure", ("alpha-cen", "s.csv", *LOW[:2], *PX)),
-                (2, "--plate-scale -0.375: ", ("alpha-cen", "s.csv", *LOW, "--plate-scale", -SCALE)),
-                (2, "--scale-sigma 1: ", ("alpha-cen", "s.csv", *LOW, "--scale-sigma", 1)),
-                (2, "", ("exact.json", "s.csv", *LOW, *PX)),
-                (6, "mine.txt", ("alpha-cen", "s.csv", *LOW, *PX, "--out", "mine.txt")),
-                (3, "missing.csv: ", ("alpha-cen", "missing.csv", *LOW))):
-            with self.subTest(arguments):
-                self.refuse(code, message, arguments=("refit", *arguments))
+        self.refuse_all(
+            (3, "plain.csv: ", "alpha-cen", "plain.csv", *LOW[:4]),
+            (3, "alone.csv: ", "alpha-cen", "alone.csv", *LOW),
+            (2, "--exposure", "alpha-cen", "s.csv", *LOW[:2], *PX),
+            (2, "--plate-scale -0.375: ", "alpha-cen", "s.csv", *LOW, "--plate-scale", -SCALE),
+            (2, "--scale-sigma 1: ", "alpha-cen", "s.csv", *LOW, "--scale-sigma", 1),
+            (2, "", "exact.json", "s.csv", *LOW, *PX),
+            (6, "mine.txt", "alpha-cen", "s.csv", *LOW, *PX, "--out", "mine.txt"),
+            (3, "missing.csv: ", "alpha-cen", "missing.csv", *LOW), command=("refit",))
         done = self.run_program("refit", "alpha-cen", "s.csv", *LOW, "--plate-scale", 0.4)
         self.assertEqual((done.returncode, done.stdout, "--plate-scale" in done.stderr), (2, "", True), done.stderr)
 

@@ -142,7 +142,7 @@ class State(ReportTest):
         with self.assertRaisesRegex(results.Failure, r"`toliman report .*state`, or `toliman status"):
             Recorder(self.folder / "state")
         self.refuse(2, '--out: "": ', arguments=("status", "state", "--out", ""))
-        self.refuse(2, "--series excludes --out", arguments=("status", "state", "--out", "x", "--series"))
+        self.refuse(2, "--series ", "--out", arguments=("status", "state", "--out", "x", "--series"))
         (self.folder / "files" / "result.json").write_text("notes")
         self.refuse(6, "files/result.json: ", arguments=("status", "state", "--out", "files"))
         (self.folder / "state" / "setup.tlms").unlink()

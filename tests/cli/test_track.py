@@ -199,7 +199,7 @@ class Damage(Track):
         self.single(3)
         out = self.track("far", "in", "--value-limit", "1e-12")
         self.assertEqual(out[0]["verdict"], "outlier")
-        self.assertIn(f" {out[0]['value']:.4g} px, beyond the 1e-12 px of --value-limit", self.errors)
+        self.assertIn(f" {out[0]['value']:.4g} px, ", self.errors)
         limit = abs(out[0]["value"]) * (1 - 1e-7)  # equal in six digits
         self.track("near", "in", "--value-limit", repr(limit))
         size, told = re.search(r" -?(\S+) px, beyond the (\S+) px of --value-limit", self.errors).groups()
@@ -267,11 +267,10 @@ class Stops(Track):
     def test_refusals(self):
         base, pairs = ("track", "--state", "s", "--template", "scene.json"), ("--dtype", "u32le", "all")
         numpy.save(self.folder / "x.npy", self.frames)
-        for code, text, *arguments in (
-                (2, "F0:DF:NF", "--grid", "1:2", *pairs),
-                (3, "none", *GRID, *pairs[:2], "none"), (2, "-: ", *GRID, *pairs[:2], "-", "all"), (2, "--cadence", *GRID, "x.npy")):
-            self.refuse(code, text, arguments=(*base, *arguments))
-        self.refuse(2, "s: is new, without a scene: give --grid F0:DF:NF or --mission-days N",
+        self.refuse_all(
+            (2, "F0:DF:NF", "--grid", "1:2", *pairs), (3, "none", *GRID, *pairs[:2], "none"),
+            (2, "-: ", *GRID, *pairs[:2], "-", "all"), (2, "--cadence", *GRID, "x.npy"), command=base)
+        self.refuse(2, "s: ", "--grid", "--mission-days",
                     arguments=("track", "--state", "s", "--weights", "w.tlmw", "all"))
         for name in ("none", "all"):
             self.refuse(3, name, arguments=("status", name))
@@ -302,7 +301,7 @@ class Folders(Track):
         for code, text, out, *folders in (
                 (3, "shard_0", "no", "shard_0", "shard_1", "shard_0"), (2, "--salvage", "m4", "shard_0"), (6, "m3: ", "m3", *names),
                 (3, "other", "no", "shard_0", "other"), (3, "all: ", "no", "shard_0", "all"), (3, "all: ", "no", "all"),
-                (2, "one kind", "no", "shard_0", "scene.json"), (3, "none: ", "no", "none", "shard_0"),
+                (2, "merge: ", "no", "shard_0", "scene.json"), (3, "none: ", "no", "none", "shard_0"),
                 (3, "none: ", "no", "none", "--salvage")):
             self.refuse(code, text, arguments=("merge", *folders, "--out", out))
 
@@ -468,7 +467,7 @@ class Realigned(Track):
                     self.assertEqual({line["verdict"] for line in again if "verdict" in line} - {"rejected"}, {"duplicate"})
                     self.assertEqual(self.series(f"s{number}-1"), self.series(f"s{number}-8"))
                 if steps:
-                    self.assertIn("realigned: the frame is", self.errors)
+                    self.assertIn("realigned: ", self.errors)
 
     def test_frames_of_another_telescope(self):
         """All frames are wrong: none is accepted, and the reason is told."""
