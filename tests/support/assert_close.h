@@ -37,9 +37,16 @@
 /* The call, with capacity 0, asks for the number of results; there are some. */
 #define assert_asks(call) assert_int_equal((call), TOLIMAN_E_CAPACITY)
 
-/* The field of the last error occurs in its message, and is not "" for a status that always has one. */
+/* The field of the last error occurs in its message, and is not "" for a status that always has one. The message is one
+ * line without control characters, and has no full stop at its end. */
 static inline void assert_field_fits(toliman_status status, const char *call) {
     const char *const field = toliman_last_error_field(), *const text = toliman_last_error();
+    const size_t size = strlen(text);
+    for (const char *at = text; *at != '\0'; at++)
+        if ((unsigned char)*at < ' ' || *at == '\x7f')
+            fail_msg("%s: message \"%s\" has a control character", call, text);
+    if (size == 0 || strchr(":, ", text[size - 1]) != NULL || (text[size - 1] == '.' && text[size - 2] != '.'))
+        fail_msg("%s: message \"%s\" is empty, or ends like no message", call, text);
     if (strstr(text, field) == NULL)
         fail_msg("%s: message \"%s\" does not contain its field \"%s\"", call, text, field);
     const int has_field = status == TOLIMAN_E_ARGUMENT || status == TOLIMAN_E_NOT_FOUND || status == TOLIMAN_E_WRITE ||

@@ -59,6 +59,22 @@ static inline void push(toliman_track *track, const int *ids, size_t count, toli
     assert_int_equal(done, count);
 }
 
+/* A frame without stars is rejected, and the next one is not. */
+static inline void assert_empty_rejected(const toliman_track_options *options) {
+    static double empty[PIXELS];
+    toliman_track *const track = opened(options);
+    toliman_frame frame = frame_of(1);
+    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
+    size_t done;
+    frame.pixels = empty;
+    assert_ok(toliman_track_push(track, &frame, 1, &outcome, &done));
+    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_REJECTED);
+    assert_int_equal(outcome.reason, TOLIMAN_TRACK_REASON_ESTIMATE);
+    push(track, (int[]){1}, 1, &outcome);
+    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
+    toliman_track_destroy(track);
+}
+
 /* The bits of the periodogram, without those that depend on the order of arrival. */
 static inline void powers_of(const toliman_track *track, double *powers) {
     const toliman_period *period = NULL;

@@ -39,16 +39,8 @@ TEST(bad_options_are_refused) {
     const struct {
         toliman_bank_options options;
         const char *field;
-    } cases[] = {{{.layout = 3}, "options->layout"},
-                 {{.first_days = NAN}, "options->first_days"},
-                 {{.last_days = INFINITY}, "options->last_days"},
-                 {{.first_days = 2, .last_days = 1}, "options->last_days"},
+    } cases[] = {{{.first_days = 2, .last_days = 1}, "options->last_days"},
                  {{.first_days = 2}, "options->last_days"},
-                 {{.spacing_px = 0.01}, "options->spacing_px"},
-                 {{.spacing_px = 5}, "options->spacing_px"},
-                 {{.spacing_px = NAN}, "options->spacing_px"},
-                 {{.places = 9}, "options->places"},
-                 {{.steps = 1000001}, "options->steps"},
                  {{.spacing_px = 0.05, .places = 8}, "options"},
                  {{.struct_size = 4}, "options->struct_size"}};
     toliman_bank *made = NULL;

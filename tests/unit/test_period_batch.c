@@ -396,9 +396,9 @@ TEST(bad_input_is_refused) {
     options.struct_size = 4;
     REFUSED(0.1, 0.1, NF, N, ARGUMENT, "options->struct_size");
     options = options_of(1e-9, 0);
-    assert_refused(toliman_period_batch(0.1, 0.1, NF, NULL, values, NULL, N, NULL, power), TOLIMAN_E_ARGUMENT, "t");
-    assert_refused(toliman_period_batch(0.1, 0.1, NF, times, NULL, NULL, N, NULL, power), TOLIMAN_E_ARGUMENT, "y");
-    assert_refused(toliman_period_batch(0.1, 0.1, NF, times, values, NULL, N, NULL, NULL), TOLIMAN_E_ARGUMENT, "power");
+    assert_invalid(toliman_period_batch(0.1, 0.1, NF, NULL, values, NULL, N, NULL, power), "t");
+    assert_invalid(toliman_period_batch(0.1, 0.1, NF, times, NULL, NULL, N, NULL, power), "y");
+    assert_invalid(toliman_period_batch(0.1, 0.1, NF, times, values, NULL, N, NULL, NULL), "power");
     /* Exact sums would be needed, but are not possible. */
     sigmas[7] = sigmas[90] = 3e-9;
     values[90] = values[7];

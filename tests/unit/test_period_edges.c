@@ -93,21 +93,21 @@ TEST(sigmas_out_of_range_are_refused) {
     options.sigma_ceiling = 1.01e8;
     assert_refused(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_RANGE, "options->sigma_ceiling");
     options.sigma_ceiling = 0.5;
-    assert_refused(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_ARGUMENT, "options->sigma_ceiling");
+    assert_invalid(toliman_period_create(0, 1, 1, &options, &none), "options->sigma_ceiling");
     options.sigma_ceiling = NAN;
-    assert_refused(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_ARGUMENT, "options->sigma_ceiling");
+    assert_invalid(toliman_period_create(0, 1, 1, &options, &none), "options->sigma_ceiling");
     assert_null(none);
 }
 
 TEST(impossible_grids_are_refused) {
     toliman_period_options options;
     toliman_period *none = NULL;
-    assert_refused(toliman_period_create(1e308, 1e308, 2, NULL, &none), TOLIMAN_E_ARGUMENT, "f0");
+    assert_invalid(toliman_period_create(1e308, 1e308, 2, NULL, &none), "f0");
 #define REFUSED(member, wrong)                                                                                         \
     do {                                                                                                               \
         options = (toliman_period_options)TOLIMAN_PERIOD_OPTIONS_INIT;                                                 \
         options.member = (wrong);                                                                                      \
-        assert_refused(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_ARGUMENT, "options->" #member);      \
+        assert_invalid(toliman_period_create(0, 1, 1, &options, &none), "options->" #member);                          \
         assert_null(none);                                                                                             \
     } while (0)
     REFUSED(time_offset, NAN);
@@ -346,8 +346,7 @@ TEST(crafted_state_is_refused) {
     /* The previous version. */
     memcpy(bad, bytes, size);
     bad[4] = 1;
-    assert_fails(toliman_period_load(bad, size, NULL, &loaded), TOLIMAN_E_FORMAT,
-                 "unsupported version 1 (supported: 3, 4)");
+    assert_fails(toliman_period_load(bad, size, NULL, &loaded), TOLIMAN_E_FORMAT, "version 1 ");
     toliman_period_destroy(period);
 }
 
@@ -472,7 +471,7 @@ TEST(peak_at_the_edge_is_flagged) {
         toliman_period_destroy(period);
     }
     toliman_period *none = NULL;
-    assert_refused(toliman_period_create(0, 1, 1, NULL, &none), TOLIMAN_E_ARGUMENT, "f0");
+    assert_invalid(toliman_period_create(0, 1, 1, NULL, &none), "f0");
 }
 
 /* Pure sines between grid points: a parabola through the powers would exceed the sine's power, even 1. */

@@ -328,7 +328,7 @@ TEST(bad_input_is_refused) {
     do {                                                                                                               \
         const double kept = (place);                                                                                   \
         (place) = (wrong);                                                                                             \
-        assert_refused(search(plain, 0, power, NULL, NULL, &found), TOLIMAN_E_ARGUMENT, field);                        \
+        assert_invalid(search(plain, 0, power, NULL, NULL, &found), field);                                            \
         (place) = kept;                                                                                                \
     } while (0)
     REFUSED(times[7], NAN, "t[7]");
@@ -337,21 +337,20 @@ TEST(bad_input_is_refused) {
     REFUSED(functions[7 * MOST_FUNCTIONS + 1], NAN, "values[7]");
     REFUSED(times[8], times[7], "t");
     double negative[2] = {0, -1};
-    assert_refused(search((series){sigmas, negative, 2}, 0, power, NULL, NULL, &found), TOLIMAN_E_ARGUMENT, "sigma");
+    assert_invalid(search((series){sigmas, negative, 2}, 0, power, NULL, NULL, &found), "sigma");
     for (int i = 0; i < N; i++)
         functions[i * MOST_FUNCTIONS + 1] = 3 - 2 * functions[i * MOST_FUNCTIONS];
-    assert_fails(search(plain, 0, power, NULL, NULL, &found), TOLIMAN_E_ARGUMENT,
-                 "functions[1]: is a combination of the mean and the functions before it");
+    assert_fails(search(plain, 0, power, NULL, NULL, &found), TOLIMAN_E_ARGUMENT, "functions[1]: ");
     double prior[2] = {0, 1};
     toliman_period_noise other = TOLIMAN_PERIOD_NOISE_INIT;
     assert_ok(search((series){sigmas, prior, 2}, 0, NULL, NULL, NULL, &other)); /* a prior determines it */
     fill();
-    assert_refused(search(plain, 1, power, NULL, NULL, &found), TOLIMAN_E_ARGUMENT, "options->flags");
+    assert_invalid(search(plain, 1, power, NULL, NULL, &found), "options->flags");
     assert_refused(
         noise_search_of(kF0, kDf, NF, times, values, NULL, 7, columns(2), NULL, 2, NULL, power, NULL, NULL, &found),
         TOLIMAN_E_STATE, "n");
-    assert_refused(noise_search_of(kF0, -1, NF, times, values, NULL, N, NULL, NULL, 0, NULL, power, NULL, NULL, &found),
-                   TOLIMAN_E_ARGUMENT, "df");
+    assert_invalid(noise_search_of(kF0, -1, NF, times, values, NULL, N, NULL, NULL, 0, NULL, power, NULL, NULL, &found),
+                   "df");
     for (int i = 0; i < N; i++)
         values[i] = 3 + functions[i * MOST_FUNCTIONS];
     assert_refused(search(plain, 0, power, NULL, NULL, &found), TOLIMAN_E_STATE, "y");

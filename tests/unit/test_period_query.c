@@ -60,7 +60,7 @@ TEST(test_normalisations) {
         assert_close(power[2][k], (double)-logq(residual), 1e-11, 1e-12);
         assert_close(power[3][k], (double)((1 - residual) * (quad)reference / 2), 1e-11, 1e-10);
     }
-    assert_refused(toliman_period_query_power(period, 105, 0, 1, power[0]), TOLIMAN_E_ARGUMENT, "normalisation");
+    assert_invalid(toliman_period_query_power(period, 105, 0, 1, power[0]), "normalisation");
     toliman_period_destroy(period);
 
     /* A perfect fit: the other normalisations are finite. */
@@ -217,10 +217,10 @@ TEST(test_peaks_and_aliases) {
     assert_ok(toliman_period_query_peaks(period, peaks, 1, &count));
     assert_int_equal(count, 1);
     assert_true(peaks[0].frequency == highest.frequency);
-    assert_refused(toliman_period_query_peaks(period, peaks, 0, &count), TOLIMAN_E_ARGUMENT, "capacity");
-    assert_refused(toliman_period_query_peaks(period, peaks, 65, &count), TOLIMAN_E_ARGUMENT, "capacity");
+    assert_invalid(toliman_period_query_peaks(period, peaks, 0, &count), "capacity");
+    assert_invalid(toliman_period_query_peaks(period, peaks, 65, &count), "capacity");
     peaks[0].struct_size = 3;
-    assert_refused(toliman_period_query_peaks(period, peaks, 2, &count), TOLIMAN_E_ARGUMENT, "peaks->struct_size");
+    assert_invalid(toliman_period_query_peaks(period, peaks, 2, &count), "peaks->struct_size");
     toliman_period_destroy(period);
 }
 

@@ -56,9 +56,9 @@ TEST(three_forms_are_equivalent) {
     assert_ok(toliman_period_push_samples(structs, NULL, NULL, 0));
     assert_ok(toliman_period_retract_samples(structs, samples, NULL, kCount));
     assert_same_bytes(structs, none);
-    assert_refused(toliman_period_push_samples(structs, NULL, NULL, 1), TOLIMAN_E_ARGUMENT, "samples");
+    assert_invalid(toliman_period_push_samples(structs, NULL, NULL, 1), "samples");
     samples[0].struct_size = 8;
-    assert_refused(toliman_period_push_samples(structs, samples, NULL, 2), TOLIMAN_E_ARGUMENT, "samples->struct_size");
+    assert_invalid(toliman_period_push_samples(structs, samples, NULL, 2), "samples->struct_size");
     toliman_period_destroy(one), toliman_period_destroy(many);
     toliman_period_destroy(structs), toliman_period_destroy(none);
 }
@@ -67,16 +67,16 @@ TEST(a_time_in_the_other_member_is_refused) {
     toliman_period *period = make(0);
     toliman_period_sample samples[3] = {sample_pair(1, 0, 1, 1), sample_pair(2, 0, 1, 1), sample_ns(0, 1, 1)};
     samples[1].t_ns = 5;
-    assert_refused(toliman_period_push_samples(period, samples, NULL, 3), TOLIMAN_E_ARGUMENT, "samples[1].t_ns");
+    assert_invalid(toliman_period_push_samples(period, samples, NULL, 3), "samples[1].t_ns");
     samples[1].t_ns = 0;
     samples[2].t = 7;
-    assert_refused(toliman_period_push_samples(period, samples, NULL, 3), TOLIMAN_E_ARGUMENT, "samples[2].t");
+    assert_invalid(toliman_period_push_samples(period, samples, NULL, 3), "samples[2].t");
     samples[2].t = 0;
     samples[2].flags |= 1;
-    assert_refused(toliman_period_push_samples(period, samples, NULL, 3), TOLIMAN_E_ARGUMENT, "samples[2].flags");
+    assert_invalid(toliman_period_push_samples(period, samples, NULL, 3), "samples[2].flags");
     samples[2].flags ^= 1;
     samples[1].y = NAN;
-    assert_refused(toliman_period_push_samples(period, samples, NULL, 3), TOLIMAN_E_ARGUMENT, "y");
+    assert_invalid(toliman_period_push_samples(period, samples, NULL, 3), "y");
     assert_int_equal(count_of(period), 0);
     toliman_period_destroy(period);
 }

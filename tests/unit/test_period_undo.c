@@ -217,8 +217,8 @@ TEST(test_merge_refuses) {
     const toliman_period_options options = options_for(0);
     toliman_period_options other = options;
     toliman_period *period = make(&options), *odd = NULL;
-    assert_refused(toliman_period_merge(period, period), TOLIMAN_E_ARGUMENT, "other");
-    assert_refused(toliman_period_merge(period, NULL), TOLIMAN_E_ARGUMENT, "other");
+    assert_invalid(toliman_period_merge(period, period), "other");
+    assert_invalid(toliman_period_merge(period, NULL), "other");
     assert_ok(toliman_period_create(1e-3, 1.7e-4, 301, &options, &odd));
     assert_refused(toliman_period_merge(period, odd), TOLIMAN_E_MISMATCH, "");
     toliman_period_destroy(odd);
@@ -293,7 +293,7 @@ TEST(test_times_in_nanoseconds_and_pairs) {
         }
     }
     const toliman_period_sample not_finite = sample_pair(1, NAN, 0, 1), too_large = sample_ns(INT64_MIN, 100, 1);
-    assert_refused(toliman_period_push_samples(by_pair, &not_finite, NULL, 1), TOLIMAN_E_ARGUMENT, "t");
+    assert_invalid(toliman_period_push_samples(by_pair, &not_finite, NULL, 1), "t");
     assert_refused(toliman_period_push_samples(by_ns, &too_large, NULL, 1), TOLIMAN_E_RANGE, "y");
     const quad_samples samples = {days, values, sigmas, kCount, low};
     double power[2][200];
@@ -307,7 +307,7 @@ TEST(test_times_in_nanoseconds_and_pairs) {
     }
     options.unit_ns = 0.5;
     toliman_period *none = NULL;
-    assert_refused(toliman_period_create(9.5, 1e-4, 200, &options, &none), TOLIMAN_E_ARGUMENT, "options->unit_ns");
+    assert_invalid(toliman_period_create(9.5, 1e-4, 200, &options, &none), "options->unit_ns");
     toliman_period_destroy(by_ns), toliman_period_destroy(by_pair);
 }
 

@@ -167,7 +167,7 @@ TEST(malformed) {
     toliman_series *series = made(kDefault);
     toliman_series_sample sample = TOLIMAN_SERIES_SAMPLE_INIT;
     assert_int_equal(toliman_series_parse(series, "1,2\0junk", 8, &sample), TOLIMAN_E_FORMAT);
-    assert_string_equal(toliman_last_error(), "rv.csv:1: y = \"2?junk\": must be a finite number");
+    assert_non_null(strstr(toliman_last_error(), "rv.csv:1: y = \"2?junk\": "));
     assert_sample(series, "3 4", 3, 4, 0); /* a malformed first line fixes no format */
     assert_int_equal(info_of(series).lines, 2);
     toliman_series_destroy(series);
@@ -333,7 +333,7 @@ TEST(bad_times) {
 
 static void assert_option(toliman_series_options options, const char *field) {
     toliman_series *series = NULL;
-    assert_refused(toliman_series_create(&options, &series), TOLIMAN_E_ARGUMENT, field);
+    assert_invalid(toliman_series_create(&options, &series), field);
     assert_null(series);
 }
 

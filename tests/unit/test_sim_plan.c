@@ -151,7 +151,7 @@ TEST(cost_of_stages_is_planned) {
     }
     assert_true(count > 10 && pixels == 1);
     assert_refused(toliman_sim_get_stages(&a, of_a, 2, &count), TOLIMAN_E_CAPACITY, "capacity");
-    assert_refused(toliman_sim_get_stages(NULL, of_a, 32, &count), TOLIMAN_E_ARGUMENT, "plan");
+    assert_invalid(toliman_sim_get_stages(NULL, of_a, 32, &count), "plan");
     toliman_sim_destroy(whole), toliman_sim_destroy(point), toliman_sim_destroy(two_lines);
 }
 
@@ -367,8 +367,8 @@ TEST(plan_of_a_text) {
     plan.frame_s = same.frame_s;
     assert_memory_equal(&same, &plan, sizeof plan);
     assert_refused(toliman_sim_plan_json(text, size, NULL, NULL, &same), TOLIMAN_E_NOT_FOUND, "./g2v.csv");
-    assert_refused(toliman_sim_plan_json(NULL, size, NULL, NULL, &same), TOLIMAN_E_ARGUMENT, "json");
-    assert_refused(toliman_sim_plan_json(text, size, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "out");
+    assert_invalid(toliman_sim_plan_json(NULL, size, NULL, NULL, &same), "json");
+    assert_invalid(toliman_sim_plan_json(text, size, NULL, NULL, NULL), "out");
 }
 
 TEST(bad_plans_are_refused) {
@@ -378,10 +378,10 @@ TEST(bad_plans_are_refused) {
     assert_ok(toliman_sim_plan_file(chapter, &options, &plan));
     assert_true(plan.wavelengths < plan.scene_wavelengths && plan.scene_wavelengths == 51);
     options.reserved = 1;
-    assert_refused(toliman_sim_plan_file(chapter, &options, &plan), TOLIMAN_E_ARGUMENT, "options->reserved");
+    assert_invalid(toliman_sim_plan_file(chapter, &options, &plan), "options->reserved");
     options.reserved = 0;
     options.engine = 333;
-    assert_refused(toliman_sim_plan_file(chapter, &options, &plan), TOLIMAN_E_ARGUMENT, "options->engine");
+    assert_invalid(toliman_sim_plan_file(chapter, &options, &plan), "options->engine");
     options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     assert_ok(toliman_sim_plan_file(chapter, &options, &plan));
     assert_close(plan.plate_scale_error, 2.3e-3, 0.05, 0); /* the rounding of the chapter's scene: up to 0.26 % */
@@ -390,9 +390,9 @@ TEST(bad_plans_are_refused) {
     assert_int_equal(plan.fft_cells[0], lround(cells / 600e-9));
     assert_int_equal(plan.fft_cells[1], lround(cells / 550e-9));
     assert_refused(toliman_sim_plan_file("none.json", NULL, &plan), TOLIMAN_E_NOT_FOUND, "none.json");
-    assert_refused(toliman_sim_plan_file(chapter, NULL, NULL), TOLIMAN_E_ARGUMENT, "out");
+    assert_invalid(toliman_sim_plan_file(chapter, NULL, NULL), "out");
     plan.struct_size = 4;
-    assert_refused(toliman_sim_plan_file(chapter, NULL, &plan), TOLIMAN_E_ARGUMENT, "out->struct_size");
+    assert_invalid(toliman_sim_plan_file(chapter, NULL, &plan), "out->struct_size");
     toliman_sim *sim = NULL;
     char *const text = replaced(kBinaryScene, "'kind': 'spiral', 'edges': 'cell', 'opd_nm': 297.5,",
                                 "'kind': 'file', 'file': 'x.npy', 'quantity': 'opd_m'}}, 'x': {'y': {");

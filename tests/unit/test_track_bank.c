@@ -173,19 +173,8 @@ TEST_WITH(order_threads_restarts_and_merges_change_no_bit, make_places, remove_p
 }
 
 TEST(a_frame_without_a_fit_is_rejected) {
-    static double empty[PIXELS];
     const toliman_track_options options = options_of(NULL, bank);
-    toliman_track *const track = opened(&options);
-    toliman_frame frame = frame_of(1);
-    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
-    size_t done;
-    frame.pixels = empty;
-    assert_ok(toliman_track_push(track, &frame, 1, &outcome, &done));
-    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_REJECTED);
-    assert_int_equal(outcome.reason, TOLIMAN_TRACK_REASON_ESTIMATE);
-    push(track, (int[]){1}, 1, &outcome);
-    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
-    toliman_track_destroy(track);
+    assert_empty_rejected(&options);
 }
 
 /* promise: estimators-are-not-mixed */
@@ -197,7 +186,7 @@ TEST_WITH(other_estimators_are_refused, make_places, remove_places) {
     assert_ok(toliman_track_save(track));
     toliman_track_destroy(track);
     options.estimator.bank = weak;
-    assert_fails(toliman_track_create(&options, &refused), TOLIMAN_E_MISMATCH, "ledger.tlml: written with estimator ");
+    assert_fails(toliman_track_create(&options, &refused), TOLIMAN_E_MISMATCH, "ledger.tlml: ");
     options.estimator.bank = NULL;
     assert_fails(toliman_track_create(&options, &refused), TOLIMAN_E_MISMATCH, "ledger.tlml: written with ");
     options = options_of(shard, weak);
@@ -211,7 +200,7 @@ TEST(options_that_do_not_fit_are_refused) {
     toliman_track *track = NULL;
     toliman_track_options options = options_of(NULL, bank);
     options.estimator.fit = NULL;
-    assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.bank");
+    assert_invalid(toliman_track_create(&options, &track), "options->estimator.bank");
     toliman_fit *other = NULL;
     const toliman_fit_options wider = {.struct_size = sizeof wider, .free = "scale"};
     assert_ok(toliman_fit_create((const toliman_sim *[]){sim}, NULL, 1, &wider, &other));
@@ -220,12 +209,11 @@ TEST(options_that_do_not_fit_are_refused) {
     toliman_fit_destroy(other);
     options = options_of(NULL, bank);
     strcpy(options.estimator.values, "separation_px,x_px,y_px");
-    assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.values");
+    assert_invalid(toliman_track_create(&options, &track), "options->estimator.values");
     toliman_bank *const control = untrained(30);
     options = options_of(NULL, control);
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
-                 "options->estimator.bank: network 0 of 2 has an efficiency of 0 at its place: must be trained, to at "
-                 "least 0.5");
+                 "options->estimator.bank: network 0 of 2 ");
     toliman_bank_destroy(control);
     assert_null(track);
 }

@@ -141,7 +141,7 @@ TEST_IN_FOLDER(columns_hold_the_given_values) {
         assert_true(!on_disk || isnan(values[1])); /* a record of intervals has no columns */
         assert_refused(toliman_track_get_column(track, "dy", 0, 1, values, &done), TOLIMAN_E_NOT_FOUND, "name");
         assert_refused(toliman_track_get_column(track, "dx", -1, 1, values, &done), TOLIMAN_E_RANGE, "first");
-        assert_refused(toliman_track_get_column(track, "dx", 0, 1, NULL, &done), TOLIMAN_E_ARGUMENT, "values");
+        assert_invalid(toliman_track_get_column(track, "dx", 0, 1, NULL, &done), "values");
         double intervals[4] = {0};
         const int64_t number = record_of(track, 10);
         if (on_disk) {
@@ -251,7 +251,7 @@ TEST(impossible_exposures_are_refused) {
     do {                                                                                                               \
         make_exposed(&frame, 1);                                                                                       \
         frame.frame.member = (wrong);                                                                                  \
-        assert_refused(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_ARGUMENT, field);        \
+        assert_invalid(toliman_track_push(track, &frame.frame, 1, &outcome, &done), field);                            \
     } while (0)
     REFUSED(exposure_s, -1, "frames[0].exposure_s");
     REFUSED(exposure_s, NAN, "frames[0].exposure_s");
@@ -272,10 +272,10 @@ TEST(impossible_exposures_are_refused) {
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         strcpy(options.estimator.values, names[i]);
         track = NULL;
-        assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.values");
+        assert_invalid(toliman_track_create(&options, &track), "options->estimator.values");
     }
     memset(options.estimator.values, 'a', sizeof options.estimator.values);
-    assert_refused(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->estimator.values");
+    assert_invalid(toliman_track_create(&options, &track), "options->estimator.values");
 }
 
 /* Columns of a folder are merged by name, and none is dropped silently. */
@@ -349,10 +349,9 @@ TEST_IN_FOLDER(old_ledgers_are_refused) {
     toliman_track *none = NULL;
     const uint32_t one = 1, three = 3;
     write_at(ledger, 4, &one, 4);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT,
-                 "unsupported version 1, of libtoliman 0.1 (supported: 2): push the frames again into a new folder");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "version 1");
     write_at(ledger, 4, &three, 4);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "unsupported version 3 (supported: 2)");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "version 3");
 }
 
 /* Headers with correct checksums and impossible columns. */

@@ -47,17 +47,22 @@ TEST_IN_FOLDER(lost_setup_must_be_given_again) {
     for (off_t at = 0; at <= size; at++) {
         toliman_track_options without = options;
         at < size ? flip_byte(setup, at) : (void)unlink(setup);
+        if (at < size && at % 8 != 0) { /* no byte may change; the rest for some of them */
+            assert_invalid(toliman_track_create(&without, &none), "options->clock.pairs");
+            flip_byte(setup, at);
+            continue;
+        }
         for (uint32_t flags = 0; flags <= TOLIMAN_TRACK_REBUILD; flags++) {
             without.flags = flags;
-            assert_refused(toliman_track_create(&without, &none), TOLIMAN_E_ARGUMENT, "options->clock.pairs");
+            assert_invalid(toliman_track_create(&without, &none), "options->clock.pairs");
         }
         without.grid.nf = 0;
-        assert_refused(toliman_track_create(&without, &none), TOLIMAN_E_ARGUMENT, "options->grid.nf");
+        assert_invalid(toliman_track_create(&without, &none), "options->grid.nf");
         known.struct_size = sizeof known;
         assert_ok(toliman_track_load_options(folder, &known));
         assert_int_equal(known.grid.nf, 0);
         given.frames.stamp = 0;
-        assert_refused(toliman_track_create(&given, &none), TOLIMAN_E_ARGUMENT, "options->frames.stamp");
+        assert_invalid(toliman_track_create(&given, &none), "options->frames.stamp");
         given.frames.stamp = TOLIMAN_FRAME_STAMP_MIDDLE;
         toliman_track *track = make_track(&given);
         assert_filled(track, &options); /* nor is the checkpoint lost */
@@ -187,7 +192,7 @@ TEST_IN_FOLDER(damaged_ledger_is_salvaged) {
     track = make_track(&elsewhere);
     int64_t lost = -1;
     assert_fails(toliman_track_merge(track, folder, 0, &lost), TOLIMAN_E_LOST, "3 valid records");
-    assert_refused(toliman_track_merge(track, folder, 2, &lost), TOLIMAN_E_ARGUMENT, "flags");
+    assert_invalid(toliman_track_merge(track, folder, 2, &lost), "flags");
     for (int time = 0; time < 2; time++) {
         assert_ok(toliman_track_merge(track, folder, TOLIMAN_TRACK_SALVAGE, &lost));
         assert_int_equal(info_of(track).accepted + info_of(track).outlier, 37);

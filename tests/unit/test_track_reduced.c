@@ -219,7 +219,7 @@ TEST_IN_FOLDER(another_reference_is_refused) {
     toliman_track *none = NULL;
     fill_folder(orbit, 1, LAST);
     toliman_track_options options = measured_options(folder);
-    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->reduction.sky");
+    assert_invalid(toliman_track_create(&options, &none), "options->reduction.sky");
     options = reduced_options(folder, other);
     assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, setup);
     options = reduced_options(folder, orbit);
@@ -230,13 +230,13 @@ TEST_IN_FOLDER(another_reference_is_refused) {
     assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, setup);
     options = measured_options(NULL);
     options.reduction.sky = orbit;
-    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->reduction.plate_scale_arcsec");
+    assert_invalid(toliman_track_create(&options, &none), "options->reduction.plate_scale_arcsec");
     options.reduction.sky = NULL;
     options.reduction.plate_scale_arcsec = SCALE;
-    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->reduction.plate_scale_arcsec");
+    assert_invalid(toliman_track_create(&options, &none), "options->reduction.plate_scale_arcsec");
     options = reduced_options(NULL, orbit);
     options.estimator.values[0] = 0;
-    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->reduction.sky");
+    assert_invalid(toliman_track_create(&options, &none), "options->reduction.sky");
 }
 
 /* An observer at the Earth's centre instead of one in orbit, effects that are left out, and another clock table without
@@ -252,12 +252,12 @@ TEST_IN_FOLDER(other_observers_and_clocks_are_refused) {
     without.altitude_km = 600;
     assert_ok(toliman_sky_create("alpha-cen", &without, &partial));
     options = reduced_options(NULL, partial);
-    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->reduction.sky");
+    assert_invalid(toliman_track_create(&options, &none), "options->reduction.sky");
     static const int64_t later[2] = {0, 600000000000};
     options = loaded_options(TOLIMAN_TRACK_REBUILD);
     options.clock.pairs = later;
     options.clock.count = 1;
-    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->reduction.sky");
+    assert_invalid(toliman_track_create(&options, &none), "options->reduction.sky");
     toliman_sky_destroy(partial);
 }
 

@@ -111,11 +111,11 @@ TEST_IN_FOLDER(bad_values_are_refused) {
     toliman_track *none = NULL;
     for (int32_t stamp = 600; stamp <= 604; stamp += 4) {
         const toliman_track_options options = timed_options(stamp, 0);
-        assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->frames.stamp");
+        assert_invalid(toliman_track_create(&options, &none), "options->frames.stamp");
     }
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         const toliman_track_options options = timed_options(0, bad[i]);
-        assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->frames.exposure_s");
+        assert_invalid(toliman_track_create(&options, &none), "options->frames.exposure_s");
     }
 }
 
@@ -156,7 +156,7 @@ TEST_IN_FOLDER(lost_setup_loses_the_timing) {
     flip_byte(setup, size - 1);
     toliman_track *none = NULL;
     options.frames.stamp = 0;
-    assert_refused(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->frames.stamp");
+    assert_invalid(toliman_track_create(&options, &none), "options->frames.stamp");
     options.frames.stamp = TOLIMAN_FRAME_STAMP_START;
     toliman_track *track = make_track(&options);
     assert_timing(track, TOLIMAN_FRAME_STAMP_START, 0.5);
