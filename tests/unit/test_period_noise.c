@@ -229,7 +229,7 @@ TEST(alarms_are_as_documented) {
     assert_true(strong.fap < 0.93 * strong.white_fap);
 }
 
-/* The strongest sinusoid is between two points of the grid: what it leaves at either of them is no correlation. */
+/* The strongest sinusoid is between two points of the grid: what it leaves at either of them is not a correlation. */
 TEST(strong_sinusoids_are_no_correlated_noise) {
     enum { COUNT = 200 };
     double t[COUNT], y[COUNT], sigma[COUNT];
