@@ -103,9 +103,9 @@ bool is_above_one(const char *at, const char *end, bool hex) noexcept {
     if (mark != end) {
         const char *const digits = mark + (mark[1] == '+' ? 2 : 1);
         if (std::from_chars(digits, end, exponent).ec == std::errc::result_out_of_range)
-            exponent = *digits == '-' ? INT64_MIN / 2 : INT64_MAX / 2;
+            exponent = *digits == '-' ? INT64_MIN : INT64_MAX;
     }
-    return exponent + (hex ? 4 : 1) * (point - first) > 0;
+    return std::clamp(exponent, INT64_MIN / 2, INT64_MAX / 2) + (hex ? 4 : 1) * (point - first) > 0;
 }
 
 } // namespace

@@ -49,7 +49,9 @@ double ln_naive(const Sampling &sampling, double ln_residual) noexcept {
     const double single = ln_single(sampling, ln_residual), sum = std::log(independent) + single;
     if (sum < -30) // relative error below 1e-13
         return sum;
-    return std::log(-std::expm1(independent * std::log1p(-std::exp(single))));
+    // The power of 1 - p, for small p as the exponential of -p per frequency: p may be 0 though the sum is not.
+    const double none = single < -30 ? -std::exp(sum) : independent * std::log1p(-std::exp(single));
+    return std::log(-std::expm1(none));
 }
 
 double ln_baluev(const Sampling &sampling, double ln_residual) noexcept {
