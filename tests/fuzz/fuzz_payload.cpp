@@ -65,7 +65,9 @@ std::vector<Bytes> fuzz::seeds() {
     const std::vector<uint8_t> packed = zip::deflate(numbers.data(), 24);
     Bytes stream = {0, 1, 0, 1, 0, 1, 0};
     stream.insert(stream.end(), packed.begin(), packed.end());
-    return {numbers, stream};
+    Bytes zeros = {1, 0x03, 0x00, 0x43, 0x00, 0x83, 0x00}; // the same encodings, of four zeros each
+    zeros.resize(numbers.size());
+    return {numbers, stream, zeros};
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
