@@ -164,12 +164,14 @@ class TimeReader {
         if (clock[0] == 'U' && scale_ != Scale::utc)
             fail(Status::format, "{%s} = %.70s: contradicts TIMESYS, which is not UTC", clock.c_str(), value);
         const std::string text = unquoted(value), day = date.substr(0, date.find_first_of("T "));
-        // Others write an hour below ten with one digit, or the date again.
+        // Others write an hour below ten with one digit, or the same date again.
         const std::string hour = text.find(':') == 1 ? "0" : "";
-        const std::string whole = text.find('T') == day.size() ? text : day + "T" + hour + text;
+        const std::string whole =
+            text.size() > day.size() && text.compare(0, day.size(), day) == 0 ? text : day + "T" + hour + text;
         const std::optional<DayTime> parsed = parse_date(whole);
         if (!parsed || (parsed->has_zone && scale_ != Scale::utc))
-            fail(Status::format, "{%s} = %.70s: must be hh:mm:ss[.s...]", clock.c_str(), value);
+            fail(Status::format, "{%s} = %.70s: must be hh:mm:ss[.s...], perhaps after the date of %s", clock.c_str(),
+                 value, key.c_str());
         const int64_t tai_ns = time_of(clock, whole, TimeFormat::iso, scale_, leap_seconds_);
         statements_.push_back({key + " + " + clock, suffix.part, tai_ns, tai_ns, date_resolution(text)});
         return true;

@@ -190,9 +190,7 @@ void check_format(std::string_view bytes, const std::string &name) {
         {"\xfe\xff", "UTF-16"},
         {"\x1f\x8b", "a gzip file"},
         {"BZh", "a bzip2 file"},
-        {"\xfd"
-         "7zXZ",
-         "an xz file"},
+        {"\xfd\x37zXZ", "an xz file"},
         {"\x28\xb5\x2f\xfd", "a Zstandard file"},
         {"PK\x03\x04", "a zip file or workbook"},
         {"SIMPLE  =", "a FITS file"},

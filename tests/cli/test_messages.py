@@ -53,7 +53,8 @@ class Words(ProgramTest):
         for words, text in (
             (("period", "x", "--f0", "abc"), "--f0 abc: "),
             (("period", "x", "--nf", "1.5"), "--nf 1.5: "),
-            (("period", "x", "--peaks", "0"), "--peaks 0: "),
+            (("period", "x", "--peaks", "0"), "--peaks 0: must be in [1, 64]\n"),
+            (("period", "x", "--trend", "-1"), "--trend -1: must be in [0, 8]\n"),
             (("period", "x", "--f0", "nan"), "--f0 nan: "),
             (("simulate", CHAPTER, "--rate", "nan", "--duration", "1s", "--out", "o"), "--rate nan: "),
             (("period", "x", "--f0"), "--f0: "),

@@ -99,6 +99,31 @@ class Times(Fits):
             self.assertEqual(frames[name]["frame_id"], 7)
             self.assertEqual(frames[name]["verdict"], "accepted")
 
+    def test_what_follows_the_image(self):
+        """Further images of its name and size are named; others, and bytes that are no HDU, change nothing."""
+        def image(name):
+            return fits.ImageHDU(self.frames[0].astype("i4"), name=name)
+
+        cases = (("one", ["SCI"], b"", None), ("two", ["SCI", "SCI"], b"", "HDU 1 is read alone: images of its name and size in HDU 2 "),
+                 ("hubble", ["SCI", "ERR", "SCI", "ERR", "SCI"], b"", "in HDU 3, 5 "), ("unnamed", [None, None], b"", "in HDU 2 "),
+                 ("core", ["RAW", "CORE", "RAW"], b"", None), ("junk", ["SCI"], b"x" * 2880, None),
+                 ("cut", ["SCI"], b"XTENSION= 'IMAGE   '", None))
+        for name, units, more, note in cases:
+            with self.subTest(name):
+                primary = fits.PrimaryHDU()
+                primary.header["DATE-AVG"], primary.header["TIMESYS"] = "2028-03-01T12:00:00", "UTC"
+                fits.HDUList([primary, *map(image, units)]).writeto(self.folder / f"{name}.fits")
+                with open(self.folder / f"{name}.fits", "ab") as stream:
+                    stream.write(more)
+                out = self.track(name, f"{name}.fits")
+                self.assertEqual([line["verdict"] for line in out if line["schema"] == "toliman-frame/2"], ["accepted"])
+                told = [line["text"] for line in out if line.get("warning") == "other images"]
+                self.assertEqual(len(told), note is not None)
+                self.assertTrue(note is None or note in told[0], told)
+                if name == "hubble":
+                    self.assertFalse([line for line in self.track("third", "--hdu", "3", f"{name}.fits")
+                                      if line.get("warning") == "other images"])
+
     def test_table_of_leap_seconds(self):
         """A further leap second at the end of 2029, MJD 62501; tests/unit/test_ingest_time.c has the files that are refused."""
         (self.folder / "own.list").write_text(leap_seconds(62502))

@@ -86,10 +86,9 @@ class Watch {
             lines_++;
     }
     void take(const toliman_frame &frame, const toliman_ingest_event &event) {
-        if (event.event == TOLIMAN_INGEST_EVENT_WARNING)
-            return require(event.text[0] != 0 && event.line <= static_cast<int64_t>(blank_.size()) + 1,
-                           "a stray warning");
         skip_blank();
+        if (event.event == TOLIMAN_INGEST_EVENT_WARNING)
+            return require(event.text[0] != 0 && event.line <= static_cast<int64_t>(lines_) + 1, "a stray warning");
         require(event.line == static_cast<int64_t>(++lines_), "a line is not reported exactly once");
         require(event.has_key == 0 || (is_name(frame.session) && is_name(frame.roi)), "an invalid name");
         if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE)

@@ -170,13 +170,10 @@ class FitsFrames : public FrameFile {
         return status == 0;
     }
 
-    // Moves to the unit with this number, 1 for the primary one; false if the file has fewer.
-    bool move_on_to(int unit) {
+    // Moves to the unit with this number, 1 for the primary one, and returns CFITSIO's status.
+    int status_of_unit(int unit) {
         int status = 0;
-        if (cfitsio().movabs_hdu(file_.get(), unit, nullptr, &status) == END_OF_FILE)
-            return false;
-        check(status);
-        return true;
+        return cfitsio().movabs_hdu(file_.get(), unit, nullptr, &status);
     }
 
     // Moves to the image.
@@ -185,19 +182,23 @@ class FitsFrames : public FrameFile {
             malformed(path_, "--hdu " + wanted + ": there is no such image");
         if (!wanted.empty() || (move_to_unit("CORE") && !lengths_here().empty()))
             return;
-        int unit = 1;
-        while (move_on_to(unit) && lengths_here().empty())
-            unit++;
-        if (!move_on_to(unit))
-            malformed(path_, "contains no image");
+        for (int unit = 1;; unit++) {
+            const int status = status_of_unit(unit);
+            if (status == END_OF_FILE)
+                malformed(path_, "contains no image");
+            check(status);
+            if (!lengths_here().empty())
+                return;
+        }
     }
 
-    // Exposures in units of their own, as of the Hubble Space Telescope, are of one name and size.
+    // Exposures in units of their own, as of the Hubble Space Telescope, are of one name and size. A damaged unit ends
+    // the search: it does not concern the frame that is read.
     void note_others(const std::vector<LONGLONG> &lengths) {
         const auto name_of = [this](int unit) { return value_in(unit, "EXTNAME"); };
         const std::optional<std::string> name = name_of(unit_);
         std::string others;
-        for (int unit = unit_ + 1; move_on_to(unit); unit++)
+        for (int unit = unit_ + 1; status_of_unit(unit) == 0; unit++)
             if (lengths_here() == lengths && name_of(unit) == name)
                 others += (others.empty() ? "" : ", ") + std::to_string(unit - 1);
         move_to(unit_);
