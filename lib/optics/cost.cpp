@@ -47,13 +47,13 @@ class ImageCost {
     double flops() const noexcept { return products_ + elements_; }
     double seconds(double rate) const noexcept { return products_ / rate + elements_ / kElementRate; }
 
-    // Numbers in memory while `images` images are propagated at once. Each chunk of wavelengths has its own images;
-    // each busy worker has its own pupil fields.
+    // Numbers in memory while `images` images are propagated at once: the sum, and of each busy worker its images and
+    // pupil fields.
     double work_space(double images) const noexcept {
         const auto chunks = static_cast<double>(std::min(plan_.wavelengths, kWavelengthChunks));
         const double busy = std::min(static_cast<double>(plan_.workers), chunks);
         const double field = 2 * n_ * n_ + 2 * samples_ + (padded_ ? 0 : 2 * n_ * cols_) + (mixed_ ? 2 * n_ * n_ : 0);
-        return images * (chunks * samples_ + busy * field) + (padded_ ? 2 * busy * side_ * side_ : 0);
+        return images * ((1 + busy) * samples_ + busy * field) + (padded_ ? 2 * busy * side_ * side_ : 0);
     }
 
   private:

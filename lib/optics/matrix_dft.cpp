@@ -61,9 +61,9 @@ MatrixDft::MatrixDft(const Pupil &pupil, const Grid &grid, size_t fields)
         operand->resize(h * v);
     for (Buffer<double> *folded : {&even_, &odd_})
         folded->resize(fields * 4 * h * h);
-    for (Buffer<double> *middle : {&even_middle_, &odd_middle_})
+    for (UnsetBuffer<double> *middle : {&even_middle_, &odd_middle_})
         middle->resize(fields * 4 * h * u);
-    for (Buffer<double> *sums : {&ee_, &eo_, &oe_, &oo_})
+    for (UnsetBuffer<double> *sums : {&ee_, &eo_, &oe_, &oo_})
         sums->resize(fields * 2 * v * u);
     if (grid.v_x != 0)
         for (Buffer<double> *operand : {&shear_cosine_, &shear_sine_})
@@ -76,7 +76,8 @@ MatrixDft::MatrixDft(const Pupil &pupil, const Grid &grid, size_t fields)
 }
 
 // middle = folded times operand, row by row of folded [field][y][4][x]; samples beyond the last lit one are skipped.
-void MatrixDft::along_x(const Buffer<double> &folded, const Buffer<double> &operand, Buffer<double> &middle) noexcept {
+void MatrixDft::along_x(const Buffer<double> &folded, const Buffer<double> &operand,
+                        UnsetBuffer<double> &middle) noexcept {
     const size_t h = half(pupil_.samples), u = half(grid_.cols), rows_at_once = std::max<size_t>(1, tile_rows(h) / 4);
     for (size_t field = 0; field < fields_; field++)
         for (size_t y = 0; y < h; y += rows_at_once) {
@@ -90,8 +91,8 @@ void MatrixDft::along_x(const Buffer<double> &folded, const Buffer<double> &oper
 }
 
 // sums [field][v][2][u] = operand^T middle, of the part of middle that is even (0) or odd (1) in y.
-void MatrixDft::along_y(const Buffer<double> &middle, size_t part, const Buffer<double> &operand,
-                        Buffer<double> &sums) noexcept {
+void MatrixDft::along_y(const UnsetBuffer<double> &middle, size_t part, const Buffer<double> &operand,
+                        UnsetBuffer<double> &sums) noexcept {
     const size_t h = half(pupil_.samples), v = half(grid_.rows), width = 2 * half(grid_.cols), tile = tile_rows(h);
     for (size_t field = 0; field < fields_; field++) {
         const double *const from = middle.data() + field * h * 2 * width + part * width;
@@ -164,7 +165,7 @@ void MatrixDft::accumulate(const std::vector<kernels::FieldProduct> &products, d
 // odd axis counts once.
 void MatrixDft::weight_fields(const std::vector<WeightedProduct> &products) noexcept {
     const size_t rows = grid_.rows, cols = grid_.cols, h = half(rows), w = half(cols);
-    Buffer<double> *const sums[4] = {&ee_, &oe_, &eo_, &oo_};
+    UnsetBuffer<double> *const sums[4] = {&ee_, &oe_, &eo_, &oo_};
     for (size_t i = 0; i < h * w; i++) {
         const size_t v = i / w, u = i % w, first = 2 * v * w + u;
         const double once = (rows % 2 != 0 && v == 0 ? 0.5 : 1) * (cols % 2 != 0 && u == 0 ? 0.5 : 1);
@@ -206,8 +207,8 @@ void MatrixDft::weight_fields(const std::vector<WeightedProduct> &products) noex
 }
 
 // The part of middle that is even (0) or odd (1) in y = operand sums.
-void MatrixDft::back_along_y(const Buffer<double> &operand, const Buffer<double> &sums, size_t part,
-                             Buffer<double> &middle) noexcept {
+void MatrixDft::back_along_y(const Buffer<double> &operand, const UnsetBuffer<double> &sums, size_t part,
+                             UnsetBuffer<double> &middle) noexcept {
     const size_t h = half(pupil_.samples), v = half(grid_.rows), width = 2 * half(grid_.cols), tile = tile_rows(v);
     for (size_t field = 0; field < fields_; field++) {
         const double *const from = sums.data() + field * v * width;
@@ -220,7 +221,7 @@ void MatrixDft::back_along_y(const Buffer<double> &operand, const Buffer<double>
 }
 
 // folded = middle operand^T.
-void MatrixDft::back_along_x(const Buffer<double> &middle, const Buffer<double> &operand,
+void MatrixDft::back_along_x(const UnsetBuffer<double> &middle, const Buffer<double> &operand,
                              Buffer<double> &folded) noexcept {
     const size_t h = half(pupil_.samples), u = half(grid_.cols), tile = tile_rows(u), rows = fields_ * 4 * h;
     std::fill(folded.begin(), folded.end(), 0.0);

@@ -39,12 +39,13 @@ class MatrixDft : public Transform {
     void weight_fields(const std::vector<WeightedProduct> &products) noexcept;
     Complex adjoint_at(size_t field, size_t cell) const noexcept;
     void clear_folded() noexcept;
-    void back_along_y(const Buffer<double> &operand, const Buffer<double> &sums, size_t part,
-                      Buffer<double> &middle) noexcept;
-    void back_along_x(const Buffer<double> &middle, const Buffer<double> &operand, Buffer<double> &folded) noexcept;
-    void along_x(const Buffer<double> &folded, const Buffer<double> &operand, Buffer<double> &middle) noexcept;
-    void along_y(const Buffer<double> &middle, size_t part, const Buffer<double> &operand,
-                 Buffer<double> &sums) noexcept;
+    void back_along_y(const Buffer<double> &operand, const UnsetBuffer<double> &sums, size_t part,
+                      UnsetBuffer<double> &middle) noexcept;
+    void back_along_x(const UnsetBuffer<double> &middle, const Buffer<double> &operand,
+                      Buffer<double> &folded) noexcept;
+    void along_x(const Buffer<double> &folded, const Buffer<double> &operand, UnsetBuffer<double> &middle) noexcept;
+    void along_y(const UnsetBuffer<double> &middle, size_t part, const Buffer<double> &operand,
+                 UnsetBuffer<double> &sums) noexcept;
     void shear(long double step) noexcept;
 
     const Pupil &pupil_;
@@ -54,10 +55,10 @@ class MatrixDft : public Transform {
     Buffer<double> amplitude_, opd_m_; // the pupil at the last wavenumber; empty without mixed cells
     Buffer<double> tilt_x_, tilt_y_;
     Buffer<double> cosine_x_, sine_x_, cosine_y_, sine_y_;
-    Buffer<double> shear_cosine_, shear_sine_; // [half(n)][half(cols)]; empty if the rows are not tilted
-    Buffer<double> even_, odd_;                // folded fields, parts even and odd in x
-    Buffer<double> even_middle_, odd_middle_;  // transformed along x
-    Buffer<double> ee_, eo_, oe_, oo_;         // transformed along y
+    Buffer<double> shear_cosine_, shear_sine_;     // [half(n)][half(cols)]; empty if the rows are not tilted
+    Buffer<double> even_, odd_;                    // folded fields, parts even and odd in x
+    UnsetBuffer<double> even_middle_, odd_middle_; // transformed along x
+    UnsetBuffer<double> ee_, eo_, oe_, oo_;        // transformed along y
     Buffer<double> scratch_;
 };
 

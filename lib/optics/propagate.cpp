@@ -4,13 +4,14 @@
 // a the area of a pixel in units of p^2.
 // Derivatives are exact: d/du_0 multiplies E by (2 pi i/lambda) x, defocus by (2 pi i/lambda) Z_4, so that each is one
 // more propagated field, and Leibniz' rule makes the derivatives of |F|^2 = F conj(F) from their products. Finite
-// differences would amplify rounding errors. Images are in double precision: in single precision the difference
+// differences would amplify rounding errors. ImageList are in double precision: in single precision the difference
 // image of a displacement of 1e-6 px is 33 % wrong.
 #include "optics/propagate.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <utility>
 
 #include "base/constants.hpp"
 #include "base/workers.hpp"
@@ -21,6 +22,8 @@ namespace {
 
 using kernels::FieldProduct;
 using kernels::FieldTerm;
+
+using ImageList = std::vector<Buffer<double>>;
 
 struct Order {
     size_t along, across;
@@ -76,33 +79,30 @@ std::vector<FieldProduct> products_of(const std::vector<Order> &orders, size_t f
     return products;
 }
 
-// Transforms that no thread uses at present. Each holds several megabytes, so that a thread's next chunk takes that of
-// its last one.
-class Transforms {
+// What no thread uses at present, of several megabytes each, so that a thread's next chunk takes that of its last one.
+template <class T> class Pool {
   public:
-    Transforms(const Engine &engine, const Grid &grid, size_t fields) : engine_(engine), grid_(grid), fields_(fields) {}
-    std::unique_ptr<Transform> take() {
+    explicit Pool(std::function<T()> make) : make_(std::move(make)) {}
+    T take() {
         {
             const std::lock_guard<std::mutex> lock(mutex_);
             if (!idle_.empty()) {
-                std::unique_ptr<Transform> transform = std::move(idle_.back());
+                T one = std::move(idle_.back());
                 idle_.pop_back();
-                return transform;
+                return one;
             }
         }
-        return engine_(grid_, fields_);
+        return make_();
     }
-    void give_back(std::unique_ptr<Transform> transform) {
+    void give_back(T one) {
         const std::lock_guard<std::mutex> lock(mutex_);
-        idle_.push_back(std::move(transform));
+        idle_.push_back(std::move(one));
     }
 
   private:
-    const Engine &engine_;
-    const Grid &grid_;
-    size_t fields_;
+    const std::function<T()> make_;
     std::mutex mutex_;
-    std::vector<std::unique_ptr<Transform>> idle_;
+    std::vector<T> idle_;
 };
 
 // Shared by all threads.
@@ -122,26 +122,28 @@ struct Task {
 // One chunk of the wavelengths, on one thread: work space for the fields of one wavelength, and the chunk's images.
 class Chunk {
   public:
-    Chunk(const Task &task, Transform &transform);
+    // images: zeros, of one spectrum after the other; they outlive the chunk.
+    Chunk(const Task &task, Transform &transform, ImageList &images);
     void add(size_t wavelength);
-    std::vector<Buffer<double>> release() noexcept { return std::move(images_); } // of one spectrum after the other
 
   private:
     void set_terms(const Pupil &pupil, long double wavenumber);
 
     const Task &task_;
     std::vector<FieldTerm> terms_;
-    std::vector<FieldProduct> weighted_; // task_.products times the weight of the wavelength
+    std::vector<FieldProduct> weighted_; // task_.products of every spectrum times its weight of the wavelength
     Transform &transform_;
-    std::vector<Buffer<double>> images_;
     std::vector<double *> image_of_;
     std::vector<Buffer<double>> amplitude_, opd_m_; // of the modes of cells
 };
 
-Chunk::Chunk(const Task &task, Transform &transform)
-    : task_(task), weighted_(task.products), transform_(transform),
-      images_(task.spectra.size() * task.images(), Buffer<double>(task.grid.rows * task.grid.cols)) {
-    for (Buffer<double> &image : images_)
+Chunk::Chunk(const Task &task, Transform &transform, ImageList &images) : task_(task), transform_(transform) {
+    for (size_t spectrum = 0; spectrum < task.spectra.size(); spectrum++)
+        for (FieldProduct product : task.products) {
+            product.image += spectrum * task.images();
+            weighted_.push_back(product);
+        }
+    for (Buffer<double> &image : images)
         image_of_.push_back(image.data());
     amplitude_.resize(task.modes.size());
     opd_m_.resize(task.modes.size());
@@ -185,12 +187,13 @@ void Chunk::add(size_t wavelength) {
     const auto moved = task_.light.dispersed_px(task_.light.wavelength_m[wavelength]);
     const long double offset[2] = {task_.offset[0] + moved[0], task_.offset[1] + moved[1]};
     transform_.transform(wavenumber, offset, terms_);
+    const size_t count = task_.products.size();
     for (size_t s = 0; s < spectra.size(); s++) {
         const double weight = intensity_factor(pupil, task_.grid, wavenumber, spectra[s][wavelength]);
-        for (size_t i = 0; i < weighted_.size(); i++)
-            weighted_[i].factor = weight * task_.products[i].factor;
-        transform_.accumulate(weighted_, image_of_.data() + s * task_.images());
+        for (size_t i = 0; i < count; i++)
+            weighted_[s * count + i].factor = weight * task_.products[i].factor;
     }
+    transform_.accumulate(weighted_, image_of_.data());
 }
 
 // Derivative of an image whose points u move to u + s M u and whose light spreads over (1 + s tr M) times the area, by
@@ -210,28 +213,57 @@ Buffer<double> stretched(const StarImages &images, const Light &light, const Gri
     return result;
 }
 
-// Sums of the chunks, of one spectrum after the other.
-std::vector<Buffer<double>> sums_of(const Engine &engine, const Task &task, unsigned workers,
-                                    const std::function<void(double)> &on_progress) {
-    const size_t count = task.light.wavelength_m.size();
-    std::vector<std::vector<Buffer<double>>> parts(std::min(count, kWavelengthChunks));
-    Transforms transforms(engine, task.grid, task.images());
+// The sum of the chunks in their order. A chunk waits for those before it, so that few are held at once.
+class ChunkSums {
+  public:
+    ChunkSums(size_t chunks, Pool<ImageList> &pool) : waiting_(chunks), pool_(pool) {}
+    void add(size_t chunk, ImageList images) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        waiting_[chunk] = std::move(images);
+        for (; next_ < waiting_.size() && !waiting_[next_].empty(); next_++) {
+            ImageList &part = waiting_[next_];
+            if (next_ == 0) {
+                sums_ = std::move(part);
+                continue;
+            }
+            for (size_t image = 0; image < sums_.size(); image++)
+                for (size_t i = 0; i < sums_[image].size(); i++)
+                    sums_[image][i] += std::exchange(part[image][i], 0);
+            pool_.give_back(std::move(part));
+        }
+    }
+    ImageList release() noexcept { return std::move(sums_); }
+
+  private:
+    std::mutex mutex_;
+    std::vector<ImageList> waiting_;
+    size_t next_ = 0;
+    ImageList sums_;
+    Pool<ImageList> &pool_;
+};
+
+// ChunkSums of the chunks, of one spectrum after the other.
+ImageList sums_of(const Engine &engine, const Task &task, unsigned workers,
+                  const std::function<void(double)> &on_progress) {
+    const size_t count = task.light.wavelength_m.size(), chunks = std::min(count, kWavelengthChunks);
+    Pool<std::unique_ptr<Transform>> transforms([&] { return engine(task.grid, task.images()); });
+    Pool<ImageList> zeros([&] {
+        return ImageList(task.spectra.size() * task.images(), Buffer<double>(task.grid.rows * task.grid.cols));
+    });
+    ChunkSums sums(chunks, zeros);
     run_jobs(
-        workers, parts.size(),
+        workers, chunks,
         [&](size_t part) {
             std::unique_ptr<Transform> transform = transforms.take();
-            Chunk chunk(task, *transform);
-            for (size_t i = part; i < count; i += parts.size())
+            ImageList images = zeros.take();
+            Chunk chunk(task, *transform, images);
+            for (size_t i = part; i < count; i += chunks)
                 chunk.add(i);
-            parts[part] = chunk.release();
             transforms.give_back(std::move(transform));
+            sums.add(part, std::move(images));
         },
         on_progress);
-    for (size_t part = 1; part < parts.size(); part++)
-        for (size_t image = 0; image < parts[0].size(); image++)
-            for (size_t i = 0; i < parts[0][image].size(); i++)
-                parts[0][image][i] += parts[part][image][i];
-    return std::move(parts[0]);
+    return sums.release();
 }
 
 // The images of a spectrum from the sums, which are taken.
@@ -267,7 +299,7 @@ std::vector<StarImages> propagate_at(const Engine &engine, const Light &light, c
     if (request.focus)
         task.focus_orders = request.focus_curve ? 2 : 1;
     task.products = products_of(task.orders, task.focus_orders, task.modes.size());
-    std::vector<Buffer<double>> sums = sums_of(engine, task, workers, on_progress);
+    ImageList sums = sums_of(engine, task, workers, on_progress);
     std::vector<StarImages> images;
     for (size_t spectrum = 0; spectrum < spectra.size(); spectrum++)
         images.push_back(images_of(task, request, sums.data() + spectrum * task.images()));
