@@ -1,6 +1,7 @@
-// Method: a cell that an edge may cross is divided into quarters, four times over. In each of the smallest squares that
-// may still be crossed the sum of the terms is replaced by its tangent plane at the centre, whose positive area is
-// exact: with f the sum, h the side, a = |df/dx| h/2, b = |df/dy| h/2 and R(t) = max(t, 0)^2,
+// Method: squares of 16 x 16 cells that an edge may cross are divided into quarters down to cells, and these four times
+// more. In each of the smallest squares that may still be crossed the sum of the terms is replaced by its tangent plane
+// at the centre, whose positive area is exact: with f the sum, h the side, a = |df/dx| h/2, b = |df/dy| h/2 and
+// R(t) = max(t, 0)^2,
 //     fraction = (R(f + a + b) - R(f + a - b) - R(f - a + b) + R(f - a - b)) / (8 a b).
 // A square is not crossed where |f| at its centre exceeds what the steepest slope changes over half its diagonal.
 // Why: the area is a smooth function of rotation and shift, and so is the image. Counting the points of a fine grid
@@ -18,6 +19,7 @@ namespace toliman::optics {
 namespace {
 
 constexpr int kHalvings = 4;             // of the side of a cell that an edge may cross
+constexpr size_t kBlock = 16;            // cells per side of the squares that are divided first, a power of 2
 constexpr double kSmallest = 1e-12;      // radius, in units of the aperture's: the terms have no value at 0
 constexpr double kAlongGrid = 1e-5;      // ratio of the slopes below which an edge is taken as parallel to the grid
 constexpr double kHalfDiagonal = 0.7072; // of a cell, rounded up
@@ -111,24 +113,74 @@ double covered_area(const Sum &sum, double x, double y, double side, double stee
     return covered / 4;
 }
 
+// The mask on samples x samples cells.
+class Cells {
+  public:
+    Cells(const Mask &mask, double aperture_m, size_t samples) : sum_(mask, aperture_m / 2), samples_(samples) {}
+
+    double area(size_t row, size_t col) const noexcept {
+        const Square cell = square(row, col, 1);
+        return covered_area(sum_, cell.x, cell.y, cell.side, steepest(cell), kHalvings);
+    }
+
+    // Covered fractions of size x size cells from (row, col) on, those that exist. Where the amplitude is 0, or without
+    // amplitudes, by the sign at the centre.
+    void cover(size_t row, size_t col, size_t size, const double *amplitude, Buffer<double> &covered) const {
+        const size_t rows = std::min(row + size, samples_), cols = std::min(col + size, samples_);
+        if (row >= rows || col >= cols)
+            return;
+        const Square all = square(row, col, size);
+        if (size == 1 && amplitude != nullptr && amplitude[row * samples_ + col] > 0) {
+            covered[row * samples_ + col] = area(row, col);
+            return;
+        }
+        const double value = sum_.at(all.x, all.y);
+        if (size > 1 && std::fabs(value) <= steepest(all) * kHalfDiagonal * all.side) {
+            for (const size_t below : {row, row + size / 2})
+                for (const size_t right : {col, col + size / 2})
+                    cover(below, right, size / 2, amplitude, covered);
+            return;
+        }
+        for (size_t i = row; i < rows; i++)
+            std::fill(&covered[i * samples_ + col], covered.data() + i * samples_ + cols, value > 0 ? 1.0 : 0.0);
+    }
+
+  private:
+    struct Square {
+        double x, y, side; // centre
+    };
+    Square square(size_t row, size_t col, size_t size) const noexcept {
+        const auto centre = [&](size_t first) {
+            return (static_cast<double>(2 * first + size) - static_cast<double>(samples_)) /
+                   static_cast<double>(samples_);
+        };
+        return {centre(col), centre(row), 2 * static_cast<double>(size) / static_cast<double>(samples_)};
+    }
+    double steepest(const Square &square) const noexcept {
+        return sum_.steepest(square.x, square.y, kHalfDiagonal * square.side);
+    }
+
+    Sum sum_;
+    size_t samples_;
+};
+
 } // namespace
 
 Buffer<double> covered_fractions(const Mask &mask, double aperture_m, size_t samples, const Buffer<double> &amplitude) {
-    const Sum sum(mask, aperture_m / 2);
-    const double side = 2 / static_cast<double>(samples);
+    const Cells cells(mask, aperture_m, samples);
     Buffer<double> covered(samples * samples);
-    const auto coordinate = [samples](size_t i) {
-        return (2 * static_cast<double>(i) - static_cast<double>(samples - 1)) / static_cast<double>(samples);
-    };
-    for (size_t row = 0; row < samples; row++)
-        for (size_t col = 0; col < samples; col++) {
-            const double x = coordinate(col), y = coordinate(row);
-            double &fraction = covered[row * samples + col];
-            if (mask.edges == Mask::Edges::area && amplitude[row * samples + col] > 0)
-                fraction = covered_area(sum, x, y, side, sum.steepest(x, y, kHalfDiagonal * side), kHalvings);
-            else
-                fraction = sum.at(x, y) > 0 ? 1 : 0;
-        }
+    for (size_t row = 0; row < samples; row += kBlock)
+        for (size_t col = 0; col < samples; col += kBlock)
+            cells.cover(row, col, kBlock, mask.edges == Mask::Edges::area ? amplitude.data() : nullptr, covered);
+    return covered;
+}
+
+std::vector<double> covered_fractions(const Mask &mask, double aperture_m, size_t samples,
+                                      const std::vector<MixedCell> &cells) {
+    const Cells all(mask, aperture_m, samples);
+    std::vector<double> covered;
+    for (const MixedCell &cell : cells)
+        covered.push_back(all.area(cell.index / samples, cell.index % samples));
     return covered;
 }
 

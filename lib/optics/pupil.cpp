@@ -273,15 +273,15 @@ Mode mask_mode(const Scene &scene, const Pupil &pupil, MaskMotion motion) {
     const auto covered_at = [&](double by) {
         Mask mask = scene.telescope.mask;
         (motion == MaskMotion::rotation ? mask.rotation_deg : mask.shift_m[motion == MaskMotion::shift_y]) += by;
-        return covered_fractions(mask, pupil.aperture_m, pupil.samples, pupil.amplitude);
+        return covered_fractions(mask, pupil.aperture_m, pupil.samples, pupil.mixed);
     };
     const double step = motion == MaskMotion::rotation ? kSmallAngle : kSmallShift * pupil.aperture_m;
-    const Buffer<double> before = covered_at(-step), covered = covered_at(0), after = covered_at(step);
+    const std::vector<double> before = covered_at(-step), after = covered_at(step);
     Mode mode;
     mode.step_m = scene.telescope.mask.step_m();
-    for (size_t i = 0; i < covered.size(); i++)
-        if (pupil.amplitude[i] > 0 && after[i] != before[i])
-            mode.cells.push_back({i, covered[i], (after[i] - before[i]) / (2 * step)});
+    for (size_t i = 0; i < before.size(); i++)
+        if (after[i] != before[i])
+            mode.cells.push_back({pupil.mixed[i].index, pupil.mixed[i].covered, (after[i] - before[i]) / (2 * step)});
     return mode;
 }
 

@@ -49,7 +49,8 @@ struct Mode {
 Mode zernike_mode(const Pupil &pupil, int noll);
 
 // Rotation of the mask by 1 deg, or its shift by 1 m along x or y. The scene's mask must be a spiral with
-// Edges::area. The covered areas are differentiated by central differences: 1e-3 of the largest.
+// Edges::area, and the pupil that of the scene. The covered areas are differentiated by central differences: 1e-3 of
+// the largest.
 enum class MaskMotion { rotation, shift_x, shift_y };
 Mode mask_mode(const Scene &scene, const Pupil &pupil, MaskMotion motion);
 
