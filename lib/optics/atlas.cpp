@@ -35,6 +35,7 @@ constexpr size_t kVector = 8; // numbers
 Plan plan_around(const Plan &plan, const std::array<double, 2> &reach) {
     Plan around = plan;
     around.pixels = atlas_grid(plan, reach);
+    around.half_band = plan.atlas.half_band;
     around.filter = plan.atlas.filter;
     around.smear_filter = plan.atlas.smear_filter;
     return around;

@@ -7,6 +7,7 @@
 
 #include <cmath>
 
+#include "base/workers.hpp"
 #include "optics/gradient.hpp"
 #include "optics/matrix_dft.hpp"
 #include "optics/nodes.hpp"
@@ -28,6 +29,17 @@ Light on_finer_grid(Light light, double finer) noexcept {
 
 } // namespace
 
+// The samples that are propagated.
+Grid Imager::grid() const noexcept {
+    const Grid dense = sampling_grid(plan_.pixels, plan_.filter);
+    return plan_.half_band.empty() ? dense : sparse_grid(dense, plan_.half_band);
+}
+
+// Their number per pixel and axis.
+double Imager::finer() const noexcept {
+    return static_cast<double>(plan_.filter.oversampling) * (plan_.half_band.empty() ? 1 : 0.5);
+}
+
 std::unique_ptr<Transform> Imager::transform(const Grid &grid, size_t fields) const {
     if (plan_.engine == EngineKind::padded_fft)
         return std::make_unique<PaddedFft>(scene_, grid, fields);
@@ -43,10 +55,9 @@ StarImages Imager::images(const Light &light, size_t star, double displacement_p
 StarImages Imager::images_of_samples(const Light &light, size_t star, double displacement_px,
                                      const ImageRequest &request,
                                      const std::function<void(double)> &on_progress) const {
-    const auto finer = static_cast<double>(plan_.filter.oversampling);
     const Engine engine = [this](const Grid &grid, size_t fields) { return transform(grid, fields); };
-    StarImages images = propagate(engine, on_finer_grid(light, finer), sampling_grid(plan_.pixels, plan_.filter), star,
-                                  displacement_px * finer, request, workers_, on_progress);
+    StarImages images = propagate(engine, on_finer_grid(light, finer()), grid(), star, displacement_px * finer(),
+                                  request, workers_, on_progress);
     to_pixels(images);
     return images;
 }
@@ -54,11 +65,9 @@ StarImages Imager::images_of_samples(const Light &light, size_t star, double dis
 std::vector<StarImages> Imager::images_of_spectra(const Light &light, const std::vector<std::vector<double>> &spectra,
                                                   const ImageRequest &request,
                                                   const std::function<void(double)> &on_progress) const {
-    const auto finer = static_cast<double>(plan_.filter.oversampling);
     const Engine engine = [this](const Grid &grid, size_t fields) { return transform(grid, fields); };
     std::vector<StarImages> all =
-        propagate(engine, on_finer_grid(light, finer), sampling_grid(plan_.pixels, plan_.filter), spectra, request,
-                  workers_, on_progress);
+        propagate(engine, on_finer_grid(light, finer()), grid(), spectra, request, workers_, on_progress);
     for (StarImages &images : all)
         to_pixels(images);
     return all;
@@ -67,40 +76,45 @@ std::vector<StarImages> Imager::images_of_spectra(const Light &light, const std:
 // A sample holds the light of its own small area and its derivatives are per sample: scales both to whole pixels.
 void Imager::to_pixels(StarImages &images) const {
     const PixelFilter &filter = plan_.filter;
-    if (filter.empty())
+    const HalfBand &half_band = plan_.half_band;
+    if (filter.empty() && half_band.empty())
         return;
-    const auto finer = static_cast<double>(filter.oversampling);
-    const auto scale = [&](Buffer<double> &image, size_t order) {
-        if (image.empty())
-            return;
-        image = filtered(image, plan_.pixels, filter);
-        const double samples = std::pow(finer, static_cast<double>(2 + order));
+    struct Work {
+        Buffer<double> *image;
+        size_t order;
+    };
+    std::vector<Work> work;
+    for (Derivative &derivative : images.derivatives)
+        work.push_back({&derivative.image, derivative.along + derivative.across});
+    for (Buffer<double> *image : {&images.focus, &images.focus_curve, &images.scale, &images.anisotropy, &images.shear})
+        if (!image->empty())
+            work.push_back({image, 0});
+    for (Buffer<double> &mode : images.modes)
+        work.push_back({&mode, 0});
+    const Grid dense = sampling_grid(plan_.pixels, filter);
+    run_jobs(workers_, work.size(), [&](size_t i) {
+        Buffer<double> &image = *work[i].image;
+        if (!half_band.empty())
+            image = interpolated(image, dense, half_band);
+        if (!filter.empty())
+            image = filtered(image, plan_.pixels, filter);
+        const double samples = std::pow(finer(), static_cast<double>(2 + work[i].order));
         for (double &value : image)
             value *= samples;
-    };
-    for (Derivative &derivative : images.derivatives)
-        scale(derivative.image, derivative.along + derivative.across);
-    for (Buffer<double> *image : {&images.focus, &images.focus_curve, &images.scale, &images.anisotropy, &images.shear})
-        scale(*image, 0);
-    for (Buffer<double> &mode : images.modes)
-        scale(mode, 0);
+    });
 }
 
 Buffer<double> Imager::opd_gradient(const Light &light, size_t star, const Buffer<double> &weights) const {
-    const PixelFilter &filter = plan_.filter;
-    const auto finer = static_cast<double>(filter.oversampling);
-    const Light samples = on_finer_grid(plan_.nodes ? project_on_nodes(light, plan_.wavelengths) : light, finer);
+    const Light samples = on_finer_grid(plan_.nodes ? project_on_nodes(light, plan_.wavelengths) : light, finer());
     const Buffer<double> at_samples = weights_at_samples(weights);
     Buffer<double> gradient(pupil_.samples * pupil_.samples);
-    add_opd_gradient(pupil_, samples, sampling_grid(plan_.pixels, filter), star, at_samples.data(), workers_,
-                     gradient.data());
+    add_opd_gradient(pupil_, samples, grid(), star, at_samples.data(), workers_, gradient.data());
     return gradient;
 }
 
 Buffer<double> Imager::opd_gradient_of_spectra(const Light &light, const std::vector<std::vector<double>> &spectra,
                                                const std::vector<Buffer<double>> &weights) const {
-    const PixelFilter &filter = plan_.filter;
-    const Light samples = on_finer_grid(light, static_cast<double>(filter.oversampling));
+    const Light samples = on_finer_grid(light, finer());
     std::vector<Buffer<double>> at_samples;
     std::vector<const double *> pointers;
     for (const Buffer<double> &of_pixels : weights)
@@ -108,23 +122,21 @@ Buffer<double> Imager::opd_gradient_of_spectra(const Light &light, const std::ve
     for (const Buffer<double> &of_samples : at_samples)
         pointers.push_back(of_samples.data());
     Buffer<double> gradient(pupil_.samples * pupil_.samples);
-    add_opd_gradient(pupil_, samples, sampling_grid(plan_.pixels, filter), spectra, pointers, workers_,
-                     gradient.data());
+    add_opd_gradient(pupil_, samples, grid(), spectra, pointers, workers_, gradient.data());
     return gradient;
 }
 
 Buffer<double> Imager::coverage_gradient(const Light &light, size_t star, const Buffer<double> &image,
                                          const Buffer<double> &along, const Buffer<double> &across,
                                          const Buffer<double> &focus) const {
-    const auto finer = static_cast<double>(plan_.filter.oversampling);
-    const Light samples = on_finer_grid(plan_.nodes ? project_on_nodes(light, plan_.wavelengths) : light, finer);
+    const Light samples = on_finer_grid(plan_.nodes ? project_on_nodes(light, plan_.wavelengths) : light, finer());
     Buffer<double> weights[4] = {weights_at_samples(image), weights_at_samples(along), weights_at_samples(across),
                                  weights_at_samples(focus)};
     for (Buffer<double> *by_position : {&weights[1], &weights[2]}) // derivatives per sample
         for (double &weight : *by_position)
-            weight *= finer;
+            weight *= finer();
     Buffer<double> gradient(pupil_.mixed.size());
-    add_coverage_gradient(pupil_, samples, sampling_grid(plan_.pixels, plan_.filter), star,
+    add_coverage_gradient(pupil_, samples, grid(), star,
                           {weights[0].data(), weights[1].data(), weights[2].data(), weights[3].data()}, workers_,
                           gradient.data());
     return gradient;
@@ -133,10 +145,11 @@ Buffer<double> Imager::coverage_gradient(const Light &light, size_t star, const 
 // A sample holds the light of its own small area.
 Buffer<double> Imager::weights_at_samples(const Buffer<double> &weights) const {
     const PixelFilter &filter = plan_.filter;
-    const auto finer = static_cast<double>(filter.oversampling);
     Buffer<double> at_samples = filter.empty() ? weights : spread(weights, plan_.pixels, filter);
+    if (!plan_.half_band.empty())
+        at_samples = spread(at_samples, sampling_grid(plan_.pixels, filter), plan_.half_band);
     for (double &weight : at_samples)
-        weight *= finer * finer;
+        weight *= finer() * finer();
     return at_samples;
 }
 

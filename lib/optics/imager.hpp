@@ -45,6 +45,8 @@ class Imager {
                                      const Buffer<double> &focus) const;
 
   private:
+    Grid grid() const noexcept;
+    double finer() const noexcept;
     Buffer<double> weights_at_samples(const Buffer<double> &weights) const;
     std::unique_ptr<Transform> transform(const Grid &grid, size_t fields) const;
     void to_pixels(StarImages &images) const;

@@ -244,7 +244,7 @@ AtlasPlan atlas_plan(double cutoff, const Blur &blur, const std::optional<Smear>
     plan.oversampling = static_cast<size_t>(std::max(1.0, std::ceil(cutoff / kMaxAtlasCutoff)));
     plan.blur = blur;
     plan.blur.pixel = static_cast<double>(plan.oversampling);
-    const double frequency = cutoff / plan.blur.pixel;
+    const double frequency = plan.cutoff = cutoff / plan.blur.pixel;
     for (size_t taps = kFewestTaps; taps <= kernels::kMostTaps; taps += 2) {
         plan.blur.window = kernels::Window::make(taps, frequency);
         plan.error = kAliasMargin * plan.blur.window.error(frequency);

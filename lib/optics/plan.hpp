@@ -1,6 +1,7 @@
 // The plan of a simulation, chosen from the scene's accuracy before any image is computed: wavelength nodes, expansion
 // order, sampling of pixels and of the atlas, each with its predicted error.
 #pragma once
+#include "optics/half_band.hpp"
 #include "optics/light.hpp"
 #include "optics/pixel.hpp"
 #include "optics/pupil.hpp"
@@ -22,6 +23,8 @@ constexpr double kRounding = 1e-14; // max error / peak of any image in double p
 // Sampling of the atlas (atlas.hpp).
 struct AtlasPlan {
     size_t oversampling = 0; // samples per pixel and axis; 0 = the accuracy is beyond an atlas
+    double cutoff = 0;       // highest frequency of an image, in cycles per sample
+    HalfBand half_band;      // not empty: every other sample is propagated
     Blur blur;               // with the window of the interpolation
     PixelFilter filter, smear_filter;
     double error = 0;   // also of slopes, relative to the largest slope
@@ -44,6 +47,7 @@ struct Plan {
     size_t order = 2;        // expansion order in the displacement
     double series_error = 0; // of that expansion, relative to the signal's largest pixel, rounding included
     double orbit_px = 0;     // upper bound of a star's motion along its orbit during the cadence
+    HalfBand half_band;      // of the samples of the filter: not empty: every other one is propagated
     PixelFilter filter;
     PixelFilter smear_filter; // of second derivatives along the path, for the derivative by smear; empty without one
     AtlasPlan atlas;
