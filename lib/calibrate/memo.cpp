@@ -4,7 +4,7 @@
 // calibration need no state of their own, and the bits are those of an undisturbed one. Each result has as key a hash
 // of what it was computed from. Where the steps differ from those of the earlier process, as with more iterations, no
 // key fits, and the rest of the journal is dropped. Long functions keep parts of their result in the same way:
-// derivative images, blocks of some frames, products of the conjugate gradients. The parts are replaced by the result
+// blocks of some frames, products of the conjugate gradients. The parts are replaced by the result
 // once it is complete. Rejected: to save the parameters, and to start there. Damping, derivatives and the stage of the
 // work then differ, and the result with them.
 #include "calibrate/memo.hpp"
@@ -15,7 +15,6 @@
 #include "calibrate/map.hpp"
 #include "calibrate/response.hpp"
 #include "calibrate/solve.hpp"
-#include "optics/propagate.hpp"
 #include "sky/prediction.hpp"
 
 namespace toliman::calibrate {
@@ -213,26 +212,6 @@ template <class Stream> void pass(Stream &stream, Buffer<double> &numbers) {
     pass_numbers(stream, numbers);
 }
 
-template <class Stream> void pass(Stream &stream, optics::StarImages &images) {
-    stream.length(images.derivatives, 3 * 8);
-    for (optics::Derivative &derivative : images.derivatives) {
-        stream.size(derivative.along);
-        stream.size(derivative.across);
-        pass_numbers(stream, derivative.image);
-    }
-    for (Buffer<double> *image : {&images.focus, &images.focus_curve, &images.scale, &images.anisotropy, &images.shear})
-        pass_numbers(stream, *image);
-    stream.length(images.modes, 8);
-    for (Buffer<double> &mode : images.modes)
-        pass_numbers(stream, mode);
-}
-
-template <class Stream> void pass(Stream &stream, std::vector<optics::StarImages> &stars) {
-    stream.length(stars, 7 * 8);
-    for (optics::StarImages &images : stars)
-        pass(stream, images);
-}
-
 // Of the function, by its result.
 constexpr uint64_t kind_of(const OwnOfFrames *) noexcept {
     return 1;
@@ -254,9 +233,6 @@ constexpr uint64_t kind_of(const std::vector<Block> *) noexcept {
 }
 constexpr uint64_t kind_of(const Buffer<double> *) noexcept {
     return 7;
-}
-constexpr uint64_t kind_of(const std::vector<optics::StarImages> *) noexcept {
-    return 8;
 }
 constexpr uint64_t kind_of(const ResponseStep *) noexcept {
     return 9;
@@ -347,7 +323,6 @@ TOLIMAN_MEMO(double)
 TOLIMAN_MEMO(std::vector<Block>)
 TOLIMAN_MEMO(std::vector<BadPixels>)
 TOLIMAN_MEMO(Buffer<double>)
-TOLIMAN_MEMO(std::vector<optics::StarImages>)
 #undef TOLIMAN_MEMO
 
 } // namespace toliman::calibrate

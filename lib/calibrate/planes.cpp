@@ -10,8 +10,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibrate/memo.hpp"
 #include "optics/derivatives.hpp"
+#include "optics/half_band.hpp"
 #include "optics/nodes.hpp"
 #include "optics/reach.hpp"
 
@@ -21,8 +21,9 @@ namespace {
 
 using Kind = Parameter::Kind;
 
-constexpr double kAccuracy = 1e-4; // of the planes
-constexpr size_t kModesAtOnce = 8; // of one propagation, which holds their fields and images
+constexpr double kAccuracy = 1e-4;     // of the planes
+constexpr double kHalfBandShare = 0.5; // of it, for their interpolation
+constexpr size_t kModesAtOnce = 8;     // of one propagation, which holds their fields and images
 
 size_t place_of(Kind kind) noexcept {
     return kind == Kind::jitter_xx || kind == Kind::diffusion ? 3
@@ -46,7 +47,11 @@ Buffer<double> *geometry_of(Kind kind, optics::StarImages &images) noexcept {
 optics::Plan plan_of(const optics::Outline &outline) {
     Scene rough = outline.scene;
     rough.accuracy = std::max(rough.accuracy, kAccuracy);
-    return optics::make_plan(rough, outline.pupil, outline.light, outline.plan.engine, outline.plan.workers);
+    optics::Plan plan =
+        optics::make_plan(rough, outline.pupil, outline.light, outline.plan.engine, outline.plan.workers);
+    if (plan.engine == optics::EngineKind::matrix_dft)
+        plan.atlas.half_band = optics::make_half_band(plan.atlas.cutoff, kHalfBandShare * rough.accuracy);
+    return plan;
 }
 
 // Farthest place of either star over the cadence, plus `capture_px`.
@@ -61,8 +66,8 @@ std::array<double, 2> reach_of(const optics::Outline &outline, double capture_px
 } // namespace
 
 Planes::Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px,
-               const Spread &spread, Memo *memo, uint64_t key, const Progress &progress)
-    : memo_(memo), key_(key), plan_(plan_of(outline)), reach_(reach_of(outline, capture_px)) {
+               const Spread &spread, uint64_t key, const Progress &progress)
+    : key_(key), plan_(plan_of(outline)), reach_(reach_of(outline, capture_px)) {
     for (const Parameter parameter : parameters) {
         const size_t place = place_of(parameter.kind);
         entries_.push_back({parameter,
@@ -130,8 +135,7 @@ std::vector<optics::Planes> Planes::draw(const optics::Outline &outline, const o
         request.modes.clear();
         for (const optics::Mode &change : changes)
             request.modes.push_back(&change);
-        std::vector<optics::StarImages> images = recalled<std::vector<optics::StarImages>>(
-            memo_, {key_, first}, [&] { return imager.images_of_spectra(samples, spectra, request); });
+        std::vector<optics::StarImages> images = imager.images_of_spectra(samples, spectra, request);
         for (size_t star = 0; star < 2; star++) {
             if (first == 0) {
                 planes[star].push_back(std::move(images[star].derivatives[0].image));

@@ -11,16 +11,14 @@
 
 namespace toliman::calibrate {
 
-class Memo;
-
 // Const calls may run on several threads.
 class Planes {
   public:
     // Of the instrument of `outline`, for stars up to `capture_px` from their places over the cadence. The outline is
-    // not needed afterwards. memo: keeps the images, may be NULL; key: what tells these planes from others there.
-    // spread: of the frames that are sums. progress: called during the construction only.
+    // not needed afterwards. spread: of the frames that are sums. key: what tells these planes from others. progress:
+    // called during the construction only.
     Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px,
-           const Spread &spread = {}, Memo *memo = nullptr, uint64_t key = 0, const Progress &progress = {});
+           const Spread &spread = {}, uint64_t key = 0, const Progress &progress = {});
 
     uint64_t key() const noexcept { return key_; }
     size_t parameters() const noexcept { return entries_.size(); }
@@ -59,7 +57,6 @@ class Planes {
     Buffer<double> charge(const double *values, const Places &places, double *scratch) const;
     void take(size_t entry, size_t star, Buffer<double> &image, optics::Planes &planes);
 
-    Memo *const memo_;
     const uint64_t key_;
     std::vector<Entry> entries_;
     optics::Plan plan_;

@@ -39,7 +39,7 @@ template <class... Results> struct Types {
 };
 using AllTypes = Types<calibrate::OwnOfFrames, calibrate::Linearisation, calibrate::Step, calibrate::MapStep,
                        calibrate::ResponseStep, std::vector<calibrate::Block>, std::vector<toliman::BadPixels>,
-                       toliman::Buffer<double>, std::vector<toliman::optics::StarImages>>;
+                       toliman::Buffer<double>>;
 
 } // namespace
 

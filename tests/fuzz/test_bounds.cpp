@@ -465,7 +465,6 @@ void journals() {
     constexpr uint64_t kNumbers = kMiB / 8 - 2;
     journal<calibrate::Linearisation>("journal: a matrix of 2^34 numbers", {1, kNumbers});
     journal<std::vector<calibrate::Block>>("journal: many blocks", {kNumbers});
-    journal<std::vector<optics::StarImages>>("journal: many images", {kNumbers});
     journal<std::vector<BadPixels>>("journal: many frames", {kNumbers});
     journal<calibrate::Step>("journal: many windows", {kNumbers});
 }
