@@ -1,5 +1,5 @@
 // toliman: the command line program of libtoliman.
-#include "common/fast_blas.hpp"
+#include "common/process.hpp"
 #include "options/command.hpp"
 #include "options/suggest.hpp"
 
@@ -51,7 +51,7 @@ int parse_and_run(int argc, char **argv) {
 int main(int argc, char **argv) {
     int code = kExitOk;
     const Ending ending = ending_of([&] {
-        restart_with_fast_blas(argv);
+        prepare_process(argv);
         code = parse_and_run(argc, argv);
     });
     if (ending.code == kExitOk)

@@ -4,10 +4,10 @@
 #include <optional>
 #include <sstream>
 
-#include "common/fast_blas.hpp"
 #include "common/json.hpp"
 #include "common/library.hpp"
 #include "common/output.hpp"
+#include "common/process.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"
 #include "options/help.hpp"
@@ -240,7 +240,7 @@ bool answered_alone(int argc, char **argv) {
 int main(int argc, char **argv) {
     try {
         const Ending ending = ending_of([&] { // a failure inside Ranks::together arrives as Ended
-            restart_with_fast_blas(argv);
+            prepare_process(argv);
             if (answered_alone(argc, argv))
                 return;
             const mpi::Ranks ranks;
