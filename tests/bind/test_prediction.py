@@ -1,6 +1,7 @@
 """Predicted separations against the same equations in 50 digits, effects one by one, means, partial derivatives, speed."""
 import json
 import logging
+import os
 import pathlib
 import tempfile
 import time
@@ -380,7 +381,7 @@ class Speed(unittest.TestCase):
             return time.process_time() - start
 
         each = numpy.median([seconds() for _ in range(9)]) / len(times) * 1e6
-        self.assertLess(each, 20)
+        self.assertLess(each, 20 if "TOLIMAN_EMULATED" not in os.environ else 500)
 
 
 if __name__ == "__main__":

@@ -48,7 +48,7 @@ class Follow(unittest.TestCase):
                     stream.write(whole[name][len(whole[name]) * (part - 1) // 4:len(whole[name]) * part // 4])
         outputs = set()
         for program in running:
-            output, errors = program.communicate(timeout=60)
+            output, errors = program.communicate(timeout=600)
             self.assertEqual(errors, "")
             self.assertEqual(program.returncode, 0)
             self.assertRegex(output, r"^period \d+\.\d{3} \+- \d+\.\d{3} days\n$")
