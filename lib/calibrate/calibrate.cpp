@@ -74,7 +74,8 @@ class Calibrator {
     bool iterate_map(Calibration &out);
     void choose_sign(const std::vector<bool> &even);
     bool is_possible(const Point &trial) const;
-    void aim_planes(const Point &point, bool share = false);
+    bool is_stale(const Point &point) const;
+    void aim_planes(const Point &point);
     const Planes &planes();
     Linearisation linearised(const Point &point, double blend);
     Linearisation linearised_at(const Point &trial, double blend, bool share);
@@ -93,7 +94,6 @@ class Calibrator {
     std::vector<double> planes_at_;
     Buffer<double> planes_map_m_;
     uint64_t planes_key_ = 0;       // hash of both
-    bool planes_shared_ = false;    // by a second step
     double chi_square_to_beat_ = 0; // in a trial
 };
 
@@ -154,22 +154,22 @@ bool Calibrator::is_possible(const Point &trial) const {
     });
 }
 
-// Chooses where the derivatives are taken; share: a second step may have those of the first.
-void Calibrator::aim_planes(const Point &point, bool share) {
+// Whether the derivatives are too far from this point for an exact step.
+bool Calibrator::is_stale(const Point &point) const {
     const std::vector<double> mean = mean_of(point.instrument);
     bool stale = planes_at_.empty();
     for (size_t i = 0; i < mean.size() && !stale; i++)
         stale =
             std::fabs(mean[i] - planes_at_[i]) > kStale * default_sigma(problem_.free[i].parameter, problem_.peak_e);
-    if (!stale)
+    return stale;
+}
+
+// Chooses where the derivatives are taken.
+void Calibrator::aim_planes(const Point &point) {
+    if (!is_stale(point))
         return;
-    if (share && !planes_shared_ && !planes_at_.empty()) {
-        planes_shared_ = true;
-        return;
-    }
-    planes_shared_ = false;
     planes_ = nullptr; // two at once would need twice the memory
-    planes_at_ = mean;
+    planes_at_ = mean_of(point.instrument);
     planes_map_m_ = point.map_m;
     planes_key_ = fnv1a(planes_map_m_, fnv1a(planes_at_, kFnvOffset));
 }
@@ -212,9 +212,11 @@ Linearisation Calibrator::linearised(const Point &point, double blend) {
                                    [&] { return linearise(problem_, point, planes(), blend); });
 }
 
-// A scene far from the minimum may be refused, as with a scale at which the frame shows aliases: lost.
+// share: with the present derivatives. A scene far from the minimum may be refused, as with a scale at which the frame
+// shows aliases: lost.
 Linearisation Calibrator::linearised_at(const Point &trial, double blend, bool share) {
-    aim_planes(trial, share);
+    if (!share)
+        aim_planes(trial);
     Linearisation normal = recalled<Linearisation>(problem_.memo, {hash_of(trial), bits_of(blend), planes_key_}, [&] {
         try {
             return linearise(problem_, trial, planes(), blend);
@@ -226,7 +228,7 @@ Linearisation Calibrator::linearised_at(const Point &trial, double blend, bool s
             return refused;
         }
     });
-    if (normal.refused) {
+    if (normal.refused && !share) {
         planes_at_.clear();
         aim_planes(point_);
     }
@@ -236,10 +238,11 @@ Linearisation Calibrator::linearised_at(const Point &trial, double blend, bool s
 // patience: iterations after which chi-square must be below that to beat; 0: any number.
 bool Calibrator::iterate(Calibration &out, int patience) {
     double damping = kFirstDamping, blend = 1;
-    bool shared = false; // the step has the derivatives of that before
     const int first = out.iterations;
     aim_planes(point_);
     normal_ = linearised(point_, blend);
+    bool shared = false;              // normal_ has the derivatives of the step before
+    uint64_t made_with = planes_key_; // normal_
     if (!normal_.lost && normal_.used <= unknowns())
         fail(Status::argument,
              "{count} = %zu: frames of %zu pixels that do not saturate: must be more than %zu unknowns",
@@ -248,12 +251,13 @@ bool Calibrator::iterate(Calibration &out, int patience) {
         out.iterations++;
         const double damped = blend > 0 ? damping : 0;
         const Step step = recalled<Step>(
-            problem_.memo, {hash_of(point_), bits_of(damped), bits_of(blend), bits_of(normal_.chi_square)},
+            problem_.memo, {hash_of(point_), bits_of(damped), bits_of(blend), bits_of(normal_.chi_square), made_with},
             [&] { return step_from(problem_, point_, normal_, damped); });
         const Point trial = step.solvable ? moved(point_, step.change) : point_;
         const bool near = step.solvable && step.largest < kNear && normal_.excess < kGoodFit;
         const double next_blend = near ? 0 : blend;
-        const bool share = !near && blend > 0 && patience == 0;
+        const bool share =
+            !near && blend > 0 && patience == 0 && !shared && made_with == planes_key_ && is_stale(trial);
         Linearisation next = step.solvable && is_possible(trial) ? linearised_at(trial, next_blend, share) : lost();
         const double before = per_freedom(normal_);
         const bool better = next.chi_square / normal_.excess + prior_cost(problem_, trial) <
@@ -263,15 +267,19 @@ bool Calibrator::iterate(Calibration &out, int patience) {
             point_ = trial;
             normal_ = std::move(next);
             damping = std::max(damping / 10, kLeastDamping);
-            shared = planes_shared_;
-        } else if (shared) { // the derivatives may be to blame
-            aim_planes(point_);
-            normal_ = linearised(point_, blend);
-            shared = false;
-        } else {
+            shared = share;
+            made_with = planes_key_;
+        } else if (!shared) {
             damping *= 10;
         }
         report(out, Of::parameters, accepted, step.largest);
+        if (!accepted && shared) { // the derivatives may be to blame
+            aim_planes(point_);
+            normal_ = linearised(point_, blend);
+            made_with = planes_key_;
+            shared = false;
+            continue;
+        }
         if (!accepted && step.solvable && step.largest < kAtMinimum && normal_.excess > kGoodFit) {
             normal_ = linearised(point_, 0);
             return !normal_.lost;

@@ -3,10 +3,10 @@
 // recalled results, which takes milliseconds, up to the first that is missing: damping, phase and choices of the
 // calibration need no state of their own, and the bits are those of an undisturbed one. Each result has as key a hash
 // of what it was computed from. Where the steps differ from those of the earlier process, as with more iterations, no
-// key fits, and the rest of the journal is dropped. Long functions keep parts of their result in the same way:
-// blocks of some frames, products of the conjugate gradients. The parts are replaced by the result
-// once it is complete. Rejected: to save the parameters, and to start there. Damping, derivatives and the stage of the
-// work then differ, and the result with them.
+// key fits, and the rest of the journal is dropped. Long functions keep parts of their result in the same way: blocks
+// of some frames, products of the conjugate gradients. The parts are replaced by the result once it is complete.
+// Derivative images are not kept: 400 MB take a disk longer than the processor. Rejected: to save the parameters, and
+// to start there. Damping, derivatives and the stage of the work then differ, and the result with them.
 #include "calibrate/memo.hpp"
 
 #include <cstring>

@@ -21,9 +21,9 @@ namespace {
 
 using Kind = Parameter::Kind;
 
-constexpr double kAccuracy = 1e-4;     // of the planes
-constexpr double kHalfBandShare = 0.5; // of it, for their interpolation
-constexpr size_t kModesAtOnce = 8;     // of one propagation, which holds their fields and images
+constexpr double kAccuracy = 1e-4;      // of the planes
+constexpr double kHalfBandShare = 0.25; // of it, for their interpolation
+constexpr size_t kModesAtOnce = 8;      // of one propagation, which holds their fields and images
 
 size_t place_of(Kind kind) noexcept {
     return kind == Kind::jitter_xx || kind == Kind::diffusion ? 3
@@ -46,11 +46,11 @@ Buffer<double> *geometry_of(Kind kind, optics::StarImages &images) noexcept {
 
 optics::Plan plan_of(const optics::Outline &outline) {
     Scene rough = outline.scene;
-    rough.accuracy = std::max(rough.accuracy, kAccuracy);
+    rough.accuracy = std::max(rough.accuracy, (1 - kHalfBandShare) * kAccuracy);
     optics::Plan plan =
         optics::make_plan(rough, outline.pupil, outline.light, outline.plan.engine, outline.plan.workers);
     if (plan.engine == optics::EngineKind::matrix_dft)
-        plan.atlas.half_band = optics::make_half_band(plan.atlas.cutoff, kHalfBandShare * rough.accuracy);
+        plan.atlas.half_band = optics::make_half_band(plan.atlas.cutoff, kHalfBandShare * kAccuracy);
     return plan;
 }
 

@@ -1,8 +1,8 @@
 // Method: an integrated pixel is the convolution of the image with the square pixel. The image is sampled
-// `oversampling` times finer per axis, with a margin, and a short filter (PixelFilter) integrates the samples
-// over each pixel; the plan chooses both for the accuracy of the scene. Offsets and displacements are in units of the
-// finer sample meanwhile, so that derivatives of order n are multiplied by finer^n afterwards, and intensities by
-// finer^2.
+// `oversampling` times finer per axis, with a margin, and a short filter (PixelFilter) integrates the samples over
+// each pixel; the plan chooses both for the accuracy of the scene. Where every other sample determines the image
+// (half_band.cpp), only these are propagated. Offsets and displacements are in units of the propagated sample
+// meanwhile, so that derivatives of order n are multiplied by finer^n afterwards, and intensities by finer^2.
 #include "optics/imager.hpp"
 
 #include <cmath>
@@ -92,16 +92,20 @@ void Imager::to_pixels(StarImages &images) const {
     for (Buffer<double> &mode : images.modes)
         work.push_back({&mode, 0});
     const Grid dense = sampling_grid(plan_.pixels, filter);
-    run_jobs(workers_, work.size(), [&](size_t i) {
-        Buffer<double> &image = *work[i].image;
+    std::vector<Buffer<double>> pixels(work.size(), Buffer<double>(plan_.pixels.rows * plan_.pixels.cols));
+    run_jobs(workers_, work.size(), [&](size_t i) { // a worker allocates nothing that remains
+        Buffer<double> made;
+        const Buffer<double> *image = work[i].image;
         if (!half_band.empty())
-            image = interpolated(image, dense, half_band);
+            image = &(made = interpolated(*image, dense, half_band));
         if (!filter.empty())
-            image = filtered(image, plan_.pixels, filter);
+            image = &(made = filtered(*image, plan_.pixels, filter));
         const double samples = std::pow(finer(), static_cast<double>(2 + work[i].order));
-        for (double &value : image)
-            value *= samples;
+        for (size_t pixel = 0; pixel < pixels[i].size(); pixel++)
+            pixels[i][pixel] = samples * (*image)[pixel];
     });
+    for (size_t i = 0; i < work.size(); i++)
+        *work[i].image = std::move(pixels[i]);
 }
 
 Buffer<double> Imager::opd_gradient(const Light &light, size_t star, const Buffer<double> &weights) const {

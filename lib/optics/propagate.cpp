@@ -4,7 +4,7 @@
 // a the area of a pixel in units of p^2.
 // Derivatives are exact: d/du_0 multiplies E by (2 pi i/lambda) x, defocus by (2 pi i/lambda) Z_4, so that each is one
 // more propagated field, and Leibniz' rule makes the derivatives of |F|^2 = F conj(F) from their products. Finite
-// differences would amplify rounding errors. ImageList are in double precision: in single precision the difference
+// differences would amplify rounding errors. Images are in double precision: in single precision the difference
 // image of a displacement of 1e-6 px is 33 % wrong.
 #include "optics/propagate.hpp"
 
@@ -80,9 +80,20 @@ std::vector<FieldProduct> products_of(const std::vector<Order> &orders, size_t f
 }
 
 // What no thread uses at present, of several megabytes each, so that a thread's next chunk takes that of its last one.
+// It is released on the thread of the pool, also after a failure: its memory may be the caller's.
 template <class T> class Pool {
   public:
-    explicit Pool(std::function<T()> make) : make_(std::move(make)) {}
+    Pool(size_t most, std::function<T()> make) : make_(std::move(make)) { idle_.reserve(most); }
+    struct Loan {
+        explicit Loan(Pool &pool) : lender(pool), one(pool.take()) {}
+        ~Loan() { lender.give_back(std::move(one)); }
+        Loan(const Loan &) = delete;
+        Loan &operator=(const Loan &) = delete;
+        Pool &lender;
+        T one;
+    };
+
+  private:
     T take() {
         {
             const std::lock_guard<std::mutex> lock(mutex_);
@@ -94,7 +105,7 @@ template <class T> class Pool {
         }
         return make_();
     }
-    void give_back(T one) {
+    void give_back(T one) noexcept {
         const std::lock_guard<std::mutex> lock(mutex_);
         idle_.push_back(std::move(one));
     }
@@ -213,54 +224,54 @@ Buffer<double> stretched(const StarImages &images, const Light &light, const Gri
     return result;
 }
 
-// The sum of the chunks in their order. A chunk waits for those before it, so that few are held at once.
+// The sum of the chunks in their order. A chunk waits for those before it, so that a few are held at once, rarely all.
 class ChunkSums {
   public:
-    ChunkSums(size_t chunks, Pool<ImageList> &pool) : waiting_(chunks), pool_(pool) {}
-    void add(size_t chunk, ImageList images) {
-        const std::lock_guard<std::mutex> lock(mutex_);
+    using Loan = std::unique_ptr<Pool<ImageList>::Loan>;
+    ChunkSums(size_t chunks, ImageList zeros) : waiting_(chunks), sums_(std::move(zeros)) {}
+    void add(size_t chunk, Loan images) {
+        std::unique_lock<std::mutex> lock(mutex_);
         waiting_[chunk] = std::move(images);
-        for (; next_ < waiting_.size() && !waiting_[next_].empty(); next_++) {
-            ImageList &part = waiting_[next_];
-            if (next_ == 0) {
-                sums_ = std::move(part);
-                continue;
-            }
+        while (!adding_ && next_ < waiting_.size() && waiting_[next_] != nullptr) {
+            const Loan part = std::move(waiting_[next_++]);
+            adding_ = true; // others continue with their next chunk
+            lock.unlock();
             for (size_t image = 0; image < sums_.size(); image++)
                 for (size_t i = 0; i < sums_[image].size(); i++)
-                    sums_[image][i] += std::exchange(part[image][i], 0);
-            pool_.give_back(std::move(part));
+                    sums_[image][i] += std::exchange(part->one[image][i], 0);
+            lock.lock();
+            adding_ = false;
         }
     }
     ImageList release() noexcept { return std::move(sums_); }
 
   private:
     std::mutex mutex_;
-    std::vector<ImageList> waiting_;
+    bool adding_ = false;
+    std::vector<Loan> waiting_;
     size_t next_ = 0;
     ImageList sums_;
-    Pool<ImageList> &pool_;
 };
 
-// ChunkSums of the chunks, of one spectrum after the other.
+// Sums of the chunks, of one spectrum after the other.
 ImageList sums_of(const Engine &engine, const Task &task, unsigned workers,
                   const std::function<void(double)> &on_progress) {
     const size_t count = task.light.wavelength_m.size(), chunks = std::min(count, kWavelengthChunks);
-    Pool<std::unique_ptr<Transform>> transforms([&] { return engine(task.grid, task.images()); });
-    Pool<ImageList> zeros([&] {
+    const auto zeros = [&] {
         return ImageList(task.spectra.size() * task.images(), Buffer<double>(task.grid.rows * task.grid.cols));
-    });
-    ChunkSums sums(chunks, zeros);
+    };
+    Pool<std::unique_ptr<Transform>> transforms(chunks, [&] { return engine(task.grid, task.images()); });
+    Pool<ImageList> images(chunks, zeros);
+    ChunkSums sums(chunks, zeros());
     run_jobs(
         workers, chunks,
         [&](size_t part) {
-            std::unique_ptr<Transform> transform = transforms.take();
-            ImageList images = zeros.take();
-            Chunk chunk(task, *transform, images);
+            auto own = std::make_unique<Pool<ImageList>::Loan>(images);
+            const Pool<std::unique_ptr<Transform>>::Loan transform(transforms);
+            Chunk chunk(task, *transform.one, own->one);
             for (size_t i = part; i < count; i += chunks)
                 chunk.add(i);
-            transforms.give_back(std::move(transform));
-            sums.add(part, std::move(images));
+            sums.add(part, std::move(own));
         },
         on_progress);
     return sums.release();

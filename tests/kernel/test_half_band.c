@@ -66,6 +66,33 @@ TEST(adjoint_is_the_transpose) {
     }
 }
 
+size_t shim_half_band_images(const char *scene_json, double accuracy, double *difference);
+
+TEST(images_are_those_of_all_samples) {
+    static const char kScene[] =
+        "{\"schema\": \"toliman-scene/1\","
+        " \"telescope\": {\"aperture_m\": 0.125, \"pupil_samples\": 96,"
+        "  \"struts\": {\"count\": 3, \"width_m\": 0.003, \"angle_deg\": 20},"
+        "  \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 292.5, \"edges\": \"area\","
+        "   \"terms\": [{\"a\": 1, \"f\": 1.2, \"m\": -5, \"p\": 1}]}},"
+        " \"band\": {\"min_nm\": 530, \"max_nm\": 640, \"step_nm\": 10},"
+        " \"stars\": {\"A\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5790}, \"photons_per_s\": "
+        "7e11}},"
+        " \"binary\": {\"offsets_px\": {\"A\": [0, 0]}}, \"cadence\": {\"frames\": 4, \"interval_days\": 30, "
+        "\"exposure_s\": 1},"
+        " \"detector\": {\"shape\": [48, 40], \"pixel_scale_arcsec\": 0.375}, \"accuracy\": 1e-9}";
+    static const double accuracies[] = {1e-4, 1e-6};
+    for (size_t a = 0; a < 2; a++) {
+        double difference[11]; /* of ten images, and of the adjoint */
+        assert_in_range(shim_half_band_images(kScene, accuracies[a], difference), 10, 40);
+        for (size_t i = 0; i < 10; i++)
+            if (!(difference[i] <= accuracies[a]))
+                fail_msg("accuracy %g: image %zu differs by %g of its largest value", accuracies[a], i, difference[i]);
+        if (!(difference[10] <= 1e-11))
+            fail_msg("the adjoint differs by %g", difference[10]);
+    }
+}
+
 TEST(wide_bands_need_every_sample) {
     assert_int_equal(shim_half_band(0.23, 1e-5), 0);
     assert_int_equal(shim_half_band(0.4, 1e-5), 0);

@@ -53,11 +53,19 @@ static double two_frames[2 * kPixels];
 static size_t weights_size, state_size, bank_size;
 
 /* Each creates an object with an allocator. */
-static toliman_status sim_in(const toliman_allocator *allocator, void **out) {
+static toliman_status sim_of(uint32_t threads, const toliman_allocator *allocator, void **out) {
     char json[2048];
     const size_t size = write_scene(json, sizeof json, kSide, kSide, 0, "");
-    const toliman_sim_options options = {.struct_size = sizeof options, .threads = 1, .allocator = allocator};
+    const toliman_sim_options options = {.struct_size = sizeof options, .threads = threads, .allocator = allocator};
     return toliman_sim_create_json(json, size, NULL, &options, (toliman_sim **)out);
+}
+
+static toliman_status sim_in(const toliman_allocator *allocator, void **out) {
+    return sim_of(1, allocator, out);
+}
+
+static toliman_status sim_of_threads_in(const toliman_allocator *allocator, void **out) {
+    return sim_of(4, allocator, out);
 }
 
 static toliman_status cae_in(const toliman_allocator *allocator, void **out) {
@@ -137,6 +145,7 @@ static const struct kind {
     void (*end)(void *);
     size_t least; /* bytes that the object needs at least */
 } kinds[] = {{"sim", sim_in, DESTROYS(sim), 2 * kPixels * 8},
+             {"sim of four threads", sim_of_threads_in, DESTROYS(sim), 2 * kPixels * 8},
              {"cae", cae_in, DESTROYS(cae), 4 * kPixels * 4},
              {"cae_load", loaded_cae_in, DESTROYS(cae), 4 * kPixels * 4},
              {"cae_load_file", cae_file_in, DESTROYS(cae), 4 * kPixels * 4},
