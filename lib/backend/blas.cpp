@@ -32,6 +32,12 @@ int vector_bits(const char *core) noexcept {
             return 256;
     return 128;
 }
+
+// OpenBLAS writes its configuration into one buffer at each call: that of two threads would be mixed.
+struct Configuration {
+    Configuration() noexcept { std::strncpy(text, openblas_get_config(), sizeof text - 1); }
+    char text[256] = "";
+};
 } // namespace
 
 const char *better_core(const char *core, int bits) noexcept {
@@ -41,7 +47,8 @@ const char *better_core(const char *core, int bits) noexcept {
 }
 
 Properties properties() noexcept {
-    return {openblas_get_corename(), openblas_get_config(), openblas_get_num_threads()};
+    static const Configuration configuration;
+    return {openblas_get_corename(), configuration.text, openblas_get_num_threads()};
 }
 
 void dgemm(bool transpose_a, size_t m, size_t n, size_t k, const double *a, size_t lda, const double *b, size_t ldb,

@@ -102,12 +102,15 @@ static long fail_at(const reference *good, const campaign *of, size_t kind, long
     return of->attempt_one(good, at, how->permanent, how->error);
 }
 
-/* Lets each of the first calls fail, then one in more and more: a search allocates a million times. */
-static void fail_each(const reference *good, const campaign *of, size_t kind) {
+/* Lets each of the first calls fail, then steps of a hundredth or a tenth, as a search allocates a million times, and
+ * the last one. */
+static void fail_many(const reference *good, const campaign *of, size_t kind) {
     const long each = now->slow || good->calls > 5000 ? 100 : 1000;
     long seen = LONG_MAX;
     for (long at = 0; seen > at; at += at < each ? 1 : 10 * at / each)
         seen = fail_at(good, of, kind, at);
+    if (good->calls > each)
+        fail_at(good, of, kind, good->calls - 1);
 }
 
 /* The short form: with growing steps, for slow functions larger ones, and the last, each failing in another way. */
@@ -127,7 +130,7 @@ static void run(const campaign *of, int all) {
     else if (!all)
         fail_some(&good, of);
     for (size_t kind = 0; all && kind < of->count && good.calls > 0; kind++)
-        fail_each(&good, of, kind);
+        fail_many(&good, of, kind);
     end_of_calls(&good);
 }
 
