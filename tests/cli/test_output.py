@@ -26,8 +26,7 @@ def json_text(value, tabs=1):
         return "[" + ", ".join(json_text(item, tabs + 1) for item in value) + "]"
     if isinstance(value, float):
         short = "%.15g" % value
-        is_same = abs(float(short) - value) <= 2**-52 * max(abs(float(short)), abs(value))
-        return short if is_same else "%.17g" % value
+        return short if float(short) == value else "%.17g" % value
     return json.dumps(value, ensure_ascii=False)
 
 

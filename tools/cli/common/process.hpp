@@ -9,10 +9,12 @@
 
 namespace cli {
 
-// Keeps the memory of images that are freed for the next ones: to touch new pages of the system took a third of the
-// processor time of a calibration.
+// Keeps the memory of images that are freed for the next ones, unless the user chose how memory is allocated: to touch
+// new pages of the system took a third of the processor time of a calibration. Images above the largest are not kept.
 inline void keep_freed_memory() {
-    constexpr int kLargestKept = 32 << 20; // bytes, the most that glibc allows
+    if (std::getenv("GLIBC_TUNABLES") != nullptr || std::getenv("MALLOC_ARENA_MAX") != nullptr)
+        return;
+    constexpr int kLargestKept = 32 << 20; // bytes, the most that every glibc allows
     ::mallopt(M_MMAP_THRESHOLD, kLargestKept);
     ::mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
     ::mallopt(M_ARENA_MAX, 1); // memory that a thread frees serves the others
