@@ -18,7 +18,7 @@ void check_name(std::string_view name, const char *what);
 uint64_t stream_digest(std::string_view session, std::string_view roi, int64_t restarts) noexcept;
 uint64_t key_digest(uint64_t stream, int64_t frame_id) noexcept;
 
-enum class FrameState : uint32_t { accepted = 1, outlier = 2, unreduced = 3, misfit = 4, quarantined = 7 };
+enum class FrameState : uint8_t { accepted = 1, outlier = 2, unreduced = 3, misfit = 4, quarantined = 7 };
 
 struct KnownFrame {
     uint64_t key;

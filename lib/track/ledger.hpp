@@ -56,6 +56,7 @@ class Ledger {
     LedgerFile::Tail find_end(const EachRecord &each);
     void check_checkpoint_mark(CheckpointMark mark) const;
     void rewrite_unsynced(uint64_t first);
+    uint64_t visit_kept(uint64_t first, uint64_t end, const EachRecord &each) const;
     void check_not_failed() const;
     void write(uint64_t records);
     void raw_record(uint64_t number, uint8_t *bytes) const;
@@ -65,6 +66,8 @@ class Ledger {
     Sync sync_;
     LedgerFile file_;
     Buffer<uint8_t> group_; // records not yet written
+    // With Access::read: the records that were valid when the ledger was opened, unless they take more than 1 GiB.
+    std::vector<uint8_t> kept_;
     uint64_t written_ = 0, synced_ = 0, waiting_ = 0, torn_ = 0;
     uint32_t chain_ = 0;
     bool failed_ = false;

@@ -128,7 +128,8 @@ bool LedgerFile::decode(const uint8_t *bytes, uint64_t number, Tail &tail, Recor
     return found == RecordStatus::whole;
 }
 
-uint64_t LedgerFile::scan(uint64_t first, uint64_t end, Tail &tail, const EachRecord &each) const {
+uint64_t LedgerFile::scan(uint64_t first, uint64_t end, Tail &tail, const EachRecord &each,
+                          std::vector<uint8_t> *kept) const {
     const size_t size = record_size();
     std::vector<uint8_t> chunk(kChunk * size);
     uint64_t number = first;
@@ -137,8 +138,11 @@ uint64_t LedgerFile::scan(uint64_t first, uint64_t end, Tail &tail, const EachRe
         const size_t count = store_->read(kName, offset_of(number), chunk.data(), asked * size) / size;
         for (size_t i = 0; i < count; i++, number++) {
             Record record;
-            if (!decode(chunk.data() + i * size, number, tail, record))
+            const uint8_t *const bytes = chunk.data() + i * size;
+            if (!decode(bytes, number, tail, record))
                 return number;
+            if (kept != nullptr)
+                kept->insert(kept->end(), bytes, bytes + size);
             each(record, number);
         }
         if (count < asked)

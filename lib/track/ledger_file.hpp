@@ -44,8 +44,10 @@ class LedgerFile {
         uint32_t chain, synced;
     };
     Tail start() const noexcept { return {chain_, 0}; }
-    // Passes valid records from number `first` to `each`. Returns the number of the first invalid one, or `end`.
-    uint64_t scan(uint64_t first, uint64_t end, Tail &tail, const EachRecord &each) const;
+    // Passes valid records from number `first` to `each`, and appends their bytes to `kept` unless it is NULL. Returns
+    // the number of the first invalid one, or `end`.
+    uint64_t scan(uint64_t first, uint64_t end, Tail &tail, const EachRecord &each,
+                  std::vector<uint8_t> *kept = nullptr) const;
     // Passes every valid record to `each` and skips damaged ones. Returns the number of those skipped.
     uint64_t salvage(const EachRecord &each) const;
     // Returns whether the invalid record `bad` had been fsync'ed, according to a later one.

@@ -7,6 +7,7 @@
 
 #include "track/interval_records.hpp"
 #include "track/registry.hpp"
+#include "track/sample_batch.hpp"
 
 namespace toliman::track {
 
@@ -31,6 +32,7 @@ class Registry::LimitChange {
     LimitChange(const LimitChange &) = delete;
     LimitChange &operator=(const LimitChange &) = delete;
 
+    bool has_changes() const noexcept { return !changes_.empty(); }
     void apply() noexcept {
         registry_.limit_ = limit_;
         registry_.apply(changes_);
@@ -78,7 +80,7 @@ void Registry::apply(const std::vector<Change> &changes) noexcept {
             continue;
         count_of(known.state())--;
         count_of(change.state)++;
-        index_.set_state(known, change.state);
+        set_state(known, change.state);
         if (!change.sample)
             continue;
         period::Sample sample = *change.sample;
@@ -94,6 +96,8 @@ void Registry::add_frame(const Record &record, const double *intervals, size_t i
     Row row;
     const std::optional<period::Sample> sample = sample_of(record, row);
     LimitChange limit(*this, chi_square_of(record), LimitChange::By::adding);
+    if (limit.has_changes())
+        settle();
     if (records_.ledger() != nullptr && records_.columns().has_intervals())
         for (const Record &part :
              interval_records(record, intervals, interval_count, records_.columns().count(), plan_.terms.sigma))
@@ -101,11 +105,29 @@ void Registry::add_frame(const Record &record, const double *intervals, size_t i
     const uint64_t number = records_.append(record);
     limit.apply();
     count_record(record, number);
-    if (sample && chi_square_of(record) <= limit_)
+    if (!sample || chi_square_of(record) > limit_)
+        return;
+    if (waiting_from_)
+        waiting_++;
+    else
         sums_.push(*sample);
 }
 
+// Frames that wait are a set below a limit of chi-square, as those in the sums of their ledger are: equal numbers are
+// the same frames.
+void Registry::settle(const period::Stream *theirs) {
+    if (!waiting_from_)
+        return;
+    const uint64_t first = *std::exchange(waiting_from_, std::nullopt);
+    const int64_t count = std::exchange(waiting_, 0);
+    if (theirs != nullptr && theirs->totals().count == count)
+        sums_.merge(*theirs);
+    else
+        push_accepted_from(first);
+}
+
 void Registry::quarantine(const KnownFrame &known, Record record) {
+    settle();
     const Record original = records_.read(known.record());
     const bool was_accepted = known.state() == FrameState::accepted;
     LimitChange limit(*this, index_.chi_square(known), LimitChange::By::removing);
@@ -128,7 +150,8 @@ void Registry::count_chi_square(const Record &record) noexcept {
         chi_squares_.remove(index_.chi_square(*known));
 }
 
-void Registry::begin_reading() noexcept {
+void Registry::begin_reading(uint64_t records) {
+    states_.resize(records);
     limit_ = std::numeric_limits<ChiBin>::max(); // until all frames are known
 }
 
@@ -143,7 +166,7 @@ void Registry::mark_misfits() noexcept {
     index_.visit_between(limit_, std::numeric_limits<ChiBin>::max(), [&](const KnownFrame &known) {
         count_of(known.state())--;
         counts_.misfit++;
-        index_.set_state(known, FrameState::misfit);
+        set_state(known, FrameState::misfit);
     });
 }
 
@@ -159,17 +182,19 @@ void Registry::push_changed(uint64_t first) {
 }
 
 void Registry::push_accepted_from(uint64_t first) {
+    SampleBatch batch(sums_, plan_.workers);
     records_.visit(first, records_.count(), [&](const Record &record, uint64_t) {
         if (record.kind != Kind::accepted && record.kind != Kind::quarantined)
             return;
         const KnownFrame &known = *index_.find(key_of(record));
         Row row;
         if (record.kind == Kind::accepted && known.state() == FrameState::accepted)
-            sums_.push(*sample_of(record, row));
+            batch.push(*sample_of(record, row), row);
         if (record.kind == Kind::quarantined && known.record() < first && index_.chi_square(known) <= limit_before_)
             if (const auto sample = sample_of(records_.read(known.record()), row))
                 sums_.retract(*sample);
     });
+    batch.finish();
 }
 
 } // namespace toliman::track

@@ -3,6 +3,8 @@
 // skipped. Only counts of frames without records (repeats) and of rejected frames depend on what was merged before: a
 // mark per foreign ledger, by its salt, holds the number of records and repeats already counted and the checksum of the
 // last record. If that checksum no longer matches, all records count as new.
+// Sums are exact, so that those of the other checkpoint are added as they are if all of its frames are new here: a
+// million samples would take seconds.
 // Salvage reads every record that is valid by itself and skips the others.
 #include <algorithm>
 #include <map>
@@ -51,7 +53,6 @@ uint64_t Tracker::merge(Store &other, bool salvage) {
     records_.check_writable();
     const std::optional<Loaded> loaded =
         load_checkpoint(other); // before the ledger, to which a writer may be appending
-    const Checkpoint none, &point = loaded ? loaded->checkpoint : none;
     const LedgerFile file(other);
     file.check_terms(plan_.terms);
     if (records_.ledger() != nullptr && file.salt() == records_.salt())
@@ -62,17 +63,25 @@ uint64_t Tracker::merge(Store &other, bool salvage) {
         check_same_setup(*theirs, plan_, other.path(Setup::kName));
     uint64_t lost = 0;
     if (salvage)
-        lost = merge_salvaged_records(file, point, theirs.has_value());
+        lost = merge_salvaged_records(file, loaded ? loaded->checkpoint : Checkpoint(), theirs.has_value());
     else
-        merge_all_records(other, point, theirs.has_value());
+        merge_all_records(other, loaded, theirs.has_value());
     if (records_.names() != nullptr)
         merge_names(Names(other));
     records_.commit();
     return lost;
 }
 
+// Whether the sums of a checkpoint are those of its whole ledger, computed with this tracker's setup.
+bool Tracker::has_all_sums(const Ledger &theirs, const std::optional<Loaded> &loaded) const {
+    return loaded && loaded->checkpoint.salt == theirs.salt() && loaded->checkpoint.records == theirs.count() &&
+           loaded->checkpoint.setup == setup().digest() &&
+           loaded->sums.grid().digest() == registry_.sums().grid().digest();
+}
+
 // Merges an undamaged ledger.
-void Tracker::merge_all_records(Store &other, const Checkpoint &point, bool is_known) {
+void Tracker::merge_all_records(Store &other, const std::optional<Loaded> &loaded, bool is_known) {
+    const Checkpoint none, &point = loaded ? loaded->checkpoint : none;
     const Ledger theirs(other, Access::read, plan_.terms, 1, Sync::none, {point.salt, point.records, point.chain},
                         [](const Record &, uint64_t) {});
     const std::string path = other.path(LedgerFile::kName);
@@ -82,15 +91,22 @@ void Tracker::merge_all_records(Store &other, const Checkpoint &point, bool is_k
     const bool is_continuation = records <= theirs.count() && theirs.chain_before(records) == before.chain;
     const uint64_t counted = is_continuation ? records : 0;
     std::map<uint64_t, MergeMark> counted_there; // the other ledger's own repeats, and those of ledgers merged into it
-    theirs.visit(0, theirs.count(), [&](const Record &record, uint64_t number) {
-        if (record.kind == Kind::merged)
-            counted_there[record.stream] = merge_mark_of(record);
-        else if (record.kind == Kind::intervals)
-            from.intervals.add(record);
-        else if (!merge_record(record, from, number >= counted))
-            fail(Status::format, "{%s}: record %llu: quarantines an unknown frame", path.c_str(),
-                 static_cast<unsigned long long>(number));
-    });
+    registry_.begin_waiting();
+    try {
+        theirs.visit(0, theirs.count(), [&](const Record &record, uint64_t number) {
+            if (record.kind == Kind::merged)
+                counted_there[record.stream] = merge_mark_of(record);
+            else if (record.kind == Kind::intervals)
+                from.intervals.add(record);
+            else if (!merge_record(record, from, number >= counted))
+                fail(Status::format, "{%s}: record %llu: quarantines an unknown frame", path.c_str(),
+                     static_cast<unsigned long long>(number));
+        });
+        registry_.settle(has_all_sums(theirs, loaded) ? &loaded->sums : nullptr);
+    } catch (...) {
+        registry_.settle();
+        throw;
+    }
     MergeMark merged = {theirs.salt(), static_cast<int64_t>(theirs.count()), 0, theirs.chain_before(theirs.count())};
     merged.repeats = point.salt == theirs.salt() ? unrecorded_repeats(point, counted_there[theirs.salt()]) : 0;
     for (const auto &[salt, there] : counted_there)

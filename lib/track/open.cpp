@@ -122,7 +122,7 @@ void Tracker::read_ledger(const StateFolder &folder) {
     if (plan_.reference.is_given())
         registry_.set_reducer(file.path());
     const Checkpoint none, &point = folder.loaded ? folder.loaded->checkpoint : none;
-    registry_.begin_reading();
+    registry_.begin_reading(file.count());
     records_.open(file.salt(), {point.salt, point.records, point.chain}, [&](const Record &record, uint64_t number) {
         if (number == point.records)
             registry_.mark_checkpoint();

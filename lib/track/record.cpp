@@ -43,9 +43,7 @@ uint32_t to_bytes(const Record &record, size_t columns, uint32_t synced, uint32_
     return crc;
 }
 
-RecordStatus from_bytes(const uint8_t *bytes, size_t columns, Record &record, uint32_t &synced,
-                        uint32_t &chain) noexcept {
-    const uint32_t expected = checksum(bytes, columns, chain);
+Record decoded(const uint8_t *bytes, size_t columns) noexcept {
     const uint8_t *at = bytes;
     Record read;
     read.stream = take_number(at, 8);
@@ -54,21 +52,28 @@ RecordStatus from_bytes(const uint8_t *bytes, size_t columns, Record &record, ui
         *number = static_cast<int64_t>(take_number(at, 8));
     read.value = with_bits<double>(take_number(at, 8));
     read.sigma = with_bits<double>(take_number(at, 8));
-    uint64_t kind = take_number(at, 1), reason = take_number(at, 1);
+    const uint64_t kind = take_number(at, 1), reason = take_number(at, 1);
     read.dropped = static_cast<uint32_t>(take_number(at, 2) | kind >> 4 << 16 | reason >> 4 << 20);
-    kind &= 15;
-    reason &= 15;
+    read.kind = static_cast<Kind>(kind & 15);
+    read.reason = static_cast<Reason>(reason & 15);
     for (size_t i = 0; i < columns; i++)
         read.cells[i] = take_number(at, 8);
+    return read;
+}
+
+RecordStatus from_bytes(const uint8_t *bytes, size_t columns, Record &record, uint32_t &synced,
+                        uint32_t &chain) noexcept {
+    const uint32_t expected = checksum(bytes, columns, chain);
+    const uint8_t *at = bytes + (record_size(columns) - 8);
     const auto before = static_cast<uint32_t>(take_number(at, 4));
     if (take_number(at, 4) != expected)
         return RecordStatus::torn;
     synced = before;
     chain = expected;
+    const Record read = decoded(bytes, columns);
+    const auto kind = static_cast<size_t>(read.kind), reason = static_cast<size_t>(read.reason);
     if (kind < 1 || kind > kKinds || reason >= kReasons || !std::isfinite(read.value))
         return RecordStatus::impossible;
-    read.kind = static_cast<Kind>(kind);
-    read.reason = static_cast<Reason>(reason);
     record = read;
     return RecordStatus::whole;
 }

@@ -65,6 +65,9 @@ constexpr size_t kMaxRecordSize = record_size(kMaxColumns);
 // Returns the checksum, which continues that of the record before, `chain`.
 uint32_t to_bytes(const Record &record, size_t columns, uint32_t synced, uint32_t chain, uint8_t *bytes) noexcept;
 
+// Decodes a record that from_bytes() has found whole before.
+Record decoded(const uint8_t *bytes, size_t columns) noexcept;
+
 // Decodes a record. Unless it is torn (wrong checksum), synced and chain become those of the record. A record with a
 // correct checksum and invalid content is impossible.
 enum class RecordStatus { whole, torn, impossible };

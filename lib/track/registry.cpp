@@ -89,6 +89,8 @@ void Registry::count_frame(const Record &record, uint64_t number) {
         fail(Status::format, "{%s}: record %llu: duplicate frame", records_.path(LedgerFile::kName).c_str(),
              static_cast<unsigned long long>(number));
     index_.add(key_of(record), record.content, number, state, chi_square);
+    if (number < states_.size())
+        states_[number] = state;
     streams_.add(record.stream, record.frame_id);
     count_of(state)++;
     counts_.dropped += record.dropped;
@@ -103,7 +105,7 @@ void Registry::count_quarantine(const Record &record, uint64_t number) {
     counts_.quarantined++;
     counts_.repeated++;
     counts_.dropped -= record.dropped;
-    index_.set_state(*known, FrameState::quarantined);
+    set_state(*known, FrameState::quarantined);
 }
 
 void Registry::count_merge_mark(const MergeMark &merged) {
@@ -124,7 +126,7 @@ void Registry::register_frame(const Record &record, const Frame &frame, Outcome 
     if (known == nullptr) {
         add_frame(record, frame.intervals, frame.interval_count);
         const Outcome estimated = outcome; // not in the record of every ledger
-        outcome = outcome_of(record);
+        outcome = outcome_of(record, records_.count() - 1);
         outcome.goodness = estimated.goodness;
         outcome.bad_pixels = estimated.bad_pixels;
         return;
@@ -138,7 +140,13 @@ void Registry::register_frame(const Record &record, const Frame &frame, Outcome 
     count_repeats(1);
 }
 
-Outcome Registry::outcome_of(const Record &record) const {
+void Registry::set_state(const KnownFrame &known, FrameState state) noexcept {
+    index_.set_state(known, state);
+    if (known.record() < states_.size())
+        states_[known.record()] = state;
+}
+
+Outcome Registry::outcome_of(const Record &record, uint64_t number) const {
     Outcome outcome;
     outcome.flaw.reason = record.reason;
     outcome.tai_ns = plan_.clock.tai_ns(record.camera_ns).value_or(record.tai_ns);
@@ -150,7 +158,8 @@ Outcome Registry::outcome_of(const Record &record) const {
     outcome.sigma = record.sigma;
     if (const double value = value_of(record); std::isfinite(value))
         outcome.value = value;
-    switch (index_.find(key_of(record))->state()) {
+    switch (record.kind != Kind::quarantined && number < states_.size() ? states_[number]
+                                                                        : index_.find(key_of(record))->state()) {
     case FrameState::accepted:
         outcome.verdict = Verdict::accepted;
         break;

@@ -43,8 +43,8 @@ class Registry {
     // Whether the sums cover a frame of this time.
     bool covers(int64_t tai_ns) const noexcept;
     bool is_misfit(double chi_square) const noexcept { return bin_of(chi_square) > limit_; }
-    // Returns the current outcome of a record: that of its key, which may have been quarantined since.
-    Outcome outcome_of(const Record &record) const;
+    // Returns the current outcome of a record and its number: that of its key, which may have been quarantined since.
+    Outcome outcome_of(const Record &record, uint64_t number) const;
     // Returns the sample of a record, whose columns are in `row`; none unless the frame was accepted, is reduced, and
     // the sums cover it.
     std::optional<period::Sample> sample_of(const Record &record, Row &row) const noexcept;
@@ -58,13 +58,17 @@ class Registry {
 
     // While the ledger is read: counts its records without a limit of misfits; then marks these. mark_checkpoint() is
     // called where the checkpoint was written.
-    void begin_reading() noexcept;
+    void begin_reading(uint64_t records);
     void count_read(const Record &record, uint64_t number);
     void mark_checkpoint() noexcept { limit_before_ = bin_of(chi_limit()); }
     void mark_misfits() noexcept;
     // Pushes the accepted frames of the records from number `first`, and retracts the samples of earlier records whose
     // keys these quarantine. Frames of keys that are quarantined now are never pushed.
     void push_accepted_from(uint64_t first);
+    // Until settle(), samples of added frames are not pushed. settle() pushes them, or adds `theirs`, the sums
+    // of a ledger whose frames were added and that were computed with this setup, if these are the same samples.
+    void begin_waiting() noexcept { waiting_from_ = records_.count(); }
+    void settle(const period::Stream *theirs = nullptr);
     // Frames of the first `first` records that have entered or left the sums by the limit since the checkpoint.
     void push_changed(uint64_t first);
 
@@ -95,12 +99,15 @@ class Registry {
     // Value of a record in the sums; NaN if it is not reduced.
     double value_of(const Record &record) const noexcept { return reducer_ ? reducer_->value(record) : record.value; }
     FrameState state_of(const Record &record) const noexcept;
+    void set_state(const KnownFrame &known, FrameState state) noexcept;
     int64_t &count_of(FrameState state) noexcept;
 
     const Plan &plan_;
     Records &records_;
     period::Stream &sums_;
     FrameIndex index_;
+    // Of the frames of the records that were read, by number: the slots of the index are all over the memory.
+    std::vector<FrameState> states_;
     Streams streams_;
     Counts counts_;
     ChiSquares chi_squares_;
@@ -108,6 +115,9 @@ class Registry {
     ChiBin limit_before_ = kNoBin; // when the checkpoint was written
     GoodnessColumns goodness_;
     std::optional<Reducer> reducer_; // with a reference
+    // Number of the first record whose sample waits for settle(), and how many do.
+    std::optional<uint64_t> waiting_from_;
+    int64_t waiting_ = 0;
 };
 
 } // namespace toliman::track

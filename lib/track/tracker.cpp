@@ -47,12 +47,12 @@ void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t 
 
 void Tracker::visit(uint64_t first, uint64_t most, const EachFrame &each) const {
     const Cells empty = columns().empty();
-    records_.visit(first, most, [&](const Record &record, uint64_t) {
+    records_.visit(first, most, [&](const Record &record, uint64_t number) {
         if (record.kind != Kind::intervals)
-            return each(record, registry_.outcome_of(record));
+            return each(record, registry_.outcome_of(record, number));
         Record part = record; // whose cells are intervals
         part.cells = empty;
-        each(part, registry_.outcome_of(part));
+        each(part, registry_.outcome_of(part, number));
     });
 }
 

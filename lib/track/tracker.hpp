@@ -120,7 +120,8 @@ class Tracker {
         Record record(const Record &found) const noexcept;
     };
     Foreign foreign(const Columns &columns, bool is_known) const;
-    void merge_all_records(Store &other, const Checkpoint &point, bool is_known);
+    void merge_all_records(Store &other, const std::optional<Loaded> &loaded, bool is_known);
+    bool has_all_sums(const Ledger &theirs, const std::optional<Loaded> &loaded) const;
     uint64_t merge_salvaged_records(const LedgerFile &file, const Checkpoint &point, bool is_known);
     bool merge_record(const Record &found, const Foreign &from, bool is_new);
     void merge_names(const Names &names);

@@ -96,6 +96,54 @@ TEST(pure_signal_row) {
     toliman_period_destroy(period);
 }
 
+/* Where the power in 113 bits has fallen to half of that at f, in steps of `step` from there; 0 if not in 500. */
+static double quad_half_power(const quad_samples *samples, quad f, quad step) {
+    const quad half = (1 - quad_residual(samples, f, 0)) / 2;
+    quad inside = 0, outside = step;
+    for (int i = 0; 1 - quad_residual(samples, f + outside, 0) > half; i++) {
+        if (i == 500)
+            return 0;
+        inside = outside;
+        outside += step;
+    }
+    for (int i = 0; i < 40; i++) {
+        const quad middle = (inside + outside) / 2;
+        *(1 - quad_residual(samples, f + middle, 0) > half ? &inside : &outside) = middle;
+    }
+    return (double)fabsq(inside);
+}
+
+/* Frequency and width of fits, against the residual in 113 bits: from noise alone to a signal of 1e9 sigma. */
+TEST(fits_have_the_least_residual_and_their_width) {
+    enum { N = 150 };
+    const double amplitudes[] = {0, 1, 30, 1e4, 1e9};
+    for (size_t a = 0; a < sizeof amplitudes / sizeof *amplitudes; a++) {
+        uint64_t state = 5 + a;
+        for (size_t i = 0; i < N; i++) {
+            times[i] = 1000 * uniform(&state);
+            sigmas[i] = 1 + uniform(&state);
+            values[i] = amplitudes[a] * sin(2 * M_PI * times[i] / 37.3 + 1) + sigmas[i] * noise(&state);
+        }
+        toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
+        options.value_bound = 1e10;
+        toliman_period *period = make(1e-3, 2e-4, 400, &options);
+        assert_ok(toliman_period_push_many(period, times, values, sigmas, N));
+        toliman_period_peak fit = {.struct_size = sizeof fit};
+        assert_ok(toliman_period_query_fit(period, times, values, sigmas, NULL, N, &fit));
+        const quad_samples samples = {times, values, sigmas, N, NULL};
+        const quad h = QUAD(1e-12);
+        const quad low = quad_residual(&samples, fit.frequency - h, 0),
+                   high = quad_residual(&samples, fit.frequency + h, 0);
+        const quad bend = low - 2 * quad_residual(&samples, fit.frequency, 0) + high;
+        /* rounding of the frequency to double, or 1e-8 of its error */
+        assert_close((double)(h * (high - low) / 2 / bend), 0, 0, 1e-8 * fit.frequency_error + 4e-18);
+        const double width = quad_half_power(&samples, fit.frequency, QUAD(1e-5)) +
+                             quad_half_power(&samples, fit.frequency, -QUAD(1e-5));
+        assert_close(fit.fwhm, width, 1e-8, 0);
+        toliman_period_destroy(period);
+    }
+}
+
 TEST(fit_recovers_parameters) {
     const size_t n = 1095;
     uint64_t state = 77;

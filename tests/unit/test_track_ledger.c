@@ -300,4 +300,39 @@ TEST_WITH(repeats_of_an_older_checkpoint_count_once, prepare, tear_down) {
     toliman_track_destroy(track);
 }
 
+/* The sums of more records than are pushed together: by one thread and by three, and merged as they were saved, or
+ * without a checkpoint, or with two frames that are known already. */
+/* promises: arrival-order-changes-no-bit, folders-merge-in-any-order */
+TEST_IN_FOLDER(sums_of_many_records_have_the_same_bits) {
+    enum { MANY = 20000, KNOWN = 2 };
+    toliman_track_options options = small_options(folder);
+    options.ledger.capacity = 2 * MANY;
+    options.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;
+    toliman_track *track = make_track(&options);
+    push_range(track, 1, MANY);
+    assert_ok(toliman_track_save(track));
+    toliman_track_destroy(track);
+    toliman_period *clean = clean_period(&options);
+    for (int64_t id = 1; id <= MANY; id++)
+        push_clean(clean, id);
+    toliman_track_options merged = options;
+    merged.folder = NULL;
+    for (int known = 0; known <= KNOWN; known += KNOWN)
+        for (int saved = 1; saved >= 0; saved--) {
+            toliman_track *other = make_track(&merged);
+            push_range(other, 1, known);
+            if (!saved)
+                assert_int_equal(unlink(checkpoint), 0);
+            assert_ok(toliman_track_merge(other, folder, 0, NULL));
+            assert_int_equal(info_of(other).repeated, known);
+            assert_same_periods(period_of(other), clean);
+            toliman_track_destroy(other);
+            options.threads = saved ? 1 : 3;
+            track = make_track(&options); /* saves the sums again */
+            assert_same_periods(period_of(track), clean);
+            toliman_track_destroy(track);
+        }
+    toliman_period_destroy(clean);
+}
+
 RUN_TESTS(NULL, NULL)

@@ -14,8 +14,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
+#include <string>
 
 #include "base/bytes.hpp"
 #include "base/error.hpp"
@@ -45,16 +45,11 @@ void fold_pair(int64_t &lo, int64_t &hi) noexcept {
     lo &= kernels::kFoldBase - 1;
 }
 
-// Prefix of messages: "sample 3: ", empty for a single sample.
-struct SamplePrefix {
-    explicit SamplePrefix(int64_t index) noexcept {
-        if (index >= 0)
-            std::snprintf(text, sizeof text, "sample %lld: ", static_cast<long long>(index));
-    }
-    char text[32] = "";
-};
-
 } // namespace
+
+std::string prefix_of_sample(int64_t index) {
+    return index >= 0 ? "sample " + std::to_string(index) + ": " : "";
+}
 
 void Grid::check() const {
     if (!(std::isfinite(f0) && f0 >= 0))
@@ -151,30 +146,31 @@ bool Stream::covers(const Sample &sample) const noexcept {
 
 void Stream::check(const Sample &sample, int64_t index) const {
     const double t = sample.t, y = sample.y, sigma = sample.sigma, elapsed = std::fabs(sample.t_high);
-    const SamplePrefix place(index);
-    const char *where = place.text;
+    const auto where = [index] { return prefix_of_sample(index); };
     if (!std::isfinite(t) || std::isnan(elapsed + sample.t_low))
-        fail(Status::argument, "%s{t} = %g: must be finite", where, t);
+        fail(Status::argument, "%s{t} = %g: must be finite", where().c_str(), t);
     if (!std::isfinite(y))
-        fail(Status::argument, "%s{y} = %g: must be finite", where, y);
+        fail(Status::argument, "%s{y} = %g: must be finite", where().c_str(), y);
     if (!(std::isfinite(sigma) && sigma > 0))
-        fail(Status::argument, "%s{sigma} = %g: must be finite and above 0", where, sigma);
+        fail(Status::argument, "%s{sigma} = %g: must be finite and above 0", where().c_str(), sigma);
     if (!(elapsed <= kMaxTime))
-        fail(Status::range, "%s{t} = %g: must be within %g of time_offset = %g", where, t, kMaxTime, grid_.time_offset);
+        fail(Status::range, "%s{t} = %g: must be within %g of time_offset = %g", where().c_str(), t, kMaxTime,
+             grid_.time_offset);
     if (!is_within_cycles(sample))
-        fail(Status::range, "%s{t} = %g: must be within 2^50 cycles of time_offset", where, t);
+        fail(Status::range, "%s{t} = %g: must be within 2^50 cycles of time_offset", where().c_str(), t);
     if (!(std::fabs(y - grid_.value_offset) <= grid_.value_bound))
         fail(Status::range, "%s{y} = %g: must be within value_bound = %g of value_offset = %g, both fixed at creation",
-             where, y, grid_.value_bound, grid_.value_offset);
+             where().c_str(), y, grid_.value_bound, grid_.value_offset);
     if (sigma < grid_.sigma_floor)
         fail(Status::range, "%s{sigma} = %g: must be at least sigma_floor = %g, the smallest sigma, fixed at creation",
-             where, sigma, grid_.sigma_floor);
+             where().c_str(), sigma, grid_.sigma_floor);
     if (sigma > grid_.sigma_ceiling)
         fail(Status::range, "%s{sigma} = %g: must be at most sigma_ceiling = %g, the largest sigma, fixed at creation",
-             where, sigma, grid_.sigma_ceiling);
-    check_basis(sample, where);
+             where().c_str(), sigma, grid_.sigma_ceiling);
+    check_basis(sample, index);
     if (totals_.count + std::max<int64_t>(0, index) >= kMaxSamples)
-        fail(Status::range, "%stoo many samples: must be at most %lld", where, static_cast<long long>(kMaxSamples));
+        fail(Status::range, "%stoo many samples: must be at most %lld", where().c_str(),
+             static_cast<long long>(kMaxSamples));
 }
 
 void WeightingCheck::check(const Sample &sample, int64_t index) {
@@ -188,7 +184,7 @@ void WeightingCheck::check(const Sample &sample, int64_t index) {
         weighted_ = true;
     }
     if (unweighted_ && weighted_.value_or(false))
-        fail(Status::state, "%s%s: all samples must have a {sigma}, or none", SamplePrefix(index).text,
+        fail(Status::state, "%s%s: all samples must have a {sigma}, or none", prefix_of_sample(index).c_str(),
              sample.unweighted ? "has no sigma, but other samples have one"
                                : "has a sigma, but other samples have none");
 }

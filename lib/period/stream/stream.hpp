@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "base/buffer.hpp"
 #include "base/quad.hpp"
@@ -72,6 +73,9 @@ struct Sample {
     bool unweighted = false;         // given without a sigma: has the weight of sigma_floor
     const double *columns = nullptr; // [grid.basis.columns]
 };
+
+// "sample 3: " for messages; empty below 0, of a single sample.
+std::string prefix_of_sample(int64_t index);
 
 class Stream {
   public:
@@ -155,7 +159,7 @@ class Stream {
     bool is_within_cycles(const Sample &sample) const noexcept;
     bool is_in_span(const Sample &sample) const noexcept;
     bool are_within_bounds(const double *columns) const noexcept;
-    void check_basis(const Sample &sample, const char *where) const;
+    void check_basis(const Sample &sample, int64_t index) const;
     template <class Real> Real sum_at(size_t sum, int64_t k, double unit) const noexcept {
         return carry_save_value<Real>(*low(sum, k), *high(sum, k)) * static_cast<Real>(unit);
     }

@@ -21,22 +21,23 @@ bool Stream::are_within_bounds(const double *columns) const noexcept {
     return true;
 }
 
-void Stream::check_basis(const Sample &sample, const char *where) const {
+void Stream::check_basis(const Sample &sample, int64_t index) const {
+    const auto where = [index] { return prefix_of_sample(index); };
     const Basis &basis = grid_.basis;
     if (!is_in_span(sample))
-        fail(Status::range, "%s{t} = %.9g: must be in the span of the trend, [%.9g, %.9g], fixed at creation", where,
-             sample.t, basis.start, basis.end);
+        fail(Status::range, "%s{t} = %.9g: must be in the span of the trend, [%.9g, %.9g], fixed at creation",
+             where().c_str(), sample.t, basis.start, basis.end);
     if (basis.columns > 0 && sample.columns == nullptr)
         fail(Status::argument,
-             "%s{rows}: the periodogram has %d columns: give their values, as to toliman_period_push_samples", where,
-             basis.columns);
+             "%s{rows}: the periodogram has %d columns: give their values, as to toliman_period_push_samples",
+             where().c_str(), basis.columns);
     for (size_t c = 0; c < static_cast<size_t>(basis.columns); c++) {
         const double value = sample.columns[c];
         if (!std::isfinite(value))
-            fail(Status::argument, "%s{rows}: column %zu = %g: must be finite", where, c, value);
+            fail(Status::argument, "%s{rows}: column %zu = %g: must be finite", where().c_str(), c, value);
         if (!(std::fabs(value) <= basis.bound[c]))
             fail(Status::range, "%s{rows}: column %zu = %g: must be in [-%g, %g], column_bound, fixed at creation",
-                 where, c, value, basis.bound[c], basis.bound[c]);
+                 where().c_str(), c, value, basis.bound[c], basis.bound[c]);
     }
 }
 

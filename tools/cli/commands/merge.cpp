@@ -25,6 +25,7 @@ struct MergeOptions {
     SetupOptions setup;
 };
 
+constexpr uint32_t kMergedGroup = 65536; // records per fsync: nothing is lost with a folder that has no name yet
 constexpr char kBounds[] = " (--value-bound, --sigma-floor, --sigma-ceiling of the run that made the first state)";
 
 // Refuses a state that was given before, as the same file or as a copy: its samples would count twice. The same samples
@@ -150,6 +151,7 @@ void merge_folders(MergeOptions &options, Progress &progress) {
     NewFolder folder(out);
     how.folder = folder.made().c_str();
     how.ledger.capacity = std::min(records, int64_t{1} << 28);
+    how.ledger.group = kMergedGroup;
     how.ledger.setup_folder = how.grid.nf > 0 ? folders.front().c_str() : nullptr;
     if (has_setup)
         setup.set(how, progress);
