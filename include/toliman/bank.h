@@ -30,7 +30,7 @@ typedef struct toliman_bank_options {
                                      scene */
     double spacing_px;            /* largest motion of B relative to A between dates, in [0.05, 4] px; 0 = 0.5 */
     uint32_t places;              /* sub-pixel places per axis, in [1, 8]; 0 = 3 */
-    uint32_t steps;               /* of each training, in [1, 1e6]; 0 = 600 */
+    uint32_t steps;               /* of the first training, a third for others, in [1, 1e6]; 0 = 600 */
     uint64_t seed;                /* of the initial weights; 0 = 1 */
     const toliman_allocator *allocator;
     uint32_t threads;

@@ -87,7 +87,10 @@ toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_opti
         info.bytes_float32 = static_cast<uint64_t>(info.networks) * bank::weight_bytes(layout, cae::Encoding::float32);
         info.bytes_half = static_cast<uint64_t>(info.networks) * bank::weight_bytes(layout, cae::Encoding::fp16);
         const double pixels = static_cast<double>(layout.pixels()) / static_cast<double>(cae::kFlight.pixels());
-        info.train_s = kStepSeconds * pixels * options.steps * static_cast<double>(info.networks);
+        double steps = 0;
+        for (size_t i = 0; i < static_cast<size_t>(info.networks); i++)
+            steps += bank::course_of(i, dates.size(), options).steps;
+        info.train_s = kStepSeconds * pixels * steps;
     });
 }
 

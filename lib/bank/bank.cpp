@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <mutex>
 #include <thread>
@@ -70,6 +71,14 @@ void check_size(size_t rows, size_t cols, size_t dates, const Options &options) 
     if (dates * places * places > kMostNetworks)
         fail(Status::argument, "{options}: %zu dates with %zu places each: must be at most %zu networks", dates,
              places * places, kMostNetworks);
+}
+
+Course course_of(size_t i, size_t dates, const Options &options) noexcept {
+    const size_t places = size_t{options.places} * options.places, first = (dates - 1) / 2 * places;
+    if (i == first)
+        return {0, i, options.steps};
+    const uint32_t fewer = (options.steps + 2) / 3;
+    return i % places == 0 ? Course{1, first, fewer} : Course{2, i / places * places, fewer};
 }
 
 Network new_network(size_t i, const Options &options, cae::Encoder encoder) {
@@ -173,6 +182,24 @@ void Bank::recall(Journal *journal) {
             set_training(record->bytes, record->key, options_, networks_[record->key]);
 }
 
+void Bank::train_one(size_t i, const fit::Fit &fit, const Progress &progress) {
+    Network &network = networks_[i];
+    const Course course = course_of(i, dates_.size(), options_);
+    const Buffer<double> target = target_of(fit, network);
+    cae::TiedOptions how;
+    how.steps = course.steps;
+    how.progress = progress;
+    if (course.generation > 0)
+        how.learning_rate /= 2;
+    cae::Parameters weights = course.generation == 0 ? cae::random_encoder(*options_.layout, options_.seed)
+                                                     : networks_[course.start].encoder.weights();
+    const double cosine = cae::train_encoder(target, how, weights);
+    cae::Encoder encoder(std::move(weights));
+    network.response = encoder.response();
+    network.encoder = std::move(encoder);
+    network.cosine = cosine;
+}
+
 // The progress callback runs on the thread of the call only; workers on other threads see its answer in a flag.
 void Bank::train(const fit::Fit &fit, unsigned workers, const Progress &progress, Journal *journal) {
     recall(journal);
@@ -202,25 +229,20 @@ void Bank::train(const fit::Fit &fit, unsigned workers, const Progress &progress
         }
     } watch{progress, caller, done, networks_.size()};
     std::mutex appending;
-    run_jobs(worker_count(workers), untrained.size(), [&](size_t job) {
-        Network &network = networks_[untrained[job]];
-        const Buffer<double> target = target_of(fit, network);
-        cae::TiedOptions how;
-        how.steps = options_.steps;
-        how.progress = {Watch::look, &watch};
-        cae::Parameters weights = cae::random_encoder(*options_.layout, options_.seed);
-        const double cosine = cae::train_encoder(target, how, weights);
-        cae::Encoder encoder(std::move(weights));
-        network.response = encoder.response();
-        network.encoder = std::move(encoder);
-        network.cosine = cosine;
-        done++;
-        if (journal != nullptr) {
-            const std::vector<uint8_t> bytes = training_of(network);
-            const std::lock_guard<std::mutex> lock(appending);
-            journal->append(untrained[job], bytes);
-        }
-    });
+    for (size_t generation = 0; generation < kGenerations; generation++) {
+        std::vector<size_t> next;
+        std::copy_if(untrained.begin(), untrained.end(), std::back_inserter(next),
+                     [&](size_t i) { return course_of(i, dates_.size(), options_).generation == generation; });
+        run_jobs(worker_count(workers), next.size(), [&](size_t job) {
+            train_one(next[job], fit, {Watch::look, &watch});
+            done++;
+            if (journal != nullptr) {
+                const std::vector<uint8_t> bytes = training_of(networks_[next[job]]);
+                const std::lock_guard<std::mutex> lock(appending);
+                journal->append(next[job], bytes);
+            }
+        });
+    }
     progress.asks_to_stop("train: networks", 1); // nothing is left to stop
 }
 

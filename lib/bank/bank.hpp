@@ -37,6 +37,15 @@ struct Network {
     cae::Response response = {};
     bool trained() const noexcept { return cosine > 0; }
 };
+// Training of a network: from the weights of another one, trained before it, in so many steps.
+struct Course {
+    size_t generation; // 0: from random weights; n: from a network of an earlier generation
+    size_t start;      // number of that network
+    uint32_t steps;
+};
+constexpr size_t kGenerations = 3;
+Course course_of(size_t i, size_t dates, const Options &options) noexcept;
+
 // Network number i of a bank, [dates][places along y][places along x], without places of the stars.
 Network new_network(size_t i, const Options &options, cae::Encoder encoder);
 
@@ -104,6 +113,7 @@ class Bank {
         double x, y, distance; // displacement from the network's place to the frame's; what it does not remove
     };
     void recall(Journal *journal);
+    void train_one(size_t i, const fit::Fit &fit, const Progress &progress);
     Nearest nearest(const double *values) const noexcept;
     Buffer<double> target_of(const fit::Fit &fit, const Network &network) const;
     void measure(const fit::Fit &fit, const ImageView<const double> *counts, const fit::Prediction &prediction,
