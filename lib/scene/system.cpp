@@ -1,5 +1,7 @@
 #include "scene/system.hpp"
 
+#include <cmath>
+
 #include "backend/file.hpp"
 #include "scene/groups.hpp"
 
@@ -25,8 +27,8 @@ template <class T> constexpr Row source() {
 }
 
 constexpr Row kOrbitRows[] = {
-    required<&Orbit::period_years>("period_years", above(0, 1e6, "years"), "Period in years of 365.25 days"),
-    required<&Orbit::semi_major_arcsec>("semi_major_arcsec", above(0, 1e5, "arcsec"), "Semi-major axis"),
+    required<&Orbit::period_years>("period_years", within(1e-4, 1e6, "years"), "Period in years of 365.25 days"),
+    required<&Orbit::semi_major_arcsec>("semi_major_arcsec", within(1e-3, 1e5, "arcsec"), "Semi-major axis"),
     required<&Orbit::eccentricity>("eccentricity", kEccentricity, "Eccentricity"),
     required<&Orbit::inclination_deg>("inclination_deg", within(0, 180, "deg"),
                                       "Inclination; below 90 the position angle increases"),
@@ -58,7 +60,7 @@ constexpr Row kBarycentreRows[] = {
     required<&Barycentre::pm_ra_mas_yr>("pm_ra_mas_yr", kMotion,
                                         "Proper motion in right ascension times cos(declination)"),
     required<&Barycentre::pm_dec_mas_yr>("pm_dec_mas_yr", kMotion, "Proper motion in declination"),
-    required<&Barycentre::parallax_mas>("parallax_mas", above(0, 770, "mas"),
+    required<&Barycentre::parallax_mas>("parallax_mas", within(1e-3, 770, "mas"),
                                         "Parallax at the epoch; that of the nearest star is 768 mas"),
     required<read_radial_velocity>("radial_velocity_km_s", kVelocity, "Radial velocity; positive: recedes")
         .as(Type::number),
@@ -137,12 +139,34 @@ void check_refit(const Reader &reader, const System &system) {
                       system.refit->last);
 }
 
+constexpr double kMostVelocity = 1e4;  // km/s, of stars in any galaxy that is near enough
+constexpr double kMostMassRatio = 100; // of the masses to those of the orbit: a wrong unit gives 1e9
+
+// Units that are mistaken, as a parallax in arcsec, give motions and masses that no star has.
+void check_units(const Reader &reader, const System &system) {
+    constexpr double kPerYear = 4.740470446; // km/s, of an au
+    const auto &[orbit, centre, masses] = system.value;
+    const double motion = std::hypot(centre.pm_ra_mas_yr, centre.pm_dec_mas_yr) / centre.parallax_mas * kPerYear;
+    if (!(motion <= kMostVelocity))
+        reader.refuse(Status::scene, "barycentre",
+                      ": the proper motion at this parallax is %.3g km/s: must be at most %g: are both in mas?", motion,
+                      kMostVelocity);
+    const double axis_au = orbit.semi_major_arcsec * 1000 / centre.parallax_mas;
+    const double found = axis_au * axis_au * axis_au / (orbit.period_years * orbit.period_years),
+                 ratio = found / (masses.a_sun + masses.b_sun);
+    if (!(ratio <= kMostMassRatio && ratio >= 1 / kMostMassRatio))
+        reader.refuse(Status::scene, "masses",
+                      ": Kepler's third law gives %.3g solar masses for orbit and parallax, these are %.3g: must be "
+                      "within a factor of %g",
+                      found, masses.a_sun + masses.b_sun, kMostMassRatio);
+}
+
 constexpr Row kSystemRows[] = {
     required<check_word<System>>("schema", Words{"toliman-system/1"}, "Schema of the file"),
     optional<read_system_name>("name", "Name of the binary").as(Type::text),
     required<read_value<&Elements::orbit>>("orbit", &kOrbit),
     required<read_value<&Elements::barycentre>>("barycentre", &kBarycentre),
-    required<read_value<&Elements::masses>>("masses", &kMasses),
+    required<read_value<&Elements::masses>>("masses", &kMasses).checked<check_units>(),
     optional<&System::sigma>("sigma", &kSigma),
     optional<&System::refit>("refit", &kRefit).checked<check_refit>(),
 };

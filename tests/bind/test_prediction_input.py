@@ -139,6 +139,11 @@ class Systems(unittest.TestCase):
                 ("barycentre", {"radial_velocity_kind": "optical"}), ("barycentre", {"line_shift_km_s": 0.06}),
                 ("barycentre", {"radial_velocity_kind": "spectroscopic"}, "barycentre.line_shift_km_s"),
                 ("masses", {"A": -1}), ("masses", {"B": "heavy"}), ("sigma", {"orbits": {}}),
+                # mistaken units, and numbers that no prediction resolves
+                ("barycentre", {"parallax_mas": 0.747}, "barycentre"), ("barycentre", {"parallax_mas": 1e-300}),
+                ("barycentre", {"pm_ra_mas_yr": 0, "pm_dec_mas_yr": 0, "parallax_mas": 0.747}, "masses"),
+                ("orbit", {"semi_major_arcsec": 17493}, "masses"), ("orbit", {"semi_major_arcsec": 1e-9}),
+                ("orbit", {"period_years": 79.762 * 365.25}, "masses"), ("orbit", {"period_years": 1e-300}),
                 ("sigma", {"orbit": {"epoch": -1}}, "sigma.orbit.epoch")):
             system = copy.deepcopy(SYSTEM)
             part = system[group] if group else system

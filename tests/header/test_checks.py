@@ -131,7 +131,7 @@ class Layers(Tree):
         self.accepts("layers", "lib/period/batch/a.cpp", '#include "period/stream/b.hpp"\n#include "kernels/c.hpp"\n')
         for name, header, why in (("period/stream/a.cpp", "period/b.hpp", "lib/period/stream must not include lib/period"),
                                   ("period/batch/a.cpp", "period/noise/b.hpp", "lib/period/batch must not include lib/period/noise"),
-                                  ("period/a.cpp", "period/batch/b.hpp", "lib/period must not include lib/period/batch"),
+                                  ("period/a.cpp", "period/noise/b.hpp", "lib/period must not include lib/period/noise"),
                                   ("optics/deep/a.cpp", "optics/b.hpp", "lib/optics/deep is not a known folder")):
             self.refuses("layers", "lib/" + name, '#include "%s"\n' % header, "lib/%s:1: %s: %s" % (name, header, why))
 
