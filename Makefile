@@ -18,7 +18,7 @@ check: everything ## build and run the tests
 bench: everything ## measure speed and error, with reference programs, into build/bench and a report (40 minutes)
 	@/usr/bin/python3 tools/bench/bench.py $(BUILD)/bin $(BUILD)/bench
 	@$(BUILD)/bin/toliman report $(BUILD)/bench
-bench-%: everything ## run one benchmark, with details: sim, cae, period, weights, fit, calibrate, commands or size
+bench-%: everything ## run one benchmark, with details: sim, cae, period, weights, fit, calibrate, commands, growth or size
 	@/usr/bin/python3 tools/bench/bench.py $(BUILD)/bin $(BUILD)/bench $*
 record: bench ## run make bench and write its results to tools/bench/recorded.json and the tables of the documents
 	@/usr/bin/python3 tools/bench/record.py $(BUILD)/bench

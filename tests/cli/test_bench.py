@@ -21,6 +21,7 @@ import cae
 import calibrate
 import commands
 import fit
+import growth
 import measuring
 import period
 import record
@@ -138,7 +139,7 @@ class Bench(ProgramTest):
         done = subprocess.run(["/usr/bin/python3", BENCH / "bench.py", "bin", "out", "size", "foo"], cwd=self.folder,
                               capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stdout, done.stderr),
-                         (2, "", "bench: unknown benchmark foo: must be one of sim, cae, period, weights, fit, coadd, calibrate, python, commands, size\n"))
+                         (2, "", "bench: unknown benchmark foo: must be one of sim, cae, period, weights, fit, coadd, calibrate, python, commands, growth, size\n"))
 
     def check_rows(self, module, measured):
         """Rows by their `what`, after a check against the schema."""
@@ -175,6 +176,19 @@ class Bench(ProgramTest):
         self.expect(rows["chapter, 128 pupil samples, 9 wavelengths"], error_at="196 pixels", headline=False)
         self.expect(rows["65,536 Poisson counts of means 1e4 to 1e9"], seconds=8 * 65536e-9, ratio_peer=4.0, headline=True)
         self.expect(rows["65,536 Poisson counts of means 1e4"], peer=None, ratio_peer=None, headline=False)
+
+    def test_rows_of_growth(self):
+        of_case = {"processor_s": 1, "spread_s": 0.01, "wall_s": 0.5, "memory_bytes": 10**6}
+        measured = [{"case": make.__name__, "size": size, **of_case, "processor_s": 1 + 1e-6 * size**2}
+                    for make, _, _, sizes in growth.CASES for size in sizes]
+        rows = self.check_rows(growth, measured)
+        self.assertEqual(len(rows), len(measured))
+        largest = growth.CASES[-1][3][-1]
+        self.expect(rows[f"toliman rebuild: {largest:,} frames"], size=largest, seconds=1 + 1e-6 * largest**2, headline=True)
+        self.assertEqual(sum(row["headline"] for row in rows.values()), len(growth.CASES))
+        for power in (0.5, 1, 2):
+            self.assertAlmostEqual(growth.exponent([(size, 3 * size**power) for size in (1, 10, 1000)]), power)
+        self.assertAlmostEqual(growth.exponent([(1, 5), (10, 10), (100, 100)]), 1)  # without the smallest
 
     def test_pareto_front(self):
         choices = [{"seconds": s, "error": e} for s, e in ((1, 1e-3), (2, 1e-6), (3, 1e-6), (4, 1e-5), (5, 1e-9))]

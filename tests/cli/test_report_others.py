@@ -199,6 +199,8 @@ class Bench(ReportTest):
                 {"bench": "fit", "what": "a fit", "seconds": 1, "error": 1.0234, "error_of": "of sigma, rms", "error_largest": 2.871,
                  "error_at": "100 frames"},
                 {"bench": "commands", "what": "chapter", "seconds": 4.6, "wall_seconds": 2.3, "memory_bytes": 111661056},
+                *({"bench": "growth", "what": f"{size} frames", "series": "status", "seconds": size / 1000, "size": size,
+                   "exponent": 1.004} for size in range(1, 8)),
                 *({"bench": "a-b", "what": "x", "series": "bf16", "seconds": 1, "bytes": 1e6 + i, "efficiency": 1.01}
                   for i in range(7))]
         (self.folder / "bench").mkdir()
@@ -208,7 +210,7 @@ class Bench(ReportTest):
                 {"schema": "toliman-bench/1", "machine": {"cpu": cpu, "isa": "avx2", "cores": 2}, "rows": its}))
         (self.folder / "bench" / "other.json").write_text("[")
         page = self.report("bench", "--png", "--pdf")
-        self.check_page(self.folder / "bench" / "report", ["bench-a-b", "bench-a-b-2"], ("svg", "png", "pdf"))
+        self.check_page(self.folder / "bench" / "report", ["bench-a-b", "bench-growth", "bench-a-b-2"], ("svg", "png", "pdf"))
         # Benches of one machine share a table.
         self.assertEqual([page.text.count(text) for text in ("Machine: A <CPU>, avx2.", "Machine: Other, avx2.")], [1, 1])
         self.assertLess(page.text.index("far"), page.text.index("Machine: Other"))
@@ -221,6 +223,8 @@ class Bench(ReportTest):
         found = lines(figures["bench-a b"].axes[0])
         numpy.testing.assert_array_equal(found["Chebyshev"], [[3.2e-10, 5e-13], [0.0481, 0.069]])
         numpy.testing.assert_array_equal(found["every wavelength"], [errors, [0.0481] * 5])
+        numpy.testing.assert_array_equal(lines(figures["bench-growth"].axes[0])["status: size^1.00"],
+                                         [range(1, 8), numpy.arange(1, 8) / 1000])
         numpy.testing.assert_array_equal(lines(figures["bench-a-b"].axes[0])["bf16"][0], 1e6 + numpy.arange(7))
 
 

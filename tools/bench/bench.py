@@ -1,7 +1,7 @@
 """Runs all benchmarks and prints error, reference and speed-up of each (make bench).
 
 Usage: bench.py BIN OUT [NAME ...]. BIN is the folder of the programs; NAME is sim, cae, period, weights, fit, coadd, calibrate, python,
-commands or size (default: all). A single NAME also prints its details. Writes OUT/NAME.json (schema toliman-bench/1) and prints
+commands, growth or size (default: all). A single NAME also prints its details. Writes OUT/NAME.json (schema toliman-bench/1) and prints
 the table of tools/docs/benchmarks.md. Exits with 1 if a time is below its hardware lower bound, and leaves that row
 out."""
 import datetime
@@ -13,7 +13,7 @@ import sys
 
 import table
 
-NAMES = ("sim", "cae", "period", "weights", "fit", "coadd", "calibrate", "python", "commands", "size")
+NAMES = ("sim", "cae", "period", "weights", "fit", "coadd", "calibrate", "python", "commands", "growth", "size")
 
 
 def machine(binaries):

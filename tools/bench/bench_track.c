@@ -1,6 +1,8 @@
 /* A long run of the tracker, one JSON line per case: frames per second of processor time and of wall time, growth of
  * the memory, bytes requested. Usage: bench_track [template frames] [network frames] [frequencies]; with the third,
- * records are not fsync'ed. Run by make soak and, shorter, by make bench (commands.py). */
+ * records are not fsync'ed. Run by make soak and, shorter, by make bench (commands.py).
+ * bench_track --folder FOLDER FIRST FRAMES makes a state folder of one frame in 86.4 s, on a grid of 2,000 frequencies,
+ * for folders.py. */
 /* promises: nothing-leaks-over-a-mission, trackers-allocate-at-creation */
 #include <malloc.h>
 #include <stdio.h>
@@ -31,11 +33,12 @@ static double seconds(clockid_t clock) {
 typedef struct source {
     uint32_t *pixels; /* [BATCH][side * side] */
     size_t side;
+    int64_t interval_ns;
 } source;
 
 static source draw_frames(const toliman_sim *sim, size_t side) {
     const size_t size = side * side;
-    source out = {malloc(BATCH * size * sizeof *out.pixels), side};
+    source out = {malloc(BATCH * size * sizeof *out.pixels), side, 100000000};
     double *counts = new_image(size);
     for (size_t f = 0; f < BATCH; f++) {
         assert_ok(toliman_sim_frame(sim, &(double){0}, 5, (int64_t)f, 1, counts));
@@ -59,7 +62,7 @@ static void push_batch(toliman_track *track, const source *from, int64_t first, 
                                     .session = "soak",
                                     .roi = "core",
                                     .frame_id = id,
-                                    .camera_ns = id * 100000000,
+                                    .camera_ns = id * from->interval_ns,
                                     .pixels = pixels,
                                     .rows = (int64_t)from->side,
                                     .cols = (int64_t)from->side};
@@ -108,23 +111,55 @@ static toliman_track_options default_options(void) {
     return options;
 }
 
+static toliman_linear *make_template(source *frames) {
+    toliman_sim *small = NULL;
+    toliman_linear *linear = NULL;
+    assert_ok(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, NULL, &small));
+    assert_ok(toliman_linear_create(small, NULL, &linear));
+    *frames = draw_frames(small, 64);
+    toliman_sim_destroy(small);
+    return linear;
+}
+
+static void make_state(const char *folder, int64_t first, int64_t count) {
+    source frames;
+    toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
+    options.estimator.linear = make_template(&frames);
+    options.folder = folder;
+    options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
+    options.frames.exposure_s = 0.05;
+    options.ledger.sync = TOLIMAN_TRACK_SYNC_NONE;
+    options.ledger.capacity = count;
+    options.grid.f0 = 0.001;
+    options.grid.df = 0.0005;
+    options.grid.nf = 2000;
+    frames.interval_ns = 86400000000;
+    toliman_track *track = NULL;
+    assert_ok(toliman_track_create(&options, &track));
+    for (int64_t done = 0; done < count; done += BATCH)
+        push_batch(track, &frames, first + done, count - done < BATCH ? (size_t)(count - done) : BATCH);
+    assert_ok(toliman_track_save(track));
+    toliman_track_destroy(track);
+    free(frames.pixels);
+}
+
 int main(int count, char **arguments) {
+    if (count == 5 && strcmp(arguments[1], "--folder") == 0) {
+        make_state(arguments[2], atoll(arguments[3]), atoll(arguments[4]));
+        return 0;
+    }
     const int64_t many = count > 1 ? atoll(arguments[1]) : 1000000, few = count > 2 ? atoll(arguments[2]) : 4000;
     if (count > 3) {
         frequencies = atoll(arguments[3]);
         sync_mode = TOLIMAN_TRACK_SYNC_NONE;
     }
-    toliman_sim *small = NULL;
-    assert_ok(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, NULL, &small));
-    toliman_linear *linear = NULL;
-    assert_ok(toliman_linear_create(small, NULL, &linear));
-    source frames = draw_frames(small, 64);
+    source frames;
     toliman_track_options options = default_options();
+    toliman_linear *linear = make_template(&frames);
     options.estimator.linear = linear;
     soak("template 64x64", options, &frames, many);
     free(frames.pixels);
     toliman_linear_destroy(linear);
-    toliman_sim_destroy(small);
 
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     toliman_cae *cae = make_cae(sim, 1, 100, NULL);

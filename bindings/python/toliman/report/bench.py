@@ -17,6 +17,7 @@ _FEWEST = 7  # points of a figure
 _SPEED = ("error", "seconds", "error (relative)", "time, s", "time against error: better is lower and further left")
 _BYTES = ("bytes", "efficiency", "size of the weights file, bytes", "efficiency (no unit)",
           "efficiency against size, of the same frames: better is higher and further left")
+_GROWTH = ("size", "seconds", "frames, samples or cells", "time, s", "time against size: better is lower and flatter")
 
 
 def files_of(folder: pathlib.Path) -> list[pathlib.Path]:
@@ -56,7 +57,7 @@ def add(folder: pathlib.Path, page: Page) -> None:
 
 
 def _add_figure(bench: str, rows: list[Result], page: Page) -> None:
-    x, y, x_label, y_label, what = _BYTES if rows[0].has("bytes") else _SPEED
+    x, y, x_label, y_label, what = (_BYTES if rows[0].has("bytes") else _GROWTH if rows[0].has("size") else _SPEED)
     points: dict[str, list[tuple[float, float]]] = {}
     for row in rows:
         at = row.number(x, math.nan), row.number(y, math.nan)
@@ -65,10 +66,13 @@ def _add_figure(bench: str, rows: list[Result], page: Page) -> None:
     if sum(map(len, points.values())) < _FEWEST:
         return
     columns: dict[str, tuple[Array, Array]] = {}
+    exponents = {row.text("series", ""): row.number("exponent", math.nan) for row in rows}
     for name, of in points.items():
         array = numpy.array(of)
+        if exponents[name] > -math.inf:  # of those that have one
+            name = f"{name}: size^{exponents[name]:.2f}"
         columns[name] = array[:, 0], array[:, 1]
-    page.add_figure("bench-" + bench, figures.benchmark(columns, x_label, y_label, x == "error"), f"{bench}: {what}.")
+    page.add_figure("bench-" + bench, figures.benchmark(columns, x_label, y_label, x != "bytes"), f"{bench}: {what}.")
 
 
 def _machine(file: Result) -> str:
