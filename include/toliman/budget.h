@@ -16,10 +16,14 @@
 
 TOLIMAN_BEGIN_DECLS
 
+/* Rows: of the Zernike polynomials that are not free only those up to Noll 11, of such spectral modes those up to 2.
+ * The others take most of the time. */
+#define TOLIMAN_SIM_BUDGET_LOW_ORDERS 1u
+
 /* Options of a budget. */
 typedef struct toliman_sim_budget_options {
     uint32_t struct_size;
-    uint32_t reserved;
+    uint32_t flags;         /* TOLIMAN_SIM_BUDGET_LOW_ORDERS */
     const char *free_names; /* the free parameters; "" = none; NULL = preprocess.project */
     int64_t frames;         /* that share the parameters of the instrument, in [1, 2^50]; 0 = 1 */
     double earth_px;        /* displacement due to an Earth, in (0, 100] px; 0 = that of the scene */
@@ -83,9 +87,10 @@ typedef struct toliman_sim_budget_row {
 } toliman_sim_budget_row;
 #define TOLIMAN_SIM_BUDGET_ROW_INIT TOLIMAN_INIT(toliman_sim_budget_row)
 
-/* Writes the rows: the free parameters in the order of their names, then every other one with a derivative. The row
- * flat is the response of the pixels: its bias_px is the standard deviation due to independent errors of all.
- * Propagates the frame twice per free parameter that is not linear. Errors as toliman_sim_get_budget.
+/* Writes the rows: the free parameters in the order of their names, then every other one with a derivative, or only
+ * those of TOLIMAN_SIM_BUDGET_LOW_ORDERS. The row flat is the response of the pixels: its bias_px is the standard
+ * deviation due to independent errors of all. Propagates the frame twice per free parameter that is not linear. Errors
+ * as toliman_sim_get_budget.
  *   correlations  [side][side], or NULL: of the separation and the free parameters; NaN for one that depends on those
  *                 before it
  *   side          toliman_sim_budget.free_count + 1; not used without correlations */

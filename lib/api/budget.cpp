@@ -29,6 +29,7 @@ std::vector<Parameter> free_of(const optics::Simulator &simulator, const char *n
 // The options, checked, for one simulator.
 struct Request {
     std::vector<Parameter> free;
+    std::vector<Parameter> others;
     double frames;
     information::Earth earth;
 };
@@ -37,7 +38,9 @@ Request request_of(const optics::Simulator &simulator, const toliman_sim_budget_
     const auto known = accept(options, "options");
     const information::Earth earth = known.earth_px > 0 ? information::Earth{known.earth_px, "the options"}
                                                         : information::earth_of(simulator.scene());
-    return {free_of(simulator, known.free_names), static_cast<double>(known.frames), earth};
+    const std::vector<Parameter> free = free_of(simulator, known.free_names);
+    const bool low_orders = (known.flags & TOLIMAN_SIM_BUDGET_LOW_ORDERS) != 0;
+    return {free, information::others_than(simulator, free, low_orders), static_cast<double>(known.frames), earth};
 }
 
 // Row i of the budget.
@@ -73,7 +76,7 @@ toliman_status toliman_sim_get_budget(const toliman_sim *sim, const toliman_sim_
         budget.earth_from = request.earth.from;
         budget.free_count = request.free.size();
         budget.steps = information::budget_steps(simulator).size();
-        budget.rows = request.free.size() + information::others_than(simulator, request.free).size() + 1; // flat
+        budget.rows = request.free.size() + request.others.size() + 1; // flat
     });
 }
 
@@ -104,7 +107,8 @@ toliman_status toliman_sim_get_budget_rows(const toliman_sim *sim, const toliman
         const StructOutput<toliman_sim_budget_row> results(rows, "rows", capacity, count);
         const information::BudgetFit fit = information::fit_of(simulator.images(), request.free);
         const double tenth_px = kTenth * information::bound_with(simulator.images(), request.free);
-        const std::vector<information::BudgetRow> found = information::budget_rows(simulator, request.free, fit);
+        const std::vector<information::BudgetRow> found =
+            information::budget_rows(simulator, request.free, request.others, fit);
         results.write(found.size(), "rows",
                       [&](size_t i) { return public_row(found[i], i, fit, request.earth.px, tenth_px); });
         copy_to(correlations, fit.correlations);

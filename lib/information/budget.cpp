@@ -30,6 +30,7 @@ using Kind = Parameter::Kind;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double kEarthAu[2] = {1.23, 0.71};
+constexpr int kLastLowZernike = 11, kLastLowSpectralMode = 2;
 
 Buffer<double> whitened(const optics::Images &images, const Buffer<double> &image) {
     Buffer<double> result(image.size());
@@ -207,19 +208,25 @@ BudgetFit fit_of(const optics::Images &images, const std::vector<Parameter> &fre
     return fit;
 }
 
-std::vector<Parameter> others_than(const optics::Simulator &simulator, const std::vector<Parameter> &free) {
+std::vector<Parameter> others_than(const optics::Simulator &simulator, const std::vector<Parameter> &free,
+                                   bool low_orders) {
+    const auto is_high = [](const Parameter &parameter) {
+        const bool is_spectral = parameter.kind == Kind::spectrum_a || parameter.kind == Kind::spectrum_b;
+        return (parameter.kind == Kind::zernike && parameter.number > kLastLowZernike) ||
+               (is_spectral && parameter.number > kLastLowSpectralMode);
+    };
     std::vector<Parameter> others;
     for (const Parameter parameter : all_parameters())
-        if (parameter.kind != Kind::separation && std::find(free.begin(), free.end(), parameter) == free.end() &&
+        if (parameter.kind != Kind::separation && !(low_orders && is_high(parameter)) &&
+            std::find(free.begin(), free.end(), parameter) == free.end() &&
             why_no_derivative(simulator.scene(), simulator.plan(), parameter) == nullptr)
             others.push_back(parameter);
     return others;
 }
 
 std::vector<BudgetRow> budget_rows(const optics::Simulator &simulator, const std::vector<Parameter> &free,
-                                   const BudgetFit &fit) {
+                                   const std::vector<Parameter> &others, const BudgetFit &fit) {
     const optics::Images &images = simulator.images();
-    const std::vector<Parameter> others = others_than(simulator, free);
     images.prepare(others);
     const auto bias = [&](const Buffer<double> &image) { return bias_of(fit, whitened(images, image)); };
     std::vector<BudgetRow> rows;

@@ -54,12 +54,14 @@ struct BudgetRow {
         return free ? std::sqrt(effect_px / std::fabs(curvature_px)) : effect_px / std::fabs(bias_px);
     }
 };
-// The free parameters in the order given, then all others of the table; last `flat`, whose bias is a standard
-// deviation: that of independent responses.
+// The free parameters in the order given, then the others; last `flat`, whose bias is a standard deviation: that of
+// independent responses.
 std::vector<BudgetRow> budget_rows(const optics::Simulator &simulator, const std::vector<Parameter> &free,
-                                   const BudgetFit &fit);
+                                   const std::vector<Parameter> &others, const BudgetFit &fit);
 
-// The parameters other than the separation and these of which the scene has a derivative.
-std::vector<Parameter> others_than(const optics::Simulator &simulator, const std::vector<Parameter> &free);
+// The parameters other than the separation and these of which the scene has a derivative. low_orders: of the Zernike
+// polynomials those up to Noll 11, of the spectral modes those up to 2.
+std::vector<Parameter> others_than(const optics::Simulator &simulator, const std::vector<Parameter> &free,
+                                   bool low_orders);
 
 } // namespace toliman::information

@@ -254,6 +254,28 @@ TEST(second_order_is_not_known_for_the_padded_fft) {
     }
 }
 
+/* The same rows without modes of high order that are not free. */
+TEST(low_orders_omit_rows) {
+    toliman_sim *const sim = sim_of(kBinaryScene);
+    toliman_sim_budget_options options = with_names("zernike_20, flux_a");
+    static toliman_sim_budget_row all[ROWS], low[ROWS];
+    const size_t count = rows_of(sim, &options, all);
+    options.flags = TOLIMAN_SIM_BUDGET_LOW_ORDERS;
+    const size_t least = rows_of(sim, &options, low);
+    assert_int_equal(budget_of(sim, &options).rows, least);
+    assert_int_equal(count - least, 25 - 1 + 2 * 9); /* Noll 12 to 36 but for 20, spectral modes 3 to 11 */
+    for (size_t i = 0; i < least; i++) {
+        const toliman_sim_budget_row *const same = row_of(all, count, low[i].name);
+        assert_non_null(same);
+        assert_memory_equal(&low[i], same, sizeof low[i]);
+    }
+    assert_null(row_of(low, least, "zernike_12"));
+    assert_null(row_of(low, least, "spectrum_b_3"));
+    assert_non_null(row_of(low, least, "zernike_20"));
+    assert_non_null(row_of(low, least, "spectrum_b_2"));
+    toliman_sim_destroy(sim);
+}
+
 /* Numbers that are not finite: bind/test_options. */
 TEST(bad_arguments_are_refused) {
     toliman_sim *const sim = sim_of(kBinaryScene);

@@ -95,13 +95,6 @@ void print_json(const BudgetOptions &options, const Budget &with, const std::opt
                      .text());
 }
 
-// Parameters of high order, which only --all prints.
-bool is_of_high_order(const toliman_sim_budget_row &row) {
-    int number = 0;
-    return row.is_free == 0 && ((std::sscanf(row.name, "zernike_%d", &number) == 1 && number > 11) ||
-                                (std::sscanf(row.name, "spectrum_%*c_%d", &number) == 1 && number > 2));
-}
-
 std::string amount_text(double amount, const char *unit) {
     if (std::isnan(amount))
         return "not known";
@@ -157,14 +150,9 @@ const toliman_sim_budget_row *row_of(const std::optional<Budget> &budget, const 
 void print_rows(const BudgetOptions &options, const Budget &with, const std::optional<Budget> &without, bool free) {
     std::printf("\n%-14s %12s %14s %14s%s%s\n", free ? "fitted" : "not fitted", free ? "px per unit^2" : "px per unit",
                 "an Earth", "0.1 sigma", free ? "         fit's sigma" : "", without ? "  Earth without mask" : "");
-    bool hidden = false;
     for (const auto &row : with.rows) {
         if ((row.is_free != 0) != free)
             continue;
-        if (!options.all && is_of_high_order(row)) {
-            hidden = true;
-            continue;
-        }
         std::printf("%-14s %12s %14s %14s", row.name, number_text(free ? row.curvature_px : row.bias_px).c_str(),
                     amount_text(row.earth_amount, row.unit).c_str(),
                     amount_text(row.tenth_crb_amount, row.unit).c_str());
@@ -176,7 +164,7 @@ void print_rows(const BudgetOptions &options, const Budget &with, const std::opt
         }
         std::printf("\n");
     }
-    if (hidden)
+    if (!free && (options.budget.flags & TOLIMAN_SIM_BUDGET_LOW_ORDERS) != 0)
         std::printf("Zernike polynomials above 11 and spectral modes above 2: --all\n");
 }
 
@@ -191,6 +179,8 @@ void print_correlations(const Budget &budget) {
 void budget(BudgetOptions &options, Progress &progress) {
     if (options.free)
         options.budget.free_names = options.free->c_str();
+    if (!options.all && !options.as_json)
+        options.budget.flags = TOLIMAN_SIM_BUDGET_LOW_ORDERS;
     const Scene scene(options.scene, progress);
     const auto advance = [&](const char *stage) {
         return [&progress, stage](double fraction) {
