@@ -380,6 +380,7 @@ bool Preprocess::lower(size_t i, const Fitted &fitted, const Work &work, const B
     return true;
 }
 
+// The background determines the input only where the barycentre above it moves the crop.
 uint64_t Preprocess::digest() const noexcept {
     uint64_t hash = fnv1a(with_bits<uint64_t>(input_scale), kFnvOffset);
     for (const size_t number : {rows, cols, crop_row, crop_col, projected, static_cast<size_t>(input)})

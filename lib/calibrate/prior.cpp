@@ -1,3 +1,5 @@
+// Method: the change q of a parameter against the nominal scene has a normal prior around 0, which adds q^2/sigma^2 to
+// the sum of squares (solve.cpp). With several windows, this is the prior of the first one.
 // The default priors are wider than the as-built errors of a small telescope, so that they hold parameters in place
 // that the frames do not determine, and do not bias those that they do.
 #include "calibrate/prior.hpp"

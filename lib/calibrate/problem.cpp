@@ -1,3 +1,9 @@
+// Method: the instrument changes with time as a linear spline with nodes every `days` from the first frame at t_0 on. A
+// frame at t has the window w = floor((t - t_0)/days), the share s = (t - t_0)/days - w, and the values
+//     (1 - s) q_w + s q_(w+1).
+// A window without frames exists only as the end of one with frames. Refining halves the windows, down to four frames
+// in each on average.
+// Photons are made absolute first: relative to the brightest pixel, they would change with each step of the optics.
 #include "calibrate/problem.hpp"
 
 #include <algorithm>

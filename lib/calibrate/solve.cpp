@@ -302,6 +302,9 @@ bool Solver::solvable() const noexcept {
     return equations_->sum.solvable;
 }
 
+// In the symbols above: b, then S^-1 b, then A^-1 (a - B step) of each frame. gain is A^-1 B and inverse A^-1, both of
+// the blocks without `excess`, the factor of all variances: it divides the gradients in b, and cancels in a frame's
+// own.
 Point Solver::solve(const std::vector<Buffer<double>> &gradients, const Point *point) const {
     const Reduced &sum = equations_->sum;
     const size_t n = sum.n;

@@ -151,7 +151,7 @@ std::vector<Own> find_frames(const Problem &problem, const std::vector<double> &
         Buffer<double> counts(rows * cols);
         const fit::Prediction &prediction = problem.frames.predictions[k];
         in_frame(k, [&] {
-            problem.frames.read(k, counts.data());
+            problem.frames.read(k, counts.data()); // as recorded: find() expects counts of an ideal detector
             const std::shared_ptr<const fit::Fit> of_frame = fit::of_sum(fit, prediction.spread);
             of_frame->model().undo(counts.data());
             found[k] = find(*of_frame, {counts.data(), rows, cols, cols}, prediction, problem.capture_px);

@@ -1,6 +1,7 @@
 // Method: the fit without pixels P is that of a model with one further parameter per pixel of P, which takes its
-// residual. Eliminating the model's own parameters leaves (1 - U U^T) d = e for these. The matrix is positive definite
-// unless the other pixels leave a parameter undetermined.
+// residual. Eliminating the model's own parameters leaves (1 - U U^T) d = e for these, with the rows U of an
+// orthonormal basis of the model at P (`units`), the residuals e of the fit to all pixels, and the deleted residuals d.
+// The matrix is positive definite unless the other pixels leave a parameter undetermined.
 // Reference: Cook and Weisberg 1982, Residuals and Influence in Regression, appendix A.2.
 #include "frame/deleted_residuals.hpp"
 

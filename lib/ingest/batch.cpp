@@ -230,6 +230,8 @@ Event Batch::warning(Slot &slot) {
     return event;
 }
 
+// A restart gives two events: the warning, then, in the next call, its frame. Each event has the next of the slots, so
+// that its pixels and texts stay valid during the next calls.
 Event Batch::next() {
     Event event;
     slot_ = (slot_ + 1) % slots_.size();

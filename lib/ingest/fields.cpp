@@ -191,6 +191,8 @@ std::string_view without_remark(std::string_view line) noexcept {
     return line;
 }
 
+// Published tables have "1.25 +/- 0.03", also with the UTF-8 or the TeX sign, in one column. Elsewhere, as in the name
+// of a column, the sign remains.
 std::string without_plus_minus(std::string_view line, char separator) {
     std::string text(line);
     if (text.find_first_of("+\xc2\\") == kNone)

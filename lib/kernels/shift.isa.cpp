@@ -17,6 +17,7 @@ Vector *at(double *from) noexcept {
     return reinterpret_cast<Vector *>(from);
 }
 
+// out[o][i] = sum over t of weights[o][t] samples[offset[t] + i] for the pixels i of a block from `first` on.
 template <size_t Orders, size_t Vectors>
 void block(const double *samples, const size_t *offset, const double *weights, size_t taps, double *const *out,
            size_t first) noexcept {

@@ -179,6 +179,7 @@ Components sparse_dictionary(size_t frames, const Buffer<double> &gram, size_t p
     Components out = dictionary.components();
     out.iterations = done;
     out.converged = converged;
+    // |x - D a|^2/2 + penalty |a|_1 = |x|^2/2 - gain, as a share of |x|^2/2.
     out.objective = dictionary.total() > 0 ? 1 - 2 * gain / dictionary.total() : 0;
     return out;
 }

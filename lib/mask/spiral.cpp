@@ -34,7 +34,7 @@ class RandomStream {
 } // namespace
 
 std::vector<SpiralTerm> draw_terms(uint64_t seed, uint64_t k) {
-    constexpr double turn = 6.2831;
+    constexpr double turn = 6.2831; // not 2 pi to the last digit: that would change the mask of every (seed, k)
     RandomStream random(seed, k);
     std::vector<SpiralTerm> terms(static_cast<size_t>(random.whole(2, 6)));
     const double coarse = random.uniform(1, 14), most = std::floor(2 * coarse) + 1;

@@ -27,21 +27,22 @@ std::vector<double> times_as(const Series &series, const Series &velocities, con
 } // namespace
 
 planet::GivenSeries given_of(const Series &series, const char *name) {
-    planet::GivenSeries given = {series.t,
-                                 series.y,
-                                 series.sigma,
-                                 series.column_rows(),
-                                 series.position_angle_deg,
-                                 series.trend.order,
-                                 static_cast<int32_t>(series.columns.size()),
-                                 series.trend.start,
-                                 series.trend.end,
-                                 {0}, // of the mean
-                                 series.kind == Kind::velocity,
-                                 series.frame_chi_square,
-                                 series.instrument,
-                                 {0},
-                                 name};
+    planet::GivenSeries given = {};
+    given.t = series.t;
+    given.y = series.y;
+    given.sigma = series.sigma;
+    given.rows = series.column_rows();
+    given.position_angle_deg = series.position_angle_deg;
+    given.trend = series.trend.order;
+    given.columns = static_cast<int32_t>(series.columns.size());
+    given.trend_start = series.trend.start;
+    given.trend_end = series.trend.end;
+    given.precision = {0}; // of the mean: no prior
+    given.velocity = series.kind == Kind::velocity;
+    given.frame_chi_square = series.frame_chi_square;
+    given.instrument = series.instrument;
+    given.offsets = {0}; // the first instrument has none
+    given.name = name;
     for (size_t f = 0; f < series.functions(); f++)
         given.precision.push_back(series.precision(f));
     for (size_t k = 1; k < series.instruments.size(); k++)

@@ -56,6 +56,47 @@ void check_number(const char *name, size_t sample, double value, bool is_positiv
              is_positive ? "above 0" : "finite");
 }
 
+// Each instrument has a name of its own and at least one sample.
+void check_instruments(const std::vector<std::string> &names, const std::vector<int32_t> &of_samples, size_t count) {
+    if (names.empty() != of_samples.empty() || (!names.empty() && of_samples.size() != count))
+        fail(Status::argument, "{instrument}: has %zu samples: must have %zu", of_samples.size(), count);
+    std::vector<size_t> samples(names.size());
+    for (size_t i = 0; i < of_samples.size(); i++) {
+        if (of_samples[i] < 0 || static_cast<size_t>(of_samples[i]) >= names.size())
+            fail(Status::argument, "{instrument[%zu]} = %d: must be in [0, %zu), the number of instruments", i,
+                 of_samples[i], names.size());
+        samples[static_cast<size_t>(of_samples[i])]++;
+    }
+    for (size_t k = 0; k < names.size(); k++) {
+        if (names[k].empty() || names[k].size() > kMostName || std::count(names.begin(), names.end(), names[k]) > 1)
+            fail(Status::argument, "{names}: \"%.64s\": must be a name of up to %zu characters, once", names[k].c_str(),
+                 kMostName);
+        if (samples[k] == 0)
+            fail(Status::argument, "{instrument}: no sample of %.64s", names[k].c_str());
+    }
+}
+
+void remove_offsets(Series &series) {
+    const auto is_offset = [&](const Column &column) {
+        for (size_t k = 1; k < series.instruments.size(); k++)
+            if (column.name == kOffset + series.instruments[k])
+                return true;
+        return false;
+    };
+    series.columns.erase(std::remove_if(series.columns.begin(), series.columns.end(), is_offset), series.columns.end());
+}
+
+// The offset of an instrument from the first one is the coefficient of a column that is 1 in its samples and 0 in all
+// others.
+void add_offsets(Series &series) {
+    for (size_t k = 1; k < series.instruments.size(); k++) {
+        Column column = {kOffset + series.instruments[k], std::vector<double>(series.count(), 0.0), 1};
+        for (size_t i = 0; i < series.count(); i++)
+            column.values[i] = static_cast<size_t>(series.instrument[i]) == k ? 1 : 0;
+        series.columns.push_back(std::move(column));
+    }
+}
+
 } // namespace
 
 std::string Series::function_name(size_t function) const {
@@ -124,40 +165,14 @@ size_t Series::offset_column(size_t which) const {
 }
 
 void Series::set_instruments(std::vector<std::string> names, std::vector<int32_t> of_samples) {
-    if (names.empty() != of_samples.empty() || (!names.empty() && of_samples.size() != count()))
-        fail(Status::argument, "{instrument}: has %zu samples: must have %zu", of_samples.size(), count());
-    std::vector<size_t> samples(names.size());
-    for (size_t i = 0; i < of_samples.size(); i++) {
-        if (of_samples[i] < 0 || static_cast<size_t>(of_samples[i]) >= names.size())
-            fail(Status::argument, "{instrument[%zu]} = %d: must be in [0, %zu), the number of instruments", i,
-                 of_samples[i], names.size());
-        samples[static_cast<size_t>(of_samples[i])]++;
-    }
-    for (size_t k = 0; k < names.size(); k++) {
-        if (names[k].empty() || names[k].size() > kMostName || std::count(names.begin(), names.end(), names[k]) > 1)
-            fail(Status::argument, "{names}: \"%.64s\": must be a name of up to %zu characters, once", names[k].c_str(),
-                 kMostName);
-        if (samples[k] == 0)
-            fail(Status::argument, "{instrument}: no sample of %.64s", names[k].c_str());
-    }
-    const auto is_offset = [&](const Column &column) {
-        for (size_t k = 1; k < instruments.size(); k++)
-            if (column.name == kOffset + instruments[k])
-                return true;
-        return false;
-    };
-    columns.erase(std::remove_if(columns.begin(), columns.end(), is_offset), columns.end());
+    check_instruments(names, of_samples, count());
+    remove_offsets(*this);
     instruments = std::move(names);
     instrument = std::move(of_samples);
     instrument_names.clear();
     for (const std::string &one : instruments)
         instrument_names += (instrument_names.empty() ? "" : ",") + one;
-    for (size_t k = 1; k < instruments.size(); k++) {
-        Column column = {kOffset + instruments[k], std::vector<double>(count(), 0.0), 1};
-        for (size_t i = 0; i < count(); i++)
-            column.values[i] = static_cast<size_t>(instrument[i]) == k ? 1 : 0;
-        columns.push_back(std::move(column));
-    }
+    add_offsets(*this);
 }
 
 void Series::add_column(const std::string &called, std::vector<double> values, double precision) {

@@ -1,3 +1,10 @@
+// Method: sums know the variance of the times and not the times. Times that cover a span T evenly have var t = T^2/12,
+// and N times dt apart var t = dt^2 (N^2 - 1)/12: T, and the exact step, follow.
+// With the times, the finest step is the median of gap/round(gap/g) over the gaps, where g is the gap that 5 % of them
+// do not exceed. The sampling is regular if the mean of cos(2 pi r/step) is at least 0.95, r being the distance of a
+// gap from the nearest multiple of the step. The spectrum of regular samples repeats above 1/(2 step) (Eyer and
+// Bartholdi 1999, A&AS 135, 1). That of others does not (VanderPlas 2018, ApJS 236, 16, section 4): up to five times
+// 1/(2 g) is worth a search.
 #include "period/sampling.hpp"
 
 #include <algorithm>

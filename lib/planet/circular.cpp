@@ -71,7 +71,10 @@ bool CircularSearch::is_planet(const double *right, double square) const {
     }
     const auto best = static_cast<size_t>(std::max_element(gains.begin(), gains.end()) - gains.begin());
     if (std::log10(std::max(1 - gains[best] / square, 1e-300)) > detection_.log10_threshold())
-        return false;
+        return false; // the sinusoid leaves too much of the sum of squares: its false alarm probability is too high
+    // With a prior uniform in ln f, a planet needs
+    //     BF = sum over i of BF_i whole_i/f_i / ln(f_max/f_min) >= 10^threshold.
+    // Both sides are multiplied by exp(-G/2) ln(f_max/f_min), G the highest gain, as exp(G/2) may overflow.
     const Prior &prior = detection_.problem().prior;
     const double log_range = std::log(prior.frequency_max / prior.frequency_min);
     const double needed = std::exp(threshold_ * std::log(10.0) - gains[best] / 2) * log_range;

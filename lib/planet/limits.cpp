@@ -1,3 +1,6 @@
+// Method: for one additional planet on a circular orbit of each period, two amplitudes: the upper limit that the series
+// sets (detection.cpp), and the smallest that a search of these times and errors detects with the probability
+// (recovery.cpp). Masses follow from both by Kepler's third law with e = 0 (mass.cpp).
 #include "planet/limits.hpp"
 
 #include "base/error.hpp"

@@ -1,3 +1,13 @@
+// Method: times are given from their weighted mean and values from their median, so that neither loses digits to a
+// large offset; rows beyond the measurements are zeros, up to a multiple of the kernels' vector.
+// Each source, the series and the velocities of each star, has a mean, Chebyshev polynomials
+//     T_n(x) = cos(n arccos x),  x = ((t - start) - (end - t))/(end - start) in [-1, 1],
+// and its columns as functions, which are 0 in the rows of the other sources.
+// Measurements are divided by sqrt(sigma^2 + (jitter scale)^2), with the scale of their instrument (weights()).
+// The axis: a separation measures the component of a displacement along the position angle theta of its frame. With the
+// mean axis theta_0 = atan2(sum sin theta, sum cos theta), which has no jump at 360 deg, a displacement by p along it
+// and q across it changes the separation by p cos(theta - theta_0) + q sin(theta - theta_0) (signal.cpp).
+// Reference: Mardia and Jupp 2000, Directional Statistics, section 2.2 (mean direction).
 #include "planet/series.hpp"
 
 #include <algorithm>

@@ -1,3 +1,6 @@
+// Method: each sample of the posterior is a row of numbers. Intervals are the 16, 50 and 84 % points of a column,
+// correlations those of Pearson. Periastron and epoch are periodic: each is moved to within half a period of the best
+// fit's, as samples on both sides of 0 would otherwise give an interval of nearly a whole period.
 #include "planet/summary.hpp"
 
 #include <algorithm>

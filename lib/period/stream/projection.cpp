@@ -194,6 +194,11 @@ void Projection::set_noise(const Vector<Real> &c, const Vector<Real> &s, Moments
     }
 }
 
+// Moments over the sum W of the weights, part = 1/W. As cos^2 x = (1 + cos 2x)/2, sin^2 x = (1 - cos 2x)/2 and
+// cos x sin x = sin 2x/2, with C2 and S2 the sums of w cos 2x and w sin 2x:
+//     cc = (1 + C2/W)/2 - u_c . u_c,  ss = (1 - C2/W)/2 - u_s . u_s,  cs = S2/(2 W) - u_c . u_s.
+// suffices: false if the functions take nearly all of cosine or sine, or the two coincide, so that Real has too few
+// digits.
 template <class Real> Moments<Real> Projection::moments(int64_t k, bool &suffices) const noexcept {
     constexpr auto kKept = static_cast<Real>(1e-5);
     Vector<Real> c = {}, s = {};

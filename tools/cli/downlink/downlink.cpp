@@ -312,6 +312,7 @@ std::shared_ptr<PairSource> Downlink::open_pair(const std::string &path) const {
     options.end_id = options_.frames.end;
     options.buffers = static_cast<uint32_t>(sink_.batch());
     options.roi = options_.roi.empty() ? nullptr : options_.roi.c_str();
+    // The type of a pair's pixels may be a guess from the sizes of its files; a batch states what it contains.
     const bool suits = options_.suits_folder && !is_batch(path);
     return std::make_shared<PairSource>(path, options, suits ? settings.frames.bit_depth : 0);
 }

@@ -1,3 +1,6 @@
+// Method: after lost or added bytes, all frames of a file are shifted by the same number of bytes. The library rejects
+// such a frame as a misfit and calls find(), which searches the file for pixels like those of a good frame. Once the
+// library accepts the frame found, the shift is kept for the frames that follow.
 #include "downlink/realigner.hpp"
 
 namespace cli {
