@@ -145,6 +145,7 @@ std::vector<double> sum_of(const std::vector<std::vector<double>> &windows, cons
     return sum;
 }
 
+// sqrt(sum a m^2 / sum a) with the amplitude a of each cell: cells behind struts have no influence.
 double rms_of(const Buffer<double> &map_m, const Buffer<double> &amplitude) noexcept {
     double square = 0, open = 0;
     for (size_t cell = 0; cell < map_m.size(); cell++) {

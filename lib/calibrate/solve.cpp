@@ -42,6 +42,7 @@ namespace {
 
 using Kind = Parameter::Kind;
 
+// inverse = A^-1, gain = A^-1 B, step = A^-1 a, with the damping in A. False if A is singular.
 bool eliminate(const Block &block, size_t n, double damping, Eliminated &out) {
     const size_t size = kOwn + n;
     for (size_t i = 0; i < kOwn; i++)

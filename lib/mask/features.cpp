@@ -97,6 +97,8 @@ struct Cells {
 
 } // namespace
 
+// Each opening may create small features of the other kind, so that both are repeated until neither changes a cell.
+// After kMostRounds only bridges are left.
 Buffer<uint8_t> without_small_features(Buffer<uint8_t> cells, size_t samples, size_t side, const Buffer<double> &open) {
     for (size_t round = 0; round < kMostRounds; round++)
         if (open_kind(cells, samples, side, open, 1) + open_kind(cells, samples, side, open, 0) == 0)

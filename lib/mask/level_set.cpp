@@ -84,7 +84,8 @@ Buffer<double> LevelSet::covered(double slope) const {
     return covered;
 }
 
-// d rms/dh = h/(rms n) in the n open cells.
+// With G_i the derivative by the height h_i at a fixed rms, and d rms/dh_i = h_i/(n rms) in the n open cells, that with
+// the rms is G_i - h_i (sum over j of G_j h_j)/(n rms^2). That by the control points is its product with W^T and W.
 Buffer<double> LevelSet::gradient(double slope, const Buffer<double> &by_covered) const {
     const size_t ratio = fine_ / coarse_;
     const double share = 1 / static_cast<double>(ratio * ratio);

@@ -197,6 +197,8 @@ double window(const Stream &stream, double gap) noexcept {
     return gap * span_of(stream) < kSideLobes ? 1 : known_window(stream, gap);
 }
 
+// Replaces the highest peak by an alias at a lower frequency if the likelihood loses no more than the prior, uniform in
+// ln f and so proportional to 1/f, gains.
 int64_t prefer_longest(const PowerQuery &query, const Stream &stream, int64_t highest) noexcept {
     const Grid &grid = stream.grid();
     const double span = span_of(stream), frequency = frequency_of(grid, highest);

@@ -10,12 +10,16 @@
 
 namespace toliman::planet {
 
+// At the anomaly M, in turns at the reference time, periastron is at -M/f: the passage nearest to the reference.
 Description describe(const Planet &planet) noexcept {
     const Orbit &orbit = planet.orbit;
     return {1 / orbit.frequency, orbit.eccentricity, periastron_of(planet.amplitudes) * 180 / kPi,
             -std::remainder(orbit.anomaly, 1) / orbit.frequency, amplitude_of(planet.amplitudes)};
 }
 
+// Square roots of the diagonal of J C J^T, with the covariance C of the fitted numbers and the derivatives J of the
+// description by them: central differences over 2e-3 standard deviations. Periastron and epoch are differences on a
+// circle.
 Description errors_of(const Series &series, const Planet &planet, const Design &design, size_t first, size_t all) {
     const std::vector<double> covariance = design.covariance();
     const size_t count = series.amplitudes() + kOrbitNumbers;
@@ -45,6 +49,8 @@ Description errors_of(const Series &series, const Planet &planet, const Design &
     return errors;
 }
 
+// s^T (1 - Q Q^T) s / s^T s with the whitened signal s and the orthonormal functions Q: 1 if they describe nothing of
+// it.
 double power_left(const Series &series, const Design &design, const Planet &planet) {
     Buffer<double> signal = signal_of(series, planet);
     for (size_t i = 0; i < series.n; i++)

@@ -70,7 +70,7 @@ Design::Design(const Series &series, const std::vector<const Function *> &functi
         Column parts = remove(directions, column);
         const Real left = dot(column, column);
         if (!(left > kLeastIndependent * before)) {
-            dependent_ = std::min(dependent_, j);
+            dependent_ = std::min(dependent_, j); // what is left is rounding: its coefficient is 0
             continue;
         }
         const Real length = std::sqrt(left);
@@ -87,7 +87,7 @@ Design::Design(const Series &series, const std::vector<const Function *> &functi
     const Real square = dot(data, data);
     count_ = directions.size();
     table_.assign((count_ + 1) * rows_, 0.0);
-    directions.push_back(std::move(data));
+    directions.push_back(std::move(data)); // the residuals: one call of the kernel multiplies with Q and with them
     for (size_t j = 0; j <= count_; j++)
         for (size_t i = 0; i < n; i++)
             table_[j * rows_ + i] = static_cast<double>(directions[j][i]);
@@ -103,6 +103,7 @@ std::vector<double> Design::leverages() const {
     return leverages;
 }
 
+// R x = Q^T y by back substitution.
 std::vector<double> Design::coefficients() const {
     std::vector<double> coefficients(all_);
     Column solved(count_);
@@ -116,6 +117,7 @@ std::vector<double> Design::coefficients() const {
     return coefficients;
 }
 
+// (R^T R)^-1 = R^-1 R^-T: the weights contain the sigmas, so that no factor is missing.
 std::vector<double> Design::covariance() const {
     std::vector<Column> inverse(count_, Column(count_)); // inverse[j][i] = (R^-1)_ij, i <= j
     for (size_t j = 0; j < count_; j++) {

@@ -70,6 +70,8 @@ CircularPair circular_pair(const Moments &moments) noexcept {
     return {{moments.right[0], moments.right[1]}, moments.matrix[0][0], moments.matrix[1][0], moments.matrix[1][1]};
 }
 
+// b^T M^-1 b. Cosine and sine of which the functions leave only one phase, as at half the inverse of even steps, have a
+// singular M.
 double CircularPair::gain() const noexcept {
     const double determinant = xx * yy - xy * xy;
     if (!(determinant > 1e-12 * xx * yy))

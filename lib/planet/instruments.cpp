@@ -125,6 +125,7 @@ std::vector<double> jitter_scales_of(const Series &series, const std::vector<con
     return scales;
 }
 
+// The error of x_k = ln s_k is 1/sqrt(I_kk): the 68 % interval is s_k exp(-+ error).
 std::vector<std::array<double, 3>> jitter_intervals(const Series &series, const Design &design, double jitter) {
     const std::vector<double> leverage = design.leverages();
     std::vector<std::array<double, 3>> intervals;

@@ -85,7 +85,7 @@ template <class Term> JitterIntegral integral_of(size_t count, size_t start, Ter
     return {largest + std::log(sum), best};
 }
 
-// ds/du.
+// ds/du, where J = knee (exp(range u) - 1) gives d ln J/du = range (J + knee)/J.
 double density(const Series &series, const Prior &prior, double u) noexcept {
     const double jitter = prior.jitter(u), range = std::log1p(prior.jitter_max / prior.jitter_knee);
     double sum = 0;

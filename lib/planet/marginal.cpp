@@ -49,6 +49,9 @@ Moments ShapeWork::moments(const Series &series, const Design &design, const Orb
 
 namespace {
 
+// With the Cholesky factor L L^T = S + I/s^2: solved = L^-1 b, mean = L^-T solved, volume = s^m det L, so that
+// ln BF = |solved|^2/2 - ln volume. The eigenvalues of S + I/s^2, and so its pivots, are at least 1/s^2: what rounding
+// leaves below is raised to it.
 template <size_t m> [[gnu::always_inline]] inline AmplitudeFit fit_of(const Moments &moments, double scale) noexcept {
     const double precision = 1 / (scale * scale);
     AmplitudeFit fit = {};
@@ -94,7 +97,7 @@ AmplitudeFit fit_amplitudes(const Moments &moments, double scale) noexcept {
 
 double log_bayes(const Moments &moments, const std::vector<double> &scales, double *each) noexcept {
     return with_size(moments.size, [&](auto m) {
-        double largest = -HUGE_VAL, sum = 0;
+        double largest = -HUGE_VAL, sum = 0; // of exp(value - largest), so that none overflows
         for (size_t i = 0; i < scales.size(); i++) {
             const double value = fit_of<m>(moments, scales[i]).log_bayes;
             if (each != nullptr)

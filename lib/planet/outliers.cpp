@@ -165,6 +165,7 @@ double rms_of(const Series &series, const Design &design) noexcept {
     return std::sqrt(square / weight);
 }
 
+// Weighted rms about the weighted mean of each instrument: offsets between instruments are no scatter.
 double spread_of(const Series &series, const Buffer<double> &values) {
     const Buffer<double> weights = series.weights(unit_jitter(series));
     std::vector<double> weight(series.groups.size()), mean(series.groups.size());

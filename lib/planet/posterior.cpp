@@ -119,6 +119,8 @@ Planet best_of(const Problem &problem, const Lattice &lattice) {
     return planet;
 }
 
+// The k-th of n sorted values, from 1, is the point of the share (k - 1/2)/n; linear in between.
+// Reference: Hyndman and Fan 1996, Am. Stat. 50, 361, definition 5.
 Interval interval_of(std::vector<double> values) {
     std::sort(values.begin(), values.end());
     const auto at = [&](double share) {

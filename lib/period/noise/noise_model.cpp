@@ -108,6 +108,8 @@ void NoiseModel::scale_columns(const NoiseSamples &given) {
     }
 }
 
+// e_i = own_i y_i - previous_i y_(i-1), with own_i = w_i/r_i, previous_i = phi_i w_(i-1)/r_i, r_i = sqrt(1 - phi_i^2)
+// and the weights w = 1/s.
 void NoiseModel::set_rho(double rho) {
     if (rho == rho_)
         return;
@@ -444,6 +446,8 @@ void NoiseModel::Scan::sum() noexcept {
     }
 }
 
+// b^T M^-1 b over the residual without a sinusoid. False where the functions leave too little of cosine or sine, or of
+// their difference: the sums cancel.
 bool NoiseModel::Scan::power(size_t lane, double &power) const noexcept {
     const auto at = [&](size_t q, size_t sine) { return sums_[(2 * q + sine) * kLanes + lane]; };
     double cc = cc_[lane], cs = cs_[lane], ss = ss_[lane];
