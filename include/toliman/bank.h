@@ -52,8 +52,8 @@ typedef struct toliman_bank_plan_info {
 } toliman_bank_plan_info;
 #define TOLIMAN_BANK_PLAN_INFO_INIT TOLIMAN_INIT(toliman_bank_plan_info)
 
-/* Gets the plan of a bank. It does not check that the model images cover the dates; other errors as
- * toliman_bank_create; TOLIMAN_E_UNSUPPORTED for a single star. */
+/* Gets the plan of a bank. Errors: as toliman_bank_create, except that dates outside the model images are not found;
+ * TOLIMAN_E_UNSUPPORTED for a single star. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_plan(const toliman_sim *sim,
                                                                 const toliman_bank_options *options,
                                                                 toliman_bank_plan_info *out) TOLIMAN_NOEXCEPT;
@@ -84,7 +84,7 @@ typedef struct toliman_bank_train_options {
  * of a bank do not depend on threads or interruptions (promise: bank-training-resumes). With a journal, a killed
  * process loses at most one network per thread.
  * Errors: TOLIMAN_E_MISMATCH for any other fit (toliman_fit_info.digest) or the journal of another bank, naming what
- * differs; of the journal as toliman_calibration_create. */
+ * differs; those of a journal as toliman_calibration_create. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_train(
     toliman_bank *bank, const toliman_fit *fit, const toliman_bank_train_options *options) TOLIMAN_NOEXCEPT;
 
@@ -143,9 +143,9 @@ typedef struct toliman_bank_result {
 } toliman_bank_result;
 #define TOLIMAN_BANK_RESULT_INIT TOLIMAN_INIT(toliman_bank_result)
 
-/* Encodes `count` frames of image; a single one allocates memory only if more calls run at the same time than before. A
- * frame that cannot be fitted is not an error: see the flags. The result of a bank depends on the frame and its
- * prediction only (promise: bank-results-ignore-others).
+/* Encodes `count` frames of image; a call with one frame allocates memory only if more calls run at the same time than
+ * ever before. A frame that cannot be fitted is not an error: see the flags. The result of a bank depends on the frame
+ * and its prediction only (promise: bank-results-ignore-others).
  *   fit          with the scene, free parameters and capture_px of the bank's fit
  *   image        in the unit of the scene's frames
  *   predictions  [count]; NULL: time 0, no shift
@@ -171,8 +171,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_renewal(const tol
                                                                        double least_efficiency,
                                                                        double *days) TOLIMAN_NOEXCEPT;
 
-/* Saves a bank, also untrained networks; encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. The same bank
- * always gives the same bytes, also after loading them (promise: banks-save-same-bytes). */
+/* Saves a bank, untrained networks included. encoding: of the weights, TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. The same
+ * bank always gives the same bytes, also after loading them (promise: banks-save-same-bytes). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_save(const toliman_bank *bank, int32_t encoding, void *bytes,
                                                                 size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 

@@ -71,8 +71,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget_steps(const
                                                                            size_t capacity,
                                                                            size_t *count) TOLIMAN_NOEXCEPT;
 
-/* One parameter of a budget. Amounts are absolute; infinite: the parameter has no effect. A member is NaN if it does
- * not apply or is not known, or if the parameter depends on others. */
+/* One parameter of a budget. Amounts are absolute values, infinite for a parameter without effect. A member is NaN if
+ * it does not apply or is not known, or if the parameter is a combination of others. */
 typedef struct toliman_sim_budget_row {
     uint32_t struct_size;
     int32_t is_free;         /* 1: free */
@@ -80,8 +80,8 @@ typedef struct toliman_sim_budget_row {
     double bias_px;          /* not free: error of the separation per unit */
     double curvature_px;     /* free: error of the separation per unit squared; unknown for jitter, motions of the
                                 mask, the detector and PADDED_FFT */
-    double earth_amount;     /* with the effect of an Earth */
-    double tenth_crb_amount; /* with the effect of a tenth of crb_px */
+    double earth_amount;     /* whose effect is that of an Earth */
+    double tenth_crb_amount; /* whose effect is a tenth of crb_px */
     double deviation;        /* free: standard deviation in the fit */
     double correlation;      /* free: with the separation, -1 to 1 */
 } toliman_sim_budget_row;

@@ -38,9 +38,9 @@ typedef struct toliman_calibration toliman_calibration;
 /* Flag of options: after the parameters, fit the OPD of each pupil cell. Takes minutes. */
 #define TOLIMAN_CALIBRATION_MAP 1u
 
-/* Flag of options: while the model is incomplete, calibrate again with TOLIMAN_CALIBRATION_CHANGE_..., in their order,
- * WINDOWS first if they explain nearly all. Changes that reduce the sum of squared residuals by more
- * than noise explains at 6 standard deviations are kept in the fitted scene. */
+/* Flag of options: while the model is incomplete, calibrate again with TOLIMAN_CALIBRATION_CHANGE_..., in their order;
+ * WINDOWS is first if changes with time explain nearly all of what the model lacks. Changes that reduce the sum of
+ * squared residuals by more than noise explains at 6 standard deviations are kept in the fitted scene. */
 #define TOLIMAN_CALIBRATION_IMPROVE 2u
 
 /* Flag of options: the default parameters include transfer_smear, interpixel_capacitance and, for frames that are no
@@ -95,14 +95,14 @@ typedef struct toliman_calibration_options {
      * K, spectral modes 0.1, diffusion 0.1 px^2, smear and capacitance 1e-2, brighter_fatter and nonlinearity 0.1 over
      * the charge of the brightest pixel. */
     const char *free;
-    /* Scene to start from, such as one saved by an interrupted calibration (its mask.edges and pupil_samples with
-     * IMPROVE only); NULL: the nominal one, around which priors remain. */
+    /* Scene to start from, such as one saved by an interrupted calibration (its mask.edges and pupil_samples are used
+     * with IMPROVE only); NULL: the nominal one. Priors are around the nominal one in any case. */
     const toliman_sim *start;
     int32_t most_iterations; /* of the parameters, of the map, of the response, in [1, 1000]; 0 = 30 */
     uint32_t threads;
     double capture_px;  /* as in toliman_fit_options, in [0.1, 64] px; 0 = 6 */
     double window_days; /* length of the windows, in [1e-6, 1e6] days; 0 = constant: no windows */
-    double smoothness;  /* standard deviation of changes between windows, in prior_sigma, in [1e-9, 1000]; 0 = 0.01 */
+    double smoothness;  /* standard deviation of changes between windows over prior_sigma, in [1e-9, 1000]; 0 = 0.01 */
     double map_rms_nm;  /* prior rms of the map over the open pupil, in [1e-3, 1e4] nm; 0 = 10 */
     toliman_calibration_step_fn step;
     void *step_data;
@@ -127,8 +127,8 @@ typedef struct toliman_calibration_options {
  *   - TOLIMAN_E_ARGUMENT for a frame without stars within capture_px; fewer than 2 frames; more than 4096 parameters
  *     times windows; a parameter that is always free;
  *   - TOLIMAN_E_UNSUPPORTED for nonlinearity and brighter_fatter with sums of frames; DETECTOR with window_days, or
- *     with windows of frames that are not detector.window of the scene; a single star; PADDED_FFT; a named parameter
- *     that the scene does not have; position_angle, roll and wavelength;
+ *     with frames read from another part of the detector than detector.window of the scene; a single star; PADDED_FFT;
+ *     a named parameter that the scene does not have; position_angle, roll and wavelength;
  *   - TOLIMAN_E_MISMATCH if options->start has other pupil cells, aperture, step of the mask, wavelengths, or shape of
  *     the frames; for a journal of other inputs or options, naming the first that differs
  *     (promise: other-journals-are-refused);
@@ -173,7 +173,7 @@ typedef struct toliman_calibration_info {
                                     chi-square distributed with 6 degrees of freedom for white residuals */
     double structure_limit;      /* 50, which white residuals exceed once in 2e8; more with a map */
     double separation_sigma_px;  /* in a frame (median), the instrument known */
-    double calibration_sigma_px; /* likewise, due to errors of the instrument without map; with _DETECTOR that of
+    double calibration_sigma_px; /* the same, due to errors of the instrument, map not included; with _DETECTOR that of
                                     the mean separation, response included */
     double map_rms_nm;           /* over the open pupil; 0 without a map */
     double map_parameters;       /* effective number */
@@ -186,8 +186,8 @@ typedef struct toliman_calibration_info {
     int64_t left_out;           /* default parameters that the scene does not have */
     double pupil_error;         /* as in toliman_sim_plan_info; above peak_noise, the model may be incomplete */
     double peak_noise;          /* relative photon noise of the brightest pixel in all frames */
-    int64_t response_pixels;    /* whose response is known better than 0.7 response_rms of the options; others are held
-                                   by the prior */
+    int64_t response_pixels;    /* with a response known better than 0.7 response_rms of the options; others are held by
+                                   the prior */
     double response_rms;        /* of the change against the nominal scene, of these pixels */
     double response_parameters; /* number that the frames determine */
 } toliman_calibration_info;
@@ -225,8 +225,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_left_out(
 /* Fitted parameter of the instrument. */
 typedef struct toliman_calibration_value {
     uint32_t struct_size;
-    uint32_t flags; /* TOLIMAN_CALIBRATION_HELD: sigma is above 0.7 prior_sigma; _NO_SIGN: the sign of all such
-                       values together is undetermined, the first one >= 0 */
+    uint32_t flags; /* TOLIMAN_CALIBRATION_HELD: sigma is above 0.7 prior_sigma; _NO_SIGN: the common sign of all such
+                       values is undetermined; the first one is made >= 0 */
     const char *name;
     const char *unit; /* "nm"; "" if relative */
     double value;     /* against the nominal scene, without the map */
@@ -255,7 +255,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_frame(cons
 typedef struct toliman_calibration_window {
     uint32_t struct_size;
     int32_t goodness;  /* of chi_square */
-    int64_t frames;    /* without frames, the other members are those of the window before */
+    int64_t frames;    /* if none, the other members are those of the window before */
     double first_days; /* start, days of scene time, where its parameters hold */
     double chi_square;
     double chi_square_sigma, largest_residual;
@@ -274,7 +274,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_opd(const 
 #define TOLIMAN_CALIBRATION_IMAGE_BEFORE 852 /* residual of the first frame over its standard deviation, at the start */
 #define TOLIMAN_CALIBRATION_IMAGE_AFTER 853  /* at the end */
 #define TOLIMAN_CALIBRATION_IMAGE_RESPONSE 854       /* detector.response of the fitted scene */
-#define TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA 855 /* its standard deviation over the mean, all parameters free */
+#define TOLIMAN_CALIBRATION_IMAGE_RESPONSE_SIGMA 855 /* standard deviation of response over mean, all parameters free */
 
 /* Writes TOLIMAN_CALIBRATION_IMAGE_... to image[rows][stride]. Residuals of pixels excluded in all frames
  * are 0; their response is that of the prior. RESPONSE and its SIGMA are NaN without TOLIMAN_CALIBRATION_DETECTOR. */

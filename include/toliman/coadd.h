@@ -20,9 +20,9 @@
  * result depends on the frame only. The separation is that of the prediction; 0.05 px of difference are harmless.
  *
  * A pixel is left out of a frame if its residual is beyond the limit for bad pixels (toliman_frame_goodness: cosmic
- * rays, 6 standard deviations), or if it saturates or may. The counts that the registered model expects are added in
- * its place: the expectation of the sum is that of all frames, the variance of the pixel smaller by the share of frames
- * without it. */
+ * rays, 6 standard deviations), or if it is saturated or may be. The counts that the registered model expects are added
+ * in its place: the expectation of the sum is that of all frames, the variance of the pixel smaller by the share of
+ * frames without it. */
 #ifndef TOLIMAN_COADD_H
 #define TOLIMAN_COADD_H
 
@@ -137,10 +137,10 @@ typedef struct toliman_coadd_sum {
 
 /* Ends the sum and begins the next one.
  *   frame  becomes the sum: counts of U32 [rows][cols], number of the sum (frame_id), spread, intervals of exposures,
- *          session, region and window. camera_ns is sum->mean_ns. exposure_s is the length of the shortest interval of
- *          time around it that includes all exposures, so that intervals are relative to its start
+ *          session, region and window. camera_ns is sum->mean_ns. exposure_s is the length of the shortest time centred
+ *          on camera_ns that includes all exposures; the intervals are relative to its start
  * What frame and sum point to belongs to the object and is valid until the next take. Error: TOLIMAN_E_STATE if no
- * frame was added; verdicts of other frames then remain those of the next sum. */
+ * frame was added; the counts of other verdicts are then kept for the next sum. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_coadd_take(toliman_coadd *coadd, toliman_frame *frame,
                                                                  toliman_coadd_sum *sum) TOLIMAN_NOEXCEPT;
 

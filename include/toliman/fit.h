@@ -41,10 +41,10 @@ typedef struct toliman_fit_options {
     uint32_t threads;
     const char *free;  /* list of further parameters of sim_derivative.h: "scale focus jitter_xx jitter_yy
                           jitter_xy", but not roll, anisotropy, shear, nor those of the detector. "self": those of
-                          jitter_xx, jitter_yy, jitter_xy, focus and zernike_5 to zernike_11 that a frame of the
-                          (first) scene determines to 5 nm and 0.02 px^2; optics and jitter may then drift */
+                          jitter_xx, jitter_yy, jitter_xy, focus and zernike_5 to zernike_11 that a frame of the first
+                          scene determines to 5 nm or 0.02 px^2: for optics and jitter that drift */
     double capture_px; /* largest shift of both stars from their predicted places along x or y, in (0, 64] px; 0 =
-                          15. Relative to each other, they may be about 0.5 px off */
+                          15. The place of B relative to A may be about 0.5 px off */
     const toliman_allocator *allocator;
     toliman_progress_fn progress;
     void *progress_data;
@@ -89,8 +89,8 @@ typedef struct toliman_fit_info {
     int64_t parameters; /* of a frame: 7 and those of the options */
     double image_error; /* of the interpolation, relative to the peak of the model image */
     double capture_px;
-    uint64_t digest; /* FNV-1a of all that determines results, but the states of an observer file and on-target
-                        windows, which grow */
+    uint64_t digest; /* FNV-1a of all that determines results, except the states of an observer file and on-target
+                        intervals, which grow */
 } toliman_fit_info;
 #define TOLIMAN_FIT_INFO_INIT TOLIMAN_INIT(toliman_fit_info)
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_info(const toliman_fit *fit,
@@ -108,8 +108,8 @@ typedef struct toliman_fit_prediction {
     double position_angle_deg;    /* with separation_px */
     const toliman_spread *spread; /* of a sum of frames; NULL = one frame of the scene. Banks and calibrations:
                                      TOLIMAN_E_UNSUPPORTED. Fluxes are relative to those of all frames, background is
-                                     per pixel of the sum. Model images need a margin of about 6 standard deviations of
-                                     the spread to capture_px: 2 px for 0.3 px */
+                                     per pixel of the sum. The shift must stay below capture_px by about 6 standard
+                                     deviations of the spread: 2 px for 0.3 px */
 } toliman_fit_prediction;
 #define TOLIMAN_FIT_PREDICTION_INIT TOLIMAN_INIT(toliman_fit_prediction)
 

@@ -29,7 +29,7 @@ typedef struct toliman_mask_options {
     uint32_t struct_size;
     uint32_t threads;
     uint64_t seed;    /* of the random spirals at the start */
-    const char *free; /* list of the parameters fitted with the separation, of flux_a, flux_b, shift_x, shift_y,
+    const char *free; /* list of the parameters fitted with the separation, from flux_a, flux_b, shift_x, shift_y,
                          roll, scale, focus and background; "" = none; NULL = all of the scene */
     /* Places of the stars: at most one of the two lists; neither: that of the scene. */
     const double *dates;               /* [date_count] Julian years, with binary.orbit */
@@ -49,9 +49,9 @@ typedef struct toliman_mask_options {
 } toliman_mask_options;
 #define TOLIMAN_MASK_OPTIONS_INIT TOLIMAN_INIT(toliman_mask_options)
 
-/* Designs a mask: cells with the step of the scene's mask or, without one, an OPD of half the middle wavelength. Takes
- * minutes. A mask depends on the scene and options only (promise: masks-ignore-threads). If it is not better, try
- * another seed.
+/* Designs a mask. Its cells have the step of the scene's mask or, if the scene has none, an OPD of half the middle
+ * wavelength. Takes minutes. A mask depends on the scene and options only (promise: masks-ignore-threads). If it is not
+ * better, try another seed.
  * Errors: TOLIMAN_E_SCENE if the separation has no bound, and for places that the scene cannot have;
  * TOLIMAN_E_UNSUPPORTED with PADDED_FFT; those of toliman_sim_create_file. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_create(const toliman_sim *sim,
@@ -98,8 +98,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_info(const tolima
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_place(const toliman_mask *mask, int64_t place,
                                                                      toliman_mask_info *out) TOLIMAN_NOEXCEPT;
 
-/* Writes the cells to cells[side][side], side = telescope.pupil_samples: 1 where the mask steps, else 0, also without
- * light. As .npy of uint8, they are the file of a scene's mask. */
+/* Writes the cells to cells[side][side], side = telescope.pupil_samples: 1 where the mask steps, else 0, also in cells
+ * that the aperture blocks. As .npy of uint8, they are the file of a scene's mask. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_cells(const toliman_mask *mask, size_t side,
                                                                      double *cells) TOLIMAN_NOEXCEPT;
 

@@ -19,8 +19,8 @@
  *              motion, from the projection of the axis on the orbital plane to the planet's periastron, if it orbits A;
  *              for B add 180 deg.
  *              Velocity: amplitude (cos(nu + periastron) + e cos(periastron)); periastron of the star.
- * Axis         With position angles, that of the date, with two more amplitudes across the mean axis. Without, it is
- *              fixed: its rotation then changes the period of a face-on orbit.
+ * Axis         That of each date if the series has position angles: two more amplitudes are then fitted, across the
+ *              mean axis. Otherwise it is fixed, and its true rotation changes the measured period of a face-on orbit.
  * Velocities   Of one star or both, fitted together with separations: two more amplitudes, along the line of sight.
  *              Inclination, node and true masses follow, except for the mirror image of the orbit in the plane of axis
  *              and line of sight.
@@ -31,14 +31,14 @@
  *              if chi_square is poor or there are no sigmas: 1/(s + s0), s0 a tenth of the median sigma, or a
  *              thousandth of jitter_max.
  * Odds         log10_bayes: log10 of the Bayes factor of one additional planet, without prior odds. Of series without a
- *              planet, at most 0.6 % (95 %) reach the threshold (promise: false-planets-are-rare).
- * Candidates   Each is searched in the residuals of those before it, up to the first below `threshold`, or with a
- *              reason other than SAMPLES and FRAMES. All are then fitted together.
+ *              planet, at most 0.6 % reach the threshold, at 95 % confidence (promise: false-planets-are-rare).
+ * Candidates   Each is searched in the residuals of those before it. The search ends with the first one that is below
+ *              `threshold` or has a reason other than SAMPLES and FRAMES. All are then fitted together.
  * Verdict      A candidate is a planet only if no reason of TOLIMAN_PLANET_REASON_... speaks against it
  *              (promise: one-reason-forbids-a-planet).
- * Outliers     Samples farther than 6 robust standard deviations (at least 6 sigmas) from a sinusoid with functions,
- *              and from the joint fit. The search ignores them. With outliers no candidate is a planet, except with
- *              TOLIMAN_PLANET_CLIP (promise: outliers-forbid-a-planet).
+ * Outliers     Samples farther than 6 robust standard deviations, and than 6 of their sigmas, from the fit of the
+ *              functions with a sinusoid, and also from the joint fit. The search ignores them. With outliers no
+ *              candidate is a planet, except with TOLIMAN_PLANET_CLIP (promise: outliers-forbid-a-planet).
  * Source       Price-Whelan et al. (2017), ApJ 837, 20. */
 #ifndef TOLIMAN_PLANET_H
 #define TOLIMAN_PLANET_H
@@ -136,13 +136,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
 #define TOLIMAN_PLANET_AT_EDGE 1u
 
 /* Reasons against a planet.
- *   ODDS        log10_bayes is below the threshold. A candidate has no other reason then
+ *   ODDS        log10_bayes is below the threshold. Other reasons are then not given
  *   CHI_SQUARE  chi_square_with_jitter is not good: poor without a jitter, or too good
  *   JITTER      separations: chi_square of the samples in use is above 3: frame model, times, unit or sigmas are wrong
  *   FAP         log10_fap and log10_fap_orbit are above log10 of detection_fap
  *   EDGE        TOLIMAN_PLANET_AT_EDGE
- *   RANGE       a sinusoid fits better at a period outside period_min to period_max, between twice the median time step
- *               and twice the time span
+ *   RANGE       a sinusoid fits better at a period outside [period_min, period_max]; searched from twice the median
+ *               time step to twice the time span
  *   MASS        the mass is not below that of the star, for each star of known mass
  *   CROSSING    the orbit crosses that of a planet with larger odds, if both orbit the same star
  *   FRAMES      frame_chi_square of the series is above 2
@@ -202,14 +202,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_samples(const t
                                                                          double *samples) TOLIMAN_NOEXCEPT;
 
 /* Writes the signal of a candidate's joint fit at times t[n] to signal[n].
- *   position_angle_deg  [n], as in the series; NULL = the mean axis, and if the axis is fixed */
+ *   position_angle_deg  [n], as in the series; NULL = along the mean axis; must be NULL if the axis is fixed */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_signal(const toliman_planet *planets, int64_t index,
                                                                         const double *t,
                                                                         const double *position_angle_deg, size_t n,
                                                                         double *signal) TOLIMAN_NOEXCEPT;
 
-/* Writes the residuals of functions and all candidates that reach the threshold to residuals[n]: the series, then
- * velocities of A and of B; n is the number of all samples. */
+/* Writes the residuals of the joint fit of the functions and all candidates that reach the threshold to residuals[n]:
+ * the series, then velocities of A and of B; n is the number of all samples. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_residuals(const toliman_planet *planets, size_t n,
                                                                            double *residuals) TOLIMAN_NOEXCEPT;
 
@@ -239,9 +239,9 @@ typedef struct toliman_planet_limit {
  *   periods      [count], within the prior
  *   probability  in (0, 1), for example 0.95
  *   limits       [count]
- * upper       For planets of this amplitude and random phase, a sinusoid reduces chi-square by more than in this
- *             series, with `probability`. The reduction in this series counts as at least the 16 % point of noise. A
- *             planet that is there is excluded with a probability of 1 - probability, at all periods
+ * upper       With `probability`, a planet of this amplitude and random phase would let a sinusoid reduce chi-square by
+ *             more than it does in this series. A reduction below the 16 % point of noise counts as that point. A true
+ *             planet is wrongly excluded with a probability of 1 - probability, at any period
  *             (promise: upper-limits-hold).
  * detectable  From 400 simulated series, within 5 %. Detected: log10_bayes of circular orbits reaches the threshold,
  *             log10_fap that of detection_fap, and the posterior is not at the edges of the prior; the period may

@@ -29,21 +29,21 @@
  *              towards higher columns. A planet moves its star along the axis of the binary; the mean displacement is
  *              not 0 if its orbit is eccentric.
  * Intensity    A pixel receives the fraction |F|^2 (D/N p/lambda)^2 / sum(A t) of the light that passes the pupil;
- *              light outside the frame is lost. Photons of a scene are those before the
- *              detector; electrons with detected_per_s or a file of quantum efficiencies.
+ *              light outside the frame is lost. Photons that a scene gives are counted before the detector; with
+ *              detected_per_s or a file of quantum efficiencies they are electrons.
  * Time         The time of a frame is the middle of its exposure. Time 0 is binary.date, a Julian year; images, bounds
  *              and estimators of a scene refer to it. An orbit gives the positions at time 0, or, with binary.moving,
  *              at each frame. With binary.observer (sky.h) these are apparent positions, averaged over the exposure or
  *              its time on target (cadence.on_target_s, on_target), and the date is in TT.
- * Optics       Frames whose focus, Zernike coefficients or scale vary are propagated each, with the optics of the frame
+ * Optics       If focus, Zernike coefficients or scale vary, each frame is propagated with its own optics
  *              (promise: optics-of-frames-are-exact).
  * Sidelobe     With detector.sidelobe, frames show the first order of a grating in the pupil: light of a wavelength is
  *              displaced by (wavelength - centre_nm)/period, as sines of angles. Derivatives by the spectra and
  *              `wavelength` relate the plate scale to wavelengths. MATRIX_DFT only.
  * Accuracy     `accuracy` of a scene is the largest error of a pixel, relative to the peak of the image
  *              (promise: images-keep-their-accuracy); for the Taylor expansion in the displacement, relative to the
- *              largest change of a pixel by the signal. Below 1e-14, every wavelength is propagated, in every frame if
- *              stars move.
+ *              largest change of a pixel by the signal. Below 1e-14, every wavelength is propagated; if stars move, in
+ *              every frame.
  * Stages       In this order, each only if the scene names it: expected photons x qe x pixel response + dark current ->
  *              Poisson noise -> full well -> + read noise -> / gain + bias -> rounding to integer DN.
  * Unit         Of frames and expected images: photons; electrons with qe or detected_per_s; DN with gain, bias or bit
@@ -108,7 +108,8 @@ TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 #define TOLIMAN_SIM_UNIT_ELECTRON 302
 #define TOLIMAN_SIM_UNIT_DN 303
 
-/* Verdict of the calibration of a scene (calibrate.h). Estimators of an INCOMPLETE one may be wrong: logged. */
+/* Verdict of the calibration of a scene (calibrate.h). Estimators of an INCOMPLETE scene may be wrong: a warning is
+ * logged. */
 #define TOLIMAN_SIM_CALIBRATION_NONE 351       /* not calibrated, or no verdict */
 #define TOLIMAN_SIM_CALIBRATION_COMPLETE 352   /* the model explained the frames */
 #define TOLIMAN_SIM_CALIBRATION_INCOMPLETE 353 /* it did not, or the calibration did not end */
@@ -180,7 +181,7 @@ typedef struct toliman_sim_plan_info {
     int64_t pupil_samples; /* N */
     int64_t stages;
     double accuracy;
-    double pupil_error; /* of N samples, whatever the accuracy */
+    double pupil_error; /* due to N samples; `accuracy` does not reduce it */
     double spectrum_error;
     double series_error; /* as toliman_sim_bounds.truncation */
     double pixel_error;
@@ -191,7 +192,7 @@ typedef struct toliman_sim_plan_info {
     double bytes;               /* with one frame per worker thread; bounds may take 1.5 times this */
     double setup_s, frame_s;    /* rough guide, on one core, with noise */
     int64_t atlas_taps;         /* samples per axis that interpolate a pixel of a moving star; 0 = none */
-    double atlas_error;         /* of this interpolation; of slopes, relative to the largest */
+    double atlas_error;         /* of this interpolation; that of slopes is relative to the largest slope */
     int64_t atlas_oversampling; /* samples per pixel and axis; 0 = none */
     double orbit_px;            /* largest motion along the orbit from time 0 */
     int64_t bad_pixels;
@@ -308,7 +309,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_si
 /* Adds noise and detector to expected images, as to frames first ... first + count - 1 of toliman_sim_frame: the bits
  * of a frame depend on (expected image, scene, seed, k) only.
  *   expected  [count][rows][cols], in the unit of frames, as toliman_sim_expect and toliman_fit_predict write it.
- *             Light or charge of others may have been added
+ *             The caller may have added light or charge of other sources
  *   images    [count][rows][cols], the frames; may be `expected`
  * Errors, after which images may hold some frames: TOLIMAN_E_ARGUMENT for a pixel that is not finite or below the bias;
  * TOLIMAN_E_RANGE for a frame below 0 and for more than 1e12 electrons. */

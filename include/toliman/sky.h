@@ -16,8 +16,8 @@
  *              motion of the barycentre on the axes of the ICRS; masses. Dates are Julian years of TDB at the
  *              barycentre of the solar system, without the light time to it.
  * Time         TAI nanoseconds of the years 1900 to 2100.
- * Apparent     Angle between A and B, each where its light left it, from the observer's place, bent by the Sun, with
- *              the aberration of the observer's velocity.
+ * Apparent     Angle between A and B at the observer's place, each star where it was when its light left it, with the
+ *              deflection by the Sun and the aberration by the observer's velocity.
  * Geometric    Length of the projection of the orbit on the tangential plane, at the barycentric time.
  * Accuracy     Predictions are within 1e-4 uas of the same equations in 50 digits
  *              (promise: predictions-keep-their-digits); omitted effects: sky.md.
@@ -44,7 +44,7 @@ typedef struct toliman_sky toliman_sky;
 
 /* Effects; sizes: sky.md. */
 #define TOLIMAN_SKY_EARTH_ABERRATION 1u      /* by the Earth's velocity, annual */
-#define TOLIMAN_SKY_SPACECRAFT_ABERRATION 2u /* likewise, about the Earth */
+#define TOLIMAN_SKY_SPACECRAFT_ABERRATION 2u /* by the velocity of the spacecraft about the Earth */
 #define TOLIMAN_SKY_PARALLAX 4u              /* annual */
 #define TOLIMAN_SKY_ROEMER 8u                /* light time to the barycentre of the solar system */
 #define TOLIMAN_SKY_LIGHT_TIME 16u           /* between the stars, secular */
@@ -94,14 +94,14 @@ typedef struct toliman_sky_prediction {
                                     minus TAI */
     double approach_m_s;         /* velocity of the observer towards the system, by the motions not left out */
     double sun_angle_deg;        /* between system and Sun */
-    double partials[7];          /* derivatives of separation_arcsec by the elements, over factor; arcsec per unit */
+    double partials[7];          /* of separation_arcsec by the elements, divided by factor; arcsec per unit */
 } toliman_sky_prediction;
 #define TOLIMAN_SKY_PREDICTION_INIT TOLIMAN_INIT(toliman_sky_prediction)
 
 /* Predicts the separation at times tai_ns[count].
  * Errors: TOLIMAN_E_RANGE, naming time and covered times: no state in the observer file, or outside 1900 to 2100.
- * TOLIMAN_E_ARGUMENT: all times are within 50 days after 1970-01-01, and one is not a whole second: times in s, ms, us
- * or days are refused by all functions (promise: time-units-are-checked). */
+ * TOLIMAN_E_ARGUMENT: times in s, ms, us or days, which all functions refuse: all within 50 days after 1970-01-01, and
+ * one not a whole second (promise: time-units-are-checked). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns,
                                                                   size_t count,
                                                                   toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
@@ -135,9 +135,9 @@ typedef struct toliman_sky_reduce_options {
  *   measured  TOLIMAN_MEASURE_SEPARATION, with exposures; the unit of px is the plate scale
  *   out       TOLIMAN_MEASURE_REDUCED, with position angles
  * Uncovered exposures are left out and counted (promise: uncovered-exposures-are-left-out) in
- * toliman_measure_info.left_out. A series without functions, except offsets of instruments, gets those of the errors of
- * the orbit (toliman_sky_set_columns), or, without sigmas or standard deviations of elements, a trend of order 4 with a
- * warning.
+ * toliman_measure_info.left_out. If the series has no functions other than offsets of instruments, it gets those of the
+ * errors of the orbit (toliman_sky_set_columns). Without sigmas, or without standard deviations of elements, it gets a
+ * trend of order 4 and a warning is logged.
  * Errors: as toliman_sky_predict_mean; TOLIMAN_E_RANGE no measurement is left; TOLIMAN_E_ARGUMENT, naming the
  * measurement:
  *   - for an observer in orbit, two kinds of exposures are refused (promise: unknown-exposures-are-refused): a single

@@ -102,7 +102,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *
 /* Adds the records of another folder, which may be in use, as if its frames had been pushed here, and commits. Folders
  * may be merged in any order, and again as they grow: only new records count (promise: folders-merge-in-any-order).
  * Grid and clock table remain. Of a frame in several folders, the value that was added first remains.
- *   flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records; all others count as new arrivals
+ *   flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records; the others count as new arrivals
  *   lost   may be NULL: damaged records, plus records that the checkpoint counts and the ledger lacks
  *          (promise: salvage-counts-what-is-lost)
  * Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH also for another system or plate scale, another clock
@@ -131,11 +131,11 @@ typedef struct toliman_track_info {
     int64_t committed;
     int64_t capacity;
     uint64_t estimator_id;
-    double sigma; /* of the options: of frames without their own; least of others */
+    double sigma; /* of the options: for frames without their own; lower limit of others */
     double value_limit;
     int64_t unreduced;
     double plate_scale_arcsec; /* 0 = frames are not reduced */
-    const char *system;        /* for toliman_sky_create, valid until the tracker is destroyed; NULL likewise */
+    const char *system;        /* for toliman_sky_create, valid until the tracker is destroyed; NULL = not reduced */
     uint32_t elements;         /* bit j: a column of the periodogram is the error of element j (sky.h) */
     uint32_t reserved;
     int64_t misfit;

@@ -1,8 +1,8 @@
 // Method: the text of the nominal scene is parsed, the members of the fitted parameters are replaced, and the tree is
 // printed: what was not fitted remains as its author wrote it. Relative names of files are converted from the folder of
 // the nominal scene to that of the new one. Maps are .npy files next to it, written first, so that the scene never
-// names a file that does not exist. The group `calibration` states the verdict and what the fit was made with. Why
-// covariances are limited: a scene refuses a jitter with xy^2 > xx yy, which rounding at the bound may leave.
+// names a file that does not exist. The group `calibration` states the verdict and what the fit was made with.
+// Why covariances are limited: a scene refuses a jitter with xy^2 > xx yy, which rounding at the bound may leave.
 #include "calibrate/fitted.hpp"
 
 #include <algorithm>
