@@ -75,8 +75,8 @@ typedef struct toliman_bank_train_options {
     uint32_t threads;
     toliman_progress_fn progress;
     void *progress_data;
-    const char *journal; /* file for each trained network (formats.md, "TLMJ"), which is then not trained again;
-                            NULL: none. The caller removes it once the bank is saved */
+    const char *journal; /* file to which each trained network is written (formats.md, "TLMJ"); a later call does not
+                            train it again. NULL: none. The caller removes the file once the bank is saved */
 } toliman_bank_train_options;
 #define TOLIMAN_BANK_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_bank_train_options)
 
@@ -134,8 +134,8 @@ typedef struct toliman_bank_result {
     double separation_px;
     double sigma_px;     /* of both, due to the noise of the frame */
     double efficiency;   /* Cramer-Rao bound with the parameters of the fit free / sigma_px */
-    double distance_px;  /* of the stars' places from those of the network: B relative to A and sub-pixel shift, in
-                            quadrature */
+    double distance_px;  /* of the stars' places from those of the network: root of the sum of squares of the
+                            differences in B relative to A and in the sub-pixel shift */
     int64_t network;     /* that of the smallest distance_px */
     int32_t goodness;    /* of the fit */
     uint32_t bad_pixels; /* of fit and network */

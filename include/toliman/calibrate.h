@@ -70,8 +70,8 @@ typedef struct toliman_calibration_step {
     int32_t iteration; /* from 1 for each change */
     int32_t accepted;  /* 1: accepted */
     double chi_square;
-    double largest_step; /* of a parameter, in its standard deviations; of the response: the larger of that and of
-                            their rms; of the map: rms, nm */
+    double largest_step; /* of a parameter, in its standard deviations; with is_response the rms of the response's step
+                            in its standard deviations, if that is larger; of the map: rms, nm */
     uint32_t change;     /* TOLIMAN_CALIBRATION_CHANGE_..., or 0 */
     int32_t recalled;    /* 1: from the journal */
     int32_t is_response; /* 1: of the response, and all parameters */

@@ -114,8 +114,8 @@ typedef struct toliman_planet_info {
     double rms;            /* weighted, of the residuals of the joint fit, units of y */
     double chi_square;     /* goodness.h: of the joint fit without jitter, outliers included except with _CLIP; NaN
                               without sigmas */
-    double jitter[3];      /* 16, 50, 84 % points for the last planet, or the candidate; 0 without; the largest
-                              instrument's */
+    double jitter[3];      /* 16, 50, 84 % points, with the last planet or, if none, the first candidate in the fit; of
+                              the instrument with the largest; 0 = no jitter */
     double time_reference; /* weighted mean time */
     double axis_deg;       /* position angle of the mean axis; NaN if it is fixed */
     double axis_turn_deg;  /* its rotation in the series; 0 if it is fixed */
@@ -147,7 +147,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
  *   CROSSING    the orbit crosses that of a planet with larger odds, if both orbit the same star
  *   FRAMES      frame_chi_square of the series is above 2
  *   SAMPLES     there are outliers, without TOLIMAN_PLANET_CLIP
- *   EVIDENCE    log10_bayes is below the threshold within its error */
+ *   EVIDENCE    log10_bayes minus log10_bayes_error is below the threshold */
 #define TOLIMAN_PLANET_REASON_ODDS 65536u
 #define TOLIMAN_PLANET_REASON_CHI_SQUARE 131072u
 #define TOLIMAN_PLANET_REASON_JITTER 262144u
@@ -170,8 +170,8 @@ typedef struct toliman_planet_candidate {
     double log10_bayes;
     double log10_bayes_error; /* of the quadrature; infinite if not converged */
     double log10_fap;         /* Baluev's bound for the strongest sinusoid */
-    double log10_fap_orbit;   /* of the joint fit: log10 of 20 z times the FAP of a sinusoid of its power; z: half
-                                 its gain */
+    double log10_fap_orbit;   /* of the joint fit: log10 of 20 z times the FAP of a sinusoid of the same power; z: half
+                                 of power times degrees of freedom, at least 1 */
     double period[3];
     double eccentricity[3];
     double periastron_deg[3];

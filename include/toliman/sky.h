@@ -14,7 +14,7 @@
  *
  * System       Elements of the orbit of B about A, with the ascending node, at which B recedes; place, parallax and
  *              motion of the barycentre on the axes of the ICRS; masses. Dates are Julian years of TDB at the
- *              barycentre of the solar system, without the light time to it.
+ *              barycentre of the solar system: the light time from the system is not subtracted.
  * Time         TAI nanoseconds of the years 1900 to 2100.
  * Apparent     Angle between A and B at the observer's place, each star where it was when its light left it, with the
  *              deflection by the Sun and the aberration by the observer's velocity.
