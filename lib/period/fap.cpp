@@ -54,6 +54,8 @@ double ln_naive(const Sampling &sampling, double ln_residual) noexcept {
     return std::log(-std::expm1(none));
 }
 
+// FAP = 1 - (1 - single) exp(-tau), tau = gamma(n) W (1 - P)^((n - 3)/2) sqrt(n P/2), W = f_max sqrt(4 pi var t), with
+// n = N - K degrees of freedom: Baluev's equations 5 and 6 with n in place of N - 1.
 double ln_baluev(const Sampling &sampling, double ln_residual) noexcept {
     const auto n = static_cast<double>(freedom(sampling));
     const double power = -std::expm1(ln_residual);

@@ -237,6 +237,7 @@ void Sinusoid::set_frequency(Real frequency) {
     frequency_ = frequency;
 }
 
+// d/df (a cos 2 pi f t + b sin 2 pi f t) = 2 pi t (b cos - a sin), without what the functions describe of it.
 std::vector<Real> Sinusoid::derivative(const Fit &fit) const {
     const std::vector<Cis> &waves = basis_ ? whole_cis_ : cis_;
     std::vector<Real> rows(points_.size());
