@@ -46,8 +46,8 @@ typedef struct toliman_calibration toliman_calibration;
 /* Flag of options: the default parameters include transfer_smear, interpixel_capacitance and, for frames that are no
  * sums, nonlinearity and brighter_fatter. The relative response of each pixel is also fitted, the same in all frames.
  * The frames distinguish it from the optics because stars move by pixels from frame to frame. With hundreds of frames,
- * separations are as good as with a known detector (promise: detectors-are-calibrated). Only the prior determines the
- * mean response (1) and its gradient, as fluxes are free. */
+ * separations are as good as with a known detector (promise: detectors-are-calibrated). Free fluxes imitate a common
+ * factor and a gradient of the response: only the prior, of mean 1, determines these. */
 #define TOLIMAN_CALIBRATION_DETECTOR 4u
 
 /* Changes of a model.

@@ -48,7 +48,7 @@ typedef struct toliman_coadd_options {
                               1e9] s; 0 = no limit */
     double gap_s;          /* longest pause between exposures of a sum, in (0, 1e9] s; 0 = no limit */
     double motion_px;      /* largest distance of the mean of the last 128 places from that of the first 128 of a
-                              sum, in (0, 16] px; 0 = no limit. The end of such a sum depends on the order of frames */
+                              sum, in (0, 16] px; 0 = no limit. Where a sum ends then depends on the order of frames */
     double pause_s;        /* exposures with shorter pauses are in one interval of the sum, in (0, 1e6] s; 0 = 10 */
     const toliman_allocator *allocator;
     toliman_progress_fn progress; /* while the model images are prepared */

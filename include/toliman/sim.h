@@ -53,9 +53,9 @@
  *              (promise: smear-is-a-mean-of-images).
  * Nuisances    Unknown parameters (sim_derivative.h) that estimators remove (project out): those of preprocess.project,
  *              at most 32.
- * Engines      MATRIX_DFT samples exact pixel positions. PADDED_FFT is the baseline of the chapter: N_E = N_out p
- *              D/lambda samples of the pupil, rounded, so that the plate scale differs per wavelength, padded to N_out,
- *              the smallest power of two that is at least 4 times the longer side of the frame. */
+ * Engines      MATRIX_DFT samples exact pixel positions. PADDED_FFT is the baseline of the chapter: N_out is the
+ *              smallest power of two that is at least 4 times the longer side of the frame, and the pupil has N_E =
+ *              N_out p D/lambda samples, padded to N_out. N_E is rounded: the plate scale differs per wavelength. */
 #ifndef TOLIMAN_SIM_H
 #define TOLIMAN_SIM_H
 
