@@ -147,8 +147,7 @@ bool Search::add_candidates() {
             continue;
         added = true;
         tried_.push_back(k);
-        model_.set_rho(
-            rho); // each peak is refined with the noise of this periodogram, not with that fitted to the last
+        model_.set_rho(rho); // of this periodogram, not that fitted to the last peak
         const NoiseLevel found = fit_noise(model_, refined(model_, grid_, grid_.at(k)));
         best_.white = std::max(best_.white, found.white);
         best_.profile = std::max(best_.profile, found.profile);
