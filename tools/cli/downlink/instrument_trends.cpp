@@ -92,24 +92,20 @@ struct Frames {
     std::vector<size_t> records; // their numbers
     std::vector<double> years;   // since the first
     std::vector<int64_t> tai_ns;
-    size_t all; // records
+    size_t all = 0; // records
 };
 
 Frames frames_of(const toliman::tracker &tracker) {
-    const std::vector<toliman_track_record> records =
-        records_of(tracker, 0, static_cast<size_t>(info_of(tracker).records));
-    Frames frames = {{}, {}, {}, records.size()};
-    int64_t first_ns = 0;
-    for (size_t i = 0; i < frames.all; i++) {
-        const toliman_track_record &record = records[i];
+    Frames frames;
+    each_record(tracker, [&](const toliman_track_record &record) {
+        const size_t number = frames.all++;
         if (record.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED && record.verdict != TOLIMAN_TRACK_VERDICT_UNREDUCED)
-            continue;
-        if (frames.records.empty())
-            first_ns = record.tai_ns;
-        frames.records.push_back(i);
+            return;
+        frames.records.push_back(number);
         frames.tai_ns.push_back(record.tai_ns);
-        frames.years.push_back((static_cast<double>(record.tai_ns) - static_cast<double>(first_ns)) / kYearNs);
-    }
+        const auto first_ns = static_cast<double>(frames.tai_ns.front());
+        frames.years.push_back((static_cast<double>(record.tai_ns) - first_ns) / kYearNs);
+    });
     return frames;
 }
 

@@ -14,19 +14,18 @@ namespace cli {
 
 namespace {
 
-constexpr size_t kChunk = 4096; // records read and printed at once
+constexpr size_t kChunk = 4096; // records read or printed at once
 
-// Texts of lines, printed many at once.
-template <class Each> void each_line(const toliman::tracker &tracker, Each each) {
-    size_t done = kChunk;
-    for (int64_t first = 0; done == kChunk; first += static_cast<int64_t>(kChunk)) {
-        const std::vector<toliman_track_record> lines = records_of(tracker, first, kChunk);
-        done = lines.size();
-        std::string text;
-        for (const toliman_track_record &line : lines)
-            each(line, text);
-        print_stdout(text);
-    }
+// Prints a text for each record, many at once.
+template <class Each> void print_each(const toliman::tracker &tracker, Each each) {
+    std::string text;
+    size_t count = 0;
+    each_record(tracker, [&](const toliman_track_record &record) {
+        each(record, text);
+        if (++count % kChunk == 0)
+            print_stdout(std::exchange(text, {}));
+    });
+    print_stdout(text);
 }
 
 // The columns of a reduction, for each record in turn.
@@ -99,6 +98,15 @@ std::vector<toliman_track_record> records_of(const toliman::tracker &tracker, in
     return records;
 }
 
+void each_record(const toliman::tracker &tracker, const std::function<void(const toliman_track_record &)> &each) {
+    size_t done = kChunk;
+    for (int64_t first = 0; done == kChunk; first += static_cast<int64_t>(kChunk)) {
+        const std::vector<toliman_track_record> records = records_of(tracker, first, kChunk);
+        done = records.size();
+        std::for_each(records.begin(), records.end(), each);
+    }
+}
+
 std::vector<double> column_of(const toliman::tracker &tracker, const std::string &name, int64_t first, size_t count) {
     std::vector<double> values(count);
     toliman::check(toliman_track_get_column(tracker.get(), name.c_str(), first, count, values.data(), &count));
@@ -122,7 +130,7 @@ void print_records(const toliman::tracker &tracker) {
     for (const toliman_track_stream &stream : streams_of(tracker))
         names[stream.stream] = stream;
     Reductions reductions(tracker);
-    each_line(tracker, [&](const toliman_track_record &line, std::string &text) {
+    print_each(tracker, [&](const toliman_track_record &line, std::string &text) {
         const std::optional<Json> reduction = reductions.next();
         const bool is_frame =
             line.verdict != TOLIMAN_TRACK_VERDICT_MERGED && line.verdict != TOLIMAN_TRACK_VERDICT_INTERVALS;
@@ -150,7 +158,7 @@ void print_records(const toliman::tracker &tracker) {
 
 void print_series(const toliman::tracker &tracker, const toliman_track_options &how) {
     print_stdout("t,y,sigma\n");
-    each_line(tracker, [&](const toliman_track_record &line, std::string &text) {
+    print_each(tracker, [&](const toliman_track_record &line, std::string &text) {
         if (line.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED)
             text += formatted("%.17g,%.17g,%.17g\n", time_of(line.tai_ns, how), line.value, line.sigma);
     });
@@ -158,7 +166,7 @@ void print_series(const toliman::tracker &tracker, const toliman_track_options &
 
 void print_missing(const toliman::tracker &tracker) {
     std::map<uint64_t, std::vector<int64_t>> ids;
-    each_line(tracker, [&](const toliman_track_record &line, std::string &) {
+    each_record(tracker, [&](const toliman_track_record &line) {
         if (is_known(line))
             ids[line.stream].push_back(line.frame_id);
     });
@@ -177,7 +185,7 @@ void print_missing(const toliman::tracker &tracker) {
 
 std::optional<double> median_sigma(const toliman::tracker &tracker) {
     std::vector<double> sigmas;
-    each_line(tracker, [&](const toliman_track_record &line, std::string &) {
+    each_record(tracker, [&](const toliman_track_record &line) {
         if (line.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED || line.verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED)
             sigmas.push_back(line.sigma);
     });

@@ -7,6 +7,8 @@ namespace cli {
 
 // Records first, first + 1 ... of the ledger, up to `count`, and the numbers of a column of theirs.
 std::vector<toliman_track_record> records_of(const toliman::tracker &tracker, int64_t first, size_t count);
+// In chunks: a million records take 200 MB.
+void each_record(const toliman::tracker &tracker, const std::function<void(const toliman_track_record &)> &each);
 std::vector<double> column_of(const toliman::tracker &tracker, const std::string &name, int64_t first, size_t count);
 
 // A session whose name is lost is called # and its digest; its region is "".
