@@ -114,16 +114,25 @@ void Registry::add_frame(const Record &record, const double *intervals, size_t i
 }
 
 // Frames that wait are a set below a limit of chi-square, as those in the sums of their ledger are: equal numbers are
-// the same frames.
+// the same frames. Sums of their own are added at the end, so that a failure before changes nothing.
 void Registry::settle(const period::Stream *theirs) {
     if (!waiting_from_)
         return;
-    const uint64_t first = *std::exchange(waiting_from_, std::nullopt);
-    const int64_t count = std::exchange(waiting_, 0);
-    if (theirs != nullptr && theirs->totals().count == count)
+    if (theirs != nullptr && theirs->totals().count == waiting_) {
         sums_.merge(*theirs);
-    else
-        push_accepted_from(first);
+    } else {
+        period::Stream own(sums_.grid());
+        SampleBatch batch(own, plan_.workers);
+        records_.visit(*waiting_from_, records_.count(), [&](const Record &record, uint64_t) {
+            Row row;
+            if (record.kind == Kind::accepted && index_.find(key_of(record))->state() == FrameState::accepted)
+                batch.push(*sample_of(record, row), row);
+        });
+        batch.finish();
+        sums_.merge(own);
+    }
+    waiting_from_.reset();
+    waiting_ = 0;
 }
 
 void Registry::quarantine(const KnownFrame &known, Record record) {

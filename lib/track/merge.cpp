@@ -51,6 +51,7 @@ Record Tracker::Foreign::record(const Record &found) const noexcept {
 
 uint64_t Tracker::merge(Store &other, bool salvage) {
     records_.check_writable();
+    registry_.settle();
     const std::optional<Loaded> loaded =
         load_checkpoint(other); // before the ledger, to which a writer may be appending
     const LedgerFile file(other);
@@ -104,7 +105,10 @@ void Tracker::merge_all_records(Store &other, const std::optional<Loaded> &loade
         });
         registry_.settle(has_all_sums(theirs, loaded) ? &loaded->sums : nullptr);
     } catch (...) {
-        registry_.settle();
+        try {
+            registry_.settle();
+        } catch (...) { // the next call does it
+        }
         throw;
     }
     MergeMark merged = {theirs.salt(), static_cast<int64_t>(theirs.count()), 0, theirs.chain_before(theirs.count())};

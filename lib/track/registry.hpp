@@ -66,7 +66,8 @@ class Registry {
     // keys these quarantine. Frames of keys that are quarantined now are never pushed.
     void push_accepted_from(uint64_t first);
     // Until settle(), samples of added frames are not pushed. settle() pushes them, or adds `theirs`, the sums
-    // of a ledger whose frames were added and that were computed with this setup, if these are the same samples.
+    // of a ledger whose frames were added and that were computed with this setup, if these are the same samples. After
+    // a failure they still wait.
     void begin_waiting() noexcept { waiting_from_ = records_.count(); }
     void settle(const period::Stream *theirs = nullptr);
     // Frames of the first `first` records that have entered or left the sums by the limit since the checkpoint.

@@ -26,6 +26,7 @@ void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t 
     records_.check_writable();
     if (!evaluation_.has_estimator())
         fail(Status::state, "created without an estimator: only merging is possible");
+    registry_.settle();
     evaluation_.run(frames, count);
     for (; done < count; done++) {
         Job &job = evaluation_.result(done);
@@ -119,6 +120,7 @@ void Tracker::save() {
     records_.check_writable();
     if (records_.ledger() == nullptr)
         return;
+    registry_.settle();
     records_.ledger()->check();
     records_.record_repeats();
     const std::vector<uint8_t> sums = checkpoint(); // first, since it may run out of memory
