@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "base/constants.hpp"
+#include "base/error.hpp"
 #include "base/robust.hpp"
 #include "period/batch/batch.hpp"
 #include "period/peak.hpp"
@@ -470,6 +471,20 @@ double Surroundings::half_power(int direction) const noexcept {
     return std::fabs(inside - static_cast<double>(peak_)) * step_;
 }
 
+// The half-power points are 0.6/(time span) from the peak.
+double width_of(const Stream &stream, const Samples &samples, const Peak &peak) {
+    const double span = cadence_of(stream).span, limit = std::fmax(5 / span, 20 * stream.grid().df);
+    if (!(span > 0 && std::isfinite(peak.frequency + limit)))
+        return kUndetermined;
+    try {
+        const Surroundings around(stream, samples, peak.frequency, limit, peak.power);
+        const double below = around.half_power(-1), above = around.half_power(1);
+        return below > 0 && above > 0 ? below + above : kUndetermined;
+    } catch (const Error &) { // above the grid, phases may be beyond 2^50 cycles
+        return kUndetermined;
+    }
+}
+
 } // namespace
 
 Peak fit_peak(const Stream &stream, const Samples &samples) {
@@ -487,15 +502,7 @@ Peak fit_peak(const Stream &stream, const Samples &samples) {
     peak.frequency = static_cast<double>(fit.frequency);
     peak.power = static_cast<double>(1 - ratio);
     peak.log10_residual = static_cast<double>(std::log10(std::fmax(ratio, kMinResidualRatio)));
-    peak.fwhm = kUndetermined;
-    if (fit.rank > 0 && peak.power > 0) {
-        const double limit =
-            std::fmax(5 / cadence_of(stream).span, 20 * stream.grid().df); // it is 0.6/(time span) away
-        const Surroundings around(stream, samples, peak.frequency, limit, peak.power);
-        const double below = around.half_power(-1), above = around.half_power(1);
-        if (below > 0 && above > 0)
-            peak.fwhm = below + above;
-    }
+    peak.fwhm = fit.rank > 0 && peak.power > 0 ? width_of(stream, samples, peak) : kUndetermined;
     sinusoid.errors(fit, peak);
     if (samples.sigma != nullptr)
         sinusoid.judge(fit, peak);

@@ -98,6 +98,8 @@ void Ledger::visit(uint64_t first, uint64_t most, const EachRecord &each) const 
         return;
     const uint64_t end = first + std::min(most, count() - first);
     uint64_t number = visit_kept(first, end, each);
+    if (number == end)
+        return;
     LedgerFile::Tail tail = {chain_before(number), 0};
     number = file_.scan(number, std::min(end, written_), tail, each);
     if (number < std::min(end, written_))

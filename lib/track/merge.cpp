@@ -165,6 +165,7 @@ bool Tracker::merge_record(const Record &found, const Foreign &from, bool is_new
         registry_.add_frame(record, intervals.data(), intervals.size() / 2);
         return true;
     }
+    registry_.settle(); // the sums of the other checkpoint may contain this frame
     const bool conflicts = theirs.kind == Kind::quarantined || known->content != theirs.content;
     if (conflicts && known->state() != FrameState::quarantined)
         registry_.quarantine(*known, theirs);

@@ -206,6 +206,29 @@ TEST(shards_merge_to_the_whole) {
     remove_folder(shard);
 }
 
+/* The shard has a misfit, which is none here, and a frame that is known here: equal numbers of other frames. */
+/* promise: folders-merge-in-any-order */
+TEST_IN_FOLDER(sums_of_other_frames_are_not_taken) {
+    toliman_track_options options = misfit_options(folder);
+    toliman_track *track = make_track(&options);
+    push_range(track, 41, 60);
+    assert_int_equal(info_of(track).misfit, 1);
+    const int64_t accepted = info_of(track).accepted;
+    assert_ok(toliman_track_save(track));
+    toliman_track_destroy(track);
+    options.folder = NULL;
+    track = make_track(&options);
+    push_range(track, 1, 40);
+    push_number(track, 45);
+    const int64_t before = info_of(track).accepted;
+    assert_ok(toliman_track_merge(track, folder, 0, NULL));
+    assert_int_equal(info_of(track).accepted - before, accepted);
+    toliman_track *whole = make_track(&options);
+    push_range(whole, 1, 60);
+    assert_same_periods(period_of(track), period_of(whole));
+    toliman_track_destroy(whole), toliman_track_destroy(track);
+}
+
 /* The summary, against sums over the expected frames, and the verdict of a record that was reported as accepted. */
 TEST_IN_FOLDER(goodness_of_the_folder) {
     const toliman_track_options options = misfit_options(folder);
